@@ -1,0 +1,1 @@
+"""The three tactile channels: SA-I, RA-I and RA-II, one file each."""

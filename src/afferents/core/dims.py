@@ -1,0 +1,50 @@
+"""Names of dims, variables and units, spelled once.
+
+Every array in the package is an xarray object whose dims, coordinates and units come from
+here. Positions are in px of the camera image: x right, y down, pixel centres at integers.
+"""
+
+from typing import Final
+
+# dims of a recording's responses
+TIME: Final = "time"
+"""Clock of the video, s (presentation times of the frames in the container)."""
+AUDIO_TIME: Final = "audio_time"
+"""Clock of the audio or of the vibration channels, s; regular, given by `sample_rate_hz`."""
+MARKER: Final = "marker"
+SPACE: Final = "space"
+CHANNEL: Final = "channel"
+
+# dims of encoded samples
+SAMPLE: Final = "sample"
+FRAME: Final = "frame"
+ROW: Final = "row"
+"""Rank of a marker in y (image down), 0 at the top."""
+COLUMN: Final = "column"
+"""Rank of a marker in x (image right), 0 at the left."""
+FREQUENCY: Final = "frequency"
+
+# variables of a recording's responses
+POSITION: Final = "position"
+DETECTED: Final = "detected"
+REST_POSITION: Final = "rest_position"
+SA1: Final = "sa1"
+RA1: Final = "ra1"
+RA2: Final = "ra2"
+
+# what each sample of an encoding carries, as coordinates on `sample`
+TEXTURE: Final = "texture"
+SPEED: Final = "speed_mm_s"
+RECORDING: Final = "recording"
+START: Final = "start_s"
+STOP: Final = "stop_s"
+SAMPLE_COORDS: Final = (TEXTURE, SPEED, RECORDING, START, STOP)
+
+# attributes
+UNITS: Final = "units"
+SAMPLE_RATE: Final = "sample_rate_hz"
+PIXELS: Final = "px"
+PIXELS_PER_FRAME: Final = "px/frame"
+PIXELS_PER_SECOND: Final = "px/s"
+SECONDS: Final = "s"
+HERTZ: Final = "Hz"

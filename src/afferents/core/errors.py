@@ -1,0 +1,36 @@
+"""Errors that a user can act on: one sentence each, exit code 2 at the command line."""
+
+
+class AfferentsError(Exception):
+    """Base of every error that is the input's or the configuration's fault, not ours.
+
+    The command line prints its one sentence and exits with code 2; `--debug` shows the
+    traceback as well.
+    """
+
+
+class InputError(AfferentsError):
+    """A file or argument is not what it should be.
+
+    Parameters
+    ----------
+    where
+        The file, folder or argument at fault.
+    expected, found
+        What should have been there, and what was.
+    do
+        What the user can do about it (optional, an imperative clause).
+    """
+
+    def __init__(self, where: object, expected: str, found: str, do: str = "") -> None:
+        """Build the sentence from its parts."""
+        remedy = f"; {do}" if do else ""
+        super().__init__(f"{where}: expected {expected}, found {found}{remedy}")
+
+
+class LeakageError(AfferentsError):
+    """Something of the held-out speed was seen before the final test."""
+
+
+class PartialFailureError(AfferentsError):
+    """Some recordings failed and were skipped because `--keep-going` was given (exit code 3)."""

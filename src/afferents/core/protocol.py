@@ -1,0 +1,110 @@
+"""The two evaluation protocols, and the two cuts of a recording. Both frozen, both by name.
+
+`published` is what the paper's code does (commit 880f9e4), `nested` is the same experiment
+without a look at the held-out speed. `docs/protocols.md` lists where the paper's text and its
+code differ and which side each takes.
+"""
+
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from afferents.core.errors import InputError
+
+ProtocolName = Literal["nested", "published"]
+
+
+class Protocol(BaseModel):
+    """How a held-out speed is kept apart from what is learnt and chosen.
+
+    Attributes
+    ----------
+    validation
+        What stops the training and picks its weights: whole ``training-speed``s, or the
+        other half of the ``held-out-speed`` itself.
+    scale_from
+        Spectra are divided by the largest amplitude of the ``training`` samples or of
+        ``everything``.
+    stretch
+        ``rebinned`` (area-preserving, no ringing) or ``fourier`` (resampling as published).
+    keep_originals
+        Whether the unstretched spectra stay in an augmented training set.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: ProtocolName
+    validation: Literal["training-speed", "held-out-speed"]
+    scale_from: Literal["training", "everything"]
+    stretch: Literal["rebinned", "fourier"]
+    keep_originals: bool
+
+    @model_validator(mode="after")
+    def _nested_sees_nothing_held_out(self) -> Self:
+        if self.name == "nested" and (self.validation, self.scale_from) != (
+            "training-speed",
+            "training",
+        ):
+            raise ValueError("a nested protocol validates and scales on training speeds alone")
+        return self
+
+    def validation_speed(self, speeds_mm_s: tuple[float, ...], held_out: float) -> float:
+        """Return the speed that validates the fold holding out `held_out`.
+
+        Under `nested` it is half the range of ranks away from the held-out speed, and never
+        the slowest or fastest where that can be helped: taking an end away from training
+        would turn a test of interpolation into one of extrapolation, and a neighbour of the
+        held-out speed is the one that training needs most.
+
+        Raises
+        ------
+        InputError
+            If fewer than three speeds leave nothing to train on under `nested`.
+        """
+        if self.validation == "held-out-speed":
+            return held_out
+        n = len(speeds_mm_s)
+        if n < 3:
+            raise InputError(
+                "the data",
+                "at least 3 speeds for the nested protocol (train, validate, hold out)",
+                f"{n} ({', '.join(f'{v:g}' for v in speeds_mm_s)} mm/s)",
+                "record more speeds or use --protocol published",
+            )
+        ranked = sorted(speeds_mm_s)
+        opposite = (ranked.index(held_out) + n // 2) % n
+        interior = min(max(opposite, 1), n - 2)
+        return ranked[opposite if ranked[interior] == held_out else interior]
+
+
+PROTOCOLS: dict[str, Protocol] = {
+    "nested": Protocol(
+        name="nested",
+        validation="training-speed",
+        scale_from="training",
+        stretch="rebinned",
+        keep_originals=True,
+    ),
+    "published": Protocol(
+        name="published",
+        validation="held-out-speed",
+        scale_from="everything",
+        stretch="fourier",
+        keep_originals=False,
+    ),
+}
+
+
+def protocols(name: str) -> list[Protocol]:
+    """Return the protocol of that name, or both for `both`, nested first.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown.
+    """
+    if name == "both":
+        return list(PROTOCOLS.values())
+    if name not in PROTOCOLS:
+        raise InputError("--protocol", "nested, published or both", f"'{name}'")
+    return [PROTOCOLS[name]]

@@ -1,0 +1,138 @@
+"""`Recording` and `Session`: one drum at one speed, and the grid of them. All lazy."""
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents.core.files import checksum
+
+GreyImage = NDArray[np.uint8]
+"""One video frame, shape (height, width), 0 black to 255 white."""
+
+EDGE_S = 2.5
+"""Thrown away at each end where nothing says when the speed was constant (paper, section 2.2)."""
+
+
+class Frame(NamedTuple):
+    """One decoded frame: its presentation time in s and its grey image."""
+
+    time_s: float
+    image: GreyImage
+
+
+@runtime_checkable
+class Video(Protocol):
+    """A video that decodes frame by frame when asked."""
+
+    path: Path
+    fps_hz: float
+    width: int
+    height: int
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start, in order of presentation."""
+        ...
+
+
+@runtime_checkable
+class Vibration(Protocol):
+    """Vibration channels on a regular clock: a microphone, or taxels sampled fast enough."""
+
+    path: Path
+    sample_rate_hz: float
+    n_samples: int
+
+    def read(self) -> xr.DataArray:
+        """Return `(audio_time, channel)` float32 with `sample_rate_hz` and `units` in attrs."""
+        ...
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One texture slid at one speed, seen by a camera, felt by vibration channels, or both.
+
+    Parameters
+    ----------
+    name
+        Unique in its session, such as ``3/50``.
+    texture
+        Folder name or word, such as ``3`` (bump spacing in mm) or ``Linen``.
+    speed_mm_s
+        Magnitude of the sliding speed, mm/s.
+    source
+        The folder or file it was read from.
+    video, audio
+        Lazy sources, None where the recording has none.
+    steady_s
+        Start and end of constant speed in s, None where nothing says so.
+    conditions
+        Whatever else the source declares (pressure, direction, repetition).
+    """
+
+    name: str
+    texture: str
+    speed_mm_s: float
+    source: Path
+    video: Video | None = None
+    audio: Vibration | None = None
+    steady_s: tuple[float, float] | None = None
+    conditions: Mapping[str, str | float] = field(default_factory=dict)
+
+    @property
+    def fps_hz(self) -> float | None:
+        """Nominal frame rate of the video, Hz; the true frame times come with the frames."""
+        return self.video.fps_hz if self.video else None
+
+    @property
+    def sample_rate_hz(self) -> float | None:
+        """Sample rate of the vibration channels, Hz."""
+        return self.audio.sample_rate_hz if self.audio else None
+
+    @property
+    def checksum(self) -> str:
+        """SHA-256 of the files behind the recording (reads them)."""
+        sources = (self.video, self.audio)
+        return checksum(*(source.path for source in sources if source is not None))
+
+
+@dataclass(frozen=True)
+class Session:
+    """Recordings that belong together: one sensor, one mounting, textures x speeds.
+
+    `reference` is the video that fixes the order of the markers (``0/10/throw_away.mp4`` in
+    the published layout), None where there is none.
+    """
+
+    root: Path
+    recordings: tuple[Recording, ...]
+    reference: Video | None = None
+
+    @property
+    def textures(self) -> tuple[str, ...]:
+        """Textures in natural order (numbers by value, then words)."""
+        return tuple(sorted({r.texture for r in self.recordings}, key=natural_order))
+
+    @property
+    def speeds_mm_s(self) -> tuple[float, ...]:
+        """Speeds, ascending."""
+        return tuple(sorted({r.speed_mm_s for r in self.recordings}))
+
+    @property
+    def checksum(self) -> str:
+        """SHA-256 over the names and checksums of all recordings."""
+        digest = hashlib.sha256()
+        for recording in self.recordings:
+            digest.update(f"{recording.name}:{recording.checksum}\n".encode())
+        return digest.hexdigest()
+
+
+def natural_order(texture: str) -> tuple[float, str]:
+    """Sort key: numbers by value, then words alphabetically."""
+    return (float(texture), "") if re.fullmatch(r"\d+(\.\d+)?", texture) else (np.inf, texture)

@@ -1,0 +1,1 @@
+"""From responses to samples: spatial, spatio-temporal and spectral encodings."""

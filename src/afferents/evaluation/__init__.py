@@ -1,0 +1,1 @@
+"""Leave one speed out: folds, leakage, metrics and results on disk."""

@@ -1,0 +1,1 @@
+"""Finding the markers in the picture, following them, and placing them in the sensor's grid."""

@@ -1,0 +1,1 @@
+"""Reading recordings: the published session layout and adapters for other data sets."""
