@@ -35,6 +35,15 @@ def write_aside(target: Path) -> Iterator[Path]:
         raise
 
 
+def remove_partials(folder: Path) -> None:
+    """Remove what a run that was killed left unfinished anywhere below `folder`."""
+    for partial in sorted(folder.rglob(f"{PARTIAL_PREFIX}*")):
+        if partial.is_dir():
+            shutil.rmtree(partial, ignore_errors=True)
+        else:
+            partial.unlink(missing_ok=True)
+
+
 def write_json(target: Path, content: Any) -> None:
     """Write `content` as indented JSON, whole or not at all."""
     with write_aside(target) as partial:

@@ -1,0 +1,138 @@
+"""The store of extracted responses: one Zarr v3 store a session, a group a recording.
+
+A recording is written under a temporary name and renamed when whole, so a group that is there
+is complete. Plain xarray reads it: ``xarray.open_zarr("OUT.zarr", group="3/50")``.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+import zarr
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.files import PARTIAL_PREFIX, write_aside
+from afferents.core.recording import natural_order
+from afferents.core.responses import Responses, check_responses
+
+FORMAT, SCHEMA = "afferents responses", 1
+FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
+_ROOT = "zarr.json"
+
+
+def create_store(store: Path, config: Mapping[str, Any]) -> None:
+    """Create an empty store, or check that the one there was begun with the same `config`.
+
+    Raises
+    ------
+    InputError
+        If something else stands there, or a store of another configuration.
+    """
+    if (store / _ROOT).is_file():
+        earlier, wanted = store_config(store), json.loads(json.dumps(config))
+        for name in sorted(set(earlier) | set(wanted)):
+            if earlier.get(name) != wanted.get(name):
+                raise InputError(
+                    store,
+                    f"responses of this configuration ({name} {wanted.get(name)})",
+                    f"a store of another ({name} {earlier.get(name)})",
+                    "choose another name for the store",
+                )
+        return
+    if store.exists():
+        raise InputError(store, "a new store", "something else of that name", "choose another name")
+    _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
+
+
+def store_config(store: Path) -> dict[str, Any]:
+    """Return the configuration that a store was extracted with.
+
+    Raises
+    ------
+    InputError
+        If there is no store, or one of another format.
+    """
+    path = store / _ROOT
+    if not path.is_file():
+        raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
+    attributes = json.loads(path.read_text(encoding="utf-8")).get("attributes", {})
+    if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
+        found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')}"
+        raise InputError(store, f"format {FORMAT!r}, schema {SCHEMA}", found, "extract again")
+    config: dict[str, Any] = attributes["config"]
+    return config
+
+
+def write_responses(store: Path, responses: Responses) -> None:
+    """Write the responses of one recording as the group of its name, whole or not at all."""
+    target = store / responses.attrs["name"]
+    if not (target.parent / _ROOT).is_file():
+        _write_group(target.parent, {})
+    with write_aside(target) as partial:
+        check_responses(responses, target).to_zarr(
+            partial,
+            zarr_format=3,
+            consolidated=False,
+            encoding={name: _encoding(responses[name]) for name in responses.data_vars},
+        )
+
+
+def has_responses(store: Path, name: str, source_checksum: str) -> bool:
+    """Tell whether the store holds this recording, from the same source files.
+
+    Raises
+    ------
+    InputError
+        If it holds the recording but from other files.
+    """
+    path = store / name / _ROOT
+    if not path.is_file():
+        return False
+    attributes = json.loads(path.read_text(encoding="utf-8"))["attributes"]
+    if attributes.get("checksum") != source_checksum:
+        raise InputError(
+            store / name,
+            "responses of the recording as it is now",
+            "responses of other files",
+            "choose another name for the store",
+        )
+    return True
+
+
+def open_responses(store: Path) -> list[Responses]:
+    """Open all recordings of a store, lazily, in order of texture and speed.
+
+    Raises
+    ------
+    InputError
+        If there is no store, no recording in it, or one that is not as documented.
+    """
+    store_config(store)
+    groups = sorted(
+        path.parent
+        for path in store.glob(f"*/*/{_ROOT}")
+        if not path.parent.name.startswith(PARTIAL_PREFIX)
+    )
+    opened = []
+    for group in groups:
+        responses = xr.open_zarr(group, consolidated=False, chunks=None)
+        opened.append(check_responses(responses, group))
+    if not opened:
+        raise InputError(store, "at least one recording", "none", "extract again")
+    return sorted(opened, key=lambda r: (natural_order(r.attrs[dims.TEXTURE]), r.attrs[dims.SPEED]))
+
+
+def _encoding(variable: xr.DataArray) -> dict[str, Any]:
+    first = variable.dims[0]
+    along = {dims.TIME: FRAMES_A_CHUNK, dims.AUDIO_TIME: AUDIO_SAMPLES_A_CHUNK}.get(str(first))
+    whole = variable.shape
+    chunks = (min(along, whole[0]), *whole[1:]) if along else whole
+    return {"chunks": tuple(max(1, size) for size in chunks)}
+
+
+def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
+    group = zarr.open_group(path, mode="a", zarr_format=3)
+    group.attrs.update(dict(attributes))

@@ -1,0 +1,69 @@
+"""Spatial encoding: one tactile image a frame (paper, section 2.2.1)."""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.samples import Samples, make_samples
+
+
+def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
+    """Lay the markers of every frame out as an image.
+
+    Parameters
+    ----------
+    response
+        SA-I or RA-I `(time, marker)` with the coordinates `row` and `column` on `marker`.
+
+    Returns
+    -------
+    Array of shape (time, row, column), float32, in the response's unit. Row is the rank of a
+    marker in y, column its rank in x; the published arrays are the transpose.
+
+    Raises
+    ------
+    InputError
+        If the markers form no grid, or if lost markers (NaN) were not filled before.
+    """
+    where = f"{response.name} of {response.attrs.get('name', 'a recording')}"
+    if dims.ROW not in response.coords or dims.COLUMN not in response.coords:
+        raise InputError(
+            where,
+            "markers in a grid (coordinates row and column)",
+            "a free layout",
+            "use the vibrotactile families, or a sensor file with a square layout",
+        )
+    if bool(response.isnull().any()):
+        raise InputError(where, "lost markers filled", "NaN", "fill them with channels.hold")
+    rows, columns = response[dims.ROW].values, response[dims.COLUMN].values
+    shape = (response.sizes[dims.TIME], int(rows.max()) + 1, int(columns.max()) + 1)
+    images = np.zeros(shape, dtype=np.float32)
+    images[:, rows, columns] = response.transpose(dims.TIME, dims.MARKER).values
+    return images
+
+
+def frame_extents(
+    time_s: NDArray[np.float64], frames: slice, memory: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return when what a frame shows began and ended, s, for the frames of the slice.
+
+    Parameters
+    ----------
+    time_s
+        Presentation times of all frames of the recording, shape (n_frames,).
+    memory
+        How many earlier frames the response looks back at: 0 for SA-I, 1 for RA-I.
+    """
+    period = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    ends = np.append(time_s[1:], time_s[-1:] + period)
+    indices = np.arange(len(time_s))[frames]
+    return time_s[np.maximum(indices - memory, 0)], ends[indices]
+
+
+def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Samples:
+    """Encode each frame as one sample `(sample, row, column)`; see `tactile_images`."""
+    start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
+    images = tactile_images(response.isel({dims.TIME: frames}))
+    return make_samples(images, (dims.ROW, dims.COLUMN), start_s, stop_s, response.attrs)

@@ -1,0 +1,108 @@
+"""Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
+
+import numpy as np
+import scipy.fft
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.samples import Samples, make_samples
+
+
+class SpectralEncoding(BaseModel):
+    """Parameters of the spectra; the defaults are the published ones.
+
+    Attributes
+    ----------
+    window_s, stride_s
+        Length of a window and distance between the starts of neighbours, s.
+    fft_points
+        Points of the transform, more than the window has for zero padding; None for the
+        window's own length.
+    kept_bins
+        Bins stored (fewer if Nyquist comes first); stretching needs more than the model sees.
+    model_bins
+        Bins the network sees, cut off only after augmentation.
+    remove_mean
+        Subtract each window's mean, channel by channel. Not done to the published microphone;
+        needed by taxels, whose offset would otherwise drown everything.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    window_s: PositiveFloat = 1.0
+    stride_s: PositiveFloat = 0.5
+    fft_points: PositiveInt | None = None
+    kept_bins: PositiveInt = 4000
+    model_bins: PositiveInt = 200
+    remove_mean: bool = False
+
+
+def windows(
+    signal: NDArray[np.float32], length: int, stride: int
+) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Cut a signal (n, channel) into windows (window, channel, length); also their starts."""
+    starts = np.arange(0, len(signal) - length + 1, stride)
+    view = np.lib.stride_tricks.sliding_window_view(signal, length, axis=0)
+    return view[starts], starts
+
+
+def amplitude_spectrum(
+    signal: NDArray[np.float32], fft_points: int | None = None, bins: int | None = None
+) -> NDArray[np.float32]:
+    """Return 2|FFT|/N over the last axis, N its length; no window function.
+
+    A sine of amplitude A on a bin gives A there. Bin k lies at k * rate / fft_points; bin 0 is
+    twice the mean, as published.
+    """
+    length = signal.shape[-1]
+    spectrum = scipy.fft.rfft(signal, n=fft_points or length, axis=-1)[..., :bins]
+    return np.asarray(2.0 / length * np.abs(spectrum), dtype=np.float32)
+
+
+def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEncoding) -> Samples:
+    """Encode vibration `(audio_time, channel)` as spectra `(sample, channel, frequency)`.
+
+    Parameters
+    ----------
+    vibration
+        RA-II with `sample_rate_hz` and the recording's labels in its attrs.
+    kept
+        Audio samples that the cut keeps.
+
+    Returns
+    -------
+    Amplitudes in the vibration's unit, with the coordinate `frequency` in Hz.
+
+    Raises
+    ------
+    InputError
+        If a window is longer than what the cut leaves of the recording, or if the padded
+        transform is shorter than the window.
+    """
+    rate = float(vibration.attrs[dims.SAMPLE_RATE])
+    where = vibration.attrs.get("name", "a recording")
+    signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept]
+    length = round(encoding.window_s * rate)
+    points = encoding.fft_points or length
+    if len(signal) < length:
+        found = f"{len(signal) / rate:.2f} s"
+        raise InputError(where, f"at least one window of {encoding.window_s:g} s", found)
+    if points < length:
+        raise InputError("fft_points", f"at least the window's {length} samples", f"{points}")
+    cut, starts = windows(signal, length, max(1, round(encoding.stride_s * rate)))
+    if encoding.remove_mean:
+        cut = cut - cut.mean(axis=-1, keepdims=True)
+    spectra = amplitude_spectrum(cut, points, encoding.kept_bins)
+    frequency = np.arange(spectra.shape[-1]) * rate / points
+    begin = (starts + kept.start) / rate
+    return make_samples(
+        spectra,
+        (dims.CHANNEL, dims.FREQUENCY),
+        begin,
+        begin + length / rate,
+        vibration.attrs,
+        {dims.FREQUENCY: (dims.FREQUENCY, frequency, {dims.UNITS: dims.HERTZ})},
+    )

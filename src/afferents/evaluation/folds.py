@@ -1,0 +1,134 @@
+"""Folds on disk: each finished one is written whole, at once, and never trained again."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.families import FAMILIES
+from afferents.core.files import write_aside, write_json
+from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY
+from afferents.core.samples import Samples
+from afferents.evaluation.leakage import Leaks
+from afferents.evaluation.splits import Fold
+
+FOLD, WEIGHTS = "fold.json", "weights.safetensors"
+
+
+@dataclass(frozen=True)
+class FoldKey:
+    """What names a fold in a results folder."""
+
+    model: str
+    protocol: str
+    seed: int
+    held_out_mm_s: float
+
+    def folder(self, results: Path) -> Path:
+        """Return the folder of this fold."""
+        return (
+            results
+            / "folds"
+            / self.model
+            / self.protocol
+            / f"seed-{self.seed}"
+            / f"{self.held_out_mm_s:g}"
+        )
+
+
+def finished(results: Path, key: FoldKey) -> bool:
+    """Tell whether a fold is there: present means complete."""
+    return (key.folder(results) / FOLD).is_file()
+
+
+def finished_keys(results: Path) -> list[FoldKey]:
+    """List the finished folds of a results folder, in order of model, protocol, seed, speed."""
+    facts = [json.loads(p.read_text("utf-8")) for p in results.glob(f"folds/*/*/*/*/{FOLD}")]
+    names = FoldKey.__dataclass_fields__
+    keys = [FoldKey(**{name: fact[name] for name in names}) for fact in facts]
+    models = list(FAMILIES)
+    return sorted(keys, key=lambda k: (models.index(k.model), k.protocol, k.seed, k.held_out_mm_s))
+
+
+def predictions_table(
+    key: FoldKey,
+    samples: Samples,
+    fold: Fold,
+    probabilities: NDArray[np.float32],
+    textures: list[str],
+) -> pd.DataFrame:
+    """Return one row a test sample; `probabilities` has shape (test sample, texture)."""
+    tested = {name: samples[name].to_numpy()[fold.test] for name in dims.SAMPLE_COORDS}
+    table = pd.DataFrame(
+        {
+            "model": key.model,
+            "protocol": key.protocol,
+            "seed": key.seed,
+            "held_out_speed_mm_s": key.held_out_mm_s,
+            dims.RECORDING: tested[dims.RECORDING],
+            dims.START: tested[dims.START],
+            dims.STOP: tested[dims.STOP],
+            "true_texture": tested[dims.TEXTURE],
+            "predicted_texture": np.array(textures)[probabilities.argmax(axis=1)],
+        }
+    )
+    columns = {f"{PROBABILITY}{t}": probabilities[:, i] for i, t in enumerate(textures)}
+    return pd.concat([table, pd.DataFrame(columns)], axis=1)
+
+
+def save_fold(
+    results: Path,
+    key: FoldKey,
+    predictions: pd.DataFrame,
+    facts: Mapping[str, Any],
+    leaks: Leaks,
+    save_weights: Callable[[Path], None],
+) -> None:
+    """Write a fold's predictions, weights and facts, whole or not at all."""
+    with write_aside(key.folder(results)) as partial:
+        partial.mkdir()
+        predictions.to_parquet(partial / PREDICTIONS, compression="zstd", index=False)
+        save_weights(partial / WEIGHTS)
+        write_json(partial / FOLD, {**asdict(key), **facts, "leaks": asdict(leaks)})
+
+
+def load_fold(results: Path, key: FoldKey) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Read a finished fold: its facts and its predictions."""
+    folder = key.folder(results)
+    facts = json.loads((folder / FOLD).read_text(encoding="utf-8"))
+    return facts, pd.read_parquet(folder / PREDICTIONS)
+
+
+def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
+    """Write the configuration of an evaluation, or check that it is the one already there.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or the results of another configuration.
+    """
+    path = results / CONFIG
+    if path.is_file():
+        earlier = json.loads(path.read_text(encoding="utf-8"))
+        wanted = json.loads(json.dumps(config))
+        for name in sorted(set(earlier) | set(wanted)):
+            if earlier.get(name) != wanted.get(name):
+                raise InputError(
+                    results,
+                    f"results of this configuration ({name} {wanted.get(name)})",
+                    f"results of another ({name} {earlier.get(name)})",
+                    "choose another --out",
+                )
+    elif results.exists() and (not results.is_dir() or any(results.iterdir())):
+        raise InputError(
+            results, "a new, empty or results folder", "something else", "choose another --out"
+        )
+    else:
+        write_json(path, dict(config))

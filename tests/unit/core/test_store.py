@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.core.errors import InputError
+from afferents.core.store import create_store, has_responses, open_responses, write_responses
+
+
+def responses(name: str = "3/50", texture: str = "3", speed: float = 50.0) -> xr.Dataset:
+    rng = np.random.default_rng(0)
+    return xr.Dataset(
+        {
+            "sa1": (("time", "marker"), rng.random((20, 4), dtype=np.float32)),
+            "ra2": (("audio_time", "channel"), rng.random((500, 1), dtype=np.float32)),
+        },
+        coords={"time": np.arange(20) / 90},
+        attrs={"name": name, "texture": texture, "speed_mm_s": speed, "checksum": "abc"},
+    ).pipe(lambda d: d.assign(ra2=d["ra2"].assign_attrs(sample_rate_hz=44100.0)))
+
+
+def test_what_is_written_comes_back(tmp_path):
+    store = tmp_path / "s.zarr"
+    create_store(store, {"session": "s"})
+    written = responses()
+    write_responses(store, written)
+    xr.testing.assert_identical(open_responses(store)[0].load(), written)
+
+
+def test_plain_xarray_reads_a_recording(tmp_path):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    write_responses(store, responses())
+    assert xr.open_zarr(store, group="3/50", consolidated=False)["sa1"].shape == (20, 4)
+
+
+def test_recordings_come_in_order_of_texture_and_speed(tmp_path):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    for texture, speed in (("10", 20.0), ("2", 100.0), ("2", 20.0), ("wool", 20.0)):
+        write_responses(store, responses(f"{texture}/{speed:g}", texture, speed))
+    assert [r.attrs["name"] for r in open_responses(store)] == [
+        "2/20",
+        "2/100",
+        "10/20",
+        "wool/20",
+    ]
+
+
+def test_a_recording_that_fails_half_way_is_not_there(tmp_path):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    broken = responses().drop_attrs(deep=False)
+    broken.attrs["name"] = "3/50"
+    with pytest.raises(InputError, match="attribute 'texture'"):
+        write_responses(store, broken)
+    with pytest.raises(InputError, match="at least one recording"):
+        open_responses(store)
+
+
+def test_a_store_of_another_configuration_is_refused(tmp_path):
+    create_store(tmp_path / "s.zarr", {"linker": "published"})
+    create_store(tmp_path / "s.zarr", {"linker": "published"})
+    with pytest.raises(InputError, match="linker one-to-one.*found a store of another"):
+        create_store(tmp_path / "s.zarr", {"linker": "one-to-one"})
+
+
+def test_something_else_is_not_overwritten(tmp_path):
+    (tmp_path / "s.zarr").write_text("precious")
+    with pytest.raises(InputError, match="something else of that name"):
+        create_store(tmp_path / "s.zarr", {})
+    assert (tmp_path / "s.zarr").read_text() == "precious"
+
+
+def test_a_recording_from_changed_files_is_refused(tmp_path):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    assert not has_responses(store, "3/50", "abc")
+    write_responses(store, responses())
+    assert has_responses(store, "3/50", "abc")
+    with pytest.raises(InputError, match="responses of other files"):
+        has_responses(store, "3/50", "other")
+
+
+def test_no_store_is_said_so(tmp_path):
+    with pytest.raises(InputError, match="extract first"):
+        open_responses(tmp_path / "nothing.zarr")

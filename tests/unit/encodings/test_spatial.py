@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.core.errors import InputError
+from afferents.encodings import spatial_samples, spatiotemporal_samples, tactile_images
+
+ATTRS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0}
+
+
+def response(n_frames: int = 25, grid: bool = True) -> xr.DataArray:
+    """Six markers in two rows of three, listed out of order; value = 100 frame + marker."""
+    values = 100.0 * np.arange(n_frames)[:, None] + np.arange(6)
+    place = {"row": ("marker", [1, 0, 1, 0, 1, 0]), "column": ("marker", [2, 1, 0, 2, 1, 0])}
+    return xr.DataArray(
+        values.astype(np.float32),
+        dims=("time", "marker"),
+        coords={"time": np.arange(n_frames) * 0.5, **(place if grid else {})},
+        attrs=ATTRS,
+        name="sa1",
+    )
+
+
+def test_image_has_rows_in_y_and_columns_in_x():
+    np.testing.assert_array_equal(tactile_images(response())[0], [[5, 1, 3], [2, 4, 0]])
+
+
+def test_a_frame_is_a_sample_with_its_extent():
+    samples = spatial_samples(response(), slice(5, 8), memory=0)
+    assert samples.dims == ("sample", "row", "column")
+    np.testing.assert_array_equal(samples.values[:, 0, 0], [505, 605, 705])
+    np.testing.assert_array_equal(samples["start_s"], [2.5, 3.0, 3.5])
+    np.testing.assert_array_equal(samples["stop_s"], [3.0, 3.5, 4.0])
+
+
+def test_ra1_begins_a_frame_earlier():
+    samples = spatial_samples(response(), slice(5, 8), memory=1)
+    np.testing.assert_array_equal(samples["start_s"], [2.0, 2.5, 3.0])
+
+
+def test_windows_are_ten_frames_and_do_not_overlap():
+    samples = spatiotemporal_samples(response(), slice(2, 25), memory=0)
+    assert samples.sizes == {"sample": 2, "frame": 10, "row": 2, "column": 3}
+    np.testing.assert_array_equal(samples.values[1, :, 0, 0], 100 * np.arange(12, 22) + 5)
+    np.testing.assert_array_equal(samples["start_s"], [1.0, 6.0])
+    np.testing.assert_array_equal(samples["stop_s"], [6.0, 11.0])
+
+
+def test_the_last_frame_ends_a_period_later():
+    samples = spatial_samples(response(), slice(24, 25), memory=0)
+    assert samples["stop_s"].item() == 12.5
+
+
+def test_a_free_layout_is_refused():
+    with pytest.raises(InputError, match=r"sa1 of 3/50: expected markers in a grid"):
+        tactile_images(response(grid=False))
+
+
+def test_lost_markers_must_be_filled_first():
+    lost = response().where(response() != 3)
+    with pytest.raises(InputError, match="lost markers filled"):
+        tactile_images(lost)
+
+
+def test_too_few_frames_for_a_window():
+    with pytest.raises(InputError, match=r"at least 10 frames .* found 9"):
+        spatiotemporal_samples(response(), slice(0, 9), memory=0)

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from afferents.core.errors import InputError
+from afferents.encodings import SpectralEncoding, amplitude_spectrum, spectral_samples
+
+
+def vibration(signal: np.ndarray, rate: float) -> xr.DataArray:
+    return xr.DataArray(
+        np.asarray(signal, dtype=np.float32).reshape(len(signal), -1),
+        dims=("audio_time", "channel"),
+        attrs={
+            "sample_rate_hz": rate,
+            "name": "3/50",
+            "texture": "3",
+            "speed_mm_s": 50.0,
+        },
+        name="ra2",
+    )
+
+
+@given(st.integers(1, 199), st.floats(0.01, 10))
+def test_a_sine_shows_its_amplitude_at_its_frequency(frequency, amplitude):
+    time = np.arange(1000) / 1000
+    spectrum = amplitude_spectrum(amplitude * np.sin(2 * np.pi * frequency * time))
+    assert spectrum.argmax() == frequency
+    assert spectrum[frequency] == pytest.approx(amplitude, rel=1e-4)
+
+
+def test_a_minute_gives_119_windows_of_4000_bins():
+    samples = spectral_samples(
+        vibration(np.zeros(60 * 44100), 44100.0), slice(0, 60 * 44100), SpectralEncoding()
+    )
+    assert samples.sizes == {"sample": 119, "channel": 1, "frequency": 4000}
+    np.testing.assert_array_equal(samples["frequency"][[0, 1, 3999]], [0, 1, 3999])
+    np.testing.assert_array_equal(samples["start_s"][:3], [0, 0.5, 1.0])
+    np.testing.assert_array_equal(samples["stop_s"][:3], [1.0, 1.5, 2.0])
+
+
+def test_bin_zero_is_twice_the_mean_as_published():
+    samples = spectral_samples(vibration(np.full(1000, 0.25), 1000.0), slice(0, 1000), one(1.0))
+    assert samples.values[0, 0, 0] == pytest.approx(0.5)
+
+
+def one(window_s: float, **changes) -> SpectralEncoding:
+    return SpectralEncoding(window_s=window_s, stride_s=window_s, **changes)
+
+
+def test_slow_taxels_reach_nyquist_with_zero_padding():
+    signal = np.random.default_rng(0).normal(size=(300, 16))
+    encoding = one(128 * 0.028, fft_points=400, kept_bins=200, remove_mean=True)
+    samples = spectral_samples(vibration(signal, 1 / 0.028), slice(0, 300), encoding)
+    assert samples.sizes == {"sample": 2, "channel": 16, "frequency": 200}
+    assert samples["frequency"].values[-1] == pytest.approx(199 / 400 / 0.028)
+
+
+def test_the_mean_is_removed_window_by_window():
+    signal = np.repeat([1.0, 5.0], 100)
+    samples = spectral_samples(
+        vibration(signal, 100.0), slice(0, 200), one(1.0, remove_mean=True)
+    )
+    np.testing.assert_allclose(samples.values, 0, atol=1e-6)
+
+
+def test_windows_start_after_the_cut():
+    samples = spectral_samples(vibration(np.arange(500), 100.0), slice(150, 400), one(1.0))
+    np.testing.assert_array_equal(samples["start_s"], [1.5, 2.5])
+
+
+def test_a_window_longer_than_the_recording_is_refused():
+    with pytest.raises(InputError, match=r"3/50: expected at least one window of 1 s, found 0.90"):
+        spectral_samples(vibration(np.zeros(90), 100.0), slice(0, 90), one(1.0))
+
+
+def test_a_transform_shorter_than_the_window_is_refused():
+    with pytest.raises(InputError, match="at least the window's 100 samples, found 64"):
+        spectral_samples(vibration(np.zeros(90 * 2), 100.0), slice(0, 180), one(1.0, fft_points=64))

@@ -1,0 +1,79 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.core.results import load_results
+from afferents.evaluation import (
+    FoldKey,
+    Leaks,
+    LeaveOneSpeedOut,
+    claim_results_folder,
+    finished,
+    finished_keys,
+    predictions_table,
+    save_fold,
+    summarise,
+)
+
+FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "seconds": 1.5}
+LEAKS = Leaks(0, 4, 0, 2, True)
+
+
+def save_all(root, data, accuracy_of):
+    """Save a fold a speed; `accuracy_of[speed]` of the samples are named rightly."""
+    keys = []
+    for fold in LeaveOneSpeedOut().folds(data):
+        key = FoldKey("vib-te", "nested", 0, fold.held_out_mm_s)
+        true = (data["texture"].values[fold.test] == "b").astype(int)
+        right = np.arange(len(true)) < accuracy_of[fold.held_out_mm_s] * len(true)
+        probabilities = np.eye(2, dtype=np.float32)[np.where(right, true, 1 - true)]
+        predictions = predictions_table(key, data, fold, probabilities, ["a", "b"])
+        save_fold(root, key, predictions, FACTS, LEAKS, lambda path: path.write_bytes(b"w"))
+        keys.append(key)
+    return keys
+
+
+def test_summary_and_predictions(tmp_path, samples):
+    data = samples((10, 20, 30), n=5)
+    claim_results_folder(tmp_path, {"schema": 1})
+    keys = save_all(tmp_path, data, {10: 0.5, 20: 1.0, 30: 0.0})
+    assert finished_keys(tmp_path) == keys
+    summarise(tmp_path, keys, ["a", "b"], {"cut": "all"})
+    results = load_results(tmp_path)
+    entry = results.summary["models"]["vib-te"]["nested"]
+    assert entry["mean_accuracy"] == pytest.approx(0.5)
+    assert entry["by_speed"] == {"10": 0.5, "20": 1.0, "30": 0.0}
+    assert entry["worst_speed"] == "30"
+    assert entry["n_test"] == len(results.predictions) == 30
+    assert entry["leaks"]["test_samples_of_a_speed_seen_in_validation"] == 12
+    assert entry["leaks"]["scale_saw_held_out_speed"] is True
+    assert list(results.predictions.columns) == [
+        "model", "protocol", "seed", "held_out_speed_mm_s", "recording", "start_s", "stop_s",
+        "true_texture", "predicted_texture", "p_a", "p_b",
+    ]  # fmt: skip
+
+
+def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path):
+    key = FoldKey("vib-te", "nested", 0, 10.0)
+
+    def fail(path):
+        raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, fail)
+    assert not finished(tmp_path, key)
+    assert not [p for p in tmp_path.rglob("*") if p.is_file()]
+
+
+def test_results_of_another_configuration_are_refused(tmp_path):
+    claim_results_folder(tmp_path / "r", {"cut": "all"})
+    claim_results_folder(tmp_path / "r", {"cut": "all"})
+    with pytest.raises(InputError, match=r"cut published.*found results of another \(cut all\)"):
+        claim_results_folder(tmp_path / "r", {"cut": "published"})
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    (tmp_path / "thesis.txt").write_text("precious")
+    with pytest.raises(InputError, match="something else"):
+        claim_results_folder(tmp_path, {"cut": "all"})

@@ -1,0 +1,84 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.core.errors import LeakageError
+from afferents.core.protocol import PROTOCOLS
+from afferents.evaluation import LeaveOneSpeedOut, find_leaks, refuse_leaks
+from afferents.evaluation.leakage import _overlaps, overlapping
+
+NONE = np.empty(0, dtype=int)
+
+
+def folds(data, protocol):
+    return list(LeaveOneSpeedOut(PROTOCOLS[protocol]).folds(data))
+
+
+def test_nested_folds_leak_nothing(samples):
+    data = samples((10, 20, 30), overlap=0.5)
+    for fold in folds(data, "nested"):
+        leaks = find_leaks(data, fold, fold.train)
+        assert not leaks
+        refuse_leaks(leaks, fold)
+
+
+def test_published_leaks_are_counted(samples):
+    data = samples((10, 20, 30), n=6, overlap=0.5)
+    fold = folds(data, "published")[0]
+    leaks = find_leaks(data, fold, np.arange(len(data)))
+    assert leaks.test_samples_of_a_speed_seen_in_validation == 6
+    assert leaks.test_samples_overlapping_validation == 6
+    assert leaks.test_samples_overlapping_training == 0
+    assert leaks.scale_saw_held_out_speed
+
+
+def test_windows_that_only_touch_do_not_overlap(samples):
+    data = samples((10, 20, 30), overlap=0.0)
+    leaks = find_leaks(data, folds(data, "published")[0], NONE)
+    assert leaks.test_samples_overlapping_validation == 0
+    assert leaks.test_samples_of_a_speed_seen_in_validation == 6
+
+
+def test_a_scaler_that_saw_the_held_out_speed_is_refused(samples):
+    data = samples((10, 20, 30))
+    fold = folds(data, "nested")[0]
+    leaks = find_leaks(data, fold, np.concatenate([fold.train, fold.test[:1]]))
+    with pytest.raises(LeakageError, match="scale_saw_held_out_speed True"):
+        refuse_leaks(leaks, fold)
+
+
+@pytest.mark.parametrize("part", ["train", "validation"])
+def test_a_test_sample_planted_elsewhere_is_refused(samples, part):
+    data = samples((10, 20, 30))
+    fold = folds(data, "nested")[1]
+    planted = np.append(getattr(fold, part), fold.test[3])
+    broken = dataclasses.replace(fold, **{part: planted})
+    with pytest.raises(LeakageError, match="20 mm/s"):
+        refuse_leaks(find_leaks(data, broken, NONE), broken)
+
+
+def test_another_recording_of_the_same_moment_does_not_overlap(samples):
+    data = samples((10, 20), textures=("a", "b"), n=1)
+    assert overlapping(data, np.array([0]), np.array([1, 2, 3])) == 0
+    assert overlapping(data, np.array([0]), np.array([0])) == 1
+
+
+spans = st.lists(st.tuples(st.integers(0, 50), st.integers(1, 10)), max_size=15)
+
+
+@settings(max_examples=200)
+@given(spans, spans)
+def test_overlaps_agree_with_looking_at_every_pair(mine, others):
+    def ends(pairs):
+        start = np.array([s for s, _ in pairs], dtype=float)
+        return start, start + np.array([length for _, length in pairs], dtype=float)
+
+    (start, stop), (other_start, other_stop) = ends(mine), ends(others)
+    expected = sum(
+        any(b < stop[i] and e > start[i] for b, e in zip(other_start, other_stop, strict=True))
+        for i in range(len(mine))
+    )
+    assert _overlaps(start, stop, other_start, other_stop) == expected

@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+from sklearn.dummy import DummyClassifier
+from sklearn.model_selection import cross_val_score
+
+from afferents.core.errors import InputError
+from afferents.core.protocol import PROTOCOLS
+from afferents.evaluation import LeaveOneSpeedOut, number_in_recording
+
+NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
+
+
+def test_nested_keeps_three_sets_of_whole_speeds(samples):
+    data = samples((10, 20, 30, 40, 50))
+    speed = data["speed_mm_s"].values
+    for fold in LeaveOneSpeedOut(NESTED).folds(data):
+        assert set(speed[fold.test]) == {fold.held_out_mm_s}
+        assert set(speed[fold.validation]) == {fold.validation_mm_s}
+        assert set(speed[fold.train]) == {10, 20, 30, 40, 50} - {
+            fold.held_out_mm_s,
+            fold.validation_mm_s,
+        }
+        everything = np.concatenate([fold.train, fold.validation, fold.test])
+        assert sorted(everything) == list(range(len(data)))
+
+
+def test_published_tests_odd_frames_and_validates_even_ones(samples):
+    data = samples((10, 20), n=5)
+    fold = next(LeaveOneSpeedOut(PUBLISHED).folds(data))
+    number = number_in_recording(data["recording"].values)
+    assert set(number[fold.test]) == {1, 3}
+    assert set(number[fold.validation]) == {0, 2, 4}
+    assert set(data["speed_mm_s"].values[fold.train]) == {20}
+
+
+def test_published_counts_are_the_papers(samples):
+    data = samples(range(10, 101, 10), textures="abcdefghijklm", n=119)
+    fold = next(LeaveOneSpeedOut(PUBLISHED, random_halves=True).folds(data))
+    assert (len(fold.train), len(fold.validation), len(fold.test)) == (13923, 767, 780)
+
+
+def test_random_halves_are_the_same_windows_for_all_textures_and_fixed_by_the_seed(samples):
+    data = samples((10, 20), n=9)
+    number = number_in_recording(data["recording"].values)
+    texture = data["texture"].values
+
+    def halves(seed):
+        splitter = LeaveOneSpeedOut(PUBLISHED, random_halves=True, seed=seed)
+        fold = next(splitter.folds(data))
+        return [set(number[fold.validation][texture[fold.validation] == t]) for t in "ab"]
+
+    assert halves(3)[0] == halves(3)[1] == halves(3)[0]
+    assert len(halves(3)[0]) == 4
+    assert any(halves(3)[0] != halves(seed)[0] for seed in range(4, 8))
+
+
+def test_it_is_a_scikit_learn_splitter(samples):
+    data = samples((10, 20, 30))
+    scores = cross_val_score(
+        DummyClassifier(), data.values, data["texture"].values,
+        groups=data["speed_mm_s"].values, cv=LeaveOneSpeedOut(),
+    )  # fmt: skip
+    assert scores.shape == (3,)
+
+
+def test_one_speed_can_not_be_held_out(samples):
+    with pytest.raises(InputError, match="at least 2 speeds"):
+        next(LeaveOneSpeedOut(PUBLISHED).folds(samples((10,))))
+
+
+def test_splitting_without_speeds_is_refused():
+    with pytest.raises(InputError, match="the speed of every sample"):
+        LeaveOneSpeedOut().get_n_splits()
+
+
+def test_numbers_run_in_each_recording_even_when_interleaved():
+    recordings = np.array(["x", "y", "x", "x", "y"])
+    np.testing.assert_array_equal(number_in_recording(recordings), [0, 0, 1, 2, 1])
