@@ -1,1 +1,11 @@
-"""The three tactile channels: SA-I, RA-I and RA-II, one file each."""
+"""The three tactile channels: SA-I, RA-I and RA-II, one file each.
+
+A lost marker is NaN in every channel until `hold` fills it.
+"""
+
+from afferents.channels.lost import hold
+from afferents.channels.ra1 import marker_speed, ra1
+from afferents.channels.ra2 import ra2
+from afferents.channels.sa1 import sa1
+
+__all__ = ["hold", "marker_speed", "ra1", "ra2", "sa1"]

@@ -1,0 +1,50 @@
+"""SA-I: how far each marker stands from its place at rest (Eq. 1)."""
+
+import xarray as xr
+
+from afferents.channels.checks import require_dims
+from afferents.core import dims
+from afferents.core.errors import InputError
+
+
+def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
+    """Return the artificial SA-I response, Eq. 1: SA[n,t] = |p[n,t] - p[n,rest]|.
+
+    Parameters
+    ----------
+    position
+        `(time, marker, space)`, px; NaN where a marker was lost.
+    rest_position
+        `(marker, space)`, px; the same markers in the same order.
+
+    Returns
+    -------
+    xarray.DataArray
+        `sa1` `(time, marker)`, px, never negative; NaN where the marker was lost.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing, or the two do not hold the same markers.
+    """
+    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    _require_same_markers(position, rest)
+    squared = (position - rest) ** 2
+    distance: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5
+    return distance.rename(dims.SA1).assign_attrs(
+        {dims.UNITS: dims.PIXELS, "long_name": "SA-I, displacement of the marker from rest"}
+    )
+
+
+def _require_same_markers(position: xr.DataArray, rest: xr.DataArray) -> None:
+    n, n_rest = position.sizes[dims.MARKER], rest.sizes[dims.MARKER]
+    if n != n_rest:
+        raise InputError(dims.REST_POSITION, f"{n} markers as in {dims.POSITION}", f"{n_rest}")
+    for dim in (dims.MARKER, dims.SPACE):
+        if dim in position.indexes and dim in rest.indexes:
+            same = position.indexes[dim].equals(rest.indexes[dim])
+            if not same:
+                raise InputError(
+                    dims.REST_POSITION, f"the {dim} labels of {dims.POSITION}", "others"
+                )
