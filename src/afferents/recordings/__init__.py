@@ -1,1 +1,28 @@
 """Reading recordings: the published session layout and adapters for other data sets."""
+
+from afferents.recordings.audio import WavFile
+from afferents.recordings.fabricslide import TaxelFile, read_fabricslide
+from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts
+from afferents.recordings.session import (
+    SessionFile,
+    check_recording,
+    read_session,
+    session_file,
+)
+from afferents.recordings.video import VideoFile, open_video
+
+__all__ = [
+    "Facts",
+    "SessionFile",
+    "TaxelFile",
+    "VibrationFacts",
+    "VideoFacts",
+    "VideoFile",
+    "WavFile",
+    "check_recording",
+    "facts",
+    "open_video",
+    "read_fabricslide",
+    "read_session",
+    "session_file",
+]

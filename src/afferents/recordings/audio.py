@@ -1,0 +1,120 @@
+"""Sound files as vibration channels."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import soundfile
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+
+_BLOCK = 1 << 16
+"""Samples read at a time, so that the channels that are not wanted never fill the memory."""
+
+FULL_SCALE = "full scale"
+"""Unit of a sample: 1 is the largest value that the file format holds."""
+
+
+class _Header(NamedTuple):
+    sample_rate_hz: float
+    n_samples: int
+    n_channels: int
+
+
+@dataclass(frozen=True)
+class WavFile:
+    """One channel of a sound file; its header is read when first asked for.
+
+    Implements `afferents.core.recording.Vibration`.
+
+    Parameters
+    ----------
+    path
+        A wav, or another format that libsndfile reads.
+    channel
+        Which channel is the sensor, from 0. In the published recordings it is the second
+        (vibrotactile/process_vibration.ipynb, cell 3).
+    """
+
+    path: Path
+    channel: int = 1
+
+    @cached_property
+    def header(self) -> _Header:
+        """Rate, length and channels as the file declares them.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, unreadable, or holds no samples.
+        """
+        if not self.path.is_file():
+            raise InputError(self.path, "a sound file", "no such file")
+        try:
+            info = soundfile.info(str(self.path))
+        except soundfile.SoundFileError as error:
+            raise InputError(self.path, "a readable sound file", f"{error}") from error
+        if info.frames == 0:
+            raise InputError(self.path, "a sound file with samples", "none in it")
+        return _Header(float(info.samplerate), int(info.frames), int(info.channels))
+
+    @cached_property
+    def sample_rate_hz(self) -> float:
+        """Sample rate, Hz."""
+        return self.header.sample_rate_hz
+
+    @cached_property
+    def n_samples(self) -> int:
+        """Samples in each channel."""
+        return self.header.n_samples
+
+    @cached_property
+    def n_channels(self) -> int:
+        """Channels in the file, the sensor's among them."""
+        return self.header.n_channels
+
+    def read(self) -> xr.DataArray:
+        """Read the sensor's channel.
+
+        Returns
+        -------
+        xarray.DataArray
+            `(audio_time, channel)` float32 with the one channel `sensor`, -1 to 1, and the
+            attributes `sample_rate_hz` and `units`.
+
+        Raises
+        ------
+        InputError
+            If the file is unreadable, empty, shorter than it declares, or has no such channel.
+        """
+        if not 0 <= self.channel < self.n_channels:
+            raise InputError(
+                self.path,
+                f"the sensor on channel {self.channel + 1}",
+                f"{self.n_channels} channel(s)",
+            )
+        return xr.DataArray(
+            self._samples()[:, np.newaxis],
+            dims=(dims.AUDIO_TIME, dims.CHANNEL),
+            coords={dims.CHANNEL: ["sensor"]},
+            attrs={dims.SAMPLE_RATE: self.sample_rate_hz, dims.UNITS: FULL_SCALE},
+        )
+
+    def _samples(self) -> NDArray[np.float32]:
+        samples = np.empty(self.n_samples, np.float32)
+        n = 0
+        try:
+            with soundfile.SoundFile(str(self.path)) as file:
+                for block in file.blocks(_BLOCK, dtype="float32", always_2d=True):
+                    samples[n : n + len(block)] = block[:, self.channel]
+                    n += len(block)
+        except soundfile.SoundFileError as error:
+            raise InputError(self.path, "a readable sound file", f"{error}") from error
+        if n < self.n_samples:
+            raise InputError(self.path, f"{self.n_samples} samples as it declares", f"{n}")
+        return samples

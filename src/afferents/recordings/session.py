@@ -1,0 +1,269 @@
+"""The session folder: ``<texture>/<speed>/video.mp4`` and ``audio.wav``, as published.
+
+Layout (preprocess/process.ipynb, cells 2-3; vibrotactile/process_vibration.ipynb, cells 2-3):
+texture folders ``0 0.5 ... 6`` (bump spacing, mm), speed folders ``10 20 ... 100`` (mm/s),
+the marker reference ``throw_away.mp4`` in the first of them, ``0/10``.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+
+from afferents.core.errors import InputError
+from afferents.core.recording import Recording, Session, Vibration, Video, natural_order
+from afferents.recordings.audio import WavFile
+from afferents.recordings.video import VideoFile
+
+SESSION_FILE = "session.json"
+VIDEO, AUDIO, REFERENCE = "video.mp4", "audio.wav", "throw_away.mp4"
+NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"})
+"""Folders that the published code writes beside the textures."""
+
+SHORTER_AUDIO_S = 0.5
+"""How much shorter than the video the audio may be, s."""
+
+_POSITIVE = re.compile(r"\d+(\.\d+)?")
+
+
+class SessionFile(BaseModel):
+    """What `session.json` declares; the defaults are the published recordings.
+
+    Other fields (sensor, versions, checksums) may stand in the file and are kept as they are.
+
+    Attributes
+    ----------
+    sample_rate_hz, audio_channels
+        Rate and channels of every `audio.wav`.
+    sensor_channel
+        The sensor's channel, from 0 (published: the second).
+    fps_hz
+        Nominal frame rate; the true frame times are the container's.
+    frame_width, frame_height
+        Size of every `video.mp4`, px.
+    steady_s
+        Start and end of constant speed in each recording, s; null where unknown.
+    holes
+        ``[texture, speed]`` of each condition of the grid that was never recorded.
+    direction
+        Direction in which the texture slides in the image, ``+x``, ``-x``, ``+y`` or ``-y``.
+    simulated
+        Whether a simulation made the recordings.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    sample_rate_hz: float = Field(44100, gt=0)
+    audio_channels: int = Field(2, ge=1)
+    sensor_channel: int = Field(1, ge=0, validate_default=True)
+    fps_hz: float = Field(90, gt=0)
+    frame_width: int = Field(640, ge=1)
+    frame_height: int = Field(480, ge=1)
+    steady_s: tuple[float, float] | None = None
+    holes: tuple[tuple[str, float], ...] = ()
+    direction: str = Field("+x", pattern=r"^[+-][xy]$")
+    simulated: bool = False
+
+    @field_validator("holes", mode="before")
+    @classmethod
+    def _textures_may_be_numbers(cls, holes: object) -> object:
+        if not isinstance(holes, list | tuple):
+            return holes
+        return [_named(hole) for hole in holes]
+
+    @field_validator("sensor_channel")
+    @classmethod
+    def _sensor_is_on_a_channel(cls, channel: int, info: ValidationInfo) -> int:
+        if channel >= info.data.get("audio_channels", channel + 1):
+            raise ValueError("counted from 0, below audio_channels")
+        return channel
+
+    @field_validator("steady_s")
+    @classmethod
+    def _steady_is_an_interval(cls, steady: tuple[float, float] | None) -> object:
+        if steady is not None and not 0 <= steady[0] < steady[1]:
+            raise ValueError("steady_s is [start, stop] with 0 <= start < stop")
+        return steady
+
+
+def _named(hole: object) -> object:
+    """Return ``[texture, speed]`` with the texture as a folder name."""
+    if isinstance(hole, list | tuple) and len(hole) == 2:
+        texture, speed = hole
+        return (f"{texture:g}" if isinstance(texture, int | float) else texture, speed)
+    return hole
+
+
+def session_file(root: Path) -> SessionFile:
+    """Read `session.json`, or return the published defaults where there is none.
+
+    Raises
+    ------
+    InputError
+        If it is not JSON, or a field is not what it should be.
+    """
+    path = root / SESSION_FILE
+    if not path.is_file():
+        return SessionFile()
+    try:
+        return SessionFile.model_validate(json.loads(path.read_text(encoding="utf-8")))
+    except ValidationError as error:
+        raise _bad_field(path, error) from error
+    except (ValueError, OSError) as error:
+        raise InputError(path, "JSON", f"{error}") from error
+
+
+def _bad_field(path: Path, error: ValidationError) -> InputError:
+    first = error.errors()[0]
+    field = ".".join(map(str, first["loc"])) or "session"
+    return InputError(path, f"a valid '{field}'", f"{first['input']!r} ({first['msg']})")
+
+
+def read_session(root: Path) -> Session:
+    """Read a session folder; no video or audio is opened until it is asked for.
+
+    A condition is a folder two levels down that holds `video.mp4` or `audio.wav`; folders
+    without conditions, hidden ones and `NOT_TEXTURES` are ignored. Only the grid is checked
+    here; `check_recording` checks one recording.
+
+    Returns
+    -------
+    Session
+        Recordings named ``<texture>/<speed>``, by texture in natural order, then by speed.
+
+    Raises
+    ------
+    InputError
+        If the folder is missing or unreadable, holds no condition, has a condition whose
+        folder is not named by a speed, or its grid has a hole that `session.json` does not
+        declare.
+    """
+    if not root.is_dir():
+        raise InputError(root, "a session folder", "a file" if root.exists() else "no such folder")
+    declared = session_file(root)
+    try:
+        folders = list(_conditions(root))
+    except OSError as error:
+        raise InputError(
+            error.filename or root, "a readable folder", f"{error.strerror}"
+        ) from error
+    if not folders:
+        raise InputError(
+            root, f"conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}", "none of them"
+        )
+    recordings = sorted((_recording(folder, declared) for folder in folders), key=_grid_order)
+    _check_grid(root, recordings, declared)
+    return Session(root, tuple(recordings), _video(recordings[0].source / REFERENCE))
+
+
+def _conditions(root: Path) -> Iterator[Path]:
+    for texture in _folders(root):
+        if texture.name not in NOT_TEXTURES:
+            yield from (
+                speed
+                for speed in _folders(texture)
+                if (speed / VIDEO).is_file() or (speed / AUDIO).is_file()
+            )
+
+
+def _folders(parent: Path) -> list[Path]:
+    return [path for path in parent.iterdir() if path.is_dir() and not path.name.startswith(".")]
+
+
+def _recording(folder: Path, declared: SessionFile) -> Recording:
+    texture, speed = folder.parent.name, folder.name
+    if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
+        raise InputError(folder, "a folder named by its speed in mm/s", f"'{speed}'")
+    return Recording(
+        name=f"{texture}/{speed}",
+        texture=texture,
+        speed_mm_s=float(speed),
+        source=folder,
+        video=_video(folder / VIDEO),
+        audio=_audio(folder / AUDIO, declared.sensor_channel),
+        steady_s=declared.steady_s,
+        conditions={"direction": declared.direction},
+    )
+
+
+def _video(path: Path) -> Video | None:
+    return VideoFile(path) if path.is_file() else None
+
+
+def _audio(path: Path, channel: int) -> Vibration | None:
+    return WavFile(path, channel) if path.is_file() else None
+
+
+def _grid_order(recording: Recording) -> tuple[tuple[float, str], float]:
+    return natural_order(recording.texture), recording.speed_mm_s
+
+
+def _check_grid(root: Path, recordings: Iterable[Recording], declared: SessionFile) -> None:
+    present = {(r.texture, r.speed_mm_s) for r in recordings}
+    expected = {(texture, speed) for texture, _ in present for _, speed in present}
+    missing = sorted(
+        expected - present - set(declared.holes), key=lambda c: (natural_order(c[0]), c[1])
+    )
+    if missing:
+        names = ", ".join(f"{texture}/{speed:g}" for texture, speed in missing)
+        raise InputError(
+            root,
+            "a recording of every texture at every speed",
+            f"none in {names}",
+            f"record what is missing or declare it in {SESSION_FILE} as 'holes'",
+        )
+
+
+def check_recording(recording: Recording, declared: SessionFile) -> None:
+    """Check one recording of a session folder by its headers.
+
+    Raises
+    ------
+    InputError
+        If a file is unreadable, the video of another size than declared, the audio of another
+        rate or with other channels, or more than 0.5 s shorter than the video.
+    """
+    video, audio = recording.video, recording.audio
+    if isinstance(video, VideoFile):
+        _check_video(video, declared)
+    if isinstance(audio, WavFile):
+        _check_audio(audio, declared)
+    if isinstance(video, VideoFile) and isinstance(audio, WavFile):
+        _check_lengths(video, audio)
+
+
+def _check_video(video: VideoFile, declared: SessionFile) -> None:
+    expected = (declared.frame_width, declared.frame_height)
+    if (video.width, video.height) != expected:
+        raise InputError(
+            video.path,
+            f"frames of {expected[0]}x{expected[1]} px",
+            f"{video.width}x{video.height}",
+            f"declare frame_width and frame_height in {SESSION_FILE}",
+        )
+
+
+def _check_audio(audio: WavFile, declared: SessionFile) -> None:
+    if (audio.sample_rate_hz, audio.n_channels) != (
+        declared.sample_rate_hz,
+        declared.audio_channels,
+    ):
+        raise InputError(
+            audio.path,
+            f"{declared.audio_channels} channel(s) at {declared.sample_rate_hz:g} Hz",
+            f"{audio.n_channels} at {audio.sample_rate_hz:g} Hz",
+            f"declare audio_channels and sample_rate_hz in {SESSION_FILE}",
+        )
+
+
+def _check_lengths(video: VideoFile, audio: WavFile) -> None:
+    audio_s = audio.n_samples / audio.sample_rate_hz
+    if audio_s < video.duration_s - SHORTER_AUDIO_S:
+        raise InputError(
+            audio.path,
+            f"audio of at least {video.duration_s - SHORTER_AUDIO_S:.2f} s, "
+            f"for a video of {video.duration_s:.2f} s",
+            f"{audio_s:.2f} s",
+        )

@@ -1,0 +1,227 @@
+"""Video files, decoded frame by frame, with the frame times that the container holds."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import av
+import cv2
+import numpy as np
+from av.container import InputContainer
+from av.video.frame import VideoFrame
+from av.video.plane import VideoPlane
+from av.video.reformatter import ColorRange
+from av.video.stream import VideoStream
+
+from afferents.core.errors import InputError
+from afferents.core.recording import Frame, GreyImage
+
+_BLACK, _WHITE = 16, 235
+_EXPANDED: Final = np.clip(
+    np.round((np.arange(256) - _BLACK) * 255 / (_WHITE - _BLACK)), 0, 255
+).astype(np.uint8)
+"""Grey level of each luma value of limited range (ITU-R BT.601: 16 black, 235 white)."""
+
+_END_TOLERANCE_S = 0.5
+"""How far a video may fall short where the container declares a duration, but no count."""
+
+
+class _Header(NamedTuple):
+    """What the container declares; None where it declares none."""
+
+    fps_hz: float
+    width: int
+    height: int
+    n_frames: int | None
+    start_s: float
+    container_s: float | None
+
+
+@dataclass(frozen=True)
+class VideoFile:
+    """A video on disk; its header is read when first asked for, its frames never kept.
+
+    Implements `afferents.core.recording.Video`. Anything that FFmpeg reads will do: mp4 with
+    H.264, avi with MJPEG or MPEG-4, colour or grey, 8 bit or more.
+    """
+
+    path: Path
+
+    @cached_property
+    def header(self) -> _Header:
+        """What the container declares.
+
+        Raises
+        ------
+        InputError
+            If the file is missing or not a readable video.
+        """
+        with _opened(self.path) as container:
+            return _read_header(container, container.streams.video[0])
+
+    @cached_property
+    def fps_hz(self) -> float:
+        """Nominal (average) frame rate, Hz; the true times come with the frames."""
+        return self.header.fps_hz
+
+    @cached_property
+    def width(self) -> int:
+        """Width, px."""
+        return self.header.width
+
+    @cached_property
+    def height(self) -> int:
+        """Height, px."""
+        return self.header.height
+
+    @cached_property
+    def n_frames(self) -> int:
+        """Frames as declared; duration times rate where the container declares no count."""
+        if self.header.n_frames is not None:
+            return self.header.n_frames
+        return round(self.duration_s * self.fps_hz)
+
+    @cached_property
+    def duration_s(self) -> float:
+        """Duration as declared, s; 0 where the container declares none.
+
+        Number of frames / average rate where there is a count: of an avi that was cut off,
+        FFmpeg shortens the duration to fit, but leaves the count.
+        """
+        if self.header.n_frames is not None:
+            return self.header.n_frames / self.fps_hz
+        return self.header.container_s or 0.0
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start, in order of presentation, one frame at a time.
+
+        Yields
+        ------
+        Frame
+            The presentation time in the container (s, not number / rate) and the grey image,
+            `(height, width)` uint8, black 0 and white 255.
+
+        Raises
+        ------
+        InputError
+            If the file is no video, cannot be decoded to its end, or ends before the end that
+            its container declares.
+        """
+        n, end_s = 0, 0.0
+        with _opened(self.path) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "AUTO"
+            frames = container.decode(stream)
+            while (frame := self._next(frames, n, end_s)) is not None:
+                time_s = self._time_s(frame, n)
+                n, end_s = n + 1, time_s + self._duration_s(frame)
+                yield Frame(time_s, grey(frame))
+        if self._ends_early(n, end_s):
+            raise self._stopped(n, end_s, "the video ends")
+
+    def _next(self, frames: Iterator[VideoFrame], n: int, end_s: float) -> VideoFrame | None:
+        try:
+            frame = next(frames, None)
+        except av.FFmpegError as error:
+            raise self._stopped(n, end_s, f"decoding stops ({error.strerror})") from error
+        if frame is not None and frame.is_corrupt:
+            raise self._stopped(n, end_s, "decoding stops (a damaged frame)")
+        return frame
+
+    def _time_s(self, frame: VideoFrame, n: int) -> float:
+        ticks = frame.pts if frame.pts is not None else frame.dts
+        if ticks is None or frame.time_base is None:
+            raise InputError(self.path, "a presentation time for every frame", f"none for {n}")
+        return float(ticks * frame.time_base)
+
+    def _duration_s(self, frame: VideoFrame) -> float:
+        if frame.duration and frame.time_base is not None:
+            return float(frame.duration * frame.time_base)
+        return 1 / self.fps_hz
+
+    def _ends_early(self, n: int, end_s: float) -> bool:
+        """Say whether frames are missing at the end.
+
+        A count below the declared one is not enough: avi writes empty packets for dropped
+        frames, and mp4 edit lists hide some. The time must fall short too.
+        """
+        if n == 0:
+            return True
+        if self.header.n_frames is None:
+            return end_s < self.duration_s - _END_TOLERANCE_S
+        declared_end_s = self.header.start_s + self.duration_s
+        return n < self.header.n_frames and end_s < declared_end_s - 0.5 / self.fps_hz
+
+    def _stopped(self, n: int, end_s: float, how: str) -> InputError:
+        return InputError(
+            self.path,
+            f"{self.n_frames} frames ({self.duration_s:.2f} s) as the container declares",
+            f"{how} at {end_s:.2f} s after {n} frames",
+            "copy or record the file again",
+        )
+
+
+def open_video(path: Path) -> VideoFile:
+    """Open a video and read its header.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or not a readable video.
+    """
+    video = VideoFile(path)
+    _ = video.header
+    return video
+
+
+def grey(frame: VideoFrame) -> GreyImage:
+    """Return a decoded frame as an owned grey image, `(height, width)` uint8, 0 to 255.
+
+    Where the pixels hold 8-bit luma in a plane of its own that plane is the image, expanded to
+    0..255 where it is of limited range; it differs from OpenCV's BGR-to-grey by rounding, and
+    by more only where a colour leaves the RGB cube. Everything else goes through FFmpeg.
+    """
+    layout = frame.format
+    if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
+        return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8)
+    luma = _luma(frame.planes[0])
+    if _is_full_range(frame):
+        return luma.copy()
+    return np.asarray(cv2.LUT(luma, _EXPANDED), dtype=np.uint8)
+
+
+def _luma(plane: VideoPlane) -> GreyImage:
+    """Return the plane as an array without a copy, its padding left out."""
+    padded = np.frombuffer(plane, np.uint8)  # type: ignore[call-overload]  # a buffer in truth
+    image: GreyImage = padded.reshape(plane.height, plane.line_size)[:, : plane.width]
+    return image
+
+
+def _is_full_range(frame: VideoFrame) -> bool:
+    return frame.color_range == ColorRange.JPEG or frame.format.name.startswith(("yuvj", "gray"))
+
+
+def _opened(path: Path) -> InputContainer:
+    if not path.is_file():
+        raise InputError(path, "a video file", "no such file")
+    try:
+        container = av.open(str(path))
+    except av.FFmpegError as error:
+        raise InputError(path, "a readable video", f"{error.strerror}") from error
+    if not container.streams.video:
+        container.close()
+        raise InputError(path, "a file with a video stream", "none in it")
+    return container
+
+
+def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
+    rate = stream.average_rate or stream.guessed_rate
+    if not rate or not stream.width or not stream.height:
+        raise InputError(container.name, "a video with a frame rate and a size", "neither in it")
+    start_s = float((stream.start_time or 0) * (stream.time_base or 0))
+    container_s = None if container.duration is None else container.duration / av.time_base
+    return _Header(
+        float(rate), stream.width, stream.height, stream.frames or None, start_s, container_s
+    )

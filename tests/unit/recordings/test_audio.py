@@ -1,0 +1,62 @@
+"""Sound files that libsndfile just wrote."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from afferents.core.errors import InputError
+from afferents.core.recording import Vibration
+from afferents.recordings import WavFile
+
+
+def test_reads_the_sensors_channel_alone(tmp_path: Path) -> None:
+    n = 200_000  # more than one block
+    left, right = np.zeros(n, np.int16), (np.arange(n) % 32768).astype(np.int16)
+    soundfile.write(str(tmp_path / "a.wav"), np.stack([left, right], 1), 44100)
+    audio = WavFile(tmp_path / "a.wav").read()
+    assert audio.dims == ("audio_time", "channel")
+    assert audio.dtype == np.float32
+    assert list(audio.channel.values) == ["sensor"]
+    assert audio.attrs == {"sample_rate_hz": 44100.0, "units": "full scale"}
+    np.testing.assert_array_equal(audio.values[:, 0], right / np.float32(32768))
+
+
+def test_header(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
+    audio = WavFile(write_audio(tmp_path / "a.wav", duration_s=0.1, sample_rate_hz=8000))
+    assert isinstance(audio, Vibration)
+    assert (audio.sample_rate_hz, audio.n_samples, audio.n_channels) == (8000, 800, 2)
+
+
+def test_mono_is_read_on_its_only_channel(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
+    path = write_audio(tmp_path / "a.wav", channels=1)
+    assert WavFile(path, channel=0).read().sizes == {"audio_time": 8820, "channel": 1}
+    with pytest.raises(InputError, match="expected the sensor on channel 2, found 1 channel"):
+        WavFile(path).read()
+
+
+@pytest.mark.parametrize("content", [b"", b"RIFF", b"this is not sound" * 50])
+def test_unreadable(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "audio.wav"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"audio\.wav: expected a readable sound file"):
+        WavFile(path).read()
+
+
+def test_empty_and_missing(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
+    with pytest.raises(InputError, match="with samples, found none"):
+        WavFile(write_audio(tmp_path / "empty.wav", duration_s=0)).read()
+    with pytest.raises(InputError, match="no such file"):
+        WavFile(tmp_path / "absent.wav").read()
+
+
+def test_shorter_than_its_header_was_when_read(
+    tmp_path: Path, write_audio: Callable[..., Path]
+) -> None:
+    audio = WavFile(write_audio(tmp_path / "a.wav"))
+    assert audio.n_samples == 8820
+    audio.path.write_bytes(audio.path.read_bytes()[:4044])
+    with pytest.raises(InputError, match="8820 samples as it declares, found 1000"):
+        audio.read()

@@ -1,0 +1,126 @@
+"""FabricSlide: files written here, and the real ones where they are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.recordings import TaxelFile, facts, read_fabricslide
+from afferents.recordings.fabricslide import COLUMNS, SAMPLE_RATE_HZ
+
+HEADER = ", ".join(COLUMNS)
+REAL = Path(__file__).resolve().parents[3] / "../shared/datasets/fabricslide"
+needs_real = pytest.mark.skipif(
+    not REAL.is_dir(), reason="FabricSlide is not at ../shared/datasets/fabricslide"
+)
+
+
+def _row(timestamp_ms: int, first: int) -> str:
+    return ",".join(map(str, [timestamp_ms, 0, 65535, *range(first, first + 16)]))
+
+
+def _write(path: Path, rows: list[str], header: str = HEADER) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+ROWS = [_row(1000, 10), _row(1028, 20), _row(1057, 30), _row(1084, 40)]
+
+
+def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
+    taxels = TaxelFile(_write(tmp_path / "a.csv", ROWS))
+    response = taxels.read()
+    assert response.dims == ("audio_time", "channel")
+    assert response.dtype == np.float32
+    assert response.attrs == {"sample_rate_hz": SAMPLE_RATE_HZ, "units": "counts"}
+    np.testing.assert_array_equal(response.sel(channel="channel1"), [10, 20, 30, 40])
+    np.testing.assert_array_equal(response.sel(channel="channel16"), [25, 35, 45, 55])
+    assert taxels.n_samples == 4
+    assert response.attrs["sample_rate_hz"] == pytest.approx(35.714, abs=5e-4)
+
+
+def test_a_row_written_twice_counts_once(tmp_path: Path) -> None:
+    taxels = TaxelFile(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
+    assert taxels.n_samples == len(taxels.read()) == 4
+
+
+@pytest.mark.parametrize(
+    ("line", "row", "found"),
+    [
+        (3, _row(1028, 20) + ",5", "expected 19 fields, found 20"),
+        (5, "1084,0,65535,1,2", "expected 19 fields, found 5"),
+        (4, "", "expected 19 fields, found 1"),
+        (3, _row(1028, 20).replace(",25,", ",2.5,"), "expected integers, found '2.5'"),
+        (4, _row(1057, 30).replace(",35,", ",1_0,"), "expected integers, found '1_0'"),
+        (4, _row(1057, 30).replace(",35,", ",x,"), "expected integers, found 'x'"),
+        (4, _row(1085, 30), "found 57 ms"),
+        (4, _row(1028, 30), "found 0 ms"),
+    ],
+)
+def test_a_bad_row_is_named(tmp_path: Path, line: int, row: str, found: str) -> None:
+    rows = ROWS.copy()
+    rows[line - 2] = row
+    path = _write(tmp_path / "a.csv", rows)
+    with pytest.raises(InputError) as caught:
+        TaxelFile(path).read()
+    assert f"{path}, line {line}: " in str(caught.value)
+    assert found in str(caught.value)
+
+
+def test_no_rows_other_header_no_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="rows of data"):
+        TaxelFile(_write(tmp_path / "a.csv", [])).read()
+    with pytest.raises(InputError, match="line 1: expected the columns timestamp"):
+        TaxelFile(_write(tmp_path / "b.csv", ROWS, header="time,value")).read()
+    with pytest.raises(InputError, match="readable CSV"):
+        TaxelFile(tmp_path / "absent.csv").read()
+
+
+def test_names_say_the_condition(tmp_path: Path) -> None:
+    for name in ("Linen_F250_V-10mmps_3", "Denim_F120_V150mmps_0"):
+        _write(tmp_path / "data/fabric" / f"{name}.csv", ROWS)
+    _write(tmp_path / "data/board/Board2mm_F120_V-5mmps_0.csv", ROWS)
+    _write(tmp_path / "data/fabric/notes.csv", ROWS)
+    denim, linen = read_fabricslide(tmp_path).recordings
+    assert (linen.name, linen.texture, linen.speed_mm_s) == ("Linen_F250_V-10mmps_3", "Linen", 10)
+    assert linen.conditions == {"pressure": "F250", "direction": "-", "repetition": 3}
+    assert denim.conditions == {"pressure": "F120", "direction": "+", "repetition": 0}
+    assert linen.steady_s == pytest.approx((0, 4 * 0.028))
+    assert facts(linen).vibration.n_channels == 16
+    assert facts(linen).video is None
+
+
+@pytest.mark.parametrize("folder", [".", "data/fabric", "some/where/else"])
+def test_found_wherever_it_lies(tmp_path: Path, folder: str) -> None:
+    _write(tmp_path / folder / "Linen_F120_V10mmps_0.csv", ROWS)
+    assert len(read_fabricslide(tmp_path).recordings) == 1
+
+
+def test_a_broken_file_does_not_stop_the_others(tmp_path: Path) -> None:
+    _write(tmp_path / "Linen_F120_V10mmps_0.csv", ["nonsense"])
+    _write(tmp_path / "Linen_F120_V20mmps_0.csv", ROWS)
+    broken, whole = read_fabricslide(tmp_path).recordings
+    assert whole.audio.read().sizes["audio_time"] == 4
+    with pytest.raises(InputError):
+        broken.audio.read()
+
+
+def test_no_fabricslide(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        read_fabricslide(tmp_path / "absent")
+    with pytest.raises(InputError, match="none of them"):
+        read_fabricslide(tmp_path)
+
+
+@needs_real
+def test_the_real_set_reads_whole() -> None:
+    session = read_fabricslide(REAL)
+    assert set(session.speeds_mm_s) <= {10, 20, 50, 100, 120, 150}
+    first = {recording.texture: recording for recording in session.recordings}
+    assert len(first) == len(session.textures)
+    for recording in first.values():
+        response = recording.audio.read()
+        assert response.sizes == {"audio_time": recording.audio.n_samples, "channel": 16}
+        assert np.isfinite(response.values).all()
