@@ -1,1 +1,50 @@
 """Table 1, Figures 7 to 13 and one self-contained page, from results alone."""
+
+from afferents.report.confusion import confusion_figure
+from afferents.report.figure07 import FACTORS, StretchExample, figure07, stretch_example
+from afferents.report.figure08 import figure08
+from afferents.report.figure10 import figure10
+from afferents.report.figure12 import figure12
+from afferents.report.formats import to_markdown, to_rich
+from afferents.report.html import write_report
+from afferents.report.inspection import markers_figure, responses_figure, vibration_figure
+from afferents.report.pictures import FigureData, Picture, draw_pictures, save_pictures
+from afferents.report.speeds import speed_figure
+from afferents.report.style import save_figure
+from afferents.report.table import (
+    Table,
+    accuracy_by_speed,
+    leak_sentences,
+    leak_table,
+    run_table,
+    table1,
+)
+
+__all__ = [
+    "FACTORS",
+    "FigureData",
+    "Picture",
+    "StretchExample",
+    "Table",
+    "accuracy_by_speed",
+    "confusion_figure",
+    "draw_pictures",
+    "figure07",
+    "figure08",
+    "figure10",
+    "figure12",
+    "leak_sentences",
+    "leak_table",
+    "markers_figure",
+    "responses_figure",
+    "run_table",
+    "save_figure",
+    "save_pictures",
+    "speed_figure",
+    "stretch_example",
+    "table1",
+    "to_markdown",
+    "to_rich",
+    "vibration_figure",
+    "write_report",
+]

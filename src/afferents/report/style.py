@@ -1,0 +1,91 @@
+"""The look of every figure, and writing it: colours, type, the line that names the source.
+
+Figures are made with matplotlib's objects, never through pyplot, so nothing is left behind and
+several can be drawn at once. The last ticks of an axis are made when it is written, so
+writing keeps the same look. Colours are those of Okabe and Ito and maps of even lightness,
+which colour-blind readers can tell apart.
+"""
+
+import io
+from pathlib import Path
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from afferents.core.files import write_aside
+
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#D55E00",
+    "#CC79A7",
+    "#56B4E9",
+)
+INK, GREY, LINE, MISSING = "#1c2330", "#667085", "#c9ced6", "#e6e8ec"
+SEQUENTIAL = "cividis"
+"""For responses: even in lightness, the same to colour-blind readers."""
+PERCENT = "Blues"
+"""For percentages: white is none, as in the paper's matrices."""
+DPI = 160
+_FOOTER_INCH = 0.22
+
+styled = rc_context(
+    {
+        "font.family": "DejaVu Sans",
+        "font.size": 8.5,
+        "text.color": INK,
+        "axes.edgecolor": GREY,
+        "axes.labelcolor": INK,
+        "axes.linewidth": 0.7,
+        "axes.titlesize": 8.5,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "xtick.color": GREY,
+        "ytick.color": GREY,
+        "xtick.labelcolor": INK,
+        "ytick.labelcolor": INK,
+        "xtick.labelsize": 7.5,
+        "ytick.labelsize": 7.5,
+        "xtick.major.width": 0.7,
+        "ytick.major.width": 0.7,
+        "lines.linewidth": 1.1,
+        "legend.frameon": False,
+        "legend.fontsize": 8,
+        "figure.facecolor": "white",
+    }
+)
+"""Decorator of the functions that draw: the look holds while they run and nowhere else."""
+
+
+def new_figure(width: float, height: float, title: str, footer: str) -> Figure:
+    """Return an empty figure of that size in inches, with its title and its source line."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(title, x=0.012, ha="left", fontsize=11, fontweight="bold")
+    figure.text(0.012, 0.06 / height, footer, fontsize=6.5, color=GREY, ha="left", va="bottom")
+    below = _FOOTER_INCH / height
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.set(h_pad=0.06, w_pad=0.05, rect=(0.005, below, 0.99, 1 - below))  # type: ignore[call-arg]
+    return figure
+
+
+def frame_all(axes: Axes) -> None:
+    """Draw all four edges of an axes that holds a picture."""
+    axes.spines[:].set_visible(True)
+
+
+def save_figure(figure: Figure, path: Path) -> Path:
+    """Write the figure as PNG, whole or not at all, and return the path."""
+    with write_aside(path) as partial:
+        partial.write_bytes(png_bytes(figure))
+    return path
+
+
+@styled
+def png_bytes(figure: Figure) -> bytes:
+    """Return the figure as the content of a PNG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return buffer.getvalue()
