@@ -1,1 +1,32 @@
 """Finding the markers in the picture, following them, and placing them in the sensor's grid."""
+
+from afferents.markers.detect import Positions, detect
+from afferents.markers.estimate import estimate_detector, recognise_sensor
+from afferents.markers.grid import Grid, assign_grid, published_grid
+from afferents.markers.quality import TrackingQuality, describe, measure_quality
+from afferents.markers.rest import Linker, rest_image
+from afferents.markers.sensor import BlobDetector, Sensor, load_sensor, packaged_sensors
+from afferents.markers.track import Tracked, Tracker, rest_positions, track
+
+__all__ = [
+    "BlobDetector",
+    "Grid",
+    "Linker",
+    "Positions",
+    "Sensor",
+    "Tracked",
+    "Tracker",
+    "TrackingQuality",
+    "assign_grid",
+    "describe",
+    "detect",
+    "estimate_detector",
+    "load_sensor",
+    "measure_quality",
+    "packaged_sensors",
+    "published_grid",
+    "recognise_sensor",
+    "rest_image",
+    "rest_positions",
+    "track",
+]

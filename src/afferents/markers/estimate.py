@@ -1,0 +1,129 @@
+"""A detector for a sensor that nobody has described: guessed from one of its images."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from afferents.core.errors import InputError
+from afferents.core.recording import GreyImage, Video
+from afferents.markers.detect import Positions, detect, find_blobs
+from afferents.markers.rest import rest_image
+from afferents.markers.sensor import BlobDetector, Sensor, load_sensor
+
+FEWEST = 6
+"""Fewer blobs of like size than this are no marker layout."""
+SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 150
+"""Areas that a marker may have: least in px^2, most as a share of the image."""
+LIKE_SIZE = (0.25, 3.0)
+"""Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
+towards the rim, reflections are larger."""
+GATE_SHARE = 0.65
+"""Gate as a share of the spacing. More than half of it, because one-to-one assignment keeps
+neighbours apart."""
+
+
+def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
+    """Guess from an image how its markers are to be found.
+
+    Blobs of any size and brightness are looked for, bright ones and dark ones. The colour with
+    more blobs of like size is taken for the markers', and their sizes set the area's limits.
+
+    Parameters
+    ----------
+    image
+        Grey image of the skin at rest, shape (height, width), uint8.
+    where
+        The video or image, for the error.
+
+    Returns
+    -------
+    Sensor
+        Named ``estimated``, of the layout ``free``, its markers not counted.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than `FEWEST` blobs of like size.
+    """
+    found = {colour: _blobs_of_like_size(image, colour) for colour in (255, 0)}
+    colour = max(found, key=lambda key: len(found[key][0]))
+    centre, area = found[colour]
+    if len(centre) < FEWEST:
+        raise InputError(
+            where,
+            f"at least {FEWEST} bright or dark blobs of like size",
+            f"{len(centre)}",
+            "give a sensor file that says what its markers look like",
+        )
+    typical = float(np.median(area))
+    limits = {
+        "min_area_px2": round(LIKE_SIZE[0] * typical, 1),
+        "max_area_px2": round(LIKE_SIZE[1] * typical, 1),
+    }
+    return Sensor(
+        name="estimated",
+        layout="free",
+        height=image.shape[0],
+        width=image.shape[1],
+        radius_px=None,
+        gate_px=round(GATE_SHARE * spacing_px(centre), 1),
+        detector=_any_blob(image, colour).model_copy(update=limits),
+    )
+
+
+def recognise_sensor(video: Video) -> tuple[Sensor, str]:
+    """Choose a sensor for a video that came without a sensor file.
+
+    Returns
+    -------
+    tuple
+        The published sensor `tip_b` if its detector finds its markers in the rest frame, an
+        estimated one if not; and a sentence that says which and why.
+
+    Raises
+    ------
+    InputError
+        If the video is shorter than the rest frame, or shows no markers at all.
+    """
+    published = load_sensor("tip_b")
+    image = rest_image(video, published.rest_frame)
+    found = len(detect(image, published))
+    if found == published.n_markers:
+        return published, f"The published detector ({published.name}) finds its {found} markers."
+    sensor = estimate_detector(image, video.path)
+    shade = "bright" if sensor.detector.blob_colour else "dark"
+    return sensor, (
+        f"The published detector ({published.name}) finds {found} of its {published.n_markers} "
+        f"markers in frame {published.rest_frame}, so this is another sensor: markers were taken "
+        f"to be {shade} blobs of {sensor.detector.min_area_px2:g} to "
+        f"{sensor.detector.max_area_px2:g} px^2, as the image itself suggests."
+    )
+
+
+def spacing_px(position: Positions) -> float:
+    """Return the median distance of a marker from its nearest neighbour, px."""
+    distance, _ = cKDTree(position).query(position, k=2)
+    return float(np.median(distance[:, 1]))
+
+
+def _blobs_of_like_size(image: GreyImage, colour: int) -> tuple[Positions, NDArray[np.float64]]:
+    """Find blobs of one colour and leave out those of another size than most."""
+    centre, area = find_blobs(image, _any_blob(image, colour))
+    typical = np.median(area) if len(area) else 0.0
+    like = (area >= LIKE_SIZE[0] * typical) & (area <= LIKE_SIZE[1] * typical)
+    return centre[like], area[like]
+
+
+def _any_blob(image: GreyImage, colour: int) -> BlobDetector:
+    """Return a detector for round blobs at all grey levels and of nearly all sizes."""
+    return BlobDetector(
+        blob_colour=255 if colour else 0,
+        min_threshold=5,
+        max_threshold=255,
+        min_distance_px=5,
+        min_area_px2=SMALLEST_PX2,
+        max_area_px2=image.size * LARGEST_SHARE,
+        min_circularity=0.6,
+        min_convexity=0.7,
+        min_inertia_ratio=0.3,
+    )

@@ -1,0 +1,189 @@
+"""Which marker stands in which row and column of a square layout.
+
+Row is the rank in y (image down), column the rank in x (image right), as everywhere in the
+package. The published arrays are the transpose: their first axis is the rank in x.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import lsqr
+from scipy.spatial import cKDTree
+
+from afferents.core.errors import InputError
+from afferents.markers.detect import Positions
+
+PUBLISHED_ROLL_DEG = 6.2
+"""Published rest positions are turned by -6.2 degrees (spatial/process_static.ipynb, cell 3)."""
+REACH = 1.3
+"""Lattice neighbours lie within this multiple of the distance to the nearest marker when the
+roll is estimated; diagonal ones lie at 1.41."""
+CONE_DEG = 35.0
+"""A neighbour along an axis lies within this angle of it; diagonal ones lie at 45 degrees."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Places of n markers in a grid.
+
+    Attributes
+    ----------
+    row, column
+        Place of each marker, shape (n,), from 0 at the top and at the left.
+    roll_deg
+        Angle from the image's x axis to the grid's rows, degrees, positive from x towards y
+        (clockwise as seen).
+    """
+
+    row: NDArray[np.intp]
+    column: NDArray[np.intp]
+    roll_deg: float
+
+
+def assign_grid(
+    position: Positions, rows: int, columns: int, where: object = "the markers"
+) -> Grid:
+    """Find each marker's row and column, whatever the roll of the camera up to 45 degrees.
+
+    The roll is estimated from the directions to nearest neighbours; markers are then linked to
+    their neighbours along both axes, and rows and columns follow from these links. So neither
+    a fish-eye lens nor a few px of displacement matters: at a pitch of 22 px, 19 x 19 markers
+    that a lens draws in by 10% at the corners may each stand 3 px off in x and y. Beyond what
+    it can tell it refuses.
+
+    Parameters
+    ----------
+    position
+        Shape (rows * columns, 2), px, in any order.
+    where
+        The recording, for the error.
+
+    Raises
+    ------
+    InputError
+        If the markers do not form `rows` x `columns`.
+    """
+    expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
+    if len(position) != rows * columns:
+        raise InputError(where, expected, f"{len(position)} markers")
+    roll = _roll_from_neighbours(position)
+    upright = _turn(position, -roll)
+    along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
+    column, row = _count_steps(along_x, along_y, len(position))
+    size = (int(row.max()) + 1, int(column.max()) + 1)
+    n_places = len(np.unique(row * columns + column))
+    if size != (rows, columns) or n_places < len(position):
+        raise InputError(
+            where,
+            expected,
+            f"{size[0]} rows and {size[1]} columns with {n_places} places taken",
+            "check the picture for lost or false markers",
+        )
+    return Grid(row, column, _roll_from_places(position, row, column))
+
+
+def published_grid(
+    position: Positions, rows: int, columns: int, roll_deg: float = PUBLISHED_ROLL_DEG
+) -> Grid:
+    """Find each marker's row and column as the published code does.
+
+    Turn by -6.2 degrees about the image's origin, sort by x, cut into columns, sort each by y
+    (spatial/process_static.ipynb, cell 3). Nothing is checked: with another roll or a strong
+    lens, markers get the places of their neighbours. The published image[k, l] is
+    (column k, row l) here.
+
+    Parameters
+    ----------
+    position
+        Shape (rows * columns, 2), px.
+    """
+    upright = _turn(position, -roll_deg)
+    by_x = np.argsort(upright[:, 0], kind="stable").reshape(columns, rows)
+    within = np.argsort(upright[by_x, 1], axis=1, kind="stable")
+    order = np.take_along_axis(by_x, within, axis=1)
+    row, column = np.empty((2, len(position)), dtype=np.intp)
+    row[order] = np.arange(rows)[None, :]
+    column[order] = np.arange(columns)[:, None]
+    return Grid(row, column, roll_deg)
+
+
+def _turn(position: Positions, angle_deg: float) -> Positions:
+    """Turn about the origin of the image, from x towards y."""
+    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    turned: Positions = position @ np.array([[cos, sin], [-sin, cos]])
+    return turned
+
+
+def _roll_from_neighbours(position: Positions) -> float:
+    """Estimate the roll in degrees, -45 to 45, from the directions to near neighbours."""
+    distance, index = cKDTree(position).query(position, k=5)
+    near = distance[:, 1:] < REACH * distance[:, 1:2]
+    step = (position[index[:, 1:]] - position[:, None])[near]
+    # A grid looks the same after 90 degrees, so directions are averaged modulo 90.
+    direction = np.arctan2(step[:, 1], step[:, 0])
+    return float(np.degrees(np.angle(np.exp(4j * direction).sum())) / 4)
+
+
+def _neighbours(upright: Positions, axis: int) -> NDArray[np.intp]:
+    """Pair each marker with the next one along an axis, shape (n_pairs, 2).
+
+    A pair counts only if each of the two is the other's nearest in that direction.
+    """
+    _, index = cKDTree(upright).query(upright, k=min(9, len(upright)))
+    step = upright[index[:, 1:]] - upright[:, None]
+    forward = _nearest_in_cone(step[..., axis], step[..., 1 - axis], index[:, 1:])
+    backward = _nearest_in_cone(-step[..., axis], step[..., 1 - axis], index[:, 1:])
+    start = np.flatnonzero(forward >= 0)
+    mutual = backward[forward[start]] == start
+    return np.stack([start[mutual], forward[start[mutual]]], axis=1)
+
+
+def _nearest_in_cone(
+    along: NDArray[np.float64], across: NDArray[np.float64], index: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Return each marker's nearest neighbour within the cone, -1 for none, shape (n,)."""
+    inside = np.abs(across) < np.tan(np.radians(CONE_DEG)) * along
+    nearest = np.where(inside, np.hypot(along, across), np.inf).argmin(axis=1)
+    chosen = np.take_along_axis(index, nearest[:, None], axis=1)[:, 0]
+    return np.where(inside.any(axis=1), chosen, -1)
+
+
+def _count_steps(
+    along_x: NDArray[np.intp], along_y: NDArray[np.intp], n: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Turn links between neighbours into columns and rows from 0.
+
+    Least squares over all links, so that one wrong link among many right ones is outvoted.
+    A marker without links gets a place of its own accord that the caller finds out of range.
+    """
+    links = np.concatenate([along_x, along_y])
+    pair = np.arange(len(links))
+    sign = np.repeat([-1.0, 1.0], len(links))
+    shape = (len(links), n)
+    steps = coo_array((sign, (np.tile(pair, 2), links.T.ravel())), shape=shape).tocsr()
+    islands, _ = connected_components(abs(steps.T @ steps), directed=False)
+    if islands > 1:
+        return np.zeros(n, dtype=np.intp), np.zeros(n, dtype=np.intp)
+    in_x = (pair < len(along_x)).astype(float)
+    column, row = (lsqr(steps, step, atol=1e-10, btol=1e-10)[0] for step in (in_x, 1 - in_x))
+    return _whole(column), _whole(row)
+
+
+def _whole(place: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Round to whole places, the least of which is 0."""
+    # The solution is known up to a shift; the shift that brings most places near a whole number.
+    shift = np.angle(np.exp(2j * np.pi * place).sum()) / (2 * np.pi)
+    whole = np.rint(place - shift).astype(np.intp)
+    return np.asarray(whole - whole.min(), dtype=np.intp)
+
+
+def _roll_from_places(
+    position: Positions, row: NDArray[np.intp], column: NDArray[np.intp]
+) -> float:
+    """Return the angle of the best similarity from places to positions, degrees."""
+    place = column - column.mean() + 1j * (row - row.mean())
+    centred = position - position.mean(axis=0)
+    return float(np.degrees(np.angle(np.vdot(place, centred[:, 0] + 1j * centred[:, 1]))))

@@ -1,0 +1,128 @@
+"""The rest frame: which markers a recording has, and in which order they are kept."""
+
+from itertools import islice
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
+
+from afferents.core.errors import InputError
+from afferents.core.recording import GreyImage, Video
+from afferents.markers.detect import Positions, detect
+from afferents.markers.grid import Grid, assign_grid, published_grid
+from afferents.markers.sensor import Sensor
+
+Linker = Literal["one-to-one", "published"]
+
+
+def rest_image(video: Video, rest_frame: int) -> GreyImage:
+    """Decode a video up to its rest frame and return that frame.
+
+    Raises
+    ------
+    InputError
+        If the video ends before it.
+    """
+    frames = list(islice(video.frames(), rest_frame + 1))
+    if len(frames) <= rest_frame:
+        raise too_short(video, rest_frame, len(frames))
+    return frames[rest_frame].image
+
+
+def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
+    """Return the refusal of a video that ends before its rest frame."""
+    expected = f"at least {rest_frame + 1} frames (frame {rest_frame} is the rest frame)"
+    return InputError(video.path, expected, f"{n_frames}")
+
+
+def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positions:
+    """Find the markers of the rest frame, sorted by x (the published order).
+
+    Parameters
+    ----------
+    where
+        The video, for the error.
+
+    Returns
+    -------
+    Positions
+        Shape (n, 2), px; markers beyond `sensor.radius_px` of the centroid are left out
+        (preprocess/afferent_response.py).
+
+    Raises
+    ------
+    InputError
+        If there are none, or fewer or more than the sensor file declares.
+    """
+    found = detect(image, sensor)
+    if sensor.radius_px is not None and len(found):
+        offset = found - found.mean(axis=0)
+        found = found[np.hypot(offset[:, 0], offset[:, 1]) <= sensor.radius_px]
+    expected = f"{sensor.n_markers or 'some'} markers of sensor '{sensor.name}'"
+    if len(found) == 0 or len(found) != (sensor.n_markers or len(found)):
+        raise InputError(
+            where,
+            f"{expected} in frame {sensor.rest_frame}",
+            f"{len(found)}",
+            "check the picture, or give a sensor file that fits it",
+        )
+    return found[np.argsort(found[:, 0], kind="stable")]
+
+
+def order_markers(
+    found: Positions,
+    sensor: Sensor,
+    linker: Linker,
+    reference: Positions | None,
+    where: object,
+) -> tuple[Positions, Grid | None]:
+    """Bring the rest frame's markers into the order that they keep, and place them in the grid.
+
+    ``one-to-one`` orders a square layout by row, then column, so that marker n is the same in
+    every recording without a reference. A free layout follows `reference`, each reference
+    marker getting a marker of its own; without one it is ordered by y, then x.
+
+    ``published`` keeps the order by x, or gives each marker of `reference` the nearest one of
+    this video, be it taken already or not; its grid assumes the published roll.
+
+    Parameters
+    ----------
+    found
+        Shape (n, 2), px.
+    reference
+        The reference video's rest markers in their order, shape (n, 2), px, or None.
+
+    Raises
+    ------
+    InputError
+        If the markers do not form the grid, or do not match the reference in number.
+    """
+    if linker == "published":
+        kept = found if reference is None else found[cKDTree(found).query(reference)[1]]
+        return kept, _published_places(kept, sensor)
+    if sensor.layout == "square" and sensor.rows and sensor.columns:
+        grid = assign_grid(found, sensor.rows, sensor.columns, where)
+        order = np.lexsort((grid.column, grid.row))
+        return found[order], Grid(grid.row[order], grid.column[order], grid.roll_deg)
+    order = np.lexsort((found[:, 0], found[:, 1]))
+    if reference is not None:
+        order = _match_reference(found, reference, where)
+    return found[order], None
+
+
+def _published_places(position: Positions, sensor: Sensor) -> Grid | None:
+    if sensor.rows and sensor.columns:
+        return published_grid(position, sensor.rows, sensor.columns)
+    return None
+
+
+def _match_reference(found: Positions, reference: Positions, where: object) -> NDArray[np.intp]:
+    """Return for each reference marker the index of its own marker, the nearest on the whole."""
+    if len(found) != len(reference):
+        expected = f"the {len(reference)} markers of the reference video"
+        raise InputError(where, expected, f"{len(found)}")
+    _, own = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
+    return np.asarray(own, dtype=np.intp)

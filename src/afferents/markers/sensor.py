@@ -1,0 +1,153 @@
+"""What is known of a sensor before its video is read: layout, detector, limits."""
+
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from afferents.core.errors import InputError
+
+_PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
+
+
+class BlobDetector(BaseModel):
+    """Parameters of OpenCV's SimpleBlobDetector.
+
+    The image is cut at grey levels from `min_threshold` to below `max_threshold` in steps; a
+    blob is a marker if it passes every filter at `min_repeatability` of the levels or more.
+
+    Attributes
+    ----------
+    blob_colour
+        255 for bright markers on a dark skin, 0 for dark ones on a bright skin.
+    min_threshold, max_threshold, threshold_step
+        Grey levels, 0 to 255.
+    min_distance_px
+        Blobs nearer than this are taken for one, px.
+    min_area_px2, max_area_px2
+        Area of a marker, px^2.
+    min_circularity, min_convexity, min_inertia_ratio
+        Shape, each from 0 to 1 (1 is a disc).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    blob_colour: Literal[0, 255] = 255
+    min_threshold: float = Field(ge=0, le=255)
+    max_threshold: float = Field(gt=0, le=256)
+    threshold_step: float = Field(default=10.0, gt=0)
+    min_repeatability: int = Field(default=2, ge=1)
+    min_distance_px: float = Field(default=10.0, gt=0)
+    min_area_px2: float = Field(gt=0)
+    max_area_px2: float = Field(gt=0)
+    min_circularity: float = Field(ge=0, le=1)
+    min_convexity: float = Field(ge=0, le=1)
+    min_inertia_ratio: float = Field(ge=0, le=1)
+
+    @model_validator(mode="after")
+    def _ranges_are_not_empty(self) -> Self:
+        if self.min_area_px2 >= self.max_area_px2:
+            raise ValueError("min_area_px2 must be less than max_area_px2")
+        levels = (self.max_threshold - self.min_threshold) / self.threshold_step
+        if levels < self.min_repeatability:
+            raise ValueError("min_threshold to max_threshold must hold min_repeatability steps")
+        return self
+
+
+class Sensor(BaseModel):
+    """A sensor as its file describes it.
+
+    Attributes
+    ----------
+    layout
+        ``square`` (`rows` x `columns` markers) or ``free`` (any other).
+    n_markers
+        How many markers there are; None where nobody has counted them (``free`` only).
+    width, height
+        Size of the images for which the lengths in px hold; None for any.
+    radius_px
+        In the rest frame, markers farther than this from the centroid are left out; None for
+        no limit.
+    gate_px
+        A marker moves at most this far from one frame to the next, px.
+    rest_frame
+        Index of the video frame that shows the skin at rest; earlier frames are not tracked.
+    pitch_mm
+        Distance between neighbouring markers on the skin, mm, where known.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str = Field(min_length=1)
+    layout: Literal["square", "free"]
+    rows: int | None = Field(default=None, ge=2)
+    columns: int | None = Field(default=None, ge=2)
+    n_markers: int | None = Field(default=None, ge=1)
+    width: int | None = Field(default=None, ge=1)
+    height: int | None = Field(default=None, ge=1)
+    radius_px: float | None = Field(default=300.0, gt=0)
+    gate_px: float = Field(default=10.0, gt=0)
+    rest_frame: int = Field(default=10, ge=0)
+    pitch_mm: float | None = Field(default=None, gt=0)
+    detector: BlobDetector
+
+    @model_validator(mode="after")
+    def _count_fits_layout(self) -> Self:
+        if self.layout == "free":
+            if self.rows is not None or self.columns is not None:
+                raise ValueError("a free layout has no rows and columns")
+        elif self.rows is None or self.columns is None:
+            raise ValueError("a square layout needs rows and columns")
+        elif self.n_markers != self.rows * self.columns:
+            raise ValueError(f"n_markers must be rows x columns = {self.rows * self.columns}")
+        return self
+
+
+def packaged_sensors() -> list[str]:
+    """Return the names of the sensor files that come with the package."""
+    return sorted(path.stem for path in _PACKAGED.glob("*.toml"))
+
+
+def load_sensor(name_or_path: str | Path) -> Sensor:
+    """Read a sensor file.
+
+    Parameters
+    ----------
+    name_or_path
+        A packaged sensor such as ``tip_b``, or the path of a TOML file of the same form.
+
+    Raises
+    ------
+    InputError
+        If there is no such sensor, if the file is not TOML, or if a key is unknown, missing or
+        has a value that makes no sense.
+    """
+    path = _PACKAGED / f"{name_or_path}.toml"
+    if str(name_or_path) not in packaged_sensors():
+        path = Path(name_or_path)
+    if not path.is_file():
+        known = ", ".join(packaged_sensors())
+        raise InputError(
+            name_or_path, f"a sensor file, or a sensor of the package ({known})", "none"
+        )
+    try:
+        return Sensor.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(path, "a sensor file in TOML", str(error)) from error
+    except ValidationError as error:
+        raise _first_fault(path, error) from error
+
+
+def _first_fault(path: Path, error: ValidationError) -> InputError:
+    """Say in one sentence which key is at fault and why."""
+    fault = error.errors()[0]
+    key = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        return InputError(path, "keys of a sensor file", f"the unknown key '{key}'")
+    if fault["type"] == "missing":
+        return InputError(path, f"the key '{key}'", "none")
+    reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    found = f"{fault['input']!r}" if not isinstance(fault["input"], dict) else "other values"
+    return InputError(path, f"{key}: {reason}" if key else reason, found)

@@ -1,0 +1,207 @@
+"""Following every marker through a video."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.recording import GreyImage, Video
+from afferents.markers.detect import Positions, detect
+from afferents.markers.grid import Grid
+from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
+from afferents.markers.rest import (
+    Linker,
+    find_rest_markers,
+    order_markers,
+    rest_image,
+    too_short,
+)
+from afferents.markers.sensor import Sensor
+
+N_NEIGHBOURS = 8
+"""Markers around a lost one that say where it must be by now."""
+
+
+class Tracked(NamedTuple):
+    """Markers in one frame: `position` (n, 2) in px, `detected` (n,)."""
+
+    position: Positions
+    detected: NDArray[np.bool_]
+
+
+class Tracker:
+    """Follows the markers from frame to frame.
+
+    Parameters
+    ----------
+    sensor
+        Gives the detector and the gate.
+    rest_position
+        Markers of the rest frame in the order to keep, shape (n, 2), px.
+    linker
+        ``one-to-one``: a blob belongs to one marker at most. A lost marker is NaN and not
+        detected; it is looked for where its neighbours' displacement from rest says it is, so
+        it comes back under its own name.
+        ``published``: every marker takes the nearest blob; without one within the gate it
+        keeps its old position, and `detected` (which the published code does not know) is
+        False. Two markers may run together for good.
+    """
+
+    def __init__(
+        self, sensor: Sensor, rest_position: Positions, linker: Linker = "one-to-one"
+    ) -> None:
+        """Start from the rest positions; the first `step` is the frame after the rest frame."""
+        self.sensor = sensor
+        self.linker = linker
+        self.rest_position = rest_position
+        self._expected = rest_position.copy()
+        self._neighbours = _neighbours(rest_position)
+
+    def step(self, image: GreyImage) -> Tracked:
+        """Find the markers in the next frame.
+
+        Parameters
+        ----------
+        image
+            Grey image, shape (height, width), uint8.
+        """
+        blobs = detect(image, self.sensor)
+        link = link_nearest if self.linker == "published" else link_one_to_one
+        blob = link(self._expected, blobs, self.sensor.gate_px)
+        detected = blob != NO_BLOB
+        position = np.full_like(self._expected, np.nan)
+        position[detected] = blobs[blob[detected]]
+        if self.linker == "published":
+            position = np.where(detected[:, None], position, self._expected)
+            self._expected = position
+        else:
+            self._expected = self._expect(position)
+        return Tracked(position, detected)
+
+    def _expect(self, position: Positions) -> Positions:
+        """Say where each marker is now: as seen, or as its neighbours' displacement says."""
+        expected = position.copy()
+        for lost in np.flatnonzero(np.isnan(position[:, 0])):
+            around = self._neighbours[lost]
+            moved = (position - self.rest_position)[around[~np.isnan(position[around, 0])]]
+            carried = self.rest_position[lost] + np.median(moved, axis=0) if len(moved) else None
+            expected[lost] = self._expected[lost] if carried is None else carried
+        return expected
+
+
+def rest_positions(video: Video, sensor: Sensor) -> Positions:
+    """Return a reference video's rest markers in the published order, shape (n, 2), px.
+
+    Raises
+    ------
+    InputError
+        As `track` does.
+    """
+    _check_size(video, sensor)
+    return find_rest_markers(rest_image(video, sensor.rest_frame), sensor, video.path)
+
+
+def track(
+    video: Video,
+    sensor: Sensor,
+    linker: Linker = "one-to-one",
+    reference: Positions | None = None,
+) -> xr.Dataset:
+    """Follow the markers of a video.
+
+    Parameters
+    ----------
+    video
+        Decoded once, frame by frame.
+    sensor
+        Sensor file.
+    linker
+        ``one-to-one`` or ``published``; see `Tracker`.
+    reference
+        Rest markers of the reference video (`rest_positions`), shape (n, 2), px, which fix the
+        order of the markers; see `order_markers`. Not needed for square layouts, whose grid
+        fixes it, and not used for them by ``one-to-one``.
+
+    Returns
+    -------
+    xr.Dataset
+        `position` (time, marker, space) in px, `detected` (time, marker) and `rest_position`
+        (marker, space) in px; `time` is the frames' own time in s. Square layouts carry `row`
+        and `column` on `marker` and their roll in the attribute `roll_deg`. Every frame of the
+        video has its place: those before the rest frame are NaN and not detected.
+
+    Raises
+    ------
+    InputError
+        If the video is of another size than the sensor file says, ends before the rest frame,
+        or does not show the markers that the sensor file declares.
+    """
+    _check_size(video, sensor)
+    time_s: list[float] = []
+    tracked: list[Tracked] = []
+    tracker: Tracker | None = None
+    grid: Grid | None = None
+    for index, frame in enumerate(video.frames()):
+        time_s.append(frame.time_s)
+        if tracker is not None:
+            tracked.append(tracker.step(frame.image))
+        elif index == sensor.rest_frame:
+            found = find_rest_markers(frame.image, sensor, video.path)
+            rest, grid = order_markers(found, sensor, linker, reference, video.path)
+            tracker = Tracker(sensor, rest, linker)
+            tracked.append(Tracked(rest, np.ones(len(rest), dtype=bool)))
+    if tracker is None:
+        raise too_short(video, sensor.rest_frame, len(time_s))
+    return _label(time_s, tracked, tracker.rest_position, grid).assign_attrs(
+        sensor=sensor.name, linker=linker, rest_frame=sensor.rest_frame
+    )
+
+
+def _check_size(video: Video, sensor: Sensor) -> None:
+    """Refuse a video to which the lengths in the sensor file do not apply."""
+    size = (video.width, video.height)
+    declared = (sensor.width or video.width, sensor.height or video.height)
+    if size != declared:
+        raise InputError(
+            video.path,
+            f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
+            f"{size[0]} x {size[1]} px",
+            "give a sensor file for this size",
+        )
+
+
+def _neighbours(position: Positions) -> NDArray[np.intp]:
+    """Return the indices of each marker's nearest others, shape (n, k)."""
+    k = min(N_NEIGHBOURS + 1, len(position))
+    _, index = cKDTree(position).query(position, k=k)
+    return np.asarray(index, dtype=np.intp).reshape(len(position), k)[:, 1:]
+
+
+def _label(
+    time_s: list[float], tracked: list[Tracked], rest: Positions, grid: Grid | None
+) -> xr.Dataset:
+    """Put names, units and the untracked frames at the start to the arrays."""
+    shape = (len(time_s), len(rest))
+    position, detected = np.full((*shape, 2), np.nan), np.zeros(shape, dtype=bool)
+    for index, frame in enumerate(tracked, start=len(time_s) - len(tracked)):
+        position[index], detected[index] = frame
+    px = {dims.UNITS: dims.PIXELS}
+    tracks = xr.Dataset(
+        {
+            dims.POSITION: ((dims.TIME, dims.MARKER, dims.SPACE), position, px),
+            dims.DETECTED: ((dims.TIME, dims.MARKER), detected),
+            dims.REST_POSITION: ((dims.MARKER, dims.SPACE), rest, px),
+        },
+        coords={
+            dims.TIME: (dims.TIME, np.asarray(time_s), {dims.UNITS: dims.SECONDS}),
+            dims.SPACE: (dims.SPACE, ["x", "y"]),
+        },
+    )
+    if grid is None:
+        return tracks
+    places = {dims.ROW: (dims.MARKER, grid.row), dims.COLUMN: (dims.MARKER, grid.column)}
+    return tracks.assign_coords(places).assign_attrs(roll_deg=grid.roll_deg)

@@ -1,0 +1,106 @@
+"""Known marker positions in, the same positions out."""
+
+import numpy as np
+import pytest
+
+from afferents.core import dims
+from afferents.markers import detect, load_sensor, track
+
+REST = 1
+"""Rest frame; that of `tip_b` would only make the drawings longer."""
+N_FRAMES = REST + 14
+
+
+@pytest.fixture
+def tip_b():
+    return load_sensor("tip_b").model_copy(update={"rest_frame": REST})
+
+
+def slide(rest: np.ndarray, most_px: float) -> np.ndarray:
+    """Return positions of a skin that is dragged in x, most at its centre, after the rest frame.
+
+    Shape (N_FRAMES, 361, 2), px; no marker moves farther than `most_px` a frame.
+    """
+    distance = np.hypot(*(rest - rest.mean(axis=0)).T)
+    grip = np.exp(-((distance / 150) ** 2))
+    drag = most_px * np.clip(np.arange(N_FRAMES) - REST, 0, None)
+    wave = 0.8 * np.sin(np.arange(N_FRAMES)[:, None] + rest[:, 0] / 40) * (drag > 0)[:, None]
+    return rest + np.stack([drag[:, None] * grip, wave], axis=-1)
+
+
+def test_markers_at_rest_are_found_to_a_tenth_of_a_pixel(draw, rest, tip_b):
+    found = detect(draw(rest), tip_b)
+    assert len(found) == 361
+    error = np.hypot(*(found[:, None] - rest[None]).transpose(2, 0, 1)).min(axis=0)
+    assert np.sqrt((error**2).mean()) < 0.1
+
+
+@pytest.mark.parametrize("linker", ["one-to-one", "published"])
+def test_moving_markers_keep_their_names_to_a_tenth_of_a_pixel(video, rest, tip_b, linker):
+    truth = slide(rest, most_px=2.5)
+    assert np.hypot(*(truth[-1] - rest).T).max() > 30
+    tracks = track(video(truth), tip_b, linker, reference=rest)
+    error = tracks[dims.POSITION].values[REST:] - truth[REST:]
+    assert np.sqrt((error**2).sum(axis=-1).mean()) < 0.1
+    assert np.abs(error).max() < 0.5
+    assert tracks[dims.DETECTED].values[REST:].all()
+    place = np.arange(361)
+    np.testing.assert_array_equal(tracks[dims.ROW], place // 19)
+    np.testing.assert_array_equal(tracks[dims.COLUMN], place % 19)
+
+
+def test_covered_markers_are_lost_and_come_back_under_their_own_names(video, rest, tip_b):
+    truth = slide(rest, most_px=2.5)
+    covered = [180, 181, 199]
+    shown = truth.copy()
+    shown[REST + 3 : REST + 10, covered] = np.nan
+    tracks = track(video(shown), tip_b)
+    detected = tracks[dims.DETECTED].values
+    assert not detected[REST + 3 : REST + 10, covered].any()
+    assert np.isnan(tracks[dims.POSITION].values[REST + 3 : REST + 10, covered]).all()
+    # They moved by 17 px unseen, nearly one pitch: their last position would name a neighbour.
+    assert np.hypot(*(truth[REST + 10, 180] - truth[REST + 2, 180])) > 15
+    assert detected[REST + 10 :, covered].all()
+    np.testing.assert_allclose(
+        tracks[dims.POSITION].values[REST + 10 :], truth[REST + 10 :], atol=0.5
+    )
+    assert detected[REST:, np.setdiff1d(np.arange(361), covered)].all()
+
+
+def test_one_to_one_never_shares_a_blob(video, rest, tip_b):
+    shown = slide(rest, most_px=9)
+    shown[REST + 4 : REST + 7, ::7] = np.nan
+    tracks = track(video(shown), tip_b)
+    for frame in tracks[dims.POSITION].values[REST:]:
+        seen = frame[~np.isnan(frame[:, 0])]
+        assert len(np.unique(seen, axis=0)) == len(seen)
+
+
+def test_published_keeps_a_stale_position(video, rest, tip_b):
+    """A covered marker with no other blob within 10 px stays where it was, and is not found."""
+    shown = np.repeat(rest[None], REST + 4, axis=0)
+    shown[REST + 1 :, 180] = np.nan
+    tracks = track(video(shown), tip_b, "published", reference=rest)
+    position = tracks[dims.POSITION].values[:, 180]
+    np.testing.assert_array_equal(
+        position[REST + 1 :], np.repeat(position[REST : REST + 1], 3, axis=0)
+    )
+    assert tracks[dims.DETECTED].values[REST:, 180].tolist() == [True, False, False, False]
+
+
+def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
+    """A marker is covered while the skin shifts by 14 px, so its neighbour comes within 10 px.
+
+    It takes the neighbour's blob and keeps it when its own shows again.
+    """
+    truth = np.repeat(rest[None], REST + 6, axis=0)
+    truth[:, :, 0] += np.array([0.0] * (REST + 1) + [7.0] + [14.0] * 4)[:, None]
+    shown = truth.copy()
+    shown[REST + 1 : REST + 3, 185] = np.nan
+    tracks = track(video(shown), tip_b, "published", reference=rest)
+    position = tracks[dims.POSITION].values
+    np.testing.assert_array_equal(position[-1, 185], position[-1, 184])
+    assert tracks[dims.DETECTED].values[-1, 185]
+
+    ours = track(video(shown), tip_b)[dims.POSITION].values
+    np.testing.assert_allclose(ours[-1], truth[-1], atol=0.5)

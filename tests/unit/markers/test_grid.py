@@ -1,0 +1,92 @@
+"""Rows and columns of markers, found from their positions."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.core.errors import InputError
+from afferents.markers import assign_grid, published_grid
+
+PITCH = 22.0
+
+
+def lattice(rows, columns, roll_deg=0.0, barrel=0.0, jitter=0.0, seed=0, centre=(320, 240)):
+    """Return positions in row-major order, shape (rows * columns, 2).
+
+    `barrel` is the share by which the corner is drawn inwards, `jitter` px uniform either way.
+    """
+    rng = np.random.default_rng(seed)
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    plane = PITCH * np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1)
+    radius2 = (plane**2).sum(axis=1, keepdims=True)
+    plane = plane * (1 - barrel * radius2 / radius2.max())
+    angle = np.radians(roll_deg)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return plane @ turn + centre + rng.uniform(-jitter, jitter, plane.shape), row, column
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    roll_deg=st.floats(-30, 30),
+    barrel=st.floats(0, 0.1),
+    jitter=st.floats(0, 3),
+    seed=st.integers(0, 2**16),
+    shape=st.sampled_from([(19, 19), (12, 17), (3, 4)]),
+)
+def test_the_grid_is_found_through_roll_lens_and_displacement(
+    roll_deg, barrel, jitter, seed, shape
+):
+    position, row, column = lattice(*shape, roll_deg, barrel, jitter, seed)
+    shuffle = np.random.default_rng(seed).permutation(len(position))
+    grid = assign_grid(position[shuffle], *shape)
+    np.testing.assert_array_equal(grid.row, row[shuffle])
+    np.testing.assert_array_equal(grid.column, column[shuffle])
+    tolerance = 0.3 if shape == (19, 19) else 8
+    assert grid.roll_deg == pytest.approx(roll_deg, abs=tolerance)
+
+
+def test_row_is_rank_in_y_and_column_rank_in_x():
+    position = np.array([[10.0, 10], [30, 10], [50, 10], [10, 30], [30, 30], [50, 30]])
+    for grid in (assign_grid(position, 2, 3), published_grid(position, 2, 3, roll_deg=0)):
+        assert grid.row.tolist() == [0, 0, 0, 1, 1, 1]
+        assert grid.column.tolist() == [0, 1, 2, 0, 1, 2]
+
+
+@pytest.mark.parametrize("missing", [0, 180, 360])
+def test_a_missing_marker_is_counted(missing):
+    position = np.delete(lattice(19, 19)[0], missing, axis=0)
+    with pytest.raises(InputError, match=r"3/50: expected 19 x 19 = 361 .*found 360 markers"):
+        assign_grid(position, 19, 19, "3/50")
+
+
+@pytest.mark.parametrize("moved_to", [(900.0, 240.0), (331.0, 251.0), (309.0, 240.0)])
+def test_a_false_marker_in_place_of_a_lost_one_is_refused(moved_to):
+    position = lattice(19, 19)[0]
+    position[5] = moved_to
+    with pytest.raises(InputError, match="19 x 19"):
+        assign_grid(position, 19, 19)
+
+
+def test_a_layout_of_another_shape_is_refused():
+    with pytest.raises(InputError, match="found 3 rows and 8 columns"):
+        assign_grid(lattice(3, 8)[0], 4, 6)
+    angle = np.linspace(0, 2 * np.pi, 36, endpoint=False)
+    circle = 200 + 150 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    with pytest.raises(InputError, match="6 x 6"):
+        assign_grid(circle, 6, 6)
+
+
+def test_the_published_assignment_is_right_at_the_published_roll():
+    position, row, column = lattice(19, 19, roll_deg=6.2, jitter=2)
+    grid = published_grid(position, 19, 19)
+    np.testing.assert_array_equal(grid.row, row)
+    np.testing.assert_array_equal(grid.column, column)
+
+
+def test_the_published_assignment_mixes_columns_at_another_roll():
+    position, row, column = lattice(19, 19, roll_deg=-6.2)
+    grid = published_grid(position, 19, 19)
+    assert ((grid.row == row) & (grid.column == column)).mean() < 0.5
+    found = assign_grid(position, 19, 19)
+    np.testing.assert_array_equal(found.column, column)

@@ -1,0 +1,68 @@
+"""Which blob is which marker."""
+
+from itertools import permutations, product
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
+
+
+def cost(expected, blobs, index, gate):
+    """Return the sum of squared distances, the gate squared for each marker without a blob."""
+    return sum(
+        gate**2 if b == NO_BLOB else ((expected[n] - blobs[b]) ** 2).sum()
+        for n, b in enumerate(index)
+    )
+
+
+points = st.lists(
+    st.tuples(st.floats(0, 30), st.floats(0, 30)), min_size=1, max_size=4, unique=True
+).map(lambda pairs: np.array(pairs, dtype=float))
+
+
+@settings(deadline=None)
+@given(expected=points, blobs=points)
+def test_one_to_one_is_the_best_of_all_assignments_and_shares_nothing(expected, blobs):
+    gate = 10.0
+    index = link_one_to_one(expected, blobs, gate)
+    taken = index[index != NO_BLOB]
+    assert len(set(taken.tolist())) == len(taken)
+    for n, b in enumerate(index):
+        assert b == NO_BLOB or np.hypot(*(expected[n] - blobs[b])) < gate
+    choices = [NO_BLOB, *range(len(blobs))]
+    possible = [
+        c
+        for c in product(choices, repeat=len(expected))
+        if len({b for b in c if b != NO_BLOB}) == sum(b != NO_BLOB for b in c)
+    ]
+    best = min(cost(expected, blobs, c, gate) for c in possible)
+    assert cost(expected, blobs, index, gate) <= best + 1e-6
+
+
+def test_one_to_one_gives_a_contested_blob_to_one_marker():
+    expected = np.array([[0.0, 0], [8, 0]])
+    blobs = np.array([[5.0, 0], [13, 0]])
+    assert link_one_to_one(expected, blobs, 10).tolist() == [0, 1]
+    assert link_nearest(expected, blobs, 10).tolist() == [0, 0]
+
+
+def test_order_of_the_blobs_does_not_matter():
+    expected = np.array([[0.0, 0], [20, 0], [40, 0]])
+    moved = expected + np.array([3, 1])
+    for order in permutations(range(3)):
+        blobs = moved[list(order)]
+        for link in (link_nearest, link_one_to_one):
+            np.testing.assert_allclose(blobs[link(expected, blobs, 10)], moved)
+
+
+def test_nothing_beyond_the_gate_and_nothing_from_nothing():
+    expected = np.array([[0.0, 0]])
+    for link in (link_nearest, link_one_to_one):
+        assert link(expected, np.array([[11.0, 0]]), 10).tolist() == [NO_BLOB]
+        assert link(expected, np.zeros((0, 2)), 10).tolist() == [NO_BLOB]
+
+
+def test_the_published_gate_is_inclusive():
+    assert link_nearest(np.zeros((1, 2)), np.array([[10.0, 0]]), 10).tolist() == [0]

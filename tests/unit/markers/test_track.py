@@ -1,0 +1,142 @@
+"""What `track` returns, refuses and says of itself."""
+
+import numpy as np
+import pytest
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.markers import Tracker, describe, measure_quality, rest_positions, track
+
+
+def grid_3x4(shift=(0.0, 0.0)):
+    """Return 3 rows of 4 markers in row-major order, shape (12, 2)."""
+    x, y = np.meshgrid(100 + 30.0 * np.arange(4), 80 + 30.0 * np.arange(3))
+    return np.stack([x.ravel(), y.ravel()], axis=1) + shift
+
+
+def test_tracks_carry_names_units_and_true_times(draw, video, square):
+    images = [draw(grid_3x4((0.5 * t, 0))) for t in range(6)]
+    tracks = track(video(images), square)
+    assert tracks[dims.POSITION].dims == (dims.TIME, dims.MARKER, dims.SPACE)
+    assert tracks[dims.DETECTED].dims == (dims.TIME, dims.MARKER)
+    assert tracks[dims.REST_POSITION].dims == (dims.MARKER, dims.SPACE)
+    assert tracks[dims.POSITION].attrs["units"] == "px"
+    assert tracks[dims.TIME].attrs["units"] == "s"
+    assert tracks[dims.SPACE].values.tolist() == ["x", "y"]
+    np.testing.assert_allclose(tracks[dims.TIME], 0.5 + np.arange(6) / 90)
+    assert tracks.attrs["sensor"] == "drawn"
+
+
+def test_frames_keep_their_numbers_and_those_before_rest_are_not_tracked(draw, video, square):
+    tracks = track(video([draw(grid_3x4((0.5 * t, 0))) for t in range(6)]), square)
+    assert tracks.sizes[dims.TIME] == 6
+    assert np.isnan(tracks[dims.POSITION][:2]).all()
+    assert not tracks[dims.DETECTED][:2].any()
+    assert tracks[dims.DETECTED][2:].all()
+    np.testing.assert_array_equal(tracks[dims.POSITION][2], tracks[dims.REST_POSITION])
+    np.testing.assert_allclose(tracks[dims.POSITION][5], grid_3x4((2.5, 0)), atol=0.1)
+
+
+def test_a_square_layout_is_ordered_by_row_then_column(draw, video, square):
+    tracks = track(video([draw(grid_3x4())] * 3), square)
+    assert tracks[dims.ROW].values.tolist() == [0] * 4 + [1] * 4 + [2] * 4
+    assert tracks[dims.COLUMN].values.tolist() == [0, 1, 2, 3] * 3
+    assert tracks.attrs["roll_deg"] == pytest.approx(0, abs=0.2)
+    np.testing.assert_allclose(tracks[dims.REST_POSITION], grid_3x4(), atol=0.1)
+
+
+def test_published_order_is_by_x_or_that_of_the_reference(draw, video, square):
+    turned = grid_3x4() @ np.array([[0.995, 0.0999], [-0.0999, 0.995]])
+    alone = track(video([draw(turned)] * 3), square, "published")
+    assert (np.diff(alone[dims.REST_POSITION].sel(space="x")) > 0).all()
+    reference = turned[np.random.default_rng(0).permutation(12)]
+    led = track(video([draw(turned + 2)] * 3), square, "published", reference)
+    np.testing.assert_allclose(led[dims.REST_POSITION], reference + 2, atol=0.1)
+
+
+def test_a_free_layout_follows_the_reference_one_to_one(draw, video, free):
+    reference = rest_positions(video([draw(grid_3x4())]), free)
+    tracks = track(video([draw(grid_3x4((12, 0)))]), free, reference=reference)
+    np.testing.assert_allclose(tracks[dims.REST_POSITION], reference + np.array([12, 0]), atol=0.1)
+    assert dims.ROW not in tracks.coords
+    with pytest.raises(InputError, match="the 12 markers of the reference video, found 11"):
+        track(video([draw(grid_3x4()[1:])]), free, reference=reference)
+
+
+def test_a_tracker_steps_as_track_does(draw, video, free):
+    images = [draw(grid_3x4((t, 0.5 * t))) for t in range(4)]
+    tracks = track(video(images), free)
+    tracker = Tracker(free, tracks[dims.REST_POSITION].values)
+    for t in range(1, 4):
+        position, detected = tracker.step(images[t])
+        np.testing.assert_array_equal(position, tracks[dims.POSITION][t])
+        np.testing.assert_array_equal(detected, tracks[dims.DETECTED][t])
+
+
+def test_a_single_marker_is_tracked(draw, video, free):
+    images = [draw([[100 + t, 100]]) for t in range(3)] + [draw(np.zeros((0, 2)))]
+    tracks = track(video([*images, draw([[103, 100]])]), free)
+    assert tracks[dims.DETECTED].values.ravel().tolist() == [True, True, True, False, True]
+
+
+def test_a_wholly_dark_frame_loses_all_and_none_for_good(draw, video, free):
+    images = [draw(grid_3x4()), draw(np.zeros((0, 2))), draw(grid_3x4((1, 0)))]
+    tracks = track(video(images), free)
+    assert not tracks[dims.DETECTED][1].any()
+    assert np.isnan(tracks[dims.POSITION][1]).all()
+    np.testing.assert_allclose(
+        tracks[dims.POSITION][2], tracks[dims.REST_POSITION] + [1, 0], atol=0.1
+    )
+
+
+def test_bad_videos_are_refused_in_one_sentence(draw, video, square):
+    blank = draw(np.zeros((0, 2)))
+    cases = {
+        "expected at least 3 frames .*found 2": [draw(grid_3x4())] * 2,
+        "expected at least 3 frames .*found 0": [],
+        "expected 12 markers of sensor 'drawn' in frame 2, found 0": [draw(grid_3x4())] * 2
+        + [blank],
+        "expected 12 markers .* found 11": [draw(grid_3x4()[1:])] * 3,
+        "expected 12 markers .* found 13": [draw([*grid_3x4(), [250, 200]])] * 3,
+    }
+    for complaint, images in cases.items():
+        with pytest.raises(InputError, match=rf"drawn\.mp4: {complaint}"):
+            track(video(images), square)
+
+
+def test_a_video_of_another_size_is_refused(draw, video, square):
+    sensor = square.model_copy(update={"width": 640, "height": 480})
+    for read in (track, rest_positions):
+        with pytest.raises(InputError, match=r"640 x 480 px, .* found 320 x 240 px"):
+            read(video([draw(grid_3x4())] * 3), sensor)
+
+
+def test_markers_beyond_the_radius_are_left_out(draw, video, free):
+    sensor = free.model_copy(update={"radius_px": 80.0})
+    tracks = track(video([draw([*grid_3x4(), [300, 220]])]), sensor)
+    assert tracks.sizes[dims.MARKER] == 12
+
+
+def test_quality_counts_what_was_drawn(draw, video, free):
+    lost_in_one = grid_3x4((3, 0))
+    lost_in_one[0] = np.nan
+    images = [draw(p) for p in (grid_3x4(), grid_3x4((3, 0)), lost_in_one, grid_3x4((3, 0)))]
+    tracks = track(video([*images, draw(grid_3x4())]), free)
+    quality = measure_quality(tracks)
+    assert (quality.n_markers, quality.n_frames, quality.n_shared) == (12, 5, 0)
+    assert quality.share_lost == pytest.approx(1 / 60)
+    assert quality.n_repeated == 2
+    assert quality.largest_step_px == pytest.approx(3, abs=0.1)
+    assert quality.n_found_at_end == 12
+
+
+def test_description_is_plain_and_names_only_what_occurred(draw, video, free, square):
+    still = describe(track(video([draw(grid_3x4())] * 3), square))
+    assert any("12 markers" in s for s in still)
+    assert any("grid of 3 x 4" in s for s in still)
+    assert not any("repeat" in s or "claimed" in s or "not move" in s for s in still)
+    dark = describe(track(video([draw(grid_3x4()), *[draw(np.zeros((0, 2)))] * 6]), free))
+    assert any("No grid" in s for s in dark)
+    assert any("more than half of the time: 12" in s for s in dark)
+    assert any("none of the 12 is found at the end" in s for s in dark)
+    assert not any("nan" in s for s in dark)
