@@ -86,7 +86,7 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
     panels = [*_own_panels(rows, textures), *_paper_panel(model, textures)]
     n_columns = _columns(len(panels))
     n_rows = -(-len(panels) // n_columns)
-    height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.06 * max(map(len, textures))
+    height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.04 * max(map(len, textures))
     title, source = confusion_title(model, protocol), source_line(results.summary)
     figure = new_figure(_WIDTH_INCH, height, title, source)
     _draw_grid(figure, panels, textures, (n_rows, n_columns))

@@ -90,8 +90,8 @@ def _speed_picture(results: Results) -> Iterator[Picture]:
         "accuracy-by-speed",
         "Accuracy by held-out speed",
         "Filled: nested protocol, where nothing of the held-out speed was seen. Open: published "
-        "protocol, where the other half of that speed picked the model. The dashed line is "
-        "chance.",
+        "protocol, where the other half of that speed picked the model. Crosses: "
+        "the paper, measured on its own recordings. The dashed line is chance.",
         "Line chart of accuracy in percent against held-out speed, a panel for each model. The "
         "same numbers stand in the table above.",
         speed_figure(results.summary),

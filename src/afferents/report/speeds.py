@@ -29,7 +29,7 @@ def speed_figure(summary: Summary) -> Figure:
     n_columns = min(_COLUMNS, len(models))
     n_rows = -(-len(models) // n_columns)
     figure = new_figure(
-        3.0 * n_columns + 0.5,
+        max(3.0 * n_columns + 0.5, 6.0),
         2.1 * n_rows + 1.0,
         "Accuracy by held-out speed",
         source_line(summary),
@@ -54,13 +54,15 @@ def speed_figure(summary: Summary) -> Figure:
     handles, names = grid[0, 0].get_legend_handles_labels()
     for axes in heading:
         axes.set_axis_off()
-    heading[0].legend(handles, names, loc="center left", ncols=len(names), borderaxespad=0)
+    legend = heading[0].legend(handles, names, loc="center left", ncols=len(names))
+    legend.set_in_layout(False)
     return figure
 
 
 def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
     axes.set_title(model_title(model), loc="left", fontweight="bold")
     axes.set_ylim(0, 103)
+    axes.set_yticks(range(0, 101, 20))
     axes.grid(axis="y", color=LINE, lw=0.4)
     _draw_paper(axes, summary, model)
     for protocol, title in PROTOCOL_TITLES.items():
@@ -72,7 +74,8 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
 
 def _draw_protocol(axes: Axes, found: dict[str, Any], protocol: str, title: str) -> None:
     colour, marker, filling = _MARKS[protocol]
-    points = sorted((float(speed), 100 * value) for speed, value in found["by_speed"].items())
+    tested = {speed: value for speed, value in found["by_speed"].items() if value is not None}
+    points = sorted((float(speed), 100 * value) for speed, value in tested.items())
     axes.plot(
         *zip(*points, strict=True),
         color=colour,
@@ -90,4 +93,12 @@ def _draw_paper(axes: Axes, summary: Summary, model: str) -> None:
         return
     speeds = [speed for speed in summary["speeds_mm_s"] if speed in paper.by_speed_digitised]
     accuracies = [paper.by_speed_digitised[speed] for speed in speeds]
-    axes.plot(speeds, accuracies, color=GREY, ls="", marker="x", markersize=4, label="paper")
+    axes.plot(
+        speeds,
+        accuracies,
+        color=GREY,
+        ls="",
+        marker="x",
+        markersize=4,
+        label="paper, its own recordings",
+    )

@@ -1,0 +1,131 @@
+"""Small results whose every number can be checked by hand, and small arrays to draw."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.core.results import Results
+from afferents.core.samples import Samples, concatenate, make_samples
+
+TEXTURES = ["0", "0.5", "Linen"]
+SPEEDS = [10.0, 20.0, 40.0]
+BY_SPEED = {"10": 0.25, "20": 0.5, "40": 0.75}
+LEAKS = {
+    "nested": {
+        "test_samples_of_a_speed_seen_in_validation": 0,
+        "test_samples_overlapping_validation": 0,
+        "test_samples_overlapping_training": 0,
+        "scale_saw_held_out_speed": False,
+    },
+    "published": {
+        "test_samples_of_a_speed_seen_in_validation": 1234,
+        "test_samples_overlapping_validation": 567,
+        "test_samples_overlapping_training": 0,
+        "scale_saw_held_out_speed": True,
+    },
+}
+
+
+def outcome(protocol: str) -> dict[str, Any]:
+    """Return an outcome: mean 50 %, interval 40.2 to 60.3 %, 10 mm/s the worst with 25 %."""
+    shift = 20.0 if protocol == "nested" else 0.0
+    return {
+        "mean_accuracy": 0.5,
+        "ci95": [0.402, 0.603],
+        "by_speed": dict(BY_SPEED),
+        "worst_speed": "10",
+        "macro_f1": 0.481,
+        "confusion": [[2, 1, 1], [1, 2, 1], [1, 1, 2]],
+        "n_test": 1234,
+        "seeds": [0],
+        "validation_speeds": {key: float(key) + shift for key in BY_SPEED},
+        "epochs": {"10": [12], "20": [26], "40": [9]},
+        "seconds": 12.3,
+        "leaks": dict(LEAKS[protocol]),
+    }
+
+
+@pytest.fixture
+def summary() -> dict[str, Any]:
+    """Two vibration families on three textures and three speeds, both protocols."""
+    return {
+        "schema": 1,
+        "afferents": "0.1.0",
+        "cut": "all",
+        "preset": "quick",
+        "data": [
+            {
+                "source": "elsewhere/cloth",
+                "kind": "fabricslide",
+                "fingerprint": "abc123",
+                "n_recordings": 9,
+                "simulated": False,
+            }
+        ],
+        "textures": TEXTURES,
+        "speeds_mm_s": SPEEDS,
+        "chance": 1 / 3,
+        "skipped": [],
+        "models": {
+            name: {protocol: outcome(protocol) for protocol in ("nested", "published")}
+            for name in ("vib-te-aug", "vib-te")
+        },
+    }
+
+
+@pytest.fixture
+def results(summary: dict[str, Any]) -> Results:
+    """Return the summary with predictions: at 10 mm/s one of four right, and so on."""
+    rows = [
+        (model, protocol, 0, speed, true, predicted)
+        for model in summary["models"]
+        for protocol in ("nested", "published")
+        for n_right, speed in enumerate(SPEEDS, 1)
+        for true in TEXTURES
+        for predicted in [true] * n_right + [TEXTURES[TEXTURES.index(true) - 1]] * (4 - n_right)
+    ]
+    columns = ["model", "protocol", "seed", "held_out_speed_mm_s"]
+    predictions = pd.DataFrame(rows, columns=[*columns, "true_texture", "predicted_texture"])
+    return Results(Path("OUT"), {"preset": "quick"}, summary, predictions)
+
+
+@pytest.fixture
+def spectra() -> Samples:
+    """Spectra of the textures 3 and 4 with one line each, at 2 Hz a mm/s, 1 Hz bins."""
+    frequency = np.arange(200.0)
+    return concatenate(
+        [
+            make_samples(
+                np.tile((frequency == 2 * speed).astype(np.float32), (2, 1, 1)),
+                ("channel", "frequency"),
+                np.array([0.0, 0.5]),
+                np.array([1.0, 1.5]),
+                {"texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
+                coords={"frequency": frequency},
+            )
+            for texture in ("3", "4")
+            for speed in (20.0, 40.0, 80.0)
+        ]
+    )
+
+
+@pytest.fixture
+def images() -> Samples:
+    """Tactile images 4 x 5 of two textures at two speeds, 14 frames at 100 Hz."""
+    time = np.arange(14) / 100
+    frames = np.arange(14 * 20, dtype=np.float32).reshape(14, 4, 5)
+    return concatenate(
+        [
+            make_samples(
+                frames + offset,
+                ("row", "column"),
+                time,
+                time,
+                {"texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
+            )
+            for offset, (texture, speed) in enumerate([("2", 10.0), ("2", 50.0), ("3", 50.0)])
+        ]
+    )
