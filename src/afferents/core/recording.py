@@ -31,10 +31,25 @@ class Frame(NamedTuple):
 class Video(Protocol):
     """A video that decodes frame by frame when asked."""
 
-    path: Path
-    fps_hz: float
-    width: int
-    height: int
+    @property
+    def path(self) -> Path:
+        """The file."""
+        ...
+
+    @property
+    def fps_hz(self) -> float:
+        """Nominal frame rate, Hz."""
+        ...
+
+    @property
+    def width(self) -> int:
+        """Width, px."""
+        ...
+
+    @property
+    def height(self) -> int:
+        """Height, px."""
+        ...
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, in order of presentation."""
@@ -45,9 +60,20 @@ class Video(Protocol):
 class Vibration(Protocol):
     """Vibration channels on a regular clock: a microphone, or taxels sampled fast enough."""
 
-    path: Path
-    sample_rate_hz: float
-    n_samples: int
+    @property
+    def path(self) -> Path:
+        """The file."""
+        ...
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Sample rate, Hz."""
+        ...
+
+    @property
+    def n_samples(self) -> int:
+        """Samples in each channel."""
+        ...
 
     def read(self) -> xr.DataArray:
         """Return `(audio_time, channel)` float32 with `sample_rate_hz` and `units` in attrs."""

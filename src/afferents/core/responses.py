@@ -60,6 +60,12 @@ def steady_s(responses: Responses) -> tuple[float, float] | None:
     return (float(steady[0]), float(steady[1])) if steady else None
 
 
+def conditions(responses: Responses) -> dict[str, str | float]:
+    """Return whatever else the source declared: pressure, direction, repetition."""
+    declared: dict[str, str | float] = json.loads(responses.attrs.get("conditions", "{}"))
+    return declared
+
+
 def check_responses(responses: Responses, where: Path | str) -> Responses:
     """Return `responses` unchanged if variables, dims and labels are as documented above.
 

@@ -72,7 +72,7 @@ def write_responses(store: Path, responses: Responses) -> None:
     if not (target.parent / _ROOT).is_file():
         _write_group(target.parent, {})
     with write_aside(target) as partial:
-        check_responses(responses, target).to_zarr(
+        _variable_strings(check_responses(responses, target)).to_zarr(
             partial,
             zarr_format=3,
             consolidated=False,
@@ -123,6 +123,12 @@ def open_responses(store: Path) -> list[Responses]:
     if not opened:
         raise InputError(store, "at least one recording", "none", "extract again")
     return sorted(opened, key=lambda r: (natural_order(r.attrs[dims.TEXTURE]), r.attrs[dims.SPEED]))
+
+
+def _variable_strings(responses: Responses) -> Responses:
+    """Names of variable length: Zarr v3 specifies no type for those of fixed length."""
+    fixed = [name for name in responses.variables if responses[name].dtype.kind == "U"]
+    return responses.assign_coords({name: responses[name].astype(object) for name in fixed})
 
 
 def _encoding(variable: xr.DataArray) -> dict[str, Any]:

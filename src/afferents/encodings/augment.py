@@ -74,7 +74,8 @@ def _rebinned(spectrum: NDArray[np.float32], factor: float, bins: int) -> NDArra
     below = np.minimum(edges.astype(np.int64), n - 1)
     part = np.minimum(edges, n) - below
     at_edges = area[..., below] + part * spectrum[..., below]
-    return np.diff(at_edges, axis=-1) / np.maximum(np.diff(edges), 1e-12)
+    means: NDArray[np.float64] = np.diff(at_edges, axis=-1) / np.maximum(np.diff(edges), 1e-12)
+    return means
 
 
 def stretched_copies(

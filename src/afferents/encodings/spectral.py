@@ -1,5 +1,7 @@
 """Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import scipy.fft
 import xarray as xr
@@ -38,6 +40,20 @@ class SpectralEncoding(BaseModel):
     kept_bins: PositiveInt = 4000
     model_bins: PositiveInt = 200
     remove_mean: bool = False
+
+    def changed(self, wanted: Mapping[str, float | None]) -> "SpectralEncoding":
+        """Return the encoding with the parameters that are not None in `wanted`.
+
+        Raises
+        ------
+        InputError
+            If a value is not a positive number.
+        """
+        new = {name: value for name, value in wanted.items() if value is not None}
+        for name, value in new.items():
+            if value <= 0:
+                raise InputError(f"--{name.replace('_', '-')}", "a positive number", f"{value}")
+        return SpectralEncoding(**{**self.model_dump(), **new})
 
 
 def windows(

@@ -33,6 +33,14 @@ def test_plain_xarray_reads_a_recording(tmp_path):
     assert xr.open_zarr(store, group="3/50", consolidated=False)["sa1"].shape == (20, 4)
 
 
+def test_names_of_markers_and_axes_are_stored_without_complaint(tmp_path, recwarn):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    write_responses(store, responses().assign_coords(channel=["sensor"]))
+    assert list(open_responses(store)[0]["channel"].values) == ["sensor"]
+    assert not [w for w in recwarn if "Zarr" in str(w.message)]
+
+
 def test_recordings_come_in_order_of_texture_and_speed(tmp_path):
     store = tmp_path / "s.zarr"
     create_store(store, {})

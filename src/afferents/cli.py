@@ -1,0 +1,241 @@
+"""The command line: one command a stage, each a thin call of the pipeline."""
+
+import json
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from afferents import __version__
+from afferents.core.cut import Cut
+from afferents.core.errors import AfferentsError, InputError, PartialFailureError
+from afferents.core.families import families
+from afferents.core.progress import Progress
+from afferents.core.protocol import protocols
+
+app = typer.Typer(
+    help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    epilog="--debug, anywhere on the line, shows the traceback of an error.",
+)
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the outcome as JSON on stdout, no progress bars.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress bars, plain lines on stderr.")]
+KeepGoing = Annotated[
+    bool,
+    typer.Option(
+        "--keep-going", help="Skip recordings that fail, name them, and exit with code 3."
+    ),
+]
+
+
+def main() -> None:
+    """Run the command line; exit code 2 and one sentence for what the user can mend."""
+    debug = "--debug" in sys.argv
+    arguments = [a for a in sys.argv[1:] if a != "--debug"]
+    try:
+        app(arguments, prog_name="afferents", standalone_mode=True)
+    except AfferentsError as error:
+        if debug:
+            traceback.print_exc()
+        print(f"afferents: {error}", file=sys.stderr)  # noqa: T201
+        sys.exit(3 if isinstance(error, PartialFailureError) else 2)
+    except KeyboardInterrupt:
+        print("afferents: stopped; what is finished is kept", file=sys.stderr)  # noqa: T201
+        sys.exit(130)
+
+
+def _say(console: Console, as_json: bool, content: Any, *lines: Any) -> None:
+    """Print the outcome: JSON for scripts, or the lines for people."""
+    if as_json:
+        print(json.dumps(content, indent=2, default=str))  # noqa: T201
+    else:
+        for line in lines:
+            console.print(line)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)  # noqa: T201
+        raise typer.Exit
+
+
+@app.callback()
+def _afferents(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Turn recordings of a soft tactile fingertip into afferents, and learn texture from them."""
+
+
+@app.command()
+def inspect(
+    source: Annotated[
+        str, typer.Argument(help="A video, a wav, a session, a store or fabricslide:PATH.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the pictures [default: NAME-inspected].")
+    ] = None,
+    sensor: Annotated[
+        str | None, typer.Option(help="Sensor file, or the name of a packaged one (tip_b).")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say what is in a file or session and whether it is sound, and draw a picture."""
+    from afferents.markers import load_sensor
+    from afferents.pipeline.inspect import inspect as look
+
+    name = Path(source.rpartition(":")[2].rstrip("/")).stem or "source"
+    folder = out or Path(f"{name}-inspected")
+    with Progress(quiet or as_json) as progress:
+        found = look(source, folder, load_sensor(sensor) if sensor else None, progress)
+    _say(
+        Console(soft_wrap=True, highlight=False),
+        as_json,
+        vars(found),
+        *found.sentences,
+        *(f"[bold]Problem:[/bold] {problem}" for problem in found.problems),
+        *(f"Picture: {path}" for path in found.pictures),
+    )
+    if found.problems:
+        raise typer.Exit(2)
+
+
+@app.command()
+def extract(
+    session: Annotated[Path, typer.Argument(help="Folder in the published layout.")],
+    out: Annotated[Path, typer.Argument(help="Store to write, such as OUT.zarr.")],
+    sensor: Annotated[
+        str, typer.Option(help="Sensor file, or the name of a packaged one.")
+    ] = "tip_b",
+    linker: Annotated[
+        Literal["one-to-one", "published"],
+        typer.Option(help="How markers are followed; 'published' keeps the reference's flaws."),
+    ] = "one-to-one",
+    keep_going: KeepGoing = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn videos and audio into marker tracks, SA-I, RA-I and RA-II."""
+    from afferents.markers import load_sensor
+    from afferents.pipeline.extract import Extraction
+    from afferents.pipeline.extract import extract as run
+
+    extraction = Extraction(session, out, load_sensor(sensor), linker, keep_going)
+    with Progress(quiet or as_json) as progress:
+        failed = run(extraction, progress)
+    _say(Console(), as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")
+    _fail_if_skipped(failed)
+
+
+@app.command()
+def evaluate(
+    data: Annotated[list[str], typer.Argument(help="Extracted stores, or fabricslide:PATH.")],
+    out: Annotated[Path, typer.Option(help="Results folder; finished folds in it are kept.")],
+    models: Annotated[str, typer.Option(help="'all' or a comma-separated list.")] = "all",
+    protocol: Annotated[str, typer.Option(help="nested, published or both.")] = "nested",
+    preset: Annotated[
+        Literal["quick", "paper"], typer.Option(help="Training recipe: 'paper' as published.")
+    ] = "quick",
+    cut: Annotated[
+        Cut, typer.Option(help="Part of the recordings: 'published' or 'all' at constant speed.")
+    ] = "all",
+    seed: Annotated[int, typer.Option(min=0, help="First seed.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, help="How many seeds.")] = 1,
+    without: Annotated[
+        list[str] | None, typer.Option(help="Leave out a condition, such as pressure=F250.")
+    ] = None,
+    window_s: Annotated[float | None, typer.Option(help="Vibration window, s.")] = None,
+    stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
+    fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
+    bins: Annotated[int | None, typer.Option(help="Frequency bins that the network sees.")] = None,
+    keep_going: KeepGoing = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Train and test all folds: hold out one speed at a time."""
+    from afferents.pipeline.data import SPECTRAL, open_data
+    from afferents.pipeline.evaluate import Evaluation
+    from afferents.pipeline.evaluate import evaluate as run
+    from afferents.report import table1, to_rich
+
+    left_out = _conditions(without or [])
+    opened = open_data(data, left_out)
+    changed = {
+        "window_s": window_s,
+        "stride_s": stride_s,
+        "fft_points": fft_points,
+        "model_bins": bins,
+    }
+    spectral = SPECTRAL[opened[0].kind].changed(changed)
+    evaluation = Evaluation(
+        opened,
+        out,
+        families(models),
+        protocols(protocol),
+        preset,
+        cut,
+        spectral,
+        list(range(seed, seed + seeds)),
+        left_out,
+        keep_going,
+    )
+    with Progress(quiet or as_json) as progress:
+        summary = run(evaluation, progress)
+    _say(Console(), as_json, summary, to_rich(table1(summary)), f"Results: {out}")
+    _fail_if_skipped({entry["recording"]: entry["reason"] for entry in summary["skipped"]})
+
+
+@app.command()
+def report(
+    results: Annotated[Path, typer.Argument(help="Results folder.")],
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write Table 1, the figures and one self-contained report.html."""
+    from afferents.core.results import load_results
+    from afferents.pipeline.write_report import write_report
+    from afferents.report import table1, to_rich
+
+    with Progress(quiet or as_json) as progress:
+        page = write_report(results, progress)
+    summary = load_results(results).summary
+    _say(Console(), as_json, {"report": str(page)}, to_rich(table1(summary)), f"Report: {page}")
+
+
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Show versions, cores, accelerator and codecs, and what is missing."""
+    from afferents.pipeline.doctor import diagnose
+
+    rows, missing = diagnose()
+    table = Table(show_header=False, box=None)
+    for row in rows:
+        table.add_row(*row)
+    verdict = [f"[bold]Missing:[/bold] {line}" for line in missing] or ["Nothing is missing."]
+    _say(Console(), as_json, {"found": dict(rows), "missing": missing}, table, *verdict)
+    if missing:
+        raise typer.Exit(2)
+
+
+def _conditions(pairs: list[str]) -> dict[str, str]:
+    for pair in pairs:
+        if "=" not in pair:
+            raise InputError("--without", "NAME=VALUE, such as pressure=F250", f"'{pair}'")
+    return dict(pair.split("=", 1) for pair in pairs)
+
+
+def _fail_if_skipped(skipped: dict[str, str]) -> None:
+    if skipped:
+        reasons = "; ".join(f"{name} ({why})" for name, why in skipped.items())
+        raise PartialFailureError(f"{len(skipped)} recordings were skipped: {reasons}")

@@ -1,0 +1,116 @@
+"""From a session's videos and audio to a store of responses."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from afferents import __version__
+from afferents.channels import ra1, ra2, sa1
+from afferents.core import dims
+from afferents.core.errors import AfferentsError
+from afferents.core.files import remove_partials
+from afferents.core.progress import Progress
+from afferents.core.recording import Recording, Session
+from afferents.core.responses import Responses, label
+from afferents.core.store import create_store, has_responses, write_responses
+from afferents.markers import Linker, Positions, Sensor, rest_positions, track
+from afferents.recordings import check_recording, read_session, session_file
+
+
+@dataclass(frozen=True)
+class Extraction:
+    """What is extracted and how."""
+
+    session: Path
+    out: Path
+    sensor: Sensor
+    linker: Linker
+    keep_going: bool = False
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """What must agree for recordings to stand in one store."""
+        return {
+            "afferents": __version__,
+            "session": self.session.resolve().name,
+            "simulated": bool(session_file(self.session).simulated),
+            "sensor": self.sensor.model_dump(),
+            "linker": self.linker,
+        }
+
+
+def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
+    """Extract every recording that the store does not hold yet.
+
+    Returns
+    -------
+    Recordings that failed and why; empty unless `keep_going`.
+
+    Raises
+    ------
+    InputError
+        If the session, one of its recordings (without `keep_going`), or the store is not what
+        it should be; recordings extracted before stay.
+    """
+    session = read_session(extraction.session)
+    reference = _reference(session, extraction)
+    create_store(extraction.out, extraction.config)
+    remove_partials(extraction.out)
+    failed: dict[str, str] = {}
+    for recording in progress.track(session.recordings, "extracting", len(session.recordings)):
+        try:
+            _extract_one(recording, reference, extraction)
+        except AfferentsError as error:
+            if not extraction.keep_going:
+                raise
+            failed[recording.name] = str(error)
+    return failed
+
+
+def _reference(session: Session, extraction: Extraction) -> Positions | None:
+    """Return the marker order of the published tracker; a grid needs no reference."""
+    if session.reference is None or extraction.linker != "published":
+        return None
+    return rest_positions(session.reference, extraction.sensor)
+
+
+def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:
+    check_recording(recording, session_file(extraction.session))
+    checksum = recording.checksum
+    if not has_responses(extraction.out, recording.name, checksum):
+        found = responses_of(recording, extraction.sensor, extraction.linker, reference)
+        write_responses(extraction.out, found.assign_attrs(checksum=checksum))
+
+
+def responses_of(
+    recording: Recording,
+    sensor: Sensor | None = None,
+    linker: Linker = "one-to-one",
+    reference: Positions | None = None,
+) -> Responses:
+    """Return the responses of one recording: marker tracks, SA-I, RA-I and RA-II, float32.
+
+    Parameters
+    ----------
+    sensor
+        Needed where the recording has a video.
+    reference
+        Rest markers that fix the order, see `markers.track`.
+    """
+    parts: list[xr.Dataset] = []
+    if recording.video is not None and sensor is not None:
+        parts.append(marker_responses(track(recording.video, sensor, linker, reference)))
+    if recording.audio is not None:
+        parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
+    merged = xr.merge(parts, combine_attrs="no_conflicts")
+    return label(merged, recording)
+
+
+def marker_responses(tracks: xr.Dataset) -> xr.Dataset:
+    """Add SA-I and RA-I to marker tracks, everything in float32."""
+    slow = sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
+    responses = tracks.assign({dims.SA1: slow, dims.RA1: ra1(slow)})
+    real = [name for name in responses.data_vars if responses[name].dtype.kind == "f"]
+    return responses.assign({name: responses[name].astype("float32") for name in real})

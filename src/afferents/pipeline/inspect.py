@@ -1,0 +1,255 @@
+"""What is in a file or session, whether it is sound, and a picture of it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from afferents.core import dims
+from afferents.core.errors import AfferentsError, InputError
+from afferents.core.progress import Progress
+from afferents.core.recording import Frame, GreyImage, Recording, Session
+from afferents.core.store import open_responses, store_config
+from afferents.markers import Sensor, describe, measure_quality, recognise_sensor, track
+from afferents.pipeline.extract import marker_responses
+from afferents.recordings import (
+    VideoFile,
+    WavFile,
+    check_recording,
+    facts,
+    open_video,
+    read_fabricslide,
+    read_session,
+    session_file,
+)
+from afferents.report import markers_figure, responses_figure, save_figure, vibration_figure
+
+PICTURED_S = 10.0
+"""Length of the vibration that is drawn, s."""
+CLIPPED = 0.999
+"""Samples at or above this share of full scale count as clipped."""
+MOST_LOST = 0.01
+"""Share of marker positions lost beyond which a recording is named."""
+
+
+@dataclass
+class Inspection:
+    """Sentences about a source, problems found, pictures drawn, and facts for scripts."""
+
+    source: str
+    sentences: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    pictures: list[Path] = field(default_factory=list)
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -> Inspection:
+    """Look at a video, a wav file, a session, a store or ``fabricslide:PATH``.
+
+    Parameters
+    ----------
+    out
+        Folder for the pictures.
+    sensor
+        For a video; None to recognise or estimate it.
+
+    Raises
+    ------
+    InputError
+        If there is nothing there, or nothing that can be read.
+    """
+    if source.startswith("fabricslide:"):
+        return inspect_session(source, read_fabricslide(Path(source.partition(":")[2])), out)
+    path = Path(source)
+    if not path.exists():
+        raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
+    if path.is_file():
+        if path.suffix.lower() == ".wav":
+            return inspect_wav(path, out)
+        return inspect_video(path, out, sensor, progress)
+    if (path / "zarr.json").is_file():
+        return inspect_store(path)
+    declared = session_file(path)
+    return inspect_session(source, read_session(path), out, lambda r: check_recording(r, declared))
+
+
+def inspect_video(path: Path, out: Path, sensor: Sensor | None, progress: Progress) -> Inspection:
+    """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
+    video = open_video(path)
+    found = Inspection(str(path), facts=video_facts(video))
+    declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
+    found.sentences.append(
+        f"Video of {declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."
+    )
+    why = f"The sensor file given is '{sensor.name}'." if sensor else ""
+    if sensor is None:
+        sensor, why = recognise_sensor(video)
+    found.sentences.append(why)
+    watched = Watched(video, progress)
+    tracks = track(watched, sensor)
+    found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
+    found.facts |= quality_facts(tracks)
+    found.pictures = draw_video(watched.last_image, tracks, path.name, out)
+    return found
+
+
+class Watched:
+    """A video that moves a progress bar as it is decoded, and remembers its last image."""
+
+    def __init__(self, video: VideoFile, progress: Progress) -> None:
+        self._video, self._progress = video, progress
+        self.path, self.fps_hz = video.path, video.fps_hz
+        self.width, self.height = video.width, video.height
+        self.last_image = np.zeros((video.height, video.width), dtype=np.uint8)
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start."""
+        frames = self._video.frames()
+        for frame in self._progress.track(frames, "tracking", self._video.n_frames):
+            self.last_image = frame.image
+            yield frame
+
+
+def video_facts(video: VideoFile) -> dict[str, Any]:
+    """Return what a video's container declares."""
+    return {
+        "width": video.width,
+        "height": video.height,
+        "fps_hz": video.fps_hz,
+        "declared_frames": video.n_frames,
+        "declared_duration_s": video.duration_s,
+    }
+
+
+def quality_facts(tracks: xr.Dataset) -> dict[str, Any]:
+    """Return the tracking's figures, None for what is not a number."""
+    quality = asdict(measure_quality(tracks))
+    return {name: None if value != value else value for name, value in quality.items()}
+
+
+def frame_time_sentences(tracks: xr.Dataset) -> list[str]:
+    """Say how regular the frames come, by the container's own times."""
+    steps = np.diff(tracks[dims.TIME].values)
+    if len(steps) == 0:
+        return []
+    period = float(np.median(steps))
+    gaps = int((steps > 1.5 * period).sum())
+    told = f"Frames come every {1000 * period:.2f} ms (median, container's times)"
+    return [f"{told}; {gaps} gaps of more than one and a half periods." if gaps else f"{told}."]
+
+
+def draw_video(image: GreyImage, tracks: xr.Dataset, name: str, out: Path) -> list[Path]:
+    """Draw the markers on the last frame with their trails, and the responses over time."""
+    responses = marker_responses(tracks)
+    positions = tracks[dims.POSITION].values
+    markers = markers_figure(
+        image, positions[-1], tracks[dims.DETECTED].values[-1], name, positions
+    )
+    over_time = responses_figure(responses[dims.SA1], responses[dims.RA1], name)
+    return [
+        save_figure(markers, out / "markers.png"),
+        save_figure(over_time, out / "responses.png"),
+    ]
+
+
+def inspect_wav(path: Path, out: Path) -> Inspection:
+    """Say what a wav file holds and draw its start; the last channel is the sensor's."""
+    header = WavFile(path, 0)
+    audio = WavFile(path, header.n_channels - 1)
+    seconds = audio.n_samples / audio.sample_rate_hz
+    found = Inspection(str(path))
+    found.sentences.append(
+        f"{audio.n_channels} channel(s) at {audio.sample_rate_hz:g} Hz, {seconds:.2f} s; "
+        f"channel {audio.n_channels} is taken for the sensor."
+    )
+    signal = audio.read()
+    found.sentences += level_sentences(signal)
+    found.facts = {
+        "channels": audio.n_channels,
+        "sample_rate_hz": audio.sample_rate_hz,
+        "duration_s": seconds,
+    }
+    found.pictures = [draw_vibration(signal, path.name, out)]
+    return found
+
+
+def level_sentences(signal: xr.DataArray) -> list[str]:
+    """Say how loud a full-scale signal is, and whether it is clipped or silent."""
+    peak = float(np.abs(signal).max())
+    rms = float(np.sqrt((signal.astype(float) ** 2).mean()))
+    sentences = [f"Peak {peak:.3f}, RMS {rms:.4f} of full scale."]
+    if peak == 0:
+        sentences.append("It is silent: look at the sensor's channel and cable.")
+    clipped = float((np.abs(signal) >= CLIPPED).mean())
+    if clipped > 0:
+        sentences.append(f"{100 * clipped:.3f}% of samples are clipped: lower the gain.")
+    return sentences
+
+
+def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
+    """Draw the first seconds of vibration and their spectrum."""
+    n = round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE])
+    figure = vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
+    return save_figure(figure, out / "vibration.png")
+
+
+def inspect_session(
+    source: str, session: Session, out: Path, check: Callable[[Recording], None] | None = None
+) -> Inspection:
+    """Check every recording of a session by its headers, and draw the first vibration."""
+    found = Inspection(source)
+    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
+    found.sentences += [
+        f"{len(session.recordings)} recordings of {len(session.textures)} textures "
+        f"({', '.join(session.textures)}) at {len(session.speeds_mm_s)} speeds ({speeds} mm/s).",
+        "The order of markers comes from throw_away.mp4."
+        if session.reference
+        else "There is no throw_away.mp4; it is needed only by the published tracker.",
+    ]
+    rows = []
+    for recording in session.recordings:
+        try:
+            if check:
+                check(recording)
+            rows.append(asdict(facts(recording)))
+        except AfferentsError as error:
+            found.problems.append(str(error))
+    found.sentences += length_sentences(rows)
+    found.facts = {"recordings": rows}
+    with_audio = [r for r in session.recordings if r.audio is not None]
+    if with_audio and not found.problems:
+        first = with_audio[0]
+        assert first.audio is not None
+        found.pictures = [draw_vibration(first.audio.read(), f"{source}, {first.name}", out)]
+    return found
+
+
+def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
+    """Say between which lengths the videos and vibrations of a session lie."""
+    sentences = []
+    for kind, title in (("video", "Videos"), ("vibration", "Vibrations")):
+        lengths = [row[kind]["duration_s"] for row in rows if row[kind]]
+        if lengths:
+            sentences.append(
+                f"{title} in {len(lengths)} of {len(rows)} recordings, "
+                f"{min(lengths):.2f} to {max(lengths):.2f} s long."
+            )
+    return sentences
+
+
+def inspect_store(path: Path) -> Inspection:
+    """Say what a store of extracted responses holds."""
+    found = Inspection(str(path), facts={"config": store_config(path)})
+    recordings = open_responses(path)
+    names = sorted({str(name) for r in recordings for name in r.data_vars})
+    found.sentences.append(f"A store of {len(recordings)} recordings with {', '.join(names)}.")
+    for responses in recordings:
+        if dims.DETECTED in responses:
+            lost = 1 - float(responses[dims.DETECTED].mean())
+            if lost > MOST_LOST:
+                name = responses.attrs["name"]
+                found.problems.append(f"{name}: {100 * lost:.1f}% of marker positions are lost.")
+    return found

@@ -1,0 +1,99 @@
+"""From a results folder, and the data behind it where they still are, to the report."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.channels import hold
+from afferents.core import dims
+from afferents.core.errors import AfferentsError
+from afferents.core.progress import Progress
+from afferents.core.responses import Responses, conditions
+from afferents.core.results import Results, load_results
+from afferents.core.samples import Samples, concatenate
+from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
+from afferents.pipeline.data import open_data
+from afferents.pipeline.encode import MEMORY_FRAMES, encode_all
+from afferents.report import (
+    FACTORS,
+    FigureData,
+    StretchExample,
+    draw_pictures,
+    save_figure,
+    stretch_example,
+    table1,
+    to_markdown,
+)
+from afferents.report import write_report as write_page
+
+SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
+"""Frames from the middle of each recording for Figures 8 and 10, and how many before them are
+read so that a lost marker can be held at its last value."""
+
+
+def write_report(results_folder: Path, progress: Progress) -> Path:
+    """Write `report.html`, `table1.md` and the figures of a results folder.
+
+    Raises
+    ------
+    InputError
+        If there are no results. Data that are gone only cost their figures; the report says so.
+    """
+    results = load_results(results_folder)
+    data, notes = figure_data(results, progress)
+    pictures = draw_pictures(results, data)
+    for picture in progress.track(pictures, "drawing", len(pictures)):
+        save_figure(picture.figure, results_folder / "figures" / f"{picture.name}.png")
+    (results_folder / "table1.md").write_text(to_markdown(table1(results.summary)), "utf-8")
+    return write_page(results_folder / "report.html", results, pictures, notes)
+
+
+def figure_data(results: Results, progress: Progress) -> tuple[FigureData, list[str]]:
+    """Read what the figures of the data show; notes say what could not be had."""
+    config = results.config
+    try:
+        opened = open_data([d["source"] for d in config["data"]], config["without"])
+    except AfferentsError as error:
+        return FigureData(), [f"Figures of the data are missing: {error}."]
+    left_out = {entry["recording"] for entry in results.summary["skipped"]}
+    recordings = [r for d in opened for r in d.responses if r.attrs["name"] not in left_out]
+    spectra = _spectra(recordings, config, progress)
+    example = stretch_example(spectra) if spectra is not None else None
+    data = FigureData(
+        spectra=spectra,
+        example=example,
+        stretched=_stretched(example) if example else {},
+        sa1_images=_middle_images(recordings, dims.SA1),
+        ra1_images=_middle_images(recordings, dims.RA1),
+        sliding=str(conditions(recordings[0]).get("direction", "+x")),
+    )
+    return data, []
+
+
+def _spectra(
+    recordings: list[Responses], config: dict[str, Any], progress: Progress
+) -> Samples | None:
+    with_vibration = [r for r in recordings if dims.RA2 in r]
+    if not with_vibration:
+        return None
+    encoding = SpectralEncoding(**config["spectral"])
+    return encode_all(with_vibration, dims.RA2, "spectral", config["cut"], encoding, progress)
+
+
+def _stretched(example: StretchExample) -> dict[float, NDArray[np.float32]]:
+    return {factor: stretch_spectrum(example.middle.to_numpy(), factor) for factor in FACTORS}
+
+
+def _middle_images(recordings: list[Responses], afferent: str) -> Samples | None:
+    """Return a few tactile images from the middle of every recording that has them."""
+    parts = []
+    for recording in recordings:
+        if afferent in recording and dims.ROW in recording.coords:
+            response = recording[afferent].assign_attrs(recording.attrs)
+            last = response.sizes[dims.TIME] // 2 + SHOWN_FRAMES
+            around = response.isel({dims.TIME: slice(max(0, last - SETTLING_FRAMES), last)})
+            shown = slice(-SHOWN_FRAMES, None)
+            parts.append(spatial_samples(hold(around.load()), shown, MEMORY_FRAMES[afferent]))
+    return concatenate(parts) if parts else None
