@@ -1,1 +1,17 @@
 """One training loop and its configuration."""
+
+from afferents.training.config import Preset, TrainingConfig, training_config
+from afferents.training.loop import Epoch, TrainedModel, predict, train
+from afferents.training.weights import load_weights, save_weights
+
+__all__ = [
+    "Epoch",
+    "Preset",
+    "TrainedModel",
+    "TrainingConfig",
+    "load_weights",
+    "predict",
+    "save_weights",
+    "train",
+    "training_config",
+]

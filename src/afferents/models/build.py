@@ -1,0 +1,55 @@
+"""The network for an encoding, with reproducible first weights."""
+
+import torch
+from torch import nn
+
+from afferents.core.errors import InputError
+from afferents.core.families import Encoding
+from afferents.models.cnn_lstm import CnnLstm
+from afferents.models.spatial import SpatialNet
+from afferents.models.vibration import VibrationNet
+
+_SAMPLE_DIMS: dict[Encoding, tuple[str, ...]] = {
+    "spatial": ("row", "column"),
+    "spatiotemporal": ("frame", "row", "column"),
+    "spectral": ("channel", "frequency"),
+}
+
+
+def build(
+    encoding: Encoding, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
+) -> nn.Module:
+    """Return the paper's network for an encoding, its weights drawn from `seed`.
+
+    Parameters
+    ----------
+    encoding
+        `spatial`, `spatiotemporal` or `spectral`.
+    n_classes
+        Number of textures, at least 2.
+    sample_shape
+        Shape of one sample: (row, column), (frame, row, column) or (channel, frequency).
+    seed
+        Of the weights; the caller's random state is left as it was.
+
+    Raises
+    ------
+    InputError
+        If the samples have other dims or are too small, or there is nothing to tell apart.
+    """
+    if n_classes < 2:
+        raise InputError("the data", "at least 2 textures to tell apart", f"{n_classes}")
+    if len(sample_shape) != len(_SAMPLE_DIMS[encoding]):
+        expected = f"({', '.join(_SAMPLE_DIMS[encoding])})"
+        raise InputError(f"{encoding} samples", f"the shape {expected}", f"{sample_shape}")
+    with torch.random.fork_rng(devices=[]):
+        torch.default_generator.manual_seed(seed)
+        return _network(encoding, n_classes, sample_shape)
+
+
+def _network(encoding: Encoding, n_classes: int, sample_shape: tuple[int, ...]) -> nn.Module:
+    if encoding == "spatial":
+        return SpatialNet(n_classes, *sample_shape)
+    if encoding == "spatiotemporal":
+        return CnnLstm(n_classes, *sample_shape[1:])
+    return VibrationNet(n_classes, *sample_shape)

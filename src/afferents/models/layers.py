@@ -1,0 +1,109 @@
+"""Layers as Keras makes them, and what Keras would count and regularise.
+
+The paper's networks were written for Keras (2.3-style, TensorFlow 1.x). Where its defaults
+differ from PyTorch's, this file holds the translation, so that the networks read like the
+published tables.
+"""
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+
+L2 = 0.005
+"""Factor of the sum of squared kernels in the loss (train_static.ipynb, cell 4)."""
+
+_EPS = 1e-3
+_MOMENTUM = 0.01
+"""Keras' 0.99 is the share of the old value, PyTorch's momentum that of the new one."""
+
+
+class RegularisedLinear(nn.Linear):
+    """A dense layer whose kernel (not its bias) carries the L2 term."""
+
+
+class FlattenChannelsLast(nn.Module):
+    """Flatten `(batch, channel, height, width)` in Keras' order, channel running fastest.
+
+    Costs nothing where the tensor lies in memory as channels_last.
+    """
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return shape (batch, height * width * channel)."""
+        return x.permute(0, 2, 3, 1).flatten(1)
+
+
+def batch_norm_maps(n_channels: int) -> nn.BatchNorm2d:
+    """Batch normalisation of feature maps with Keras' defaults (momentum 0.99, eps 1e-3)."""
+    return nn.BatchNorm2d(n_channels, eps=_EPS, momentum=_MOMENTUM)
+
+
+def batch_norm_units(n_units: int) -> nn.BatchNorm1d:
+    """Batch normalisation of dense units with Keras' defaults (momentum 0.99, eps 1e-3)."""
+    return nn.BatchNorm1d(n_units, eps=_EPS, momentum=_MOMENTUM)
+
+
+@torch.no_grad()
+def initialise_like_keras(model: nn.Module) -> None:
+    """Draw all weights anew as Keras does by default, in place.
+
+    Kernels Glorot-uniform, recurrent kernels orthogonal, biases zero, forget-gate biases 1.
+    Of PyTorch's two LSTM biases, which only ever act as their sum, the recurrent one is zero
+    and frozen: Keras has one, and two would learn at twice the rate.
+    """
+    for module in model.modules():
+        if isinstance(module, nn.Conv2d | nn.Linear):
+            nn.init.xavier_uniform_(module.weight)
+            if module.bias is not None:
+                nn.init.zeros_(module.bias)
+        elif isinstance(module, nn.LSTM):
+            _initialise_lstm(module)
+
+
+def _initialise_lstm(lstm: nn.LSTM) -> None:
+    units = lstm.hidden_size
+    for name, parameter in lstm.named_parameters():
+        if name.startswith("weight_ih"):
+            nn.init.xavier_uniform_(parameter)
+        elif name.startswith("weight_hh"):
+            nn.init.orthogonal_(parameter)
+        else:
+            nn.init.zeros_(parameter)
+        if name.startswith("bias_ih"):  # gates lie as input, forget, cell, output
+            parameter[units : 2 * units] = 1.0
+        if name.startswith("bias_hh"):
+            parameter.requires_grad_(False)
+
+
+def kernels_with_l2(model: nn.Module) -> list[nn.Parameter]:
+    """Return the kernels that the published network regularises, in order of the layers."""
+    marked = (module for module in model.modules() if isinstance(module, RegularisedLinear))
+    return [module.get_parameter("weight") for module in marked]
+
+
+def l2_penalty(model: nn.Module) -> Tensor:
+    """Return 0.005 * the sum of squares of the regularised kernels, a scalar.
+
+    It is a term of the loss, as in Keras, so Adam rescales its gradient with the rest;
+    decoupled weight decay would not.
+    """
+    squares = [kernel.square().sum() for kernel in kernels_with_l2(model)]
+    return L2 * torch.stack(squares).sum() if squares else torch.zeros(())
+
+
+class ParameterCount(NamedTuple):
+    """Parameters of a network as Keras' `summary()` counts them."""
+
+    total: int
+    """Trainable parameters and the running means and variances of batch normalisation."""
+    trainable: int
+
+
+def count_parameters(model: nn.Module) -> ParameterCount:
+    """Count a network's parameters as Keras does.
+
+    The frozen second LSTM bias is not counted: Keras has none.
+    """
+    trainable = sum(p.numel() for p in model.parameters() if p.requires_grad)
+    running = sum(b.numel() for b in model.buffers() if b.is_floating_point())
+    return ParameterCount(trainable + running, trainable)

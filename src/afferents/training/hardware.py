@@ -1,0 +1,49 @@
+"""Where and in which precision to compute."""
+
+from contextlib import AbstractContextManager, nullcontext
+
+import torch
+from torch import nn
+
+from afferents.core.errors import InputError
+from afferents.training.config import TrainingConfig
+
+
+def choose_device(config: TrainingConfig) -> torch.device:
+    """Return the device that the configuration asks for.
+
+    Raises
+    ------
+    InputError
+        If it asks for a GPU and there is none.
+    """
+    available = torch.cuda.is_available()
+    if config.device == "cuda" and not available:
+        raise InputError("device", "a CUDA GPU", "none", "use device 'auto' or 'cpu'")
+    return torch.device("cuda" if available and config.device != "cpu" else "cpu")
+
+
+def has_bfloat16(device: torch.device) -> bool:
+    """Return whether the device multiplies bfloat16 natively; emulation would be slower."""
+    if device.type == "cuda":
+        return bool(torch.cuda.is_bf16_supported(including_emulation=False))
+    if not hasattr(torch.cpu, "get_capabilities"):  # an older PyTorch cannot tell
+        return False
+    capabilities = torch.cpu.get_capabilities()
+    return any(capabilities.get(name, False) for name in ("avx512_bf16", "amx_bf16"))
+
+
+def autocast(config: TrainingConfig, device: torch.device) -> AbstractContextManager[object]:
+    """Return the context in which the network runs: bfloat16 or plain float32."""
+    chosen = config.precision == "bfloat16"
+    if chosen or (config.precision == "auto" and has_bfloat16(device)):
+        return torch.autocast(device.type, dtype=torch.bfloat16)
+    return nullcontext()
+
+
+def to_channels_last(model: nn.Module) -> nn.Module:
+    """Lay a network's kernels out with the channel running fastest, in place; return it.
+
+    Convolutions then keep their maps so as well, which is faster on CPU and GPU.
+    """
+    return model.to(memory_format=torch.channels_last)  # type: ignore[call-overload, no-any-return]

@@ -1,0 +1,223 @@
+"""The training loop: one, plain, for every network.
+
+The data stay in the one tensor they came in. Folds are arrays of indices into it, and a batch
+is gathered when it is its turn.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from afferents.core.errors import AfferentsError, InputError
+from afferents.training.config import TrainingConfig
+from afferents.training.data import Data, gather, split
+from afferents.training.hardware import autocast, choose_device, to_channels_last
+from afferents.training.learner import Learner
+
+EVALUATION_BATCH = 256
+
+Weights = dict[str, Tensor]
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """What one epoch came to. Losses are cross-entropy plus the L2 term, as Keras logs them."""
+
+    number: int
+    """From 1."""
+    loss: float
+    accuracy: float
+    """Over the epoch's training batches, with dropout, as they came."""
+    validation_loss: float
+    validation_accuracy: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class TrainedModel:
+    """A network with the weights of its best epoch, and how it came to them."""
+
+    model: nn.Module
+    history: tuple[Epoch, ...]
+    best_epoch: int
+    """Number of the first epoch with the highest validation accuracy."""
+    seconds: float
+
+    def facts(self) -> dict[str, Any]:
+        """Return everything but the network, ready for JSON."""
+        return {
+            "best_epoch": self.best_epoch,
+            "training_s": round(self.seconds, 3),
+            "history": [asdict(epoch) for epoch in self.history],
+        }
+
+
+def train(
+    model: nn.Module,
+    values: Tensor,
+    labels: Tensor,
+    train_index: NDArray[np.int64],
+    validation_index: NDArray[np.int64],
+    scale: float,
+    config: TrainingConfig,
+    seed: int,
+    progress: Callable[[Epoch], None] | None = None,
+) -> TrainedModel:
+    """Train a network in place until its validation accuracy no longer rises.
+
+    Adam on cross-entropy plus the L2 term; training stops `patience` epochs after the best
+    validation accuracy, whose weights are restored (reference: train_*.ipynb, cells 4 to 9;
+    seeds set anew for each model, as there). The same seed on the same machine, in float32 on
+    the CPU and with as many threads, gives the same weights.
+
+    Deviations from Keras: Adam's eps (1e-7) is added after the bias correction of the second
+    moment instead of before, as PyTorch has it; a last batch of a single sample joins the one
+    before, because batch normalisation has no variance of one.
+
+    Parameters
+    ----------
+    model
+        Network from samples to logits.
+    values
+        All samples, float32, shape (n_samples, *sample_shape); never copied as a whole.
+    labels
+        Number of each sample's texture, int64, shape (n_samples,).
+    train_index, validation_index
+        Samples to learn from and to judge by, shapes (n_train,) and (n_validation,).
+    scale
+        Samples are divided by it (1 for raw units).
+    config
+        See `TrainingConfig`.
+    seed
+        Of the order of the samples and of dropout.
+    progress
+        Called after every epoch.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two training samples or no validation samples, or the scale is
+        not a positive number.
+    AfferentsError
+        If the loss is no longer a finite number.
+    """
+    _check(train_index, validation_index, scale)
+    start = time.perf_counter()
+    device = choose_device(config)
+    to_channels_last(model.to(device))
+    data = Data(values, labels, scale, device)
+    with _seeded(seed, device):
+        learner = Learner(model, config, device)
+        epochs = _epochs(learner, data, _indices(train_index), _indices(validation_index), config)
+        history, best, weights = _until_no_better(epochs, model, config, progress)
+    model.load_state_dict(weights)
+    return TrainedModel(model, tuple(history), best.number, time.perf_counter() - start)
+
+
+@torch.inference_mode()
+def predict(
+    model: nn.Module,
+    values: Tensor,
+    index: NDArray[np.int64],
+    scale: float,
+    config: TrainingConfig,
+) -> NDArray[np.float32]:
+    """Return the probability of each texture for some of the samples.
+
+    Parameters
+    ----------
+    model
+        Trained network; it is left in evaluation mode.
+    values, scale
+        As for `train`.
+    index
+        Samples to classify, shape (n,).
+    config
+        For device and precision.
+
+    Returns
+    -------
+    NDArray
+        Shape (n, n_classes), float32, rows sum to 1.
+    """
+    device = choose_device(config)
+    to_channels_last(model.to(device)).eval()
+    parts = []
+    for batch in torch.split(_indices(index), EVALUATION_BATCH):
+        with autocast(config, device):
+            logits = model(gather(values, batch, scale, device))
+        parts.append(logits.float().softmax(1).cpu())
+    return torch.cat(parts).numpy()
+
+
+def _epochs(
+    learner: Learner, data: Data, training: Tensor, validation: Tensor, config: TrainingConfig
+) -> Iterator[Epoch]:
+    """Train an epoch whenever the next one is asked for."""
+    for number in range(1, config.max_epochs + 1):
+        start = time.perf_counter()
+        order = training[torch.randperm(len(training))]
+        learnt = learner.learn(data, split(order, config.batch_size))
+        judged = learner.judge(data, torch.split(validation, EVALUATION_BATCH))
+        if not (math.isfinite(learnt[0]) and math.isfinite(judged[0])):
+            raise AfferentsError(
+                f"training: the loss is no longer a number in epoch {number}; look for samples "
+                "that are NaN or infinite, or lower the learning rate"
+            )
+        yield Epoch(number, *learnt, *judged, time.perf_counter() - start)
+
+
+def _until_no_better(
+    epochs: Iterator[Epoch],
+    model: nn.Module,
+    config: TrainingConfig,
+    progress: Callable[[Epoch], None] | None,
+) -> tuple[list[Epoch], Epoch, Weights]:
+    """Return the epochs up to `patience` after the best one, the best, and its weights."""
+    best = next(epochs)
+    history, weights = [best], _copy(model)
+    if progress:
+        progress(best)
+    while len(history) - best.number < config.patience and (epoch := next(epochs, None)):
+        history.append(epoch)
+        if epoch.validation_accuracy > best.validation_accuracy:
+            best, weights = epoch, _copy(model)
+        if progress:
+            progress(epoch)
+    return history, best, weights
+
+
+def _copy(model: nn.Module) -> Weights:
+    return {name: value.clone() for name, value in model.state_dict().items()}
+
+
+def _indices(index: NDArray[np.int64]) -> Tensor:
+    return torch.tensor(index, dtype=torch.int64)
+
+
+@contextmanager
+def _seeded(seed: int, device: torch.device) -> Iterator[None]:
+    """Draw from `seed` inside, and leave the caller's random state as it was."""
+    gpus = [torch.cuda.current_device()] if device.type == "cuda" else []
+    with torch.random.fork_rng(devices=gpus):
+        torch.manual_seed(seed)
+        yield
+
+
+def _check(
+    train_index: NDArray[np.int64], validation_index: NDArray[np.int64], scale: float
+) -> None:
+    if len(train_index) < 2:
+        raise InputError("a fold", "at least 2 training samples", f"{len(train_index)}")
+    if len(validation_index) < 1:
+        raise InputError("a fold", "at least 1 validation sample", "none")
+    if not (math.isfinite(scale) and scale > 0):
+        raise InputError("a fold", "a positive scale", f"{scale}", "look for silent recordings")

@@ -1,0 +1,34 @@
+"""Weights on disk as safetensors."""
+
+from pathlib import Path
+
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+from torch import nn
+
+from afferents.core.errors import InputError
+from afferents.core.files import write_aside
+
+
+def save_weights(model: nn.Module, path: Path) -> None:
+    """Write a network's weights and running statistics, whole or not at all."""
+    state = {name: value.cpu().contiguous() for name, value in model.state_dict().items()}
+    with write_aside(path) as partial:
+        save_file(state, partial)
+
+
+def load_weights(model: nn.Module, path: Path) -> None:
+    """Read weights into a network of the same layers, in place.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no safetensors file, or belongs to another network.
+    """
+    try:
+        model.load_state_dict(load_file(path))
+    except (OSError, SafetensorError) as error:
+        raise InputError(path, "weights as safetensors", str(error)) from error
+    except RuntimeError as error:
+        found = str(error).splitlines()[-1].strip()
+        raise InputError(path, f"weights of {type(model).__name__}", found) from error

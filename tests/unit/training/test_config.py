@@ -1,0 +1,57 @@
+"""Training configurations: the published recipe, and what is refused."""
+
+import pytest
+from pydantic import ValidationError
+
+from afferents.core.errors import InputError
+from afferents.training import TrainingConfig, training_config
+
+ENCODINGS = ["spatial", "spatiotemporal", "spectral"]
+
+
+@pytest.mark.parametrize(
+    ("encoding", "rate", "patience"),
+    [("spatial", 1e-3, 20), ("spatiotemporal", 1e-4, 20), ("spectral", 1e-4, 10)],
+)
+def test_paper_is_the_published_recipe(encoding, rate, patience):
+    config = training_config("paper", encoding)
+    assert (config.learning_rate, config.patience) == (rate, patience)
+    assert (config.batch_size, config.max_epochs) == (64, 150)
+    assert config.samples_per_recording is None
+    assert not config.warm_up_statistics
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_quick_sees_fewer_samples_for_fewer_epochs(encoding):
+    quick, paper = training_config("quick", encoding), training_config("paper", encoding)
+    assert quick.samples_per_recording is not None
+    assert quick.max_epochs < paper.max_epochs
+    assert quick.patience < quick.max_epochs
+
+
+def test_an_unknown_preset_is_refused():
+    with pytest.raises(InputError, match="--preset: expected paper or quick, found 'slow'"):
+        training_config("slow", "spatial")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"learning_rate": 0},
+        {"patience": 0},
+        {"max_epochs": 0},
+        {"batch_size": 1},
+        {"samples_per_recording": 0},
+        {"precision": "float16"},
+        {"device": "tpu"},
+        {"epochs": 3},
+    ],
+)
+def test_contradictions_are_refused_when_built(wrong):
+    with pytest.raises(ValidationError):
+        TrainingConfig(**{"learning_rate": 1e-3, "patience": 3, **wrong})
+
+
+def test_a_configuration_is_frozen():
+    with pytest.raises(ValidationError):
+        training_config("paper", "spatial").patience = 1

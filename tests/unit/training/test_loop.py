@@ -1,0 +1,266 @@
+"""The loop: what it learns, when it stops, what it restores, and that it can be repeated."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from afferents.core.errors import AfferentsError, InputError
+from afferents.models import build, l2_penalty
+from afferents.training import Epoch, predict, train
+from afferents.training.data import split
+from afferents.training.hardware import autocast, choose_device, has_bfloat16
+from afferents.training.learner import WarmUp
+
+
+@pytest.mark.parametrize(
+    ("encoding", "shape"),
+    [("spatial", (10, 10)), ("spatiotemporal", (4, 8, 8)), ("spectral", (2, 140))],
+)
+def test_every_network_learns_a_separable_problem(encoding, shape, make_problem, config):
+    problem = make_problem(shape)
+    model = build(encoding, 3, shape)
+    config = config.model_copy(update={"batch_size": 16, "max_epochs": 12, "patience": 8})
+    trained = train(model, *problem, 1.0, config, seed=0)
+    probabilities = predict(trained.model, problem.values, problem.validation, 1.0, config)
+    accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
+    assert accuracy > 0.9
+    assert accuracy == pytest.approx(trained.history[trained.best_epoch - 1].validation_accuracy)
+
+
+class Scripted(nn.Module):
+    """Its only weight counts the epochs; its validation accuracy follows a script."""
+
+    def __init__(self, script: list[float]) -> None:
+        super().__init__()
+        self.script = script
+        self.register_buffer("epoch", torch.zeros((), dtype=torch.int64))
+        self.weight = nn.Parameter(torch.zeros(2))
+
+    def forward(self, values: torch.Tensor) -> torch.Tensor:
+        if self.training:
+            self.epoch += 1
+            return values * 0 + self.weight
+        right = torch.arange(len(values)) < self.script[int(self.epoch) - 1] * len(values)
+        return torch.stack([right.float(), 1 - right.float()], dim=1)
+
+
+@pytest.mark.parametrize(
+    ("script", "best", "epochs"),
+    [
+        ([0.2, 0.5, 0.5, 0.4, 0.5, 0.9], 2, 5),  # a tie is no improvement
+        ([0.5, 0.2, 0.1, 0.3, 0.9, 0.9], 1, 4),
+        ([0.1, 0.2, 0.3, 0.4, 0.5, 0.6], 6, 6),  # max_epochs
+        ([0.3, 0.2, 0.2, 0.4, 0.3, 0.3], 4, 6),
+        ([0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1, 4),
+    ],
+)
+def test_training_stops_after_patience_and_restores_the_best_epoch(script, best, epochs, config):
+    model = Scripted(script)
+    values, labels = torch.zeros(40, 2), torch.zeros(40, dtype=torch.int64)
+    seen: list[Epoch] = []
+    train_index, validation_index = np.arange(30), np.arange(30, 40)
+    trained = train(
+        model, values, labels, train_index, validation_index, 1.0, config, 0, seen.append
+    )
+    assert trained.best_epoch == best
+    assert int(model.epoch) == best, "the weights of the best epoch"
+    assert [e.validation_accuracy for e in trained.history] == pytest.approx(script[:epochs])
+    assert tuple(seen) == trained.history
+    assert [e.number for e in seen] == list(range(1, epochs + 1))
+
+
+def test_same_seed_same_weights_and_other_seed_other_weights(problem, small_net, config):
+    nets = [copy.deepcopy(small_net) for _ in range(3)]
+    for net, seed in zip(nets, (1, 1, 2), strict=True):
+        torch.rand(seed)  # the caller's random state must not matter
+        train(net, *problem, 1.0, config, seed)
+    first, again, other = (net.state_dict() for net in nets)
+    assert all(torch.equal(first[name], again[name]) for name in first)
+    assert not torch.equal(first["0.weight"], other["0.weight"])
+
+
+def test_training_leaves_the_callers_random_state(problem, small_net, config):
+    state = torch.get_rng_state()
+    train(small_net, *problem, 1.0, config, seed=5)
+    assert torch.equal(torch.get_rng_state(), state)
+
+
+def test_scale_divides_the_samples(problem, small_net, config):
+    """Samples times 4, divided by 4: the same weights and the same probabilities."""
+    twin = copy.deepcopy(small_net)
+    enlarged = problem._replace(values=problem.values * 4)
+    train(small_net, *problem, 1.0, config, seed=0)
+    train(twin, *enlarged, 4.0, config, seed=0)
+    assert torch.equal(small_net[0].weight, twin[0].weight)
+    expected = predict(small_net, problem.values, problem.validation, 1.0, config)
+    np.testing.assert_array_equal(
+        predict(twin, enlarged.values, problem.validation, 4.0, config), expected
+    )
+    unscaled = predict(twin, enlarged.values, problem.validation, 1.0, config)
+    assert not np.allclose(unscaled, expected)
+
+
+def test_only_the_folds_samples_are_used_and_none_is_changed(problem, small_net, config):
+    """Samples outside the fold are NaN: one of them in a batch would end the training."""
+    fold = np.concatenate([problem.train[:40], problem.validation[:20]])
+    values = torch.full_like(problem.values, torch.nan)
+    values[fold] = problem.values[fold]
+    before = values.clone()
+    train(small_net, values, problem.labels, fold[:40], fold[40:], 2.0, config, seed=0)
+    assert torch.equal(values.nan_to_num(), before.nan_to_num())
+
+
+def test_the_reported_loss_is_cross_entropy_plus_the_l2_term(config):
+    """All samples zero, so logits are the biases: with those at zero, ln 3 + L2."""
+    model = build("spectral", 3, (1, 140))
+    config = config.model_copy(update={"learning_rate": 1e-30, "max_epochs": 1})
+    labels = torch.arange(6) % 3
+    trained = train(
+        model, torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6), 1.0, config, seed=0
+    )
+    expected = np.log(3) + l2_penalty(model).item()
+    assert trained.history[0].loss == pytest.approx(expected, rel=1e-5)
+    assert trained.history[0].validation_loss == pytest.approx(expected, rel=1e-5)
+
+
+def test_the_l2_term_reaches_the_gradient(config):
+    """With all samples zero, only the L2 term can move the marked kernel: towards zero."""
+    model = build("spectral", 3, (1, 140))
+    before = model.dense[1].weight.detach().clone()
+    config = config.model_copy(update={"learning_rate": 1e-4, "max_epochs": 1})
+    labels = torch.arange(6) % 3
+    train(model, torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6), 1.0, config, seed=0)
+    large = before.abs() > 1e-3
+    assert (model.dense[1].weight.abs() < before.abs())[large].all()
+
+
+@pytest.mark.parametrize(("n", "sizes"), [(65, [65]), (64, [64]), (66, [64, 2]), (129, [64, 65])])
+def test_the_last_batch_keeps_the_rest_and_none_is_left_alone(n, sizes):
+    batches = split(torch.arange(n), 64)
+    assert [len(b) for b in batches] == sizes
+    assert torch.equal(torch.cat(batches), torch.arange(n))
+
+
+def test_a_last_batch_of_one_does_not_stop_batch_normalisation(problem, small_net, config):
+    train(
+        small_net,
+        problem.values,
+        problem.labels,
+        problem.train[: config.batch_size + 1],
+        problem.validation[:1],
+        1.0,
+        config,
+        seed=0,
+    )
+
+
+@pytest.mark.parametrize("part", ["train", "validation"])
+def test_a_loss_that_is_no_number_stops_with_a_sentence(part, problem, small_net, config):
+    problem.values[getattr(problem, part)[5]] = torch.nan
+    with pytest.raises(AfferentsError, match="the loss is no longer a number in epoch 1"):
+        train(small_net, *problem, 1.0, config, seed=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        ({"train": np.arange(1)}, "at least 2 training samples, found 1"),
+        ({"validation": np.arange(0)}, "at least 1 validation sample, found none"),
+    ],
+)
+def test_folds_with_too_little_are_refused(change, found, problem, small_net, config):
+    with pytest.raises(InputError, match=found):
+        train(small_net, *problem._replace(**change), 1.0, config, seed=0)
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_scale_that_cannot_divide_is_refused(scale, problem, small_net, config):
+    with pytest.raises(InputError, match="a positive scale"):
+        train(small_net, *problem, scale, config, seed=0)
+
+
+def test_probabilities_are_float32_and_sum_to_one_in_the_order_asked(problem, small_net, config):
+    index = np.array([9, 2, 2, 40])
+    probabilities = predict(small_net, problem.values, index, 1.0, config)
+    assert probabilities.shape == (4, 3)
+    assert probabilities.dtype == np.float32
+    np.testing.assert_allclose(probabilities.sum(1), 1, rtol=1e-6)
+    np.testing.assert_array_equal(probabilities[1], probabilities[2])
+    alone = predict(small_net, problem.values, index[:1], 1.0, config)
+    np.testing.assert_allclose(probabilities[:1], alone, rtol=1e-5)
+
+
+def test_prediction_of_more_than_a_batch_keeps_every_sample(small_net, config):
+    values = torch.randn(600, 6)
+    probabilities = predict(small_net, values, np.arange(600), 1.0, config)
+    expected = small_net.eval()(values).softmax(1).detach().numpy()
+    np.testing.assert_allclose(probabilities, expected, rtol=1e-5)
+
+
+def test_bfloat16_gives_nearly_the_probabilities_of_float32(problem, config):
+    model = build("spectral", 3, (1, 140))
+    values, index = torch.randn(20, 1, 140), np.arange(20)
+    exact = predict(model, values, index, 1.0, config)
+    coarse_config = config.model_copy(update={"precision": "bfloat16"})
+    coarse = predict(model, values, index, 1.0, coarse_config)
+    assert coarse.dtype == np.float32
+    assert not np.array_equal(exact, coarse)
+    np.testing.assert_allclose(coarse, exact, atol=0.05)
+    np.testing.assert_allclose(coarse.sum(1), 1, rtol=1e-6)
+
+
+def test_training_in_bfloat16_keeps_float32_weights(problem, small_net, config):
+    train(small_net, *problem, 1.0, config.model_copy(update={"precision": "bfloat16"}), seed=0)
+    assert {p.dtype for p in small_net.parameters()} == {torch.float32}
+
+
+def test_auto_takes_bfloat16_only_where_the_processor_has_it(config, monkeypatch):
+    cpu = torch.device("cpu")
+    auto = config.model_copy(update={"precision": "auto"})
+    for has_it in (True, False):
+        monkeypatch.setattr(torch.cpu, "get_capabilities", lambda b=has_it: {"avx512_bf16": b})
+        assert has_bfloat16(cpu) is has_it
+        assert isinstance(autocast(auto, cpu), torch.autocast) is has_it
+        assert not isinstance(autocast(config, cpu), torch.autocast)
+
+
+def test_a_missing_gpu_is_refused_only_when_asked_for(config, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert choose_device(config.model_copy(update={"device": "auto"})).type == "cpu"
+    with pytest.raises(InputError, match="expected a CUDA GPU, found none"):
+        choose_device(config.model_copy(update={"device": "cuda"}))
+
+
+def test_warmed_up_statistics_are_the_average_of_all_batches_so_far():
+    """Means 1 and 3 of two batches: after each the running mean is 1, then 2, not 0.01, 0.04."""
+    norm = nn.BatchNorm1d(1, momentum=0.01)
+    warm_up = WarmUp(norm)
+    for mean, running in ((1.0, 1.0), (3.0, 2.0)):
+        warm_up.step()
+        norm(torch.tensor([[mean - 1], [mean + 1]]))
+        assert norm.running_mean.item() == pytest.approx(running)
+
+
+def test_warming_up_ends_at_the_layers_own_momentum():
+    norm = nn.BatchNorm1d(1, momentum=0.01)
+    warm_up = WarmUp(norm)
+    for _ in range(150):
+        warm_up.step()
+    assert norm.momentum == 0.01
+
+
+def test_after_training_the_momentum_is_the_layers_own_again(problem, small_net, config):
+    train(small_net, *problem, 1.0, config.model_copy(update={"max_epochs": 1}), seed=0)
+    assert small_net[2].momentum == 0.1
+
+
+def test_the_facts_of_a_training_are_json(problem, small_net, config):
+    trained = train(small_net, *problem, 1.0, config, seed=0)
+    facts = json.loads(json.dumps(trained.facts(), allow_nan=False))
+    assert facts["best_epoch"] == trained.best_epoch
+    assert len(facts["history"]) == len(trained.history)
+    assert facts["history"][0]["validation_accuracy"] == trained.history[0].validation_accuracy
