@@ -1,6 +1,6 @@
 """Training samples a second of the three networks, in the loop that `evaluate` uses.
 
-    python benchmarks/training_speed.py [--threads 2] [--repeats 5]
+    python benchmarks/training_speed.py [--threads 2] [--repeats 3]
 
 Random samples of the published shapes, 13 textures, batches of 64: shuffling, gathering,
 forward, backward, Adam and the epoch's bookkeeping; validation is one batch. The precisions take
@@ -23,10 +23,9 @@ from afferents.training.hardware import has_bfloat16
 
 BATCH, TEXTURES = 64, 13
 CASES: list[tuple[str, Encoding, tuple[int, ...], int]] = [
-    ("SpatialNet", "spatial", (19, 19), 20),
-    ("CnnLstm", "spatiotemporal", (10, 19, 19), 3),
-    ("VibrationNet", "spectral", (1, 200), 20),
-    ("VibrationNet, 16 channels", "spectral", (16, 200), 20),
+    ("SpatialNet", "spatial", (19, 19), 10),
+    ("CnnLstm", "spatiotemporal", (10, 19, 19), 2),
+    ("VibrationNet", "spectral", (1, 200), 10),
 ]
 PRECISIONS: tuple[Precision, ...] = ("float32", "bfloat16")
 
@@ -35,7 +34,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--threads", type=int, default=torch.get_num_threads())
-    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
     torch.set_num_threads(arguments.threads)
     print(f"{machine()}\n\nMedian of {arguments.repeats} (lowest to highest), samples/s.\n")
