@@ -169,7 +169,7 @@ def evaluate(
     from afferents.pipeline.evaluate import evaluate as run
     from afferents.report import table1, to_rich
 
-    left_out = _conditions(without or [])
+    wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
     opened = open_data(data, left_out)
     changed = {
         "window_s": window_s,
@@ -181,8 +181,8 @@ def evaluate(
     evaluation = Evaluation(
         opened,
         out,
-        families(models),
-        protocols(protocol),
+        wanted,
+        under,
         preset,
         cut,
         spectral,

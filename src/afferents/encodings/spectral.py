@@ -20,6 +20,9 @@ class SpectralEncoding(BaseModel):
     ----------
     window_s, stride_s
         Length of a window and distance between the starts of neighbours, s.
+    windows
+        Exactly so many windows a recording, evenly spread from end to end, instead of the
+        stride; for recordings whose length depends on the speed. None for the stride.
     fft_points
         Points of the transform, more than the window has for zero padding; None for the
         window's own length.
@@ -36,6 +39,7 @@ class SpectralEncoding(BaseModel):
 
     window_s: PositiveFloat = 1.0
     stride_s: PositiveFloat = 0.5
+    windows: PositiveInt | None = None
     fft_points: PositiveInt | None = None
     kept_bins: PositiveInt = 4000
     model_bins: PositiveInt = 200
@@ -56,13 +60,11 @@ class SpectralEncoding(BaseModel):
         return SpectralEncoding(**{**self.model_dump(), **new})
 
 
-def windows(
-    signal: NDArray[np.float32], length: int, stride: int
-) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Cut a signal (n, channel) into windows (window, channel, length); also their starts."""
-    starts = np.arange(0, len(signal) - length + 1, stride)
-    view = np.lib.stride_tricks.sliding_window_view(signal, length, axis=0)
-    return view[starts], starts
+def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:
+    """Return where the windows of a signal of n samples start: a stride apart, or `count`."""
+    if count is None:
+        return np.arange(0, n - length + 1, stride)
+    return np.linspace(0, n - length, count).astype(np.int64)
 
 
 def amplitude_spectrum(
@@ -108,7 +110,9 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
         raise InputError(where, f"at least one window of {encoding.window_s:g} s", found)
     if points < length:
         raise InputError("fft_points", f"at least the window's {length} samples", f"{points}")
-    cut, starts = windows(signal, length, max(1, round(encoding.stride_s * rate)))
+    stride = max(1, round(encoding.stride_s * rate))
+    starts = window_starts(len(signal), length, stride, encoding.windows)
+    cut = np.lib.stride_tricks.sliding_window_view(signal, length, axis=0)[starts]
     if encoding.remove_mean:
         cut = cut - cut.mean(axis=-1, keepdims=True)
     spectra = amplitude_spectrum(cut, points, encoding.kept_bins)

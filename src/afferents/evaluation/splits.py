@@ -44,7 +44,8 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
 
     The published halves are every second frame or window of a recording, even ones validating
     (process_static.ipynb, cell 5); with `random_halves`, as for spectra, window numbers drawn
-    at random, the same for all textures (process_vibration.ipynb, cell 7), from `seed`.
+    at random, the same for all textures (process_vibration.ipynb, cell 7), from `seed`. Where
+    recordings have a single window each, every second recording of a texture takes its place.
 
     >>> speeds = [10, 10, 20, 20, 30, 30]
     >>> for train, test in LeaveOneSpeedOut().split(speeds, groups=speeds):
@@ -74,7 +75,8 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
         where there are several.
         """
         speeds = np.asarray(_required(groups), dtype=float)
-        for fold in self._folds(speeds, np.array([f"{v:g}" for v in speeds])):
+        names = np.array([f"{v:g}" for v in speeds])
+        for fold in self._folds(speeds, names, names):
             yield fold.train, fold.test
 
     def folds(self, samples: Samples) -> Iterator[Fold]:
@@ -86,18 +88,20 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
             If there are too few speeds (3 for `nested`, 2 for `published`), or none left to
             train on.
         """
-        yield from self._folds(samples[dims.SPEED].values, samples[dims.RECORDING].values)
+        labels = (samples[name].values for name in (dims.SPEED, dims.RECORDING, dims.TEXTURE))
+        yield from self._folds(*labels)
 
-    def _folds(self, speeds: NDArray[np.float64], recordings: NDArray[Any]) -> Iterator[Fold]:
+    def _folds(
+        self, speeds: NDArray[np.float64], recordings: NDArray[Any], textures: NDArray[Any]
+    ) -> Iterator[Fold]:
         ranked = tuple(float(v) for v in np.unique(speeds))
         if len(ranked) < 2:
             raise InputError("the data", "at least 2 speeds to hold one out", f"{len(ranked)}")
-        number = number_in_recording(recordings)
         for held_out in ranked:
             validation_speed = self.protocol.validation_speed(ranked, held_out)
             held = speeds == held_out
             if validation_speed == held_out:
-                validating = self._validating_half(number, held)
+                validating = self._validating_half(recordings, textures, held)
                 validation, test, train = held & validating, held & ~validating, ~held
             else:
                 validation, test = speeds == validation_speed, held
@@ -108,7 +112,12 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
                 *(np.flatnonzero(part) for part in (train, validation, test)),
             )
 
-    def _validating_half(self, number: Indices, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _validating_half(
+        self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        number = number_in_recording(recordings)
+        if not number[held].any():
+            number[held] = number_in_recording(textures[held])
         if not self.random_halves:
             return np.equal(number % 2, 0)
         n = int(number[held].max()) + 1

@@ -13,10 +13,14 @@ def test_a_failed_write_leaves_the_earlier_file(tmp_path):
 
 
 def test_a_failed_folder_leaves_nothing(tmp_path):
-    with pytest.raises(RuntimeError), write_aside(tmp_path / "fold") as partial:
-        partial.mkdir()
-        (partial / "half").write_text("x")
-        raise RuntimeError
+    def write_half():
+        with write_aside(tmp_path / "fold") as partial:
+            partial.mkdir()
+            (partial / "half").write_text("x")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        write_half()
     assert list(tmp_path.iterdir()) == []
 
 

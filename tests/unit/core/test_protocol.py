@@ -38,9 +38,7 @@ def test_two_speeds_are_too_few_for_nested():
         NESTED.validation_speed((10.0, 20.0), 10.0)
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"validation": "held-out-speed"}, {"scale_from": "everything"}]
-)
+@pytest.mark.parametrize("wrong", [{"validation": "held-out-speed"}, {"scale_from": "everything"}])
 def test_a_nested_protocol_that_looks_is_refused(wrong):
     with pytest.raises(ValidationError, match="training speeds alone"):
         Protocol(**{**NESTED.model_dump(), **wrong})

@@ -59,9 +59,7 @@ def test_slow_taxels_reach_nyquist_with_zero_padding():
 
 def test_the_mean_is_removed_window_by_window():
     signal = np.repeat([1.0, 5.0], 100)
-    samples = spectral_samples(
-        vibration(signal, 100.0), slice(0, 200), one(1.0, remove_mean=True)
-    )
+    samples = spectral_samples(vibration(signal, 100.0), slice(0, 200), one(1.0, remove_mean=True))
     np.testing.assert_allclose(samples.values, 0, atol=1e-6)
 
 
@@ -78,3 +76,10 @@ def test_a_window_longer_than_the_recording_is_refused():
 def test_a_transform_shorter_than_the_window_is_refused():
     with pytest.raises(InputError, match="at least the window's 100 samples, found 64"):
         spectral_samples(vibration(np.zeros(90 * 2), 100.0), slice(0, 180), one(1.0, fft_points=64))
+
+
+def test_a_number_of_windows_is_spread_from_end_to_end():
+    encoding = SpectralEncoding(window_s=1.0, windows=3)
+    samples = spectral_samples(vibration(np.zeros(500), 100.0), slice(0, 500), encoding)
+    np.testing.assert_array_equal(samples["start_s"], [0, 2.0, 4.0])
+    np.testing.assert_array_equal(samples["stop_s"], [1.0, 3.0, 5.0])

@@ -12,7 +12,9 @@ def make(speeds, textures=("a", "b"), n=6, overlap=0.0):
         for i in range(n)
     ]
     names = ("texture", "speed_mm_s", "recording", "start_s", "stop_s")
-    coords = {k: ("sample", np.array(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)}
+    coords = {
+        k: ("sample", np.array(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)
+    }
     return xr.DataArray(np.zeros((len(rows), 3), np.float32), dims=("sample", "x"), coords=coords)
 
 

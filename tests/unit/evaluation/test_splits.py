@@ -76,3 +76,13 @@ def test_splitting_without_speeds_is_refused():
 def test_numbers_run_in_each_recording_even_when_interleaved():
     recordings = np.array(["x", "y", "x", "x", "y"])
     np.testing.assert_array_equal(number_in_recording(recordings), [0, 0, 1, 2, 1])
+
+
+def test_single_windows_are_halved_by_recording(samples):
+    """Two textures at 10 mm/s, six recordings of one window each: three validate, three test."""
+    one = samples((10, 20), n=6)
+    one = one.assign_coords(recording=("sample", [f"r{i}" for i in range(len(one))]))
+    fold = next(LeaveOneSpeedOut(PUBLISHED, random_halves=True).folds(one))
+    texture = one["texture"].values
+    for part in (fold.validation, fold.test):
+        assert sorted(texture[part]) == ["a"] * 3 + ["b"] * 3

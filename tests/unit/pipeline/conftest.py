@@ -1,0 +1,81 @@
+import json
+from fractions import Fraction
+
+import av
+import cv2
+import numpy as np
+import pytest
+import soundfile
+
+RATE_HZ, FPS, SECONDS = 8000, 90, 0.5
+STEADY_S = 0.17
+PITCH_PX, RADIUS_PX = 22.0, 6.5
+
+
+def draw(shift_px):
+    """A 640 x 480 frame of 19 x 19 white discs, all shifted right by `shift_px`."""
+    image = np.zeros((480, 640), dtype=np.uint8)
+    places = (np.arange(19) - 9) * PITCH_PX
+    for x in places + 320 + shift_px:
+        for y in places + 240:
+            centre = (round(x * 256), round(y * 256))
+            cv2.circle(image, centre, round(RADIUS_PX * 256), 255, -1, cv2.LINE_AA, 8)
+    return image
+
+
+def write_video(path, shifts_px):
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=FPS, options={"crf": "18"})
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        stream.time_base = Fraction(1, FPS)
+        for shift in shifts_px:
+            frame = av.VideoFrame.from_ndarray(draw(shift), format="gray")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+
+def write_condition(folder, texture, speed, seconds, video):
+    """A texture pulls and shakes the skin, and sounds at texture * speed / 10 Hz."""
+    folder.mkdir(parents=True)
+    time = np.arange(round(RATE_HZ * seconds)) / RATE_HZ
+    rng = np.random.default_rng([texture, speed])
+    sound = 0.1 * texture * np.sin(2 * np.pi * texture * speed / 10 * time)
+    sound += 0.01 * rng.normal(size=len(time))
+    soundfile.write(folder / "audio.wav", np.stack([0 * sound, sound], axis=1), RATE_HZ)
+    if video:
+        write_video(folder / "video.mp4", shift_px(texture, speed, round(FPS * seconds)))
+
+
+def shift_px(texture, speed, n_frames):
+    """Rest for 11 frames, then a pull of 4 px a texture within 4 frames, with a shake on it."""
+    frame = np.arange(n_frames)
+    return 4 * texture * np.clip((frame - 10) / 4, 0, 1) + np.where(
+        frame > 10, np.sin(frame * speed / 50), 0
+    )
+
+
+def write_session(root, textures=(1, 2, 3), speeds=(20, 40, 60), seconds=SECONDS, video=True):
+    for texture in textures:
+        for speed in speeds:
+            write_condition(root / str(texture) / str(speed), texture, speed, seconds, video)
+    declared = {"sample_rate_hz": RATE_HZ, "steady_s": [STEADY_S, seconds], "simulated": True}
+    (root / "session.json").write_text(json.dumps(declared))
+    return root
+
+
+@pytest.fixture(scope="session")
+def session(tmp_path_factory):
+    """Three textures at three speeds, half a second of video and audio each."""
+    return write_session(tmp_path_factory.mktemp("sessions") / "small")
+
+
+@pytest.fixture(scope="session")
+def sounds(tmp_path_factory):
+    """Three textures at four speeds, three seconds of audio each, no video."""
+    root = tmp_path_factory.mktemp("sessions") / "sounds"
+    return write_session(root, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+
+
+@pytest.fixture(scope="session")
+def make_session():
+    return write_session

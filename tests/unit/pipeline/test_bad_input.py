@@ -1,0 +1,116 @@
+"""One sentence, exit code 2, no traceback, nothing half-written."""
+
+import json
+import shutil
+import sys
+
+import numpy as np
+import pytest
+import soundfile
+
+from afferents import cli
+
+
+@pytest.fixture
+def fails(monkeypatch, capsys):
+    """Run a command line that must fail; return its sentence."""
+
+    def command(*arguments, code=2):
+        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        printed = capsys.readouterr().err
+        assert stop.value.code == code, printed
+        assert "Traceback" not in printed
+        sentences = [line for line in printed.splitlines() if line.startswith("afferents: ")]
+        assert len(sentences) == 1, printed
+        return sentences[0]
+
+    return command
+
+
+@pytest.fixture
+def broken(sounds, tmp_path):
+    """A copy of the small session to break."""
+    return shutil.copytree(sounds, tmp_path / "session")
+
+
+def test_missing_session(fails, tmp_path):
+    assert "expected a session folder, found no such folder" in fails(
+        "extract", tmp_path / "none", tmp_path / "o.zarr"
+    )
+    assert not (tmp_path / "o.zarr").exists()
+
+
+def test_hole_in_the_grid(fails, broken, tmp_path):
+    shutil.rmtree(broken / "2" / "30")
+    sentence = fails("extract", broken, tmp_path / "o.zarr")
+    assert "found none in 2/30" in sentence
+    assert not (tmp_path / "o.zarr").exists()
+
+
+def test_audio_of_another_rate(fails, broken, tmp_path):
+    soundfile.write(broken / "2/30/audio.wav", np.zeros((48000, 2)), 16000)
+    sentence = fails("extract", broken, tmp_path / "o.zarr", "--quiet")
+    assert "2/30/audio.wav: expected 2 channel(s) at 8000 Hz, found 2 at 16000 Hz" in sentence
+
+
+def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
+    (broken / "2/30/audio.wav").write_bytes(b"not a wav")
+    sentence = fails("extract", broken, tmp_path / "o.zarr", "--quiet", "--keep-going", code=3)
+    assert "1 recordings were skipped: 2/30" in sentence
+    assert sorted(p.name for p in (tmp_path / "o.zarr" / "2").glob("[0-9]*")) == ["20", "40", "60"]
+
+
+def test_recordings_too_short_for_the_published_cut(fails, sounds, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        sys, "argv", ["afferents", "extract", str(sounds), str(tmp_path / "s.zarr")]
+    )
+    with pytest.raises(SystemExit):
+        cli.main()
+    command = ("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--quiet")
+    sentence = fails(*command, "--models", "vib-te", "--cut", "published")
+    assert "at least 60 s of audio for the cut 'published', found 3.00 s; use --cut all" in sentence
+    # What the data can't support is named with what they can.
+    sentence = fails("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "q", "--models", "ra-ste")
+    assert "(vib-te, vib-te-aug), found ra-ste" in sentence
+
+
+def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "config.json").write_text(json.dumps({"cut": "published"}))
+    monkeypatch.setattr(
+        sys, "argv", ["afferents", "extract", str(sounds), str(tmp_path / "s.zarr")]
+    )
+    with pytest.raises(SystemExit):
+        cli.main()
+    sentence = fails("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--quiet")
+    assert "choose another --out" in sentence
+    assert [p.name for p in (tmp_path / "r").iterdir()] == ["config.json"]
+
+
+def test_unknown_names(fails, tmp_path):
+    assert "found 'rl-se'" in fails("evaluate", tmp_path, "--out", tmp_path, "--models", "rl-se")
+    assert "a store written by 'afferents extract'" in fails(
+        "evaluate", tmp_path, "--out", tmp_path / "r"
+    )
+    assert "NAME=VALUE" in fails("evaluate", tmp_path, "--out", tmp_path / "r", "--without", "F250")
+
+
+def test_a_csv_with_a_bad_row(fails, tmp_path):
+    header = ",".join(
+        ["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))]
+    )
+    rows = [",".join(map(str, [28 * n, 0, 0, *range(16)])) for n in range(200)]
+    rows[100] = rows[100].replace("7", "seven", 1)
+    (tmp_path / "Linen_F120_V10mmps_0.csv").write_text("\n".join([header, *rows]))
+    sentence = fails("evaluate", f"fabricslide:{tmp_path}", "--out", tmp_path / "r", "--quiet")
+    assert "Linen_F120_V10mmps_0.csv" in sentence
+    assert "102" in sentence
+
+
+def test_debug_shows_the_traceback(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(sys, "argv", ["afferents", "--debug", "inspect", str(tmp_path / "none")])
+    with pytest.raises(SystemExit):
+        cli.main()
+    assert "Traceback" in capsys.readouterr().err

@@ -1,0 +1,131 @@
+"""Raw mp4 and wav in, Table 1 out, through the command line as a user would."""
+
+import json
+import re
+import shutil
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from afferents import cli
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run a command line; return (exit code, stdout, stderr)."""
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def extracted(session, tmp_path_factory):
+    """The small session's store, made once."""
+    store = tmp_path_factory.mktemp("stores") / "small.zarr"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["afferents", "extract", str(session), str(store), "--quiet"])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+    assert not stop.value.code
+    return store
+
+
+def test_extract_recovers_the_shift(extracted):
+    """Texture 2 at 40 mm/s pulls all discs by 8 px and shakes them by sin(0.8 n) in frame n."""
+    responses = xr.open_zarr(extracted, group="2/40", consolidated=False)
+    n = np.arange(45)
+    shift = 8 * np.clip((n - 10) / 4, 0, 1) + np.where(n > 10, np.sin(0.8 * n), 0.0)
+    sa1 = responses["sa1"].values
+    assert sa1.shape == (45, 361)
+    np.testing.assert_allclose(sa1[10:], np.repeat(shift[10:, None], 361, axis=1), atol=0.35)
+    assert np.sqrt(np.nanmean((sa1[10:] - shift[10:, None]) ** 2)) < 0.1
+    assert np.isnan(sa1[:10]).all()
+    assert responses["ra2"].shape == (4000, 1)
+    np.testing.assert_array_equal(responses["row"].values[:20], [0] * 19 + [1])
+
+
+def test_all_models_both_protocols_then_a_report(extracted, tmp_path, run):
+    results = tmp_path / "results"
+    options = ("--window-s", 0.2, "--stride-s", 0.1, "--protocol", "both", "--quiet", "--json")
+    code, out, err = run("evaluate", extracted, "--out", results, *options)
+    assert code == 0, err
+    summary = json.loads(out)
+    assert list(summary["models"]) == [
+        "sa-se", "ra-se", "sa-ste", "ra-ste", "vib-te", "vib-te-aug",
+    ]  # fmt: skip
+    assert json.loads((results / "summary.json").read_text()) == summary
+    for entry in summary["models"].values():
+        assert not any(entry["nested"]["leaks"].values())
+        assert entry["published"]["leaks"]["test_samples_of_a_speed_seen_in_validation"] > 0
+        assert set(entry["nested"]["by_speed"]) == {"20", "40", "60"}
+        low, high = entry["nested"]["ci95"]
+        assert 0 <= low <= entry["nested"]["mean_accuracy"] <= high <= 1
+    # Frames 16 to 44 of 9 recordings: nested tests them all, published the odd ones.
+    assert summary["models"]["sa-se"]["nested"]["n_test"] == 9 * 29
+    assert summary["models"]["sa-se"]["published"]["n_test"] == 9 * 14
+    # How far the discs are pulled tells these textures apart at any speed.
+    assert summary["models"]["sa-se"]["nested"]["mean_accuracy"] > 0.8
+
+    code, out, err = run("report", results, "--quiet")
+    assert code == 0, err
+    page = (results / "report.html").read_text()
+    for figure in (8, 9, 10, 11, 12, 13):
+        assert f"Figure {figure}" in page
+    assert not re.search(r"(src|href)=\"https?:", page)
+    assert "no reproduction" in page
+
+
+def test_finished_folds_are_not_trained_again(sounds, tmp_path, run):
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    assert run("extract", sounds, store, "--quiet")[0] == 0
+    command = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+    first = json.loads(run(*command)[1])
+    kept = results / "folds/vib-te/nested/seed-0/20/weights.safetensors"
+    lost = results / "folds/vib-te/nested/seed-0/40"
+    before = kept.stat().st_mtime_ns
+    shutil.rmtree(lost)
+    again = json.loads(run(*command)[1])
+    assert kept.stat().st_mtime_ns == before
+    assert lost.is_dir()
+    for summary in (first, again):
+        summary["models"]["vib-te"]["nested"].pop("seconds")
+    assert again == first
+
+
+def test_predictions_are_one_row_a_test_sample(sounds, tmp_path, run):
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    run("extract", sounds, store, "--quiet")
+    run("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+    predictions = pd.read_parquet(results / "predictions.parquet")
+    assert len(predictions) == 3 * 4 * 4
+    probabilities = predictions[["p_1", "p_2", "p_3"]].to_numpy()
+    np.testing.assert_allclose(probabilities.sum(axis=1), 1, rtol=1e-5)
+    best = np.array(["1", "2", "3"])[probabilities.argmax(axis=1)]
+    np.testing.assert_array_equal(best, predictions["predicted_texture"])
+    assert (predictions["recording"].str.split("/").str[0] == predictions["true_texture"]).all()
+
+
+def test_several_sessions_are_repetitions(sounds, make_session, tmp_path, run):
+    other = make_session(tmp_path / "other", speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+    stores = [tmp_path / "one.zarr", tmp_path / "two.zarr"]
+    for root, store in zip((sounds, other), stores, strict=True):
+        run("extract", root, store, "--quiet")
+    code, out, err = run(
+        "evaluate", *stores, "--out", tmp_path / "r", "--models", "vib-te", "--quiet", "--json"
+    )
+    assert code == 0, err
+    assert json.loads(out)["models"]["vib-te"]["nested"]["n_test"] == 2 * 3 * 4 * 4
+    names = pd.read_parquet(tmp_path / "r" / "predictions.parquet")["recording"]
+    assert set(names.str.split(":").str[0]) == {"1", "2"}
