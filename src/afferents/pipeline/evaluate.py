@@ -3,7 +3,7 @@
 import itertools
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
@@ -187,11 +187,7 @@ def run_job(evaluation: Evaluation, job: Job, samples: Samples, done: int, mark:
         "n_validation": len(learnt.validation),
         "n_test": len(job.fold.test),
         "scale": learnt.scale,
-        "validation_accuracy": trained.history[trained.best_epoch - 1].validation_accuracy,
-        "epochs": len(trained.history),
-        "best_epoch": trained.best_epoch,
-        "seconds": trained.seconds,
-        "history": [asdict(epoch) for epoch in trained.history],
+        **trained.facts(),
     }
     table = predictions_table(job.key, samples, job.fold, probabilities, textures)
     save_fold(evaluation.out, job.key, table, facts, leaks, lambda path: save_weights(model, path))

@@ -54,8 +54,10 @@ class TrainedModel:
     def facts(self) -> dict[str, Any]:
         """Return everything but the network, ready for JSON."""
         return {
+            "epochs": len(self.history),
             "best_epoch": self.best_epoch,
-            "training_s": round(self.seconds, 3),
+            "validation_accuracy": self.history[self.best_epoch - 1].validation_accuracy,
+            "seconds": round(self.seconds, 3),
             "history": [asdict(epoch) for epoch in self.history],
         }
 
