@@ -171,13 +171,17 @@ def evaluate(
 
     wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
     opened = open_data(data, left_out)
-    changed = {
-        "window_s": window_s,
-        "stride_s": stride_s,
-        "fft_points": fft_points,
-        "model_bins": bins,
+    spectral = SPECTRAL[opened[0].kind].changed(
+        window_s=window_s, stride_s=stride_s, fft_points=fft_points, model_bins=bins
+    )
+    further = {
+        "--window-s": window_s,
+        "--stride-s": stride_s,
+        "--fft-points": fft_points,
+        "--bins": bins,
     }
-    spectral = SPECTRAL[opened[0].kind].changed(changed)
+    options = [text for name, value in further.items() if value for text in (name, f"{value:g}")]
+    options += [text for pair in without or [] for text in ("--without", pair)]
     evaluation = Evaluation(
         opened,
         out,
@@ -189,6 +193,7 @@ def evaluate(
         list(range(seed, seed + seeds)),
         left_out,
         keep_going,
+        options,
     )
     with Progress(quiet or as_json) as progress:
         summary = run(evaluation, progress)

@@ -43,8 +43,7 @@ class Progress:
         )
 
     def __enter__(self) -> Self:
-        """Start drawing."""
-        self._bars.start()
+        """Drawing starts with the first task."""
         return self
 
     def __exit__(
@@ -71,6 +70,7 @@ class Progress:
     @contextmanager
     def task(self, label: str, total: float) -> Iterator[Mark]:
         """Show a bar while the block runs; call what it yields to move it."""
+        self._bars.start()
         task = self._bars.add_task(label, total=total, text="")
 
         def mark(completed: float, text: str = "") -> None:

@@ -1,6 +1,6 @@
 """Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
 
-from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import scipy.fft
@@ -45,18 +45,32 @@ class SpectralEncoding(BaseModel):
     model_bins: PositiveInt = 200
     remove_mean: bool = False
 
-    def changed(self, wanted: Mapping[str, float | None]) -> "SpectralEncoding":
-        """Return the encoding with the parameters that are not None in `wanted`.
+    def changed(
+        self,
+        window_s: float | None = None,
+        stride_s: float | None = None,
+        fft_points: int | None = None,
+        model_bins: int | None = None,
+    ) -> "SpectralEncoding":
+        """Return the encoding with the parameters given; a stride replaces a window count.
 
         Raises
         ------
         InputError
             If a value is not a positive number.
         """
-        new = {name: value for name, value in wanted.items() if value is not None}
+        wanted = {
+            "window_s": window_s,
+            "stride_s": stride_s,
+            "fft_points": fft_points,
+            "model_bins": model_bins,
+        }
+        new: dict[str, Any] = {name: v for name, v in wanted.items() if v is not None}
         for name, value in new.items():
             if value <= 0:
                 raise InputError(f"--{name.replace('_', '-')}", "a positive number", f"{value}")
+        if stride_s is not None:
+            new["windows"] = None
         return SpectralEncoding(**{**self.model_dump(), **new})
 
 

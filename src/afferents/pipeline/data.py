@@ -18,10 +18,11 @@ Kind = Literal["store", "fabricslide"]
 
 SPECTRAL: dict[Kind, SpectralEncoding] = {
     "store": SpectralEncoding(),
-    # 128 samples at 35.7 Hz, zero-padded to 400 so that 200 bins reach Nyquist.
+    # Three windows of 128 samples a slide, whatever its speed and so its length, zero-padded to
+    # 400 so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day.
     "fabricslide": SpectralEncoding(
         window_s=128 * 0.028,
-        stride_s=64 * 0.028,
+        windows=3,
         fft_points=400,
         kept_bins=200,
         remove_mean=True,

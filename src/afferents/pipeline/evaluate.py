@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
@@ -55,6 +55,8 @@ class Evaluation:
     seeds: list[int]
     without: Mapping[str, str] = field(default_factory=dict)
     keep_going: bool = False
+    options: Sequence[str] = ()
+    """The command's further options, for the report to name."""
 
     @property
     def recordings(self) -> list[Responses]:
@@ -204,6 +206,7 @@ def summarise_folder(evaluation: Evaluation, skipped: Mapping[str, str]) -> dict
         "afferents": __version__,
         "data": [data.describe() for data in evaluation.data],
         "without": dict(evaluation.without),
+        "options": list(evaluation.options),
         "cut": evaluation.cut,
         "preset": evaluation.preset,
         "speeds_mm_s": speeds,

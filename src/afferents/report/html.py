@@ -152,6 +152,7 @@ def redo_command(results: Results) -> str:
         *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
         *("--cut", summary["cut"], "--preset", summary["preset"]),
         *("--seed", str(seeds[0]), "--seeds", str(len(seeds))),
+        *summary.get("options", []),
     ]
     return shlex.join(["afferents", "evaluate", *arguments])
 

@@ -55,7 +55,7 @@ def markers_figure(
     axes = figure.subplots()
     axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
     if trails is not None:
-        axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.7, alpha=0.9)
+        axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
         axes.plot([], [], color=ORANGE, lw=1.2, label="track")
     _draw_markers(axes, position, seen)
     axes.set(xlabel="x (px) →", ylabel="← y (px)", xlim=(-0.5, width - 0.5))

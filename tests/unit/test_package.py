@@ -1,0 +1,18 @@
+import subprocess
+import sys
+
+import afferents
+
+
+def test_every_exported_name_is_there():
+    assert set(afferents.__all__) == set(afferents._HOME)
+    for name in afferents.__all__:
+        assert getattr(afferents, name) is not None
+
+
+def test_the_command_line_starts_without_the_networks():
+    code = "import sys, afferents.cli; print('torch' in sys.modules, 'matplotlib' in sys.modules)"
+    printed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert printed.stdout.split() == ["False", "False"]
