@@ -79,3 +79,11 @@ def sounds(tmp_path_factory):
 @pytest.fixture(scope="session")
 def make_session():
     return write_session
+
+
+@pytest.fixture(scope="session")
+def add_reference_video():
+    def add(folder):
+        write_video(folder / "throw_away.mp4", np.zeros(15))
+
+    return add

@@ -129,3 +129,18 @@ def test_several_sessions_are_repetitions(sounds, make_session, tmp_path, run):
     assert json.loads(out)["models"]["vib-te"]["nested"]["n_test"] == 2 * 3 * 4 * 4
     names = pd.read_parquet(tmp_path / "r" / "predictions.parquet")["recording"]
     assert set(names.str.split(":").str[0]) == {"1", "2"}
+
+
+def test_the_published_tracker_takes_its_order_from_throw_away(
+    make_session, add_reference_video, tmp_path, run
+):
+    root = make_session(tmp_path / "published", textures=(1,), speeds=(20, 40))
+    add_reference_video(root / "1" / "20")
+    code, _, err = run("extract", root, tmp_path / "p.zarr", "--linker", "published", "--quiet")
+    assert code == 0, err
+    responses = xr.open_zarr(tmp_path / "p.zarr", group="1/40", consolidated=False)
+    rest = responses["rest_position"].values
+    # The published order is by x, and its fixed roll of 6.2 degrees leaves every place taken.
+    assert (np.diff(rest[:, 0]) > -1).all()
+    places = set(zip(responses["row"].values, responses["column"].values, strict=True))
+    assert len(places) == 361

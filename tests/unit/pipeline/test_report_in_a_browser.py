@@ -1,0 +1,71 @@
+"""The report as a person sees it: in a real browser that has no network."""
+
+import os
+import re
+import shutil
+import subprocess
+
+import cv2
+import numpy as np
+import pytest
+
+from afferents.core.families import families
+from afferents.core.progress import Progress
+from afferents.core.protocol import protocols
+from afferents.markers import load_sensor
+from afferents.pipeline.data import SPECTRAL, open_data
+from afferents.pipeline.evaluate import Evaluation, evaluate
+from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.write_report import write_report
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--host-resolver-rules=MAP * ~NOTFOUND", "--hide-scrollbars", "--window-size=1100,3000",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def page(sounds, tmp_path_factory):
+    """A report on the small session of sounds."""
+    folder = tmp_path_factory.mktemp("report")
+    quiet = Progress(quiet=True)
+    extract(Extraction(sounds, folder / "s.zarr", load_sensor("tip_b"), "one-to-one"), quiet)
+    data = open_data([str(folder / "s.zarr")])
+    evaluation = Evaluation(
+        data, folder / "r", families("vib-te"), protocols("nested"), "quick", "all",
+        SPECTRAL["store"], [0],
+    )  # fmt: skip
+    evaluate(evaluation, quiet)
+    return write_report(folder / "r", quiet)
+
+
+def browse(page, tmp_path, *arguments):
+    if CHROMIUM is None:
+        if os.environ.get("AFFERENTS_REQUIRE_BROWSER"):
+            pytest.fail("no chromium on this machine, and AFFERENTS_REQUIRE_BROWSER is set")
+        pytest.skip("no chromium on this machine: apt-get install chromium")
+    command = [CHROMIUM, *FLAGS, f"--user-data-dir={tmp_path}/profile", *arguments]
+    done = subprocess.run(
+        [*command, page.as_uri()], capture_output=True, text=True, timeout=120, check=True
+    )
+    return done.stdout
+
+
+def test_the_page_is_drawn(page, tmp_path):
+    browse(page, tmp_path, f"--screenshot={tmp_path}/page.png")
+    picture = cv2.imread(str(tmp_path / "page.png"))
+    assert picture.shape == (3000, 1100, 3)
+    dark = (picture.max(axis=2) < 100).mean()
+    assert 0.005 < dark < 0.3
+    # The figures' blue is on the page.
+    assert (np.abs(picture.astype(int) - [178, 114, 0]).max(axis=2) < 12).any()
+
+
+def test_the_browser_finds_the_table_and_the_figures(page, tmp_path):
+    document = browse(page, tmp_path, "--dump-dom")
+    rows = re.findall(r"<tr>.*?</tr>", document, flags=re.DOTALL)
+    assert any("vib-TE" in row and "50" in row for row in rows)
+    assert document.count("<img") >= 3
+    assert document.count("alt=") >= document.count("<img")
