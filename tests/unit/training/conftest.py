@@ -57,7 +57,6 @@ def config() -> TrainingConfig:
         batch_size=32,
         patience=3,
         max_epochs=6,
-        warm_up_statistics=True,
         precision="float32",
         device="cpu",
     )

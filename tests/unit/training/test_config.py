@@ -18,7 +18,6 @@ def test_paper_is_the_published_recipe(encoding, rate, patience):
     assert (config.learning_rate, config.patience) == (rate, patience)
     assert (config.batch_size, config.max_epochs) == (64, 150)
     assert config.samples_per_recording is None
-    assert not config.warm_up_statistics
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
