@@ -3,11 +3,13 @@
 import hashlib
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
+
+from afferents.core.errors import InputError
 
 PARTIAL_PREFIX = ".partial-"
 """Names that start like this are unfinished work of a run that was stopped; never data."""
@@ -58,3 +60,31 @@ def checksum(*paths: Path) -> str:
             while block := file.read(1 << 20):
                 digest.update(block)
     return digest.hexdigest()
+
+
+def require_same_config(
+    where: Path, kind: str, earlier: Mapping[str, Any], wanted: Mapping[str, Any]
+) -> None:
+    """Refuse to mix two configurations in one place.
+
+    Parameters
+    ----------
+    where
+        What was begun with `earlier` and is now asked to go on with `wanted`.
+    kind
+        What it holds, such as ``results``.
+
+    Raises
+    ------
+    InputError
+        Naming the first entry that differs.
+    """
+    now = json.loads(json.dumps(wanted))
+    for name in sorted(set(earlier) | set(now)):
+        if earlier.get(name) != now.get(name):
+            raise InputError(
+                where,
+                f"{kind} of this configuration ({name} {now.get(name)})",
+                f"{kind} of another ({name} {earlier.get(name)})",
+                "choose another place",
+            )

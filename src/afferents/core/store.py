@@ -14,7 +14,7 @@ import zarr
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.files import PARTIAL_PREFIX, write_aside
+from afferents.core.files import PARTIAL_PREFIX, require_same_config, write_aside
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses, check_responses
 
@@ -32,15 +32,7 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
         If something else stands there, or a store of another configuration.
     """
     if (store / _ROOT).is_file():
-        earlier, wanted = store_config(store), json.loads(json.dumps(config))
-        for name in sorted(set(earlier) | set(wanted)):
-            if earlier.get(name) != wanted.get(name):
-                raise InputError(
-                    store,
-                    f"responses of this configuration ({name} {wanted.get(name)})",
-                    f"a store of another ({name} {earlier.get(name)})",
-                    "choose another name for the store",
-                )
+        require_same_config(store, "responses", store_config(store), config)
         return
     if store.exists():
         raise InputError(store, "a new store", "something else of that name", "choose another name")

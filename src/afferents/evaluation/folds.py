@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES
-from afferents.core.files import write_aside, write_json
+from afferents.core.files import require_same_config, write_aside, write_json
 from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY
 from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
@@ -117,15 +117,7 @@ def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     path = results / CONFIG
     if path.is_file():
         earlier = json.loads(path.read_text(encoding="utf-8"))
-        wanted = json.loads(json.dumps(config))
-        for name in sorted(set(earlier) | set(wanted)):
-            if earlier.get(name) != wanted.get(name):
-                raise InputError(
-                    results,
-                    f"results of this configuration ({name} {wanted.get(name)})",
-                    f"results of another ({name} {earlier.get(name)})",
-                    "choose another --out",
-                )
+        require_same_config(results, "results", earlier, config)
     elif results.exists() and (not results.is_dir() or any(results.iterdir())):
         raise InputError(
             results, "a new, empty or results folder", "something else", "choose another --out"

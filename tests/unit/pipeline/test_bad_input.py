@@ -85,7 +85,7 @@ def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
     with pytest.raises(SystemExit):
         cli.main()
     sentence = fails("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--quiet")
-    assert "choose another --out" in sentence
+    assert "choose another place" in sentence
     assert [p.name for p in (tmp_path / "r").iterdir()] == ["config.json"]
 
 
