@@ -114,3 +114,24 @@ def test_debug_shows_the_traceback(monkeypatch, capsys, tmp_path):
     with pytest.raises(SystemExit):
         cli.main()
     assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(
+    fails, broken, tmp_path, monkeypatch, capsys
+):
+    soundfile.write(broken / "2/30/audio.wav", np.zeros((4000, 2)), 8000)
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    monkeypatch.setattr(sys, "argv", ["afferents", "extract", str(broken), str(store)])
+    with pytest.raises(SystemExit):
+        cli.main()
+    command = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet")
+    assert "2/30: expected at least one window of 1 s, found 0.33 s" in fails(*command)
+    assert not (results / "summary.json").exists()
+    assert "1 recordings were skipped: 2/30" in fails(*command, "--keep-going", code=3)
+    summary = json.loads((results / "summary.json").read_text())
+    assert [entry["recording"] for entry in summary["skipped"]] == ["2/30"]
+    monkeypatch.setattr(sys, "argv", ["afferents", "report", str(results), "--quiet"])
+    with pytest.raises(SystemExit):
+        cli.main()
+    page = (results / "report.html").read_text()
+    assert "<strong>" in page.split("2/30")[0][-400:]
