@@ -158,7 +158,7 @@ def run_job(evaluation: Evaluation, job: Job, samples: Samples, done: int, mark:
         job.protocol,
         job.fold,
         evaluation.spectral.model_bins,
-        config.samples_per_recording,
+        config.training_samples,
         np.random.default_rng([job.seed, job.rank]),
     )
     leaks = find_leaks(samples, job.fold, learnt.scaled_on)

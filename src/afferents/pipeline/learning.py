@@ -12,7 +12,7 @@ from afferents.core.protocol import Protocol
 from afferents.core.recording import natural_order
 from afferents.core.samples import Samples
 from afferents.encodings import stretched_copies
-from afferents.evaluation import Fold, number_in_recording
+from afferents.evaluation import Fold
 
 Indices = NDArray[np.int64]
 
@@ -44,7 +44,7 @@ def learning_set(
     protocol: Protocol,
     fold: Fold,
     model_bins: int,
-    samples_per_recording: int | None,
+    training_samples: int | None,
     rng: np.random.Generator,
 ) -> LearningSet:
     """Gather what a fold learns from, without copying the samples.
@@ -53,14 +53,13 @@ def learning_set(
     ----------
     model_bins
         Frequency bins that the network sees.
-    samples_per_recording
-        Training and validation samples kept of each recording, evenly spaced; None for all.
+    training_samples
+        Training samples at most, and validation samples at most; None for all.
     rng
         Draws the factors of the stretched copies, once a fold as published.
     """
-    recordings = samples[dims.RECORDING].values
-    train = thinned(fold.train, recordings, samples_per_recording)
-    validation = thinned(fold.validation, recordings, samples_per_recording)
+    train = thinned(fold.train, training_samples)
+    validation = thinned(fold.validation, training_samples)
     scale, scaled_on = scale_of(samples, family, protocol, train)
     classes = {texture: i for i, texture in enumerate(textures_of(samples))}
     labels = np.array([classes[str(t)] for t in samples[dims.TEXTURE].values])
@@ -99,24 +98,14 @@ def scale_of(
     return float(samples.values[scaled_on].max()) or 1.0, scaled_on
 
 
-def thinned(index: Indices, recordings: NDArray[np.str_], kept: int | None) -> Indices:
-    """Keep at most `kept` samples of each recording, evenly spaced in time.
+def thinned(index: Indices, kept: int | None) -> Indices:
+    """Keep at most `kept` samples, evenly spread over recordings and time.
 
-    Parameters
-    ----------
-    index
-        Samples to choose from.
-    recordings
-        The recording of every sample; `index` points into it.
+    Samples stand recording by recording, each in the order of time, so even steps through the
+    index take an equal share of every recording.
     """
-    if kept is None:
+    if kept is None or kept >= len(index):
         return index
-    number = number_in_recording(recordings[index])
-    _, inverse, count = np.unique(recordings[index], return_inverse=True, return_counts=True)
-    share = np.minimum(kept / count[inverse], 1.0)
-    # Sample n stands for the stretch from n to n + 1; those are kept in which share * n steps up.
-    chosen: NDArray[np.bool_] = np.floor((number + 1) * share + 1e-9) > np.floor(
-        number * share + 1e-9
-    )
-    kept_index: Indices = index[chosen]
-    return kept_index
+    steps = (np.arange(kept) + 0.5) * len(index) / kept
+    spread: Indices = index[steps.astype(np.int64)]
+    return spread

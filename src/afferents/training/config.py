@@ -25,9 +25,9 @@ class TrainingConfig(BaseModel):
         Epochs without a better validation accuracy before training stops.
     max_epochs
         Epochs at most.
-    samples_per_recording
-        How many samples of each recording to train and validate on, None for all. The caller
-        thins; the test always uses all.
+    training_samples
+        How many samples to train on at most, and to validate on at most, before augmentation;
+        None for all. The caller thins; the test always uses all.
     precision
         `bfloat16` multiplies in bfloat16 and keeps weights, loss and statistics in float32;
         `auto` takes it where the processor has it.
@@ -41,7 +41,7 @@ class TrainingConfig(BaseModel):
     batch_size: int = Field(default=64, ge=2)
     patience: int = Field(ge=1)
     max_epochs: int = Field(default=150, ge=1)
-    samples_per_recording: int | None = Field(default=None, ge=1)
+    training_samples: int | None = Field(default=None, ge=1)
     precision: Precision = "auto"
     device: Device = "auto"
 
@@ -58,21 +58,21 @@ _QUICK: dict[Encoding, TrainingConfig] = {
         batch_size=32,
         patience=3,
         max_epochs=8,
-        samples_per_recording=12,
+        training_samples=1400,
     ),
     "spatiotemporal": TrainingConfig(
         learning_rate=3e-3,
         batch_size=16,
         patience=3,
         max_epochs=8,
-        samples_per_recording=5,
+        training_samples=600,
     ),
     "spectral": TrainingConfig(
         learning_rate=1e-3,
         batch_size=32,
         patience=4,
         max_epochs=12,
-        samples_per_recording=5,
+        training_samples=500,
     ),
 }
 
@@ -87,7 +87,7 @@ def training_config(preset: Preset, encoding: Encoding) -> TrainingConfig:
 
     One thing differs from it: batch normalisation's running statistics are warmed up (`WarmUp`).
 
-    `quick` is **not** the published recipe: it thins the recordings, has smaller batches and
+    `quick` is **not** the published recipe: it thins the samples, has smaller batches and
     higher learning rates, and stops sooner. All folds of a model take minutes on two cores
     instead of a day. Its accuracies say that the way of the data works, not how good
     the method is.

@@ -17,13 +17,13 @@ def test_paper_is_the_published_recipe(encoding, rate, patience):
     config = training_config("paper", encoding)
     assert (config.learning_rate, config.patience) == (rate, patience)
     assert (config.batch_size, config.max_epochs) == (64, 150)
-    assert config.samples_per_recording is None
+    assert config.training_samples is None
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
 def test_quick_sees_fewer_samples_for_fewer_epochs(encoding):
     quick, paper = training_config("quick", encoding), training_config("paper", encoding)
-    assert quick.samples_per_recording is not None
+    assert quick.training_samples is not None
     assert quick.max_epochs < paper.max_epochs
     assert quick.patience < quick.max_epochs
 
@@ -40,7 +40,7 @@ def test_an_unknown_preset_is_refused():
         {"patience": 0},
         {"max_epochs": 0},
         {"batch_size": 1},
-        {"samples_per_recording": 0},
+        {"training_samples": 0},
         {"precision": "float16"},
         {"device": "tpu"},
         {"epochs": 3},
