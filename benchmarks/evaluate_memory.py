@@ -1,13 +1,14 @@
 """Peak memory of `evaluate` on a store of the paper's size, 130 recordings of 5000 frames.
 
 Random marker data and sound are written to a store, then the real command runs on it in a
-process of its own, whose peak resident memory the operating system tells at its end.
+process of its own, for a few folds of each model: its memory peaks while the samples are joined
+and in the first fold, and is the same in every other.
 
-    python benchmarks/evaluate_memory.py FOLDER [MODELS]
+    python benchmarks/evaluate_memory.py FOLDER [--models sa-se,sa-ste] [--folds 2]
 """
 
+import argparse
 import os
-import resource
 import subprocess
 import sys
 import time
@@ -60,18 +61,33 @@ def write_store(store: Path) -> None:
                 write_responses(store, random_responses(texture, speed, rng))
 
 
-def main(folder: Path, models: str) -> None:
-    """Print the command, its time and its peak memory."""
-    store = folder / "random.zarr"
+def peak_gb(process: subprocess.Popen[bytes]) -> float:
+    """Return the largest resident memory of a running process so far (Linux)."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) * 1024 / 1e9
+
+
+def main() -> None:
+    """Run the command until enough folds are finished; print its peak memory."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--models", default="sa-se,sa-ste")
+    parser.add_argument("--folds", type=int, default=2, help="stop after so many folds a model")
+    arguments = parser.parse_args()
+    store = arguments.folder / "random.zarr"
     write_store(store)
-    results = folder / f"results-{models}-{os.getpid()}"
-    command = ["afferents", "evaluate", str(store), "--out", str(results), "--models", models]
-    start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", "from afferents.cli import main; main()", *command[1:]],
-                   check=True)  # fmt: skip
-    peak_gb = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e9
-    print(f"{models}: peak {peak_gb:.2f} GB, {time.perf_counter() - start:.0f} s")
+    for model in arguments.models.split(","):
+        results = arguments.folder / f"results-{model}-{os.getpid()}"
+        command = ["evaluate", str(store), "--out", str(results), "--models", model, "--quiet"]
+        start = "import sys; from afferents.cli import main; main()"
+        with subprocess.Popen([sys.executable, "-c", start, *command]) as process:
+            while process.poll() is None:
+                peak = peak_gb(process)
+                if len(list(results.glob("folds/*/*/*/*/fold.json"))) >= arguments.folds:
+                    process.terminate()
+                time.sleep(0.5)
+        print(f"{model}: peak {peak:.2f} GB over {arguments.folds} folds", flush=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2] if len(sys.argv) > 2 else "all")
+    main()
