@@ -1,5 +1,6 @@
 """Sound files as vibration channels."""
 
+import wave
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +16,9 @@ from afferents.core.errors import InputError
 
 _BLOCK = 1 << 16
 """Samples read at a time, so that the channels that are not wanted never fill the memory."""
+
+_UNKNOWN_LENGTH = 0xFFFFFFFF
+"""Length in bytes that a recorder writes into a wav whose end it does not know yet."""
 
 FULL_SCALE = "full scale"
 """Unit of a sample: 1 is the largest value that the file format holds."""
@@ -51,7 +55,7 @@ class WavFile:
         Raises
         ------
         InputError
-            If the file is missing, unreadable, or holds no samples.
+            If the file is missing, unreadable, shorter than it declares, or holds no samples.
         """
         if not self.path.is_file():
             raise InputError(self.path, "a sound file", "no such file")
@@ -61,6 +65,9 @@ class WavFile:
             raise InputError(self.path, "a readable sound file", f"{error}") from error
         if info.frames == 0:
             raise InputError(self.path, "a sound file with samples", "none in it")
+        declared = _declared_samples(self.path)
+        if declared is not None and info.frames < declared:
+            raise self._too_short(declared, info.frames)
         return _Header(float(info.samplerate), int(info.frames), int(info.channels))
 
     @cached_property
@@ -116,5 +123,27 @@ class WavFile:
         except soundfile.SoundFileError as error:
             raise InputError(self.path, "a readable sound file", f"{error}") from error
         if n < self.n_samples:
-            raise InputError(self.path, f"{self.n_samples} samples as it declares", f"{n}")
+            raise self._too_short(self.n_samples, n)
         return samples
+
+    def _too_short(self, declared: int, found: int) -> InputError:
+        return InputError(
+            self.path,
+            f"{declared} samples as it declares",
+            f"{found}",
+            "copy or record the file again",
+        )
+
+
+def _declared_samples(path: Path) -> int | None:
+    """Return the samples a channel that a wav declares; None where that can't be told.
+
+    libsndfile counts what is in the file, whatever its header says, so that a file that was cut
+    off looks whole to it. `wave` reads PCM alone; other formats go unchecked.
+    """
+    try:
+        with wave.open(str(path), "rb") as file:
+            n, width = file.getnframes(), file.getsampwidth() * file.getnchannels()
+    except (wave.Error, EOFError):
+        return None
+    return None if n == _UNKNOWN_LENGTH // width else n

@@ -8,7 +8,6 @@ import pytest
 import soundfile
 
 from afferents.core.errors import InputError
-from afferents.core.recording import Vibration
 from afferents.recordings import WavFile
 
 
@@ -26,7 +25,6 @@ def test_reads_the_sensors_channel_alone(tmp_path: Path) -> None:
 
 def test_header(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
     audio = WavFile(write_audio(tmp_path / "a.wav", duration_s=0.1, sample_rate_hz=8000))
-    assert isinstance(audio, Vibration)
     assert (audio.sample_rate_hz, audio.n_samples, audio.n_channels) == (8000, 800, 2)
 
 
@@ -60,3 +58,30 @@ def test_shorter_than_its_header_was_when_read(
     audio.path.write_bytes(audio.path.read_bytes()[:4044])
     with pytest.raises(InputError, match="8820 samples as it declares, found 1000"):
         audio.read()
+
+
+def test_a_wav_that_was_cut_off_is_not_a_shorter_one(
+    tmp_path: Path, write_audio: Callable[..., Path]
+) -> None:
+    path = write_audio(tmp_path / "a.wav")
+    path.write_bytes(path.read_bytes()[:4044])
+    with pytest.raises(InputError, match=r"8820 samples as it declares, found 1000; copy"):
+        _ = WavFile(path).n_samples
+
+
+def test_a_wav_of_unknown_length_is_what_is_in_it(
+    tmp_path: Path, write_audio: Callable[..., Path]
+) -> None:
+    path = write_audio(tmp_path / "a.wav")
+    content = path.read_bytes()
+    assert content[36:40] == b"data"
+    path.write_bytes(content[:40] + b"\xff\xff\xff\xff" + content[44:])
+    assert WavFile(path).n_samples == 8820
+
+
+@pytest.mark.parametrize(("name", "subtype"), [("a.wav", "FLOAT"), ("a.flac", "PCM_16")])
+def test_what_is_not_pcm_in_a_wav_is_read_unchecked(
+    tmp_path: Path, name: str, subtype: str
+) -> None:
+    soundfile.write(str(tmp_path / name), np.zeros((100, 2)), 8000, subtype=subtype)
+    assert WavFile(tmp_path / name).read().sizes["audio_time"] == 100
