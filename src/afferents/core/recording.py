@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
@@ -27,7 +27,6 @@ class Frame(NamedTuple):
     image: GreyImage
 
 
-@runtime_checkable
 class Video(Protocol):
     """A video that decodes frame by frame when asked."""
 
@@ -56,7 +55,6 @@ class Video(Protocol):
         ...
 
 
-@runtime_checkable
 class Vibration(Protocol):
     """Vibration channels on a regular clock: a microphone, or taxels sampled fast enough."""
 
@@ -110,16 +108,6 @@ class Recording:
     audio: Vibration | None = None
     steady_s: tuple[float, float] | None = None
     conditions: Mapping[str, str | float] = field(default_factory=dict)
-
-    @property
-    def fps_hz(self) -> float | None:
-        """Nominal frame rate of the video, Hz; the true frame times come with the frames."""
-        return self.video.fps_hz if self.video else None
-
-    @property
-    def sample_rate_hz(self) -> float | None:
-        """Sample rate of the vibration channels, Hz."""
-        return self.audio.sample_rate_hz if self.audio else None
 
     @property
     def checksum(self) -> str:

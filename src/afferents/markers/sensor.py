@@ -74,8 +74,6 @@ class Sensor(BaseModel):
         A marker moves at most this far from one frame to the next, px.
     rest_frame
         Index of the video frame that shows the skin at rest; earlier frames are not tracked.
-    pitch_mm
-        Distance between neighbouring markers on the skin, mm, where known.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -90,7 +88,6 @@ class Sensor(BaseModel):
     radius_px: float | None = Field(default=300.0, gt=0)
     gate_px: float = Field(default=10.0, gt=0)
     rest_frame: int = Field(default=10, ge=0)
-    pitch_mm: float | None = Field(default=None, gt=0)
     detector: BlobDetector
 
     @model_validator(mode="after")

@@ -7,7 +7,7 @@ the marker reference ``throw_away.mp4`` in the first of them, ``0/10``.
 
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
@@ -25,13 +25,16 @@ NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"}
 SHORTER_AUDIO_S = 0.5
 """How much shorter than the video the audio may be, s."""
 
+RATE_TOLERANCE = 0.1
+"""How far a video's nominal frame rate may lie from the declared one, as a share of it."""
+
 _POSITIVE = re.compile(r"\d+(\.\d+)?")
 
 
 class SessionFile(BaseModel):
     """What `session.json` declares; the defaults are the published recordings.
 
-    Other fields (sensor, versions, checksums) may stand in the file and are kept as they are.
+    Other fields (sensor, versions, checksums) may stand in the file and are not looked at.
 
     Attributes
     ----------
@@ -40,7 +43,8 @@ class SessionFile(BaseModel):
     sensor_channel
         The sensor's channel, from 0 (published: the second).
     fps_hz
-        Nominal frame rate; the true frame times are the container's.
+        Nominal frame rate of every `video.mp4`, within 10 %; the true frame times are the
+        container's.
     frame_width, frame_height
         Size of every `video.mp4`, px.
     steady_s
@@ -137,8 +141,8 @@ def read_session(root: Path) -> Session:
     ------
     InputError
         If the folder is missing or unreadable, holds no condition, has a condition whose
-        folder is not named by a speed, or its grid has a hole that `session.json` does not
-        declare.
+        folder is not named by a speed, its grid has a hole that `session.json` does not
+        declare, or some conditions have a video (or audio) and others have none.
     """
     if not root.is_dir():
         raise InputError(root, "a session folder", "a file" if root.exists() else "no such folder")
@@ -200,7 +204,7 @@ def _grid_order(recording: Recording) -> tuple[tuple[float, str], float]:
     return natural_order(recording.texture), recording.speed_mm_s
 
 
-def _check_grid(root: Path, recordings: Iterable[Recording], declared: SessionFile) -> None:
+def _check_grid(root: Path, recordings: Sequence[Recording], declared: SessionFile) -> None:
     present = {(r.texture, r.speed_mm_s) for r in recordings}
     expected = {(texture, speed) for texture, _ in present for _, speed in present}
     missing = sorted(
@@ -214,6 +218,21 @@ def _check_grid(root: Path, recordings: Iterable[Recording], declared: SessionFi
             f"none in {names}",
             f"record what is missing or declare it in {SESSION_FILE} as 'holes'",
         )
+    _check_all_or_none(root, VIDEO, {r.name: r.video is not None for r in recordings})
+    _check_all_or_none(root, AUDIO, {r.name: r.audio is not None for r in recordings})
+
+
+def _check_all_or_none(root: Path, file: str, has: Mapping[str, bool]) -> None:
+    """Refuse a file that only some conditions have: models would be left out for all."""
+    lacking = [name for name, there in has.items() if not there]
+    if 0 < len(lacking) < len(has):
+        raise InputError(
+            root,
+            f"{file} in every condition or in none",
+            f"none in {', '.join(lacking)}",
+            "record what is missing, or move these folders away and declare them in "
+            f"{SESSION_FILE} as 'holes'",
+        )
 
 
 def check_recording(recording: Recording, declared: SessionFile) -> None:
@@ -222,8 +241,8 @@ def check_recording(recording: Recording, declared: SessionFile) -> None:
     Raises
     ------
     InputError
-        If a file is unreadable, the video of another size than declared, the audio of another
-        rate or with other channels, or more than 0.5 s shorter than the video.
+        If a file is unreadable, the video of another size or frame rate than declared, the
+        audio of another rate or with other channels, or more than 0.5 s shorter than the video.
     """
     video, audio = recording.video, recording.audio
     if isinstance(video, VideoFile):
@@ -242,6 +261,13 @@ def _check_video(video: VideoFile, declared: SessionFile) -> None:
             f"frames of {expected[0]}x{expected[1]} px",
             f"{video.width}x{video.height}",
             f"declare frame_width and frame_height in {SESSION_FILE}",
+        )
+    if abs(video.fps_hz - declared.fps_hz) > RATE_TOLERANCE * declared.fps_hz:
+        raise InputError(
+            video.path,
+            f"about {declared.fps_hz:g} frames a second",
+            f"{video.fps_hz:g}",
+            f"declare fps_hz in {SESSION_FILE}",
         )
 
 

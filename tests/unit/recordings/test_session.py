@@ -37,17 +37,27 @@ def test_published_layout(write_session: Callable[..., Path]) -> None:
     assert session.recordings[0].steady_s is None
 
 
-def test_textures_may_be_words_and_parts_absent(write_session: Callable[..., Path]) -> None:
-    root = write_session("linen/12.5", "2/12.5", "10/12.5")
-    (root / "linen/12.5/audio.wav").unlink()
-    (root / "2/12.5/video.mp4").unlink()
-    two, ten, linen = read_session(root).recordings
+def test_textures_may_be_words(write_session: Callable[..., Path]) -> None:
+    session = read_session(write_session("linen/12.5", "2/12.5", "10/12.5"))
+    two, ten, linen = session.recordings
     assert [r.texture for r in (two, ten, linen)] == ["2", "10", "linen"]
     assert linen.speed_mm_s == 12.5
-    assert linen.audio is None
-    assert two.video is None
-    assert ten.video is not None
-    assert read_session(root).reference is None
+    assert session.reference is None
+
+
+@pytest.mark.parametrize("file", ["video.mp4", "audio.wav"])
+def test_a_file_is_in_all_conditions_or_in_none(
+    write_session: Callable[..., Path], file: str
+) -> None:
+    conditions = ("0/10", "0/20", "1/10", "1/20")
+    root = write_session(*conditions)
+    for condition in conditions[1:3]:
+        (root / condition / file).unlink()
+    with pytest.raises(InputError, match=rf"{file} in every condition .* none in 0/20, 1/10;"):
+        read_session(root)
+    for condition in (conditions[0], conditions[3]):
+        (root / condition / file).unlink()
+    assert len(read_session(root).recordings) == 4
 
 
 def test_a_hole_is_named(write_session: Callable[..., Path]) -> None:
@@ -156,6 +166,12 @@ class TestOneRecording:
         with pytest.raises(InputError, match=r"50.video\.mp4: expected .*640x480 px, .*320x240"):
             check_recording(recording, SessionFile())
         check_recording(recording, SessionFile(frame_width=320, frame_height=240))
+
+    def test_frame_rate(self, make: Callable[..., object]) -> None:
+        recording = make()
+        check_recording(recording, SessionFile(fps_hz=82))
+        with pytest.raises(InputError, match=r"mp4: expected about 80 frames a second, found 90"):
+            check_recording(recording, SessionFile(fps_hz=80))
 
     def test_rate(self, make: Callable[..., object]) -> None:
         recording = make(sample_rate_hz=8000)
