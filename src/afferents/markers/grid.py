@@ -119,7 +119,7 @@ def _turn(position: Positions, angle_deg: float) -> Positions:
 
 def _roll_from_neighbours(position: Positions) -> float:
     """Estimate the roll in degrees, -45 to 45, from the directions to near neighbours."""
-    distance, index = cKDTree(position).query(position, k=5)
+    distance, index = cKDTree(position).query(position, k=min(5, len(position)))
     near = distance[:, 1:] < REACH * distance[:, 1:2]
     step = (position[index[:, 1:]] - position[:, None])[near]
     # A grid looks the same after 90 degrees, so directions are averaged modulo 90.

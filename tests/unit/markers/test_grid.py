@@ -90,3 +90,11 @@ def test_the_published_assignment_mixes_columns_at_another_roll():
     assert ((grid.row == row) & (grid.column == column)).mean() < 0.5
     found = assign_grid(position, 19, 19)
     np.testing.assert_array_equal(found.column, column)
+
+
+def test_the_smallest_grid_is_one():
+    position, row, column = lattice(2, 2, roll_deg=5)
+    grid = assign_grid(position, 2, 2)
+    np.testing.assert_array_equal(grid.row, row)
+    np.testing.assert_array_equal(grid.column, column)
+    assert grid.roll_deg == pytest.approx(5)
