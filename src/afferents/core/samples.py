@@ -3,6 +3,7 @@
 A `Samples` is an `xarray.DataArray` whose first dim is `sample`, float32, with the coordinates
 `texture`, `speed_mm_s`, `recording`, `start_s`, `stop_s` on it. `start_s` to `stop_s` is
 everything a sample has seen: an RA-I image begins one frame earlier than the frame it shows.
+Its one attribute is `units`, that of the values.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.recording import natural_order
 
 Samples = xr.DataArray
 
@@ -37,7 +39,7 @@ def make_samples(
     start_s, stop_s
         Extent in time of each sample, shape (n_samples,), s.
     attrs
-        Attributes of the recording's responses (name, texture, speed_mm_s).
+        Attributes of the response and its recording (units; name, texture, speed_mm_s).
     """
     n = len(values)
     on_sample = {
@@ -51,27 +53,49 @@ def make_samples(
         values,
         dims=(dims.SAMPLE, *sample_dims),
         coords={**{k: (dims.SAMPLE, v) for k, v in on_sample.items()}, **(coords or {})},
+        attrs={dims.UNITS: attrs[dims.UNITS]} if dims.UNITS in attrs else {},
     )
 
 
 def concatenate(parts: Sequence[Samples]) -> Samples:
-    """Join the samples of several recordings.
+    """Join the samples of several recordings; `units` stay where all have the same.
 
     Raises
     ------
     InputError
-        If there is nothing to join, or if recordings differ in the shape of a sample.
+        If there is nothing to join, or if recordings differ in the shape of a sample or in the
+        frequencies of its bins.
     """
     if not parts:
         raise InputError("the data", "at least one recording with samples", "none")
     for part in parts:
-        if part.shape[1:] != parts[0].shape[1:]:
+        if _form(part) != _form(parts[0]):
             name = part[dims.RECORDING].values[:1]
-            first = parts[0].sizes
             raise InputError(
                 f"recording {', '.join(map(str, name))}",
-                f"samples like those of the other recordings ({dict(first)})",
-                f"{dict(part.sizes)}",
+                f"samples like those of the other recordings ({_form(parts[0])})",
+                _form(part),
                 "evaluate recordings of one sensor together",
             )
-    return xr.concat(parts, dim=dims.SAMPLE, coords="different", compat="equals", join="exact")
+    return xr.concat(
+        parts,
+        dim=dims.SAMPLE,
+        coords="different",
+        compat="equals",
+        join="exact",
+        combine_attrs="drop_conflicts",
+    )
+
+
+def _form(samples: Samples) -> str:
+    """Return in words what samples must share to be learnt from together."""
+    sizes = (f"{n} {dim}" for dim, n in samples.sizes.items() if dim != dims.SAMPLE)
+    form = " x ".join(map(str, sizes))
+    if dims.FREQUENCY in samples.coords:
+        form += f" up to {float(samples[dims.FREQUENCY][-1])} Hz"
+    return form
+
+
+def textures_of(samples: Samples) -> list[str]:
+    """Return the textures in natural order, which is the order of the classes."""
+    return sorted(map(str, np.unique(samples[dims.TEXTURE])), key=natural_order)

@@ -6,19 +6,13 @@ from typing import TypeVar
 import numpy as np
 
 from afferents.core import dims
-from afferents.core.recording import natural_order
-from afferents.core.samples import Samples
+from afferents.core.samples import Samples, textures_of
 from afferents.report.labels import texture_letter
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
 """The textures that the paper's figures compare: 0, 2, 4 and 6 mm."""
 
 Item = TypeVar("Item")
-
-
-def textures_of(samples: Samples) -> list[str]:
-    """Return the textures of the samples in natural order."""
-    return sorted(map(str, np.unique(samples[dims.TEXTURE])), key=natural_order)
 
 
 def speeds_of(samples: Samples) -> list[float]:

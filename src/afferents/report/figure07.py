@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.samples import Samples
-from afferents.report.choice import speeds_of, textures_of
+from afferents.core.samples import Samples, textures_of
+from afferents.report.choice import speeds_of
 from afferents.report.labels import speed_key, texture_label
 from afferents.report.spectra import (
     HIGHEST_HZ,
@@ -77,12 +77,13 @@ def figure07(
     example
         From `stretch_example`.
     stretched
-        `example.middle` stretched by each of `FACTORS`; 1-D, any length, bins spaced as
-        before.
+        `example.middle` stretched by each of `FACTORS` by rebinning, as under the nested
+        protocol; 1-D, any length, bins spaced as before.
     source
         The line that says what the spectra were made from.
     """
-    title = f"Figure 7. Stretched and real spectra, texture {texture_label(example.texture)}"
+    texture = texture_label(example.texture)
+    title = f"Figure 7. Stretched (nested protocol: rebinned) and real spectra, texture {texture}"
     figure = new_figure(7.6, 5.6, title, source)
     upper, middle, lower = figure.subplots(3, 1, sharex=True, sharey=True)
     _draw_real(upper, example.half, example.speed_mm_s / 2)

@@ -15,14 +15,8 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.samples import Samples
-from afferents.report.choice import (
-    example_textures,
-    in_condition,
-    speeds_of,
-    spread,
-    textures_of,
-)
+from afferents.core.samples import Samples, textures_of
+from afferents.report.choice import example_textures, in_condition, speeds_of, spread
 from afferents.report.labels import speed_key, texture_label
 from afferents.report.style import MISSING, SEQUENTIAL, VERMILION, frame_all, new_figure, styled
 

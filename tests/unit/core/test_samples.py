@@ -1,0 +1,45 @@
+"""Samples of several recordings: what is kept when they are joined, and what can't be."""
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.core.samples import Samples, concatenate, make_samples, textures_of
+
+
+def spectra(texture: str, units: str | None = "counts", spacing_hz: float = 1.0) -> Samples:
+    attrs = {"texture": texture, "speed_mm_s": 10, "name": f"{texture}/10"}
+    return make_samples(
+        np.zeros((2, 1, 5), np.float32),
+        ("channel", "frequency"),
+        np.array([0.0, 0.5]),
+        np.array([1.0, 1.5]),
+        {**attrs, "units": units} if units else attrs,
+        {"frequency": spacing_hz * np.arange(5)},
+    )
+
+
+def test_units_come_from_the_response_and_survive_joining():
+    assert spectra("1").attrs == {"units": "counts"}
+    assert concatenate([spectra("1"), spectra("2")]).attrs == {"units": "counts"}
+
+
+def test_units_that_differ_or_are_unknown_are_none():
+    assert concatenate([spectra("1"), spectra("2", "full scale")]).attrs == {}
+    assert spectra("1", None).attrs == {}
+
+
+def test_bins_of_other_frequencies_are_refused():
+    with pytest.raises(InputError, match=r"recording 2/10: .*5 frequency up to 4.0 Hz.*8.0 Hz"):
+        concatenate([spectra("1"), spectra("2", spacing_hz=2.0)])
+
+
+def test_samples_of_another_shape_are_refused():
+    longer = spectra("2").isel(frequency=slice(0, 4))
+    with pytest.raises(InputError, match=r"recording 2/10: .*1 channel x 5 .*found 1 channel x 4 "):
+        concatenate([spectra("1"), longer])
+
+
+def test_textures_are_in_natural_order():
+    joined = concatenate([spectra(texture) for texture in ("linen", "10", "2")])
+    assert textures_of(joined) == ["2", "10", "linen"]
