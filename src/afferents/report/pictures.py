@@ -123,7 +123,8 @@ def _spectrum_pictures(data: FigureData, source: str) -> Iterator[Picture]:
             "Figure 7. Stretching a spectrum to another speed",
             "A spectrum stretched by 0.5 and by 2 (colour) beside those recorded at half and at "
             "twice the speed (black). Means over the windows of the condition, true frequency "
-            "axis.",
+            "axis. The stretched copies are rebinned, as under the nested protocol; the published "
+            "protocol resamples by Fourier transform, which rings.",
             "Three panels of amplitude against frequency: half the speed, the speed, twice it.",
             figure07(data.example, data.stretched, source),
         )

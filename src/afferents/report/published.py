@@ -26,20 +26,15 @@ class PublishedFamily:
 
     Attributes
     ----------
-    figure
-        The figure with its confusion matrices, such as `Fig 13B`.
     mean_percent
         Table 1: accuracy, mean over the ten held-out speeds, percent.
     by_speed
-        Accuracy in percent at each held-out speed (mm/s), as printed above the matrices.
-    by_speed_digitised
-        The same to one decimal, from the colours of the matrices.
+        Accuracy in percent at each held-out speed (mm/s), to one decimal from the colours of
+        the confusion matrices.
     """
 
-    figure: str
     mean_percent: int
-    by_speed: dict[float, int]
-    by_speed_digitised: dict[float, float]
+    by_speed: dict[float, float]
 
 
 @cache
@@ -80,10 +75,8 @@ def published_speeds() -> tuple[float, ...]:
 def _read_family(content: dict[str, Any]) -> PublishedFamily:
     folds = {float(speed): fold for speed, fold in content["by_speed"].items()}
     return PublishedFamily(
-        figure=content["figure"],
         mean_percent=content["table1_percent"],
-        by_speed={speed: fold["title_percent"] for speed, fold in folds.items()},
-        by_speed_digitised={speed: fold["digitised_percent"] for speed, fold in folds.items()},
+        by_speed={speed: fold["digitised_percent"] for speed, fold in folds.items()},
     )
 
 

@@ -91,8 +91,8 @@ def _draw_paper(axes: Axes, summary: Summary, model: str) -> None:
     paper = published_families().get(model)
     if paper is None:
         return
-    speeds = [speed for speed in summary["speeds_mm_s"] if speed in paper.by_speed_digitised]
-    accuracies = [paper.by_speed_digitised[speed] for speed in speeds]
+    speeds = [speed for speed in summary["speeds_mm_s"] if speed in paper.by_speed]
+    accuracies = [paper.by_speed[speed] for speed in speeds]
     axes.plot(
         speeds,
         accuracies,

@@ -113,6 +113,7 @@ def leak_table(summary: Summary) -> Table:
 
 
 LEAKS = {
+    "test_samples_of_a_speed_seen_in_training": "… of a speed trained on",
     "test_samples_of_a_speed_seen_in_validation": "… of a speed that picked the model",
     "test_samples_overlapping_validation": "… overlapping validation in time",
     "test_samples_overlapping_training": "… overlapping training in time",
@@ -209,7 +210,7 @@ def _paper_speed_row(speeds: list[float], name: str) -> list[tuple[Cell, ...]]:
     paper = published_families().get(name)
     if paper is None or not set(speeds) & set(paper.by_speed):
         return []
-    values = (paper.by_speed_digitised.get(speed) for speed in speeds)
+    values = (paper.by_speed.get(speed) for speed in speeds)
     cells = (Cell(ABSENT) if value is None else Cell(f"{value:.1f}", value) for value in values)
     return [(Cell(model_title(name)), Cell("paper"), *cells)]
 
@@ -226,13 +227,14 @@ def _leak_cell(value: bool | int | None) -> Cell:
 
 def _leak_sentence(found: list[dict[str, Any]]) -> str:
     counts = [sum(result["leaks"].get(name) or 0 for result in found) for name in LEAKS]
-    of_speed, validation, training, scale = counts
+    trained, of_speed, validation, training, scale = counts
     if not any(counts):
         return "nothing of a held-out speed was seen before its one final test."
     scaled = "; scaling constants had seen the held-out speed" if scale else ""
     return (
         f"{of_speed:,} of {sum(result['n_test'] for result in found):,} test samples are of a "
-        f"speed that picked the model; {validation:,} overlap validation samples in time and "
+        f"speed that picked the model and {trained:,} of one trained on; {validation:,} overlap "
+        f"validation samples in time and "
         f"{training:,} overlap training samples{scaled}. Its accuracy is not that of an unseen "
         f"speed."
     )

@@ -15,12 +15,14 @@ SPEEDS = [10.0, 20.0, 40.0]
 BY_SPEED = {"10": 0.25, "20": 0.5, "40": 0.75}
 LEAKS = {
     "nested": {
+        "test_samples_of_a_speed_seen_in_training": 0,
         "test_samples_of_a_speed_seen_in_validation": 0,
         "test_samples_overlapping_validation": 0,
         "test_samples_overlapping_training": 0,
         "scale_saw_held_out_speed": False,
     },
     "published": {
+        "test_samples_of_a_speed_seen_in_training": 0,
         "test_samples_of_a_speed_seen_in_validation": 1234,
         "test_samples_overlapping_validation": 567,
         "test_samples_overlapping_training": 0,

@@ -62,6 +62,22 @@ def test_figure07_puts_stretched_and_real_lines_at_the_same_true_frequency(spect
     assert peak(lines(lower)["40 mm/s stretched by 2"]) == 160
 
 
+def test_figure07_says_how_its_copies_were_stretched(results, spectra):
+    example = stretch_example(spectra)
+    data = FigureData(example=example, stretched=stretched(example))
+    picture = draw_pictures(results, data)[-1]
+    assert "nested protocol: rebinned" in picture.figure.get_suptitle()
+    assert "rebinned, as under the nested protocol" in picture.caption
+
+
+def test_amplitude_axes_name_the_unit_of_the_response(spectra):
+    with_units = spectra.assign_attrs(units="counts")
+    example = stretch_example(with_units)
+    assert figure07(example, stretched(example), "x").axes[1].get_ylabel() == "amplitude (counts)"
+    assert figure12(with_units, "x").get_supylabel() == "amplitude (counts), mean over windows"
+    assert figure12(spectra, "x").get_supylabel() == "amplitude, mean over windows"
+
+
 def test_frequencies_keep_the_spacing_for_any_length(spectra):
     example = stretch_example(spectra)
     np.testing.assert_allclose(frequencies(np.zeros(400), example.middle), np.arange(400))

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from afferents.report import published
 from afferents.report.published import (
     published_confusion,
     published_families,
@@ -30,18 +31,18 @@ def test_table1_of_the_paper():
 
 def test_every_family_has_ten_speeds_whose_mean_is_that_of_table1():
     assert published_speeds() == tuple(range(10, 101, 10))
-    for family in published_families().values():
-        assert len(family.by_speed) == 10
-        assert np.mean(list(family.by_speed.values())) == pytest.approx(
-            family.mean_percent, abs=0.6
-        )
-        digitised = np.array(list(family.by_speed_digitised.values()))
-        assert np.abs(digitised - list(family.by_speed.values())).max() < 1.0
+    carried = json.loads((Path(published.__file__).parent / "published/accuracy.json").read_text())
+    for name, family in published_families().items():
+        digitised = np.array(list(family.by_speed.values()))
+        assert len(digitised) == 10
+        assert digitised.mean() == pytest.approx(family.mean_percent, abs=0.6)
+        printed = carried["families"][name]["by_speed"].values()
+        assert np.abs(digitised - [fold["title_percent"] for fold in printed]).max() < 1.0
 
 
 def test_known_accuracies_at_single_speeds():
-    assert published_families()["vib-te"].by_speed[10.0] == 17
-    assert published_families()["vib-te-aug"].by_speed[90.0] == 100
+    assert published_families()["vib-te"].by_speed[10.0] == pytest.approx(17, abs=1)
+    assert published_families()["vib-te-aug"].by_speed[90.0] == pytest.approx(100, abs=1)
 
 
 def test_confusion_rows_are_true_textures_and_sum_to_100():

@@ -99,10 +99,19 @@ def test_a_leak_under_nested_would_be_named_too(summary):
     assert "7 overlap training" in leak_sentences(summary)[0]
 
 
+def test_a_speed_that_was_trained_on_is_named(summary):
+    leaks = summary["models"]["vib-te"]["nested"]["leaks"]
+    leaks["test_samples_of_a_speed_seen_in_training"] = 1234
+    assert "1,234 of one trained on" in leak_sentences(summary)[0]
+    table = leak_table(summary)
+    column = table.columns.index("… of a speed trained on")
+    assert [row[column].text for row in table.rows[:2]] == ["1,234", "0"]
+
+
 def test_leak_table_says_what_was_not_counted(summary):
     del summary["models"]["vib-te"]["nested"]["leaks"]["scale_saw_held_out_speed"]
     first = [cell.text for cell in leak_table(summary).rows[0]]
-    assert first == ["vib-TE", "nested protocol", "1,234", "0", "0", "0", "not counted"]
+    assert first == ["vib-TE", "nested protocol", "1,234", "0", "0", "0", "0", "not counted"]
     assert leak_table(summary).rows[1][-1].text == "yes"
 
 
