@@ -4,40 +4,64 @@ import os
 import platform
 import shutil
 import sys
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, requires, version
+from types import ModuleType
 from typing import Literal
 
-import av
-import torch
 from packaging.requirements import Requirement
 
 from afferents import __version__
-from afferents.training.hardware import has_bfloat16
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""
+NATIVE = ("cv2", "soundfile")
+"""Modules that need libraries of the system, so that one that is installed may still not work."""
 
 
 def diagnose() -> tuple[list[tuple[str, str]], list[str]]:
     """Return (what, finding) rows, and sentences about what is missing."""
     missing: list[str] = []
+    packages = _packages(missing)
+    for name in NATIVE:
+        _imported(name, missing)
     rows = [
         ("afferents", __version__),
         ("Python", sys.version.split()[0]),
         ("system", platform.platform()),
         ("processor", f"{_processor()}, {_cores()} cores usable"),
         ("memory", _memory()),
-        ("accelerator", _accelerator()),
-        ("torch build", torch.__version__ + (" (CUDA)" if torch.version.cuda else " (CPU only)")),
-        (
-            "bfloat16",
-            "in hardware" if has_bfloat16(_device()) else "not in hardware, float32 is used",
-        ),
+        *_computing(missing),
         ("free disk here", f"{shutil.disk_usage('.').free / 1e9:.0f} GB"),
+        *_codecs(missing),
     ]
-    rows += [("codec " + name, _codec(name, mode, missing)) for name, mode in CODECS.items()]
-    rows += _packages(missing)
-    return rows, missing
+    return rows + packages, missing
+
+
+def _imported(name: str, missing: list[str]) -> ModuleType | None:
+    """Return a module, or None where it can't be imported, and enter why."""
+    try:
+        return import_module(name)
+    except (ImportError, OSError) as error:  # OSError: a library of the system is not there
+        missing.append(f"{name} cannot be imported ({error})")
+        return None
+
+
+def _computing(missing: list[str]) -> list[tuple[str, str]]:
+    """Return what torch finds; nothing where there is no torch."""
+    torch = _imported("torch", missing)
+    if torch is None:
+        return []
+    cuda = torch.cuda.is_available()
+    rows = [
+        ("accelerator", torch.cuda.get_device_name() if cuda else "none that torch can use"),
+        ("torch build", torch.__version__ + (" (CUDA)" if torch.version.cuda else " (CPU only)")),
+    ]
+    hardware = _imported("afferents.training.hardware", missing)
+    if hardware is not None:
+        there = hardware.has_bfloat16(torch.device("cuda" if cuda else "cpu"))
+        rows.append(("bfloat16", "in hardware" if there else "not in hardware, float32 is used"))
+    return rows
 
 
 def _packages(missing: list[str]) -> list[tuple[str, str]]:
@@ -56,7 +80,15 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
     return rows
 
 
-def _codec(name: str, mode: Literal["r", "w"], missing: list[str]) -> str:
+def _codecs(missing: list[str]) -> list[tuple[str, str]]:
+    """Return which codecs PyAV was built with; nothing where there is no PyAV."""
+    av = _imported("av", missing)
+    if av is None:
+        return []
+    return [("codec " + name, _codec(av, name, mode, missing)) for name, mode in CODECS.items()]
+
+
+def _codec(av: ModuleType, name: str, mode: Literal["r", "w"], missing: list[str]) -> str:
     try:
         av.Codec(name, mode)
     except av.codec.codec.UnknownCodecError:
@@ -75,18 +107,11 @@ def _processor() -> str:
 
 
 def _memory() -> str:
-    pages, size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    try:
+        pages, size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not POSIX
+        return "unknown"
     return f"{pages * size / 1e9:.0f} GB"
-
-
-def _device() -> torch.device:
-    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
-
-
-def _accelerator() -> str:
-    if torch.cuda.is_available():
-        return torch.cuda.get_device_name()
-    return "none that torch can use"
 
 
 def _cores() -> int:

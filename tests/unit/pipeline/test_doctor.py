@@ -1,0 +1,56 @@
+"""`doctor` names what is missing; that is no reason for it to fail."""
+
+import os
+import sys
+from importlib.metadata import PackageNotFoundError
+
+import pytest
+
+from afferents.pipeline import doctor
+
+
+def test_here_nothing_is_missing():
+    rows, missing = doctor.diagnose()
+    assert missing == []
+    found = dict(rows)
+    assert {"accelerator", "torch build", "bfloat16", "codec h264", "torch", "av"} <= set(found)
+
+
+@pytest.mark.parametrize(
+    ("module", "lost"), [("torch", "torch build"), ("av", "codec h264"), ("cv2", None)]
+)
+def test_a_module_that_cannot_be_imported_is_named(monkeypatch, module, lost):
+    monkeypatch.setitem(sys.modules, module, None)
+    rows, missing = doctor.diagnose()
+    assert [line.split(" (")[0] for line in missing] == [f"{module} cannot be imported"]
+    assert lost not in dict(rows)
+    assert "memory" in dict(rows)
+
+
+def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
+    def broken(name):
+        raise OSError("sndfile library not found")
+
+    monkeypatch.setattr(doctor, "NATIVE", ("soundfile",))
+    monkeypatch.setattr(doctor, "import_module", broken)
+    _, missing = doctor.diagnose()
+    assert "soundfile cannot be imported (sndfile library not found)" in missing
+
+
+def test_a_package_that_is_not_installed_is_named_with_its_remedy(monkeypatch):
+    def installed(name):
+        if name == "torch":
+            raise PackageNotFoundError(name)
+        return real(name)
+
+    real = doctor.version
+    monkeypatch.setattr(doctor, "version", installed)
+    rows, missing = doctor.diagnose()
+    assert dict(rows)["torch"] == "missing"
+    assert len(missing) == 1
+    assert "pip install 'torch" in missing[0]
+
+
+def test_memory_is_unknown_off_posix(monkeypatch):
+    monkeypatch.delattr(os, "sysconf")
+    assert dict(doctor.diagnose()[0])["memory"] == "unknown"
