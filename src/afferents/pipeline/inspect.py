@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from afferents.core import dims
+from afferents.core.cut import AUDIO_S, LAST_FRAME
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.progress import Progress
 from afferents.core.recording import Frame, GreyImage, Recording, Session
@@ -24,6 +25,7 @@ from afferents.recordings import (
     read_fabricslide,
     read_session,
     session_file,
+    video_facts,
 )
 from afferents.report import markers_figure, responses_figure, save_figure, vibration_figure
 
@@ -62,7 +64,8 @@ def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -
         If there is nothing there, or nothing that can be read.
     """
     if source.startswith("fabricslide:"):
-        return inspect_session(source, read_fabricslide(Path(source.partition(":")[2])), out)
+        session = read_fabricslide(Path(source.partition(":")[2]))
+        return inspect_session(source, session, out, read_vibration, progress)
     path = Path(source)
     if not path.exists():
         raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
@@ -73,13 +76,15 @@ def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -
     if (path / "zarr.json").is_file():
         return inspect_store(path)
     declared = session_file(path)
-    return inspect_session(source, read_session(path), out, lambda r: check_recording(r, declared))
+    return inspect_session(
+        source, read_session(path), out, lambda r: check_recording(r, declared), progress
+    )
 
 
 def inspect_video(path: Path, out: Path, sensor: Sensor | None, progress: Progress) -> Inspection:
     """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
     video = open_video(path)
-    found = Inspection(str(path), facts=video_facts(video))
+    found = Inspection(str(path), facts={"video": asdict(video_facts(video))})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
     found.sentences.append(
         f"Video of {declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."
@@ -111,17 +116,6 @@ class Watched:
         for frame in self._progress.track(frames, "tracking", self._video.n_frames):
             self.last_image = frame.image
             yield frame
-
-
-def video_facts(video: VideoFile) -> dict[str, Any]:
-    """Return what a video's container declares."""
-    return {
-        "width": video.width,
-        "height": video.height,
-        "fps_hz": video.fps_hz,
-        "declared_frames": video.n_frames,
-        "declared_duration_s": video.duration_s,
-    }
 
 
 def quality_facts(tracks: xr.Dataset) -> dict[str, Any]:
@@ -196,10 +190,20 @@ def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
     return save_figure(figure, out / "vibration.png")
 
 
+def read_vibration(recording: Recording) -> None:
+    """Check a recording that is quickly read by reading it."""
+    if recording.audio is not None:
+        recording.audio.read()
+
+
 def inspect_session(
-    source: str, session: Session, out: Path, check: Callable[[Recording], None] | None = None
+    source: str,
+    session: Session,
+    out: Path,
+    check: Callable[[Recording], None],
+    progress: Progress,
 ) -> Inspection:
-    """Check every recording of a session by its headers, and draw the first vibration."""
+    """Check every recording of a session, and draw the first vibration."""
     found = Inspection(source)
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     found.sentences += [
@@ -210,14 +214,13 @@ def inspect_session(
         else "There is no throw_away.mp4; it is needed only by the published tracker.",
     ]
     rows = []
-    for recording in session.recordings:
+    for recording in progress.track(session.recordings, "checking", len(session.recordings)):
         try:
-            if check:
-                check(recording)
+            check(recording)
             rows.append(asdict(facts(recording)))
         except AfferentsError as error:
             found.problems.append(str(error))
-    found.sentences += length_sentences(rows)
+    found.sentences += [*length_sentences(rows), *too_short_sentences(rows)]
     found.facts = {"recordings": rows}
     with_audio = [r for r in session.recordings if r.audio is not None]
     if with_audio and not found.problems:
@@ -238,6 +241,21 @@ def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
                 f"{min(lengths):.2f} to {max(lengths):.2f} s long."
             )
     return sentences
+
+
+def too_short_sentences(rows: list[dict[str, Any]]) -> list[str]:
+    """Say which videos and audio are too short for the cut 'published', if any."""
+    frames = [row["video"]["n_frames"] for row in rows if row["video"]]
+    seconds = [row["vibration"]["duration_s"] for row in rows if row["vibration"]]
+    short = (
+        ("videos", f"{LAST_FRAME} frames", sum(n < LAST_FRAME for n in frames), len(frames)),
+        ("vibrations", f"{AUDIO_S:g} s", sum(s < AUDIO_S for s in seconds), len(seconds)),
+    )
+    return [
+        f"{n_short} of {n} {things} are shorter than {least}: too short for the cut 'published'."
+        for things, least, n_short, n in short
+        if n_short
+    ]
 
 
 def inspect_store(path: Path) -> Inspection:

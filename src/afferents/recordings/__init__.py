@@ -2,7 +2,7 @@
 
 from afferents.recordings.audio import WavFile
 from afferents.recordings.fabricslide import TaxelFile, read_fabricslide
-from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts
+from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.session import (
     SessionFile,
     check_recording,
@@ -25,4 +25,5 @@ __all__ = [
     "read_fabricslide",
     "read_session",
     "session_file",
+    "video_facts",
 ]

@@ -52,14 +52,15 @@ def facts(recording: Recording) -> Facts:
         recording.name,
         recording.texture,
         recording.speed_mm_s,
-        _video_facts(recording.video) if isinstance(recording.video, VideoFile) else None,
+        video_facts(recording.video) if isinstance(recording.video, VideoFile) else None,
         _vibration_facts(recording.audio)
         if isinstance(recording.audio, WavFile | TaxelFile)
         else None,
     )
 
 
-def _video_facts(video: VideoFile) -> VideoFacts:
+def video_facts(video: VideoFile) -> VideoFacts:
+    """Return what a video's container declares."""
     return VideoFacts(video.width, video.height, video.fps_hz, video.n_frames, video.duration_s)
 
 

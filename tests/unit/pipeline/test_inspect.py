@@ -1,0 +1,78 @@
+"""What `inspect` finds wrong, and what it says of recordings too short for the paper's cut."""
+
+import shutil
+
+import pytest
+
+from afferents.core.progress import Progress
+from afferents.pipeline.inspect import inspect, too_short_sentences
+
+HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))])
+
+
+@pytest.fixture
+def look(tmp_path):
+    return lambda source: inspect(str(source), tmp_path / "out", None, Progress(quiet=True))
+
+
+@pytest.fixture
+def fabricslide(tmp_path):
+    """Two sound slides."""
+    folder = tmp_path / "slides"
+    folder.mkdir()
+    rows = [",".join(map(str, [28 * n, 0, 0, *range(n % 7, n % 7 + 16)])) for n in range(200)]
+    for speed in (10, 20):
+        path = folder / f"Linen_F120_V{speed}mmps_0.csv"
+        path.write_text("\n".join([HEADER, *rows]))
+    return folder
+
+
+def test_sound_slides_have_no_problem(look, fabricslide):
+    found = look(f"fabricslide:{fabricslide}")
+    assert found.problems == []
+    assert len(found.facts["recordings"]) == 2
+    assert len(found.pictures) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("", "line 1: expected the columns"),
+        (HEADER, "rows of data below the header"),
+        (f"{HEADER}\n0,0,0,abc" + 15 * ",1", "line 2: expected integers, found 'abc'"),
+    ],
+)
+def test_a_broken_slide_is_named(look, fabricslide, content, problem):
+    (fabricslide / "Linen_F120_V20mmps_0.csv").write_text(content)
+    found = look(f"fabricslide:{fabricslide}")
+    assert len(found.problems) == 1
+    assert "V20mmps_0.csv" in found.problems[0]
+    assert problem in found.problems[0]
+
+
+def test_a_wav_that_was_cut_off_is_named(look, sounds, tmp_path):
+    session = shutil.copytree(sounds, tmp_path / "session")
+    path = session / "2/30/audio.wav"
+    path.write_bytes(path.read_bytes()[:40_044])
+    (problem,) = look(session).problems
+    assert "2/30/audio.wav: expected 24000 samples as it declares, found 10000" in problem
+
+
+def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
+    (sentence,) = [line for line in look(sounds).sentences if "too short" in line]
+    expected = "12 of 12 vibrations are shorter than 60 s: too short for the cut 'published'."
+    assert sentence == expected
+
+
+def test_exactly_long_enough_is_not_too_short():
+    enough = {"video": {"n_frames": 5510}, "vibration": {"duration_s": 60.0}}
+    short = {"video": {"n_frames": 5509}, "vibration": None}
+    assert too_short_sentences([enough]) == []
+    (sentence,) = too_short_sentences([enough, short])
+    assert sentence.startswith("1 of 2 videos are shorter than 5510 frames")
+
+
+def test_a_video_is_described_as_a_sessions_are(look, session):
+    found = look(session / "1/20/video.mp4")
+    assert found.facts["video"]["n_frames"] == 45
+    assert found.facts["n_markers"] == 361
