@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from afferents.channels import hold
 from afferents.core import dims
-from afferents.core.errors import AfferentsError
+from afferents.core.errors import AfferentsError, InputError
+from afferents.core.files import write_aside
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
 from afferents.core.results import Results, load_results
@@ -21,7 +22,7 @@ from afferents.report import (
     FigureData,
     StretchExample,
     draw_pictures,
-    save_figure,
+    save_pictures,
     stretch_example,
     table1,
     to_markdown,
@@ -39,29 +40,38 @@ def write_report(results_folder: Path, progress: Progress) -> Path:
     Raises
     ------
     InputError
-        If there are no results. Data that are gone only cost their figures; the report says so.
+        If there are no results. Data that are gone, damaged, or others than were evaluated only
+        cost their figures; the report says so.
     """
     results = load_results(results_folder)
     data, notes = figure_data(results, progress)
     pictures = draw_pictures(results, data)
-    for picture in progress.track(pictures, "drawing", len(pictures)):
-        save_figure(picture.figure, results_folder / "figures" / f"{picture.name}.png")
-    (results_folder / "table1.md").write_text(to_markdown(table1(results.summary)), "utf-8")
+    drawn = progress.track(pictures, "drawing", len(pictures))
+    save_pictures(drawn, results_folder / "figures")
+    with write_aside(results_folder / "table1.md") as partial:
+        partial.write_text(to_markdown(table1(results.summary)), encoding="utf-8")
     return write_page(results_folder / "report.html", results, pictures, notes)
 
 
 def figure_data(results: Results, progress: Progress) -> tuple[FigureData, list[str]]:
     """Read what the figures of the data show; notes say what could not be had."""
-    config = results.config
     try:
-        opened = open_data([d["source"] for d in config["data"]], config["without"])
-    except AfferentsError as error:
+        return _read_data(results, progress), []
+    except (AfferentsError, OSError, ValueError, RuntimeError) as error:  # a store's bad chunk
         return FigureData(), [f"Figures of the data are missing: {error}."]
+
+
+def _read_data(results: Results, progress: Progress) -> FigureData:
+    config = results.config
+    sources = [data["source"] for data in config["data"]]
+    opened = open_data(sources, config["without"], keep_going=True, progress=progress)
+    if [d.fingerprint for d in opened] != [d["fingerprint"] for d in config["data"]]:
+        raise InputError(", ".join(sources), "the data that were evaluated", "changed data")
     left_out = {entry["recording"] for entry in results.summary["skipped"]}
     recordings = [r for d in opened for r in d.responses if r.attrs["name"] not in left_out]
     spectra = _spectra(recordings, config, progress)
     example = stretch_example(spectra) if spectra is not None else None
-    data = FigureData(
+    return FigureData(
         spectra=spectra,
         example=example,
         stretched=_stretched(example) if example else {},
@@ -69,7 +79,6 @@ def figure_data(results: Results, progress: Progress) -> tuple[FigureData, list[
         ra1_images=_middle_images(recordings, dims.RA1),
         sliding=str(conditions(recordings[0]).get("direction", "+x")),
     )
-    return data, []
 
 
 def _spectra(

@@ -1,6 +1,6 @@
 """All figures of a report: drawn from results and, where given, from samples of the data."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -65,12 +65,14 @@ class Picture:
         return png_bytes(self.figure)
 
 
-def save_pictures(pictures: Sequence[Picture], folder: Path) -> list[Path]:
+def save_pictures(pictures: Iterable[Picture], folder: Path) -> list[Path]:
     """Write every picture to `folder/<name>.png` and return the paths."""
-    paths = [folder / f"{picture.name}.png" for picture in pictures]
-    for path, picture in zip(paths, pictures, strict=True):
+    paths = []
+    for picture in pictures:
+        path = folder / f"{picture.name}.png"
         with write_aside(path) as partial:
             partial.write_bytes(picture.png)
+        paths.append(path)
     return paths
 
 

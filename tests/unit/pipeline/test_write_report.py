@@ -1,0 +1,91 @@
+"""Data that are gone, changed or damaged cost the report their figures and nothing else."""
+
+import json
+import shutil
+
+import pandas as pd
+import pytest
+
+from afferents.core.progress import Progress
+from afferents.core.results import Results
+from afferents.markers import load_sensor
+from afferents.pipeline import write_report as writing
+from afferents.pipeline.data import SPECTRAL, open_data
+from afferents.pipeline.extract import Extraction, extract
+
+QUIET = Progress(quiet=True)
+
+
+@pytest.fixture(scope="module")
+def extracted(sounds, tmp_path_factory):
+    store = tmp_path_factory.mktemp("stores") / "sounds.zarr"
+    extract(Extraction(sounds, store, load_sensor("tip_b"), "one-to-one"), QUIET)
+    return store
+
+
+@pytest.fixture
+def store(extracted, tmp_path):
+    return shutil.copytree(extracted, tmp_path / "sounds.zarr")
+
+
+@pytest.fixture
+def results(store, tmp_path):
+    """What figures of the data need of an evaluation of the store."""
+    config = {
+        "data": [data.describe() for data in open_data([str(store)])],
+        "without": {},
+        "cut": "all",
+        "spectral": SPECTRAL["store"].model_dump(),
+    }
+    return Results(tmp_path / "r", config, {"skipped": []}, pd.DataFrame())
+
+
+def test_data_as_evaluated_are_drawn(results):
+    data, notes = writing.figure_data(results, QUIET)
+    assert notes == []
+    assert data.spectra.sizes["sample"] == 12 * 4
+    assert data.spectra.attrs == {"units": "full scale"}
+
+
+def test_data_that_changed_are_not_drawn_as_if_they_were_the_results(results, store):
+    group = store / "2/30/zarr.json"
+    content = json.loads(group.read_text())
+    content["attributes"]["checksum"] = "another recording's"
+    group.write_text(json.dumps(content))
+    data, (note,) = writing.figure_data(results, QUIET)
+    assert data == writing.FigureData()
+    assert "sounds.zarr: expected the data that were evaluated, found changed data" in note
+
+
+def test_data_that_are_gone_are_not_drawn(results, store):
+    shutil.rmtree(store)
+    data, (note,) = writing.figure_data(results, QUIET)
+    assert data == writing.FigureData()
+    assert note.startswith("Figures of the data are missing: ")
+
+
+def test_a_damaged_recording_only_costs_the_figures(results, store):
+    chunk = next(path for path in (store / "2/30/ra2/c").rglob("*") if path.is_file())
+    chunk.write_bytes(b"damaged")
+    data, (note,) = writing.figure_data(results, QUIET)
+    assert data == writing.FigureData()
+    assert note.startswith("Figures of the data are missing: ")
+
+
+def test_a_recording_that_cannot_be_encoded_only_costs_the_figures(results):
+    results.config["spectral"]["window_s"] = 100.0
+    data, (note,) = writing.figure_data(results, QUIET)
+    assert data == writing.FigureData()
+    assert "at least one window of 100 s" in note
+
+
+def test_table1_is_whole_or_as_it_was(results, monkeypatch):
+    results.root.mkdir()
+    (results.root / "table1.md").write_text("earlier")
+    monkeypatch.setattr(writing, "load_results", lambda _: results)
+    monkeypatch.setattr(writing, "draw_pictures", lambda *_: [])
+    monkeypatch.setattr(writing, "table1", lambda _: None)
+    monkeypatch.setattr(writing, "to_markdown", lambda _: "\ud800")  # can't be encoded
+    with pytest.raises(UnicodeEncodeError):
+        writing.write_report(results.root, QUIET)
+    assert (results.root / "table1.md").read_text() == "earlier"
