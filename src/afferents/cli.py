@@ -1,6 +1,7 @@
 """The command line: one command a stage, each a thin call of the pipeline."""
 
 import json
+import signal
 import sys
 import traceback
 from pathlib import Path
@@ -12,7 +13,7 @@ from rich.table import Table
 
 from afferents import __version__
 from afferents.core.cut import Cut
-from afferents.core.errors import AfferentsError, InputError, PartialFailureError
+from afferents.core.errors import AfferentsError, InputError, PartialFailureError, StoppedError
 from afferents.core.families import families
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
@@ -41,25 +42,38 @@ def main() -> None:
     """Run the command line; exit code 2 and one sentence for what the user can mend."""
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"]
+    signal.signal(signal.SIGINT, _stop)
     try:
-        app(arguments, prog_name="afferents", standalone_mode=True)
-    except AfferentsError as error:
+        app(arguments, prog_name="afferents")
+    except (AfferentsError, OSError) as error:
         if debug:
             traceback.print_exc()
-        print(f"afferents: {error}", file=sys.stderr)  # noqa: T201
-        sys.exit(3 if isinstance(error, PartialFailureError) else 2)
-    except KeyboardInterrupt:
-        print("afferents: stopped; what is finished is kept", file=sys.stderr)  # noqa: T201
-        sys.exit(130)
+        print(f"afferents: {_sentence(error)}", file=sys.stderr)  # noqa: T201
+        sys.exit(_EXIT_CODES.get(type(error), 2))
 
 
-def _say(console: Console, as_json: bool, content: Any, *lines: Any) -> None:
+_EXIT_CODES: dict[type[Exception], int] = {PartialFailureError: 3, StoppedError: 130}
+
+
+def _stop(*_: object) -> None:
+    raise StoppedError("stopped; what is finished is kept")
+
+
+def _sentence(error: Exception) -> str:
+    """Return what the error says; the system's own errors name the file first."""
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
+
+
+def _say(as_json: bool, content: Any, *lines: Any) -> None:
     """Print the outcome: JSON for scripts, or the lines for people."""
     if as_json:
         print(json.dumps(content, indent=2, default=str))  # noqa: T201
-    else:
-        for line in lines:
-            console.print(line)
+        return
+    console = Console(highlight=False, markup=False)
+    for line in lines:
+        console.print(line, soft_wrap=isinstance(line, str))
 
 
 def _version(wanted: bool) -> None:
@@ -100,11 +114,10 @@ def inspect(
     with Progress(quiet or as_json) as progress:
         found = look(source, folder, load_sensor(sensor) if sensor else None, progress)
     _say(
-        Console(soft_wrap=True, highlight=False),
         as_json,
         vars(found),
         *found.sentences,
-        *(f"[bold]Problem:[/bold] {problem}" for problem in found.problems),
+        *(f"Problem: {problem}" for problem in found.problems),
         *(f"Picture: {path}" for path in found.pictures),
     )
     if found.problems:
@@ -134,7 +147,7 @@ def extract(
     extraction = Extraction(session, out, load_sensor(sensor), linker, keep_going)
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)
-    _say(Console(), as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")
+    _say(as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")
     _fail_if_skipped(failed)
 
 
@@ -170,10 +183,6 @@ def evaluate(
     from afferents.report import table1, to_rich
 
     wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
-    opened = open_data(data, left_out)
-    spectral = SPECTRAL[opened[0].kind].changed(
-        window_s=window_s, stride_s=stride_s, fft_points=fft_points, model_bins=bins
-    )
     further = {
         "--window-s": window_s,
         "--stride-s": stride_s,
@@ -182,22 +191,25 @@ def evaluate(
     }
     options = [text for name, value in further.items() if value for text in (name, f"{value:g}")]
     options += [text for pair in without or [] for text in ("--without", pair)]
-    evaluation = Evaluation(
-        opened,
-        out,
-        wanted,
-        under,
-        preset,
-        cut,
-        spectral,
-        list(range(seed, seed + seeds)),
-        left_out,
-        keep_going,
-        options,
-    )
     with Progress(quiet or as_json) as progress:
+        opened = open_data(data, left_out, keep_going, progress)
+        spectral = SPECTRAL[opened[0].kind].changed(window_s, stride_s, fft_points, bins)
+        evaluation = Evaluation(
+            data=opened,
+            out=out,
+            families=wanted,
+            protocols=under,
+            preset=preset,
+            cut=cut,
+            spectral=spectral,
+            seeds=list(range(seed, seed + seeds)),
+            without=left_out,
+            may_leave_out=models == "all",
+            keep_going=keep_going,
+            options=options,
+        )
         summary = run(evaluation, progress)
-    _say(Console(), as_json, summary, to_rich(table1(summary)), f"Results: {out}")
+    _say(as_json, summary, to_rich(table1(summary)), f"Results: {out}")
     _fail_if_skipped({entry["recording"]: entry["reason"] for entry in summary["skipped"]})
 
 
@@ -215,7 +227,7 @@ def report(
     with Progress(quiet or as_json) as progress:
         page = write_report(results, progress)
     summary = load_results(results).summary
-    _say(Console(), as_json, {"report": str(page)}, to_rich(table1(summary)), f"Report: {page}")
+    _say(as_json, {"report": str(page)}, to_rich(table1(summary)), f"Report: {page}")
 
 
 @app.command()
@@ -227,8 +239,8 @@ def doctor(as_json: Json = False) -> None:
     table = Table(show_header=False, box=None)
     for row in rows:
         table.add_row(*row)
-    verdict = [f"[bold]Missing:[/bold] {line}" for line in missing] or ["Nothing is missing."]
-    _say(Console(), as_json, {"found": dict(rows), "missing": missing}, table, *verdict)
+    verdict = [f"Missing: {line}" for line in missing] or ["Nothing is missing."]
+    _say(as_json, {"found": dict(rows), "missing": missing}, table, *verdict)
     if missing:
         raise typer.Exit(2)
 
@@ -243,4 +255,4 @@ def _conditions(pairs: list[str]) -> dict[str, str]:
 def _fail_if_skipped(skipped: dict[str, str]) -> None:
     if skipped:
         reasons = "; ".join(f"{name} ({why})" for name, why in skipped.items())
-        raise PartialFailureError(f"{len(skipped)} recordings were skipped: {reasons}")
+        raise PartialFailureError(f"skipped {len(skipped)} of the recordings: {reasons}")

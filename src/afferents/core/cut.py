@@ -45,11 +45,11 @@ def cut_frames(
                 "use --cut all",
             )
         return slice(FIRST_FRAME, LAST_FRAME)
-    end_s = float(time_s[-1]) if len(time_s) else 0.0
-    start, stop = steady_s or (EDGE_S, end_s - EDGE_S)
+    begin_s, end_s = (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
+    start, stop = steady_s or (begin_s + EDGE_S, end_s - EDGE_S)
     first, last = np.searchsorted(time_s, [start, stop])
     if last <= first:
-        raise InputError(name, f"a video longer than {2 * EDGE_S:g} s", f"{end_s:.2f} s")
+        raise _nothing_left(name, "video", begin_s, end_s, steady_s)
     return slice(int(first), int(last))
 
 
@@ -75,5 +75,17 @@ def cut_audio(
     start, stop = steady_s or (EDGE_S, length_s - EDGE_S)
     first, last = round(start * sample_rate_hz), min(round(stop * sample_rate_hz), n_samples)
     if last <= first:
-        raise InputError(name, f"audio longer than {2 * EDGE_S:g} s", f"{length_s:.2f} s")
+        raise _nothing_left(name, "audio", 0.0, length_s, steady_s)
     return slice(first, last)
+
+
+def _nothing_left(
+    name: str, kind: str, begin_s: float, end_s: float, steady_s: tuple[float, float] | None
+) -> InputError:
+    found = f"{kind} from {begin_s:.2f} to {end_s:.2f} s"
+    if steady_s is None:
+        return InputError(
+            name, f"more than {2 * EDGE_S:g} s, since {EDGE_S:g} s go at each end", found
+        )
+    declared = f"{steady_s[0]:g} to {steady_s[1]:g} s"
+    return InputError(name, f"{kind} within the declared constant speed, {declared}", found)

@@ -34,7 +34,7 @@ FAMILIES: dict[str, Family] = {
 
 
 def families(names: str) -> list[Family]:
-    """Read a comma-separated list of families; `all` stands for the six of Table 1.
+    """Read a comma-separated list of families, in the order of Table 1; `all` for the six.
 
     Raises
     ------
@@ -45,4 +45,4 @@ def families(names: str) -> list[Family]:
     for name in chosen:
         if name not in FAMILIES:
             raise InputError("--models", f"'all' or some of {', '.join(FAMILIES)}", f"'{name}'")
-    return [FAMILIES[name] for name in dict.fromkeys(chosen)]
+    return [family for name, family in FAMILIES.items() if name in chosen]

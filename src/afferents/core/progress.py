@@ -57,7 +57,7 @@ class Progress:
 
     def note(self, text: str) -> None:
         """Print a line above the bars."""
-        self._bars.console.print(text)
+        self._bars.console.print(text, markup=False)
 
     def track(self, items: Iterable[T], label: str, total: int) -> Iterator[T]:
         """Yield the items, a step of the bar each."""

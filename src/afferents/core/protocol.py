@@ -1,8 +1,8 @@
 """The two evaluation protocols, and the two cuts of a recording. Both frozen, both by name.
 
 `published` is what the paper's code does (commit 880f9e4), `nested` is the same experiment
-without a look at the held-out speed. `docs/protocols.md` lists where the paper's text and its
-code differ and which side each takes.
+without a look at the held-out speed. `docs/protocols.md` says where the
+paper's text and its code differ and which side each preset takes.
 """
 
 from typing import Literal, Self
@@ -26,7 +26,7 @@ class Protocol(BaseModel):
         Spectra are divided by the largest amplitude of the ``training`` samples or of
         ``everything``.
     stretch
-        ``rebinned`` (area-preserving, no ringing) or ``fourier`` (resampling as published).
+        ``rebinned`` (keeps the level, no ringing) or ``fourier`` (resampling as published).
     keep_originals
         Whether the unstretched spectra stay in an augmented training set.
     """

@@ -10,14 +10,15 @@
         fold.json, predictions.parquet, weights.safetensors
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pyarrow as pa
 
 from afferents.core.errors import InputError
+from afferents.core.files import read_json
 
 SCHEMA = 1
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
@@ -55,8 +56,24 @@ def load_results(root: Path) -> Results:
     for name in (CONFIG, SUMMARY, PREDICTIONS):
         if not (root / name).is_file():
             raise InputError(root, f"a results folder with {name}", "none", "run evaluate first")
-    config = json.loads((root / CONFIG).read_text(encoding="utf-8"))
-    summary = json.loads((root / SUMMARY).read_text(encoding="utf-8"))
+    config = read_json(root / CONFIG, "the configuration of an evaluation")
+    summary = read_json(root / SUMMARY, "the summary of an evaluation")
     if summary.get("schema") != SCHEMA:
         raise InputError(root / SUMMARY, f"schema {SCHEMA}", f"{summary.get('schema')}")
-    return Results(root, config, summary, pd.read_parquet(root / PREDICTIONS))
+    return Results(root, config, summary, read_predictions(root / PREDICTIONS))
+
+
+def read_predictions(path: Path) -> pd.DataFrame:
+    """Read a table of predictions.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or damaged.
+    """
+    try:
+        return pd.read_parquet(path)
+    except (OSError, pa.ArrowException) as error:
+        raise InputError(
+            path, "a table of predictions", f"{error}", "remove its folder and evaluate again"
+        ) from error

@@ -4,7 +4,6 @@ A recording is written under a temporary name and renamed when whole, so a group
 is complete. Plain xarray reads it: ``xarray.open_zarr("OUT.zarr", group="3/50")``.
 """
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import zarr
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.files import PARTIAL_PREFIX, require_same_config, write_aside
+from afferents.core.files import PARTIAL_PREFIX, read_json, require_same_config, write_aside
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses, check_responses
 
@@ -47,10 +46,9 @@ def store_config(store: Path) -> dict[str, Any]:
     InputError
         If there is no store, or one of another format.
     """
-    path = store / _ROOT
-    if not path.is_file():
+    if not (store / _ROOT).is_file():
         raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
-    attributes = json.loads(path.read_text(encoding="utf-8")).get("attributes", {})
+    attributes = _attributes(store)
     if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
         found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')}"
         raise InputError(store, f"format {FORMAT!r}, schema {SCHEMA}", found, "extract again")
@@ -80,11 +78,9 @@ def has_responses(store: Path, name: str, source_checksum: str) -> bool:
     InputError
         If it holds the recording but from other files.
     """
-    path = store / name / _ROOT
-    if not path.is_file():
+    if not (store / name / _ROOT).is_file():
         return False
-    attributes = json.loads(path.read_text(encoding="utf-8"))["attributes"]
-    if attributes.get("checksum") != source_checksum:
+    if _attributes(store / name).get("checksum") != source_checksum:
         raise InputError(
             store / name,
             "responses of the recording as it is now",
@@ -108,13 +104,25 @@ def open_responses(store: Path) -> list[Responses]:
         for path in store.glob(f"*/*/{_ROOT}")
         if not path.parent.name.startswith(PARTIAL_PREFIX)
     )
-    opened = []
-    for group in groups:
-        responses = xr.open_zarr(group, consolidated=False, chunks=None)
-        opened.append(check_responses(responses, group))
+    opened = [_open(group) for group in groups]
     if not opened:
         raise InputError(store, "at least one recording", "none", "extract again")
     return sorted(opened, key=lambda r: (natural_order(r.attrs[dims.TEXTURE]), r.attrs[dims.SPEED]))
+
+
+def _open(group: Path) -> Responses:
+    try:
+        responses = xr.open_zarr(group, consolidated=False, chunks=None)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            group, "responses that can be read", f"{error}", "remove the folder and extract again"
+        ) from error
+    return check_responses(responses, group)
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    attributes: dict[str, Any] = read_json(path / _ROOT, "a Zarr group").get("attributes", {})
+    return attributes
 
 
 def _variable_strings(responses: Responses) -> Responses:
@@ -132,5 +140,4 @@ def _encoding(variable: xr.DataArray) -> dict[str, Any]:
 
 
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
-    group = zarr.open_group(path, mode="a", zarr_format=3)
-    group.attrs.update(dict(attributes))
+    zarr.create_group(path, zarr_format=3, attributes=dict(attributes))

@@ -2,12 +2,20 @@
 
 from afferents.encodings.augment import stretch_spectrum, stretched_copies
 from afferents.encodings.spatial import spatial_samples, tactile_images
-from afferents.encodings.spatiotemporal import spatiotemporal_samples
-from afferents.encodings.spectral import SpectralEncoding, amplitude_spectrum, spectral_samples
+from afferents.encodings.spatiotemporal import FRAMES, require_run, spatiotemporal_samples
+from afferents.encodings.spectral import (
+    SpectralEncoding,
+    amplitude_spectrum,
+    require_window,
+    spectral_samples,
+)
 
 __all__ = [
+    "FRAMES",
     "SpectralEncoding",
     "amplitude_spectrum",
+    "require_run",
+    "require_window",
     "spatial_samples",
     "spatiotemporal_samples",
     "spectral_samples",

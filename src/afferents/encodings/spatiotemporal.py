@@ -11,6 +11,12 @@ FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
 
 
+def require_run(n_frames: int, where: str, length: int = FRAMES) -> None:
+    """Refuse a recording with fewer than `length` frames after the cut."""
+    if n_frames < length:
+        raise InputError(where, f"at least {length} frames after the cut", f"{n_frames}")
+
+
 def spatiotemporal_samples(
     response: xr.DataArray, frames: slice, memory: int, length: int = FRAMES
 ) -> Samples:
@@ -25,12 +31,7 @@ def spatiotemporal_samples(
     """
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     n = len(start_s) // length
-    if n == 0:
-        raise InputError(
-            response.attrs.get("name", "a recording"),
-            f"at least {length} frames after the cut",
-            f"{len(start_s)}",
-        )
+    require_run(len(start_s), response.attrs.get("name", "a recording"), length)
     images = tactile_images(response.isel({dims.TIME: frames}))[: n * length]
     return make_samples(
         images.reshape(n, length, *images.shape[1:]),

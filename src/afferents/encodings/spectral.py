@@ -1,5 +1,6 @@
 """Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,7 @@ class SpectralEncoding(BaseModel):
         Raises
         ------
         InputError
-            If a value is not a positive number.
+            If a value is not a positive, finite number.
         """
         wanted = {
             "window_s": window_s,
@@ -67,11 +68,35 @@ class SpectralEncoding(BaseModel):
         }
         new: dict[str, Any] = {name: v for name, v in wanted.items() if v is not None}
         for name, value in new.items():
-            if value <= 0:
-                raise InputError(f"--{name.replace('_', '-')}", "a positive number", f"{value}")
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"the spectra's {name}", "a positive number", f"{value}")
         if stride_s is not None:
             new["windows"] = None
+        new["kept_bins"] = max(self.kept_bins, model_bins or 0)
         return SpectralEncoding(**{**self.model_dump(), **new})
+
+
+def require_window(n: int, rate: float, encoding: SpectralEncoding, where: str) -> None:
+    """Refuse what can't be encoded, by numbers alone; see `spectral_samples`.
+
+    Parameters
+    ----------
+    n, rate
+        Samples that the cut leaves, and their rate in Hz.
+    """
+    length = round(encoding.window_s * rate)
+    points = encoding.fft_points or length
+    if n < length:
+        expected = f"at least one window of {encoding.window_s:g} s"
+        raise InputError(where, expected, f"{n / rate:.2f} s")
+    if length < 2:
+        raise InputError("--window-s", f"at least two samples at {rate:g} Hz", f"{length}")
+    if points < length:
+        raise InputError("--fft-points", f"at least the window's {length} samples", f"{points}")
+    bins = min(points // 2 + 1, encoding.kept_bins)
+    if encoding.model_bins > bins:
+        nyquist = f"the {bins} bins that the encoding has (of {rate / points:g} Hz)"
+        raise InputError("--bins", f"at most {nyquist}", f"{encoding.model_bins}")
 
 
 def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:
@@ -117,13 +142,9 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     where = vibration.attrs.get("name", "a recording")
     signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept]
+    require_window(len(signal), rate, encoding, where)
     length = round(encoding.window_s * rate)
     points = encoding.fft_points or length
-    if len(signal) < length:
-        found = f"{len(signal) / rate:.2f} s"
-        raise InputError(where, f"at least one window of {encoding.window_s:g} s", found)
-    if points < length:
-        raise InputError("fft_points", f"at least the window's {length} samples", f"{points}")
     stride = max(1, round(encoding.stride_s * rate))
     starts = window_starts(len(signal), length, stride, encoding.windows)
     cut = np.lib.stride_tricks.sliding_window_view(signal, length, axis=0)[starts]

@@ -2,6 +2,7 @@
 
 from afferents.evaluation.folds import (
     FoldKey,
+    check_results_folder,
     claim_results_folder,
     finished,
     finished_keys,
@@ -17,6 +18,7 @@ __all__ = [
     "FoldKey",
     "Leaks",
     "LeaveOneSpeedOut",
+    "check_results_folder",
     "claim_results_folder",
     "find_leaks",
     "finished",

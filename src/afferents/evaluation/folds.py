@@ -1,6 +1,5 @@
 """Folds on disk: each finished one is written whole, at once, and never trained again."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES
-from afferents.core.files import require_same_config, write_aside, write_json
-from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY
+from afferents.core.files import read_json, require_same_config, write_aside, write_json
+from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY, read_predictions
 from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
 from afferents.evaluation.splits import Fold
@@ -50,7 +49,7 @@ def finished(results: Path, key: FoldKey) -> bool:
 
 def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, speed."""
-    facts = [json.loads(p.read_text("utf-8")) for p in results.glob(f"folds/*/*/*/*/{FOLD}")]
+    facts = [read_json(path, "a fold") for path in results.glob(f"folds/*/*/*/*/{FOLD}")]
     names = FoldKey.__dataclass_fields__
     keys = [FoldKey(**{name: fact[name] for name in names}) for fact in facts]
     models = list(FAMILIES)
@@ -102,25 +101,33 @@ def save_fold(
 def load_fold(results: Path, key: FoldKey) -> tuple[dict[str, Any], pd.DataFrame]:
     """Read a finished fold: its facts and its predictions."""
     folder = key.folder(results)
-    facts = json.loads((folder / FOLD).read_text(encoding="utf-8"))
-    return facts, pd.read_parquet(folder / PREDICTIONS)
+    return read_json(folder / FOLD, "a fold"), read_predictions(folder / PREDICTIONS)
 
 
-def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
-    """Write the configuration of an evaluation, or check that it is the one already there.
+def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
+    """Check that a folder is new, empty, or holds results of this configuration.
 
     Raises
     ------
     InputError
-        If the folder holds something else, or the results of another configuration.
+        If it holds something else, or the results of another configuration.
     """
-    path = results / CONFIG
-    if path.is_file():
-        earlier = json.loads(path.read_text(encoding="utf-8"))
-        require_same_config(results, "results", earlier, config)
+    if (results / CONFIG).is_file():
+        earlier = read_json(results / CONFIG, "the configuration of an evaluation")
+        require_same_config(results, "results", _without_paths(earlier), _without_paths(config))
     elif results.exists() and (not results.is_dir() or any(results.iterdir())):
         raise InputError(
             results, "a new, empty or results folder", "something else", "choose another --out"
         )
-    else:
-        write_json(path, dict(config))
+
+
+def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out where data lie: their fingerprint tells them, and they may move."""
+    data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
+    return {**config, "data": data}
+
+
+def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
+    """Write the configuration if it is not there yet; called when a fold is about to be kept."""
+    if not (results / CONFIG).is_file():
+        write_json(results / CONFIG, dict(config))

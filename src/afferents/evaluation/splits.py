@@ -44,7 +44,7 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
 
     The published halves are every second frame or window of a recording, even ones validating
     (process_static.ipynb, cell 5); with `random_halves`, as for spectra, window numbers drawn
-    at random, the same for all textures (process_vibration.ipynb, cell 7), from `seed`. Where
+    at random for each fold, the same for all textures (process_vibration.ipynb, cell 7). Where
     recordings have a single window each, every second recording of a texture takes its place.
 
     >>> speeds = [10, 10, 20, 20, 30, 30]
@@ -97,11 +97,11 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
         ranked = tuple(float(v) for v in np.unique(speeds))
         if len(ranked) < 2:
             raise InputError("the data", "at least 2 speeds to hold one out", f"{len(ranked)}")
-        for held_out in ranked:
+        for rank, held_out in enumerate(ranked):
             validation_speed = self.protocol.validation_speed(ranked, held_out)
             held = speeds == held_out
             if validation_speed == held_out:
-                validating = self._validating_half(recordings, textures, held)
+                validating = self._validating_half(recordings, textures, held, rank)
                 validation, test, train = held & validating, held & ~validating, ~held
             else:
                 validation, test = speeds == validation_speed, held
@@ -113,7 +113,7 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
             )
 
     def _validating_half(
-        self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_]
+        self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int
     ) -> NDArray[np.bool_]:
         number = number_in_recording(recordings)
         if not number[held].any():
@@ -121,7 +121,7 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
         if not self.random_halves:
             return np.equal(number % 2, 0)
         n = int(number[held].max()) + 1
-        drawn = np.random.default_rng(self.seed).permutation(n)[: n // 2]
+        drawn = np.random.default_rng([self.seed, rank]).permutation(n)[: n // 2]
         return np.isin(number, drawn)
 
 

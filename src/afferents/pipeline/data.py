@@ -3,11 +3,12 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from afferents.core.errors import InputError
+from afferents.core.errors import AfferentsError, InputError
+from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
 from afferents.core.store import open_responses, store_config
 from afferents.encodings import SpectralEncoding
@@ -33,15 +34,19 @@ SPECTRAL: dict[Kind, SpectralEncoding] = {
 
 @dataclass(frozen=True)
 class DataSet:
-    """Responses of the recordings of one source, opened lazily."""
+    """Responses of the recordings of one source, opened lazily.
+
+    `failed` are the recordings that could not be read, and why.
+    """
 
     source: str
     kind: Kind
     responses: tuple[Responses, ...]
+    failed: Mapping[str, str]
     fingerprint: str
     simulated: bool
 
-    def describe(self) -> dict[str, str | int | bool]:
+    def describe(self) -> dict[str, Any]:
         """Return what a results folder keeps of it."""
         return {
             "source": self.source,
@@ -52,8 +57,13 @@ class DataSet:
         }
 
 
-def open_data(sources: Sequence[str], without: Mapping[str, str] | None = None) -> list[DataSet]:
-    """Open all sources; recordings of several are told apart by their source's name.
+def open_data(
+    sources: Sequence[str],
+    without: Mapping[str, str] | None = None,
+    keep_going: bool = False,
+    progress: Progress | None = None,
+) -> list[DataSet]:
+    """Open all sources; recordings of several are told apart by their source's number.
 
     Parameters
     ----------
@@ -61,39 +71,64 @@ def open_data(sources: Sequence[str], without: Mapping[str, str] | None = None) 
         Paths of extracted stores, or ``fabricslide:PATH``.
     without
         Recordings with one of these conditions (such as pressure F250) are left out.
+    keep_going
+        Whether recordings that can't be read are skipped instead of refused.
 
     Raises
     ------
     InputError
-        If a source can't be read, if kinds are mixed, or if nothing is left.
+        If a source or (without `keep_going`) a recording can't be read, if kinds are mixed, a
+        source is given twice, or nothing is left.
     """
-    opened = [_open(source) for source in sources]
+    opened = [_open(source, keep_going, progress or Progress(quiet=True)) for source in sources]
     kinds = {data.kind for data in opened}
     if len(kinds) > 1:
         raise InputError("DATA", "data of one kind", " and ".join(sorted(kinds)))
+    if len({data.fingerprint for data in opened}) < len(opened):
+        raise InputError("DATA", "each repetition once", "the same recordings twice")
     if without:
         opened = [_leave_out(data, without) for data in opened]
     if len(opened) > 1:
-        opened = [_named_by_source(data, number) for number, data in enumerate(opened)]
+        opened = [_numbered(data, number) for number, data in enumerate(opened, start=1)]
     return opened
 
 
-def _open(source: str) -> DataSet:
+def _open(source: str, keep_going: bool, progress: Progress) -> DataSet:
     kind, colon, path = source.partition(":")
     if colon and kind == "fabricslide":
-        return _open_fabricslide(source, Path(path))
+        return _open_fabricslide(source, Path(path), keep_going, progress)
     store = Path(source)
-    responses = tuple(open_responses(store))
+    config, responses = store_config(store), tuple(open_responses(store))
+    there = {r.attrs["name"] for r in responses}
+    missing = [name for name in config.get("recordings", []) if name not in there]
+    if missing and not keep_going:
+        raise InputError(
+            store,
+            f"the {len(missing) + len(there)} recordings of its session",
+            f"{len(there)} ({', '.join(missing[:5])} missing)",
+            "extract again, or use --keep-going",
+        )
     checksums = [str(r.attrs.get("checksum")) for r in responses]
-    config = store_config(store)
     digest = hashlib.sha256(json.dumps([config, checksums]).encode()).hexdigest()
-    return DataSet(source, "store", responses, digest, bool(config.get("simulated")))
+    simulated = bool(config.get("declared", {}).get("simulated"))
+    failed = dict.fromkeys(missing, "not in the store: its extraction failed or was stopped")
+    return DataSet(source, "store", responses, failed, digest, simulated)
 
 
-def _open_fabricslide(source: str, path: Path) -> DataSet:
+def _open_fabricslide(source: str, path: Path, keep_going: bool, progress: Progress) -> DataSet:
     session = read_fabricslide(path)
-    responses = [responses_of(recording) for recording in session.recordings]
-    return DataSet(source, "fabricslide", tuple(responses), session.checksum, simulated=False)
+    responses: list[Responses] = []
+    failed: dict[str, str] = {}
+    recordings = session.recordings
+    for recording in progress.track(recordings, "reading FabricSlide", len(recordings)):
+        try:
+            responses.append(responses_of(recording))
+        except AfferentsError as error:
+            if not keep_going:
+                raise
+            failed[recording.name] = str(error)
+    checksum = session.checksum
+    return DataSet(source, "fabricslide", tuple(responses), failed, checksum, simulated=False)
 
 
 def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
@@ -111,9 +146,10 @@ def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
         raise InputError("--without", "to leave some recordings", "none left")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))
     digest = hashlib.sha256(f"{data.fingerprint} without {names}".encode()).hexdigest()
-    return DataSet(data.source, data.kind, tuple(kept), digest, data.simulated)
+    return replace(data, responses=tuple(kept), fingerprint=digest)
 
 
-def _named_by_source(data: DataSet, number: int) -> DataSet:
-    renamed = tuple(r.assign_attrs(name=f"{number + 1}:{r.attrs['name']}") for r in data.responses)
-    return DataSet(data.source, data.kind, renamed, data.fingerprint, data.simulated)
+def _numbered(data: DataSet, number: int) -> DataSet:
+    renamed = tuple(r.assign_attrs(name=f"{number}:{r.attrs['name']}") for r in data.responses)
+    failed = {f"{number}:{name}": why for name, why in data.failed.items()}
+    return replace(data, responses=renamed, failed=failed)

@@ -2,8 +2,8 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,6 +12,7 @@ import numpy as np
 from afferents import __version__
 from afferents.core import dims
 from afferents.core.cut import Cut
+from afferents.core.errors import AfferentsError
 from afferents.core.families import Encoding, Family
 from afferents.core.files import remove_partials
 from afferents.core.progress import Mark, Progress
@@ -25,6 +26,7 @@ from afferents.evaluation import (
     Fold,
     FoldKey,
     LeaveOneSpeedOut,
+    check_results_folder,
     claim_results_folder,
     find_leaks,
     finished,
@@ -36,14 +38,34 @@ from afferents.evaluation import (
 )
 from afferents.models import build
 from afferents.pipeline.data import DataSet
-from afferents.pipeline.encode import encode_all, supported_families
+from afferents.pipeline.encode import encode_all, kept_part, require_support
 from afferents.pipeline.learning import learning_set, textures_of
-from afferents.training import Epoch, Preset, predict, save_weights, train, training_config
+from afferents.training import (
+    Epoch,
+    Preset,
+    computed_with,
+    predict,
+    save_weights,
+    train,
+    training_config,
+)
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What is evaluated and how."""
+    """What is evaluated and how.
+
+    Attributes
+    ----------
+    may_leave_out
+        Whether families that the data don't support are left out instead of refused.
+    keep_going
+        Whether recordings that can't be encoded are skipped instead of refused.
+    options
+        The command's further options, for the report to name.
+    skipped
+        Recordings that no family uses, and why; found out when the evaluation begins.
+    """
 
     data: list[DataSet]
     out: Path
@@ -54,18 +76,14 @@ class Evaluation:
     spectral: SpectralEncoding
     seeds: list[int]
     without: Mapping[str, str] = field(default_factory=dict)
+    may_leave_out: bool = False
     keep_going: bool = False
     options: Sequence[str] = ()
-    """The command's further options, for the report to name."""
-
-    @property
-    def recordings(self) -> list[Responses]:
-        """Responses of all data sets."""
-        return [responses for data in self.data for responses in data.responses]
+    skipped: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def config(self) -> dict[str, Any]:
-        """What must agree for folds to stand in one results folder."""
+        """Return what must agree for folds to stand in one results folder."""
         training = {
             encoding: training_config(self.preset, encoding).model_dump()
             for encoding in get_args(Encoding)
@@ -74,6 +92,7 @@ class Evaluation:
             "schema": SCHEMA,
             "data": [data.describe() for data in self.data],
             "without": dict(self.without),
+            "skipped": sorted(self.skipped),
             "cut": self.cut,
             "preset": self.preset,
             "spectral": self.spectral.model_dump(),
@@ -103,45 +122,74 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If the data support none of the families, the folder holds other results, or a
-        recording can't be encoded (with `keep_going` it is skipped and the summary says so).
+        If the data don't support the families, the folder holds other results, or a recording
+        can't be encoded (with `keep_going` it is skipped by all families, and the summary says
+        so).
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
     """
-    recordings = evaluation.recordings
-    able = supported_families(evaluation.families, recordings)
-    for family in evaluation.families:
-        if family not in able:
-            progress.note(f"{family.title} left out: not every recording has what it learns from")
-    claim_results_folder(evaluation.out, evaluation.config)
+    everything = [responses for data in evaluation.data for responses in data.responses]
+    able = require_support(evaluation.families, everything, evaluation.may_leave_out)
+    left_out = [family.name for family in evaluation.families if family not in able]
+    if left_out:
+        progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
+    skipped = skipped_recordings(evaluation, able, everything)
+    recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    evaluation = replace(evaluation, skipped=skipped)
+    check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
-    skipped: dict[str, str] | None = {} if evaluation.keep_going else None
     for (afferent, encoding), group in itertools.groupby(
         able, key=lambda family: (family.afferent, family.encoding)
     ):
-        samples = encode_all(
-            recordings, afferent, encoding, evaluation.cut, evaluation.spectral, progress, skipped
-        )
-        for family in group:
-            evaluate_family(evaluation, family, samples, progress)
-    return summarise_folder(evaluation, skipped or {})
+        arguments = (afferent, encoding, evaluation.cut, evaluation.spectral, progress)
+        evaluate_group(evaluation, list(group), encode_all(recordings, *arguments), progress)
+    return summarise_folder(evaluation, recordings, left_out)
 
 
-def evaluate_family(
-    evaluation: Evaluation, family: Family, samples: Samples, progress: Progress
+def skipped_recordings(
+    evaluation: Evaluation, families: Sequence[Family], recordings: Sequence[Responses]
+) -> dict[str, str]:
+    """Return the recordings that no family uses, and why, before anything is trained.
+
+    A recording that one family can't use is used by none: all numbers are of the same ones.
+
+    Raises
+    ------
+    InputError
+        If there is one and `keep_going` is not set.
+    """
+    skipped = {name: why for data in evaluation.data for name, why in data.failed.items()}
+    for responses, family in itertools.product(recordings, families):
+        try:
+            kept_part(
+                responses, family.afferent, family.encoding, evaluation.cut, evaluation.spectral
+            )
+        except AfferentsError as error:
+            if not evaluation.keep_going:
+                raise
+            skipped[responses.attrs["name"]] = str(error)
+    return skipped
+
+
+def evaluate_group(
+    evaluation: Evaluation, families: Sequence[Family], samples: Samples, progress: Progress
 ) -> None:
-    """Train and test one family on all folds, protocols and seeds that are not finished."""
-    jobs = [
-        Job(family, protocol, seed, rank, fold)
-        for protocol in evaluation.protocols
-        for seed in evaluation.seeds
-        for rank, fold in enumerate(splitter(protocol, family, seed).folds(samples))
-    ]
-    with progress.task(family.title, len(jobs)) as mark:
-        for done, job in enumerate(jobs):
-            if not finished(evaluation.out, job.key):
-                run_job(evaluation, job, samples, done, mark)
-            mark(done + 1)
+    """Train and test families that learn from the same samples, where not finished yet."""
+    for family in families:
+        n_folds = len(np.unique(samples[dims.SPEED].values))
+        total = n_folds * len(evaluation.protocols) * len(evaluation.seeds)
+        with progress.task(family.title, total) as mark:
+            for done, job in enumerate(jobs(evaluation, family, samples)):
+                if not finished(evaluation.out, job.key):
+                    run_job(evaluation, job, samples, done, mark)
+                mark(done + 1)
+
+
+def jobs(evaluation: Evaluation, family: Family, samples: Samples) -> Iterator[Job]:
+    """Yield a family's jobs: protocol by protocol, seed by seed, held-out speeds ascending."""
+    for protocol, seed in itertools.product(evaluation.protocols, evaluation.seeds):
+        for rank, fold in enumerate(splitter(protocol, family, seed).folds(samples)):
+            yield Job(family, protocol, seed, rank, fold)
 
 
 def splitter(protocol: Protocol, family: Family, seed: int) -> LeaveOneSpeedOut:
@@ -190,14 +238,19 @@ def run_job(evaluation: Evaluation, job: Job, samples: Samples, done: int, mark:
         "n_test": len(job.fold.test),
         "scale": learnt.scale,
         **trained.facts(),
+        **computed_with(config),
     }
     table = predictions_table(job.key, samples, job.fold, probabilities, textures)
+    claim_results_folder(evaluation.out, evaluation.config)
     save_fold(evaluation.out, job.key, table, facts, leaks, lambda path: save_weights(model, path))
 
 
-def summarise_folder(evaluation: Evaluation, skipped: Mapping[str, str]) -> dict[str, Any]:
+def summarise_folder(
+    evaluation: Evaluation,
+    recordings: Sequence[Responses],
+    left_out: Sequence[str],
+) -> dict[str, Any]:
     """Summarise every model, protocol and seed of the folder whose folds are all finished."""
-    recordings = [r for r in evaluation.recordings if r.attrs["name"] not in skipped]
     speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
     textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
     keys = finished_keys(evaluation.out)
@@ -211,7 +264,8 @@ def summarise_folder(evaluation: Evaluation, skipped: Mapping[str, str]) -> dict
         "preset": evaluation.preset,
         "speeds_mm_s": speeds,
         "chance": 1 / len(textures),
-        "skipped": [{"recording": name, "reason": why} for name, why in skipped.items()],
+        "skipped": [{"recording": n, "reason": why} for n, why in evaluation.skipped.items()],
+        "left_out": list(left_out),
     }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(speeds)]
     return summarise(evaluation.out, complete, textures, about)

@@ -29,14 +29,17 @@ class Extraction:
     linker: Linker
     keep_going: bool = False
 
-    @property
-    def config(self) -> dict[str, Any]:
-        """What must agree for recordings to stand in one store."""
+    def config(self, session: Session) -> dict[str, Any]:
+        """Return what must agree for recordings to stand in one store.
+
+        `recordings` names all that the store is to hold, so that half a store is known as one.
+        """
         return {
             "afferents": __version__,
             "session": self.session.resolve().name,
-            "simulated": bool(session_file(self.session).simulated),
-            "sensor": self.sensor.model_dump(),
+            "declared": session_file(self.session).model_dump(mode="json"),
+            "recordings": [recording.name for recording in session.recordings],
+            "sensor": self.sensor.model_dump(mode="json"),
             "linker": self.linker,
         }
 
@@ -56,7 +59,7 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
     """
     session = read_session(extraction.session)
     reference = _reference(session, extraction)
-    create_store(extraction.out, extraction.config)
+    create_store(extraction.out, extraction.config(session))
     remove_partials(extraction.out)
     failed: dict[str, str] = {}
     for recording in progress.track(session.recordings, "extracting", len(session.recordings)):

@@ -1,6 +1,7 @@
 """One training loop and its configuration."""
 
 from afferents.training.config import Preset, TrainingConfig, training_config
+from afferents.training.hardware import computed_with
 from afferents.training.loop import Epoch, TrainedModel, predict, train
 from afferents.training.weights import load_weights, save_weights
 
@@ -9,6 +10,7 @@ __all__ = [
     "Preset",
     "TrainedModel",
     "TrainingConfig",
+    "computed_with",
     "load_weights",
     "predict",
     "save_weights",

@@ -28,6 +28,8 @@ class TrainingConfig(BaseModel):
     training_samples
         How many samples to train on at most, and to validate on at most, before augmentation;
         None for all. The caller thins; the test always uses all.
+    warm_up_statistics
+        Whether batch normalisation's running statistics start as plain averages (`WarmUp`).
     precision
         `bfloat16` multiplies in bfloat16 and keeps weights, loss and statistics in float32;
         `auto` takes it where the processor has it.
@@ -42,6 +44,7 @@ class TrainingConfig(BaseModel):
     patience: int = Field(ge=1)
     max_epochs: int = Field(default=150, ge=1)
     training_samples: int | None = Field(default=None, ge=1)
+    warm_up_statistics: bool = True
     precision: Precision = "auto"
     device: Device = "auto"
 
@@ -85,7 +88,7 @@ def training_config(preset: Preset, encoding: Encoding) -> TrainingConfig:
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
 
-    One thing differs from it: batch normalisation's running statistics are warmed up (`WarmUp`).
+    One thing differs from it, unless `warm_up_statistics` is set to False: see `WarmUp`.
 
     `quick` is **not** the published recipe: it thins the samples, has smaller batches and
     higher learning rates, and stops sooner. All folds of a model take minutes on two cores

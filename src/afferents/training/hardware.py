@@ -41,6 +41,13 @@ def autocast(config: TrainingConfig, device: torch.device) -> AbstractContextMan
     return nullcontext()
 
 
+def computed_with(config: TrainingConfig) -> dict[str, str]:
+    """Return device, precision and PyTorch version, for the record of a training."""
+    device = choose_device(config)
+    precision = "float32" if isinstance(autocast(config, device), nullcontext) else "bfloat16"
+    return {"device": device.type, "precision": precision, "torch": torch.__version__}
+
+
 def to_channels_last(model: nn.Module) -> nn.Module:
     """Lay a network's kernels out with the channel running fastest, in place; return it.
 

@@ -24,21 +24,23 @@ class Learner:
         trainable = [p for p in model.parameters() if p.requires_grad]
         rate = config.learning_rate
         self.optimiser = torch.optim.Adam(trainable, lr=rate, eps=1e-7, fused=True)
-        self.statistics = WarmUp(model)
+        self.statistics = WarmUp(model) if config.warm_up_statistics else None
 
     def learn(self, data: Data, batches: Iterable[Tensor]) -> tuple[float, float]:
         """Take one step for each batch of indices; return mean loss and accuracy."""
         self.model.train()
         tally = Tally(self.device)
         for index in batches:
-            self.statistics.step()
+            if self.statistics:
+                self.statistics.step()
             samples, labels = data.batch(index)
             logits, loss = self._forward(samples, labels)
             self.optimiser.zero_grad(set_to_none=True)
             loss.backward()  # type: ignore[no-untyped-call]
             self.optimiser.step()
             tally.add(logits, loss, labels)
-        self.statistics.rest()
+        if self.statistics:
+            self.statistics.rest()
         return tally.means()
 
     @torch.no_grad()

@@ -37,5 +37,5 @@ def test_all_keeps_constant_speed_where_it_is_declared():
 
 
 def test_all_refuses_what_is_shorter_than_the_ends():
-    with pytest.raises(InputError, match=r"found 4\.00 s"):
+    with pytest.raises(InputError, match=r"found audio from 0\.00 to 4\.00 s"):
         cut_audio(400, 100, "all", None, "3/50")

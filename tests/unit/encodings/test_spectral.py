@@ -46,7 +46,7 @@ def test_bin_zero_is_twice_the_mean_as_published():
 
 
 def one(window_s: float, **changes) -> SpectralEncoding:
-    return SpectralEncoding(window_s=window_s, stride_s=window_s, **changes)
+    return SpectralEncoding(window_s=window_s, stride_s=window_s, model_bins=10, **changes)
 
 
 def test_slow_taxels_reach_nyquist_with_zero_padding():
@@ -79,7 +79,25 @@ def test_a_transform_shorter_than_the_window_is_refused():
 
 
 def test_a_number_of_windows_is_spread_from_end_to_end():
-    encoding = SpectralEncoding(window_s=1.0, windows=3)
+    encoding = SpectralEncoding(window_s=1.0, windows=3, model_bins=10)
     samples = spectral_samples(vibration(np.zeros(500), 100.0), slice(0, 500), encoding)
     np.testing.assert_array_equal(samples["start_s"], [0, 2.0, 4.0])
     np.testing.assert_array_equal(samples["stop_s"], [1.0, 3.0, 5.0])
+
+
+def test_more_bins_than_there_are_is_refused():
+    encoding = SpectralEncoding(window_s=1.0, model_bins=60)
+    with pytest.raises(InputError, match=r"at most the 51 bins that the encoding has \(of 1 Hz\)"):
+        spectral_samples(vibration(np.zeros(200), 100.0), slice(0, 200), encoding)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_a_window_that_is_none_is_refused(value):
+    with pytest.raises(InputError, match="window_s: expected a positive number"):
+        SpectralEncoding().changed(window_s=value)
+
+
+def test_a_change_keeps_the_rest():
+    assert SpectralEncoding().changed(model_bins=300) == SpectralEncoding(model_bins=300)
+    assert SpectralEncoding().changed(model_bins=5000).kept_bins == 5000
+    assert SpectralEncoding(windows=3).changed(stride_s=1.0).windows is None

@@ -8,6 +8,7 @@ from afferents.evaluation import (
     FoldKey,
     Leaks,
     LeaveOneSpeedOut,
+    check_results_folder,
     claim_results_folder,
     finished,
     finished_keys,
@@ -67,13 +68,28 @@ def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path):
 
 
 def test_results_of_another_configuration_are_refused(tmp_path):
-    claim_results_folder(tmp_path / "r", {"cut": "all"})
-    claim_results_folder(tmp_path / "r", {"cut": "all"})
+    claim_results_folder(tmp_path / "r", {"cut": "all", "data": [{"source": "s", "n": 1}]})
+    check_results_folder(tmp_path / "r", {"cut": "all", "data": [{"source": "./s", "n": 1}]})
     with pytest.raises(InputError, match=r"cut published.*found results of another \(cut all\)"):
-        claim_results_folder(tmp_path / "r", {"cut": "published"})
+        check_results_folder(tmp_path / "r", {"cut": "published", "data": [{"n": 1}]})
+
+
+def test_checking_claims_nothing(tmp_path):
+    check_results_folder(tmp_path / "r", {"cut": "all"})
+    assert not (tmp_path / "r").exists()
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):
     (tmp_path / "thesis.txt").write_text("precious")
     with pytest.raises(InputError, match="something else"):
-        claim_results_folder(tmp_path, {"cut": "all"})
+        check_results_folder(tmp_path, {"cut": "all"})
+
+
+@pytest.mark.parametrize("name", ["config.json", "summary.json", "predictions.parquet"])
+def test_damaged_results_are_named(tmp_path, samples, name):
+    claim_results_folder(tmp_path, {"schema": 1})
+    keys = save_all(tmp_path, samples((10, 20, 30)), {10: 0.5, 20: 1.0, 30: 0.0})
+    summarise(tmp_path, keys, ["a", "b"], {})
+    (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:10])
+    with pytest.raises(InputError, match=name):
+        load_results(tmp_path)

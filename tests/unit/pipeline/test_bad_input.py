@@ -58,7 +58,7 @@ def test_audio_of_another_rate(fails, broken, tmp_path):
 def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
     (broken / "2/30/audio.wav").write_bytes(b"not a wav")
     sentence = fails("extract", broken, tmp_path / "o.zarr", "--quiet", "--keep-going", code=3)
-    assert "1 recordings were skipped: 2/30" in sentence
+    assert "skipped 1 of the recordings: 2/30" in sentence
     assert sorted(p.name for p in (tmp_path / "o.zarr" / "2").glob("[0-9]*")) == ["20", "40", "60"]
 
 
@@ -127,7 +127,7 @@ def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(
     command = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet")
     assert "2/30: expected at least one window of 1 s, found 0.33 s" in fails(*command)
     assert not (results / "summary.json").exists()
-    assert "1 recordings were skipped: 2/30" in fails(*command, "--keep-going", code=3)
+    assert "skipped 1 of the recordings: 2/30" in fails(*command, "--keep-going", code=3)
     summary = json.loads((results / "summary.json").read_text())
     assert [entry["recording"] for entry in summary["skipped"]] == ["2/30"]
     monkeypatch.setattr(sys, "argv", ["afferents", "report", str(results), "--quiet"])
