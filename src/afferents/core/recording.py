@@ -110,6 +110,16 @@ class Recording:
     conditions: Mapping[str, str | float] = field(default_factory=dict)
 
     @property
+    def fps_hz(self) -> float | None:
+        """Nominal frame rate of the video, Hz; the true frame times come with the frames."""
+        return self.video.fps_hz if self.video else None
+
+    @property
+    def sample_rate_hz(self) -> float | None:
+        """Sample rate of the vibration channels, Hz."""
+        return self.audio.sample_rate_hz if self.audio else None
+
+    @property
     def checksum(self) -> str:
         """SHA-256 of the files behind the recording (reads them)."""
         sources = (self.video, self.audio)

@@ -20,7 +20,7 @@ from afferents.core.protocol import Protocol
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses
 from afferents.core.results import SCHEMA
-from afferents.core.samples import Samples
+from afferents.core.samples import Samples, textures_of
 from afferents.encodings import SpectralEncoding
 from afferents.evaluation import (
     Fold,
@@ -39,7 +39,7 @@ from afferents.evaluation import (
 from afferents.models import build
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import encode_all, kept_part, require_support
-from afferents.pipeline.learning import learning_set, textures_of
+from afferents.pipeline.learning import learning_set
 from afferents.training import (
     Epoch,
     Preset,

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.families import Family
 from afferents.core.protocol import Protocol
-from afferents.core.recording import natural_order
-from afferents.core.samples import Samples
+from afferents.core.samples import Samples, textures_of
 from afferents.encodings import stretched_copies
 from afferents.evaluation import Fold
 
@@ -31,11 +30,6 @@ class LearningSet:
     validation: Indices
     scale: float
     scaled_on: Indices
-
-
-def textures_of(samples: Samples) -> list[str]:
-    """Return the textures in natural order, which is the order of the classes."""
-    return sorted({str(t) for t in np.unique(samples[dims.TEXTURE].values)}, key=natural_order)
 
 
 def learning_set(
