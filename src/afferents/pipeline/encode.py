@@ -105,9 +105,9 @@ def encode(
 
 def _load(responses: Responses, afferent: str) -> xr.DataArray:
     """Read a response into memory, with its own attributes and the recording's."""
-    response = responses[afferent]
     try:
-        response.load()
+        # Not `load`, which would keep what was read in the responses.
+        response = responses[afferent].compute()
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(
             f"{afferent} of {responses.attrs['name']}",
