@@ -62,9 +62,10 @@ def write_store(store: Path) -> None:
 
 
 def peak_gb(process: subprocess.Popen[bytes]) -> float:
-    """Return the largest resident memory of a running process so far (Linux)."""
+    """Return the largest resident memory of a process so far (Linux), 0 once it has ended."""
     status = Path(f"/proc/{process.pid}/status").read_text()
-    return int(status.split("VmHWM:")[1].split()[0]) * 1024 / 1e9
+    _, found, rest = status.partition("VmHWM:")
+    return int(rest.split()[0]) * 1024 / 1e9 if found else 0.0
 
 
 def main() -> None:
@@ -81,8 +82,9 @@ def main() -> None:
         command = ["evaluate", str(store), "--out", str(results), "--models", model, "--quiet"]
         start = "import sys; from afferents.cli import main; main()"
         with subprocess.Popen([sys.executable, "-c", start, *command]) as process:
+            peak = 0.0
             while process.poll() is None:
-                peak = peak_gb(process)
+                peak = max(peak, peak_gb(process))
                 if len(list(results.glob("folds/*/*/*/*/fold.json"))) >= arguments.folds:
                     process.terminate()
                 time.sleep(0.5)
