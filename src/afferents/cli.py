@@ -220,13 +220,14 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Write Table 1, the figures and one self-contained report.html."""
-    from afferents.core.results import load_results
+    from afferents.core.files import read_json
+    from afferents.core.results import SUMMARY
     from afferents.pipeline.write_report import write_report
     from afferents.report import table1, to_rich
 
     with Progress(quiet or as_json) as progress:
         page = write_report(results, progress)
-    summary = load_results(results).summary
+    summary = read_json(results / SUMMARY, "the summary of an evaluation")
     _say(as_json, {"report": str(page)}, to_rich(table1(summary)), f"Report: {page}")
 
 

@@ -16,7 +16,7 @@ from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses, label
 from afferents.core.store import create_store, has_responses, write_responses
 from afferents.markers import Linker, Positions, Sensor, rest_positions, track
-from afferents.recordings import check_recording, read_session, session_file
+from afferents.recordings import SessionFile, check_recording, read_session, session_file
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Extraction:
     linker: Linker
     keep_going: bool = False
 
-    def config(self, session: Session) -> dict[str, Any]:
+    def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.
 
         `recordings` names all that the store is to hold, so that half a store is known as one.
@@ -37,7 +37,7 @@ class Extraction:
         return {
             "afferents": __version__,
             "session": self.session.resolve().name,
-            "declared": session_file(self.session).model_dump(mode="json"),
+            "declared": declared.model_dump(mode="json"),
             "recordings": [recording.name for recording in session.recordings],
             "sensor": self.sensor.model_dump(mode="json"),
             "linker": self.linker,
@@ -58,12 +58,14 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
         it should be; recordings extracted before stay.
     """
     session = read_session(extraction.session)
+    declared = session_file(extraction.session)
     reference = _reference(session, extraction)
-    create_store(extraction.out, extraction.config(session))
+    create_store(extraction.out, extraction.config(session, declared))
     remove_partials(extraction.out)
     failed: dict[str, str] = {}
     for recording in progress.track(session.recordings, "extracting", len(session.recordings)):
         try:
+            check_recording(recording, declared)
             _extract_one(recording, reference, extraction)
         except AfferentsError as error:
             if not extraction.keep_going:
@@ -80,7 +82,6 @@ def _reference(session: Session, extraction: Extraction) -> Positions | None:
 
 
 def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:
-    check_recording(recording, session_file(extraction.session))
     checksum = recording.checksum
     if not has_responses(extraction.out, recording.name, checksum):
         found = responses_of(recording, extraction.sensor, extraction.linker, reference)
