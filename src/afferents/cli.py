@@ -36,6 +36,9 @@ KeepGoing = Annotated[
         "--keep-going", help="Skip recordings that fail, name them, and exit with code 3."
     ),
 ]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes side by side [default: one a core].")
+]
 
 
 def main() -> None:
@@ -122,6 +125,57 @@ def inspect(
     )
     if found.problems:
         raise typer.Exit(2)
+
+
+@app.command()
+def simulate(
+    session: Annotated[Path, typer.Argument(help="Folder to write, in the published layout.")],
+    preset: Annotated[
+        Literal["quick", "paper"],
+        typer.Option(help="5 speeds of 7.5 s, or the paper's 10 speeds of 65 s."),
+    ] = "quick",
+    textures: Annotated[
+        str, typer.Option(help="Letters a to m, bump spacings in mm, names of height maps.")
+    ] = "a,b,c,d,e,f,g,h,i,j,k,l,m",
+    speeds: Annotated[
+        str | None, typer.Option(help="mm/s, comma-separated [default: the preset's].")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Length of each recording, s [default: the preset's].")
+    ] = None,
+    height_map: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=FILE,LENGTH_MM,HEIGHT_MM: an image or .npy wrapped round a drum."),
+    ] = None,
+    nuisances: Annotated[
+        str, typer.Option(help="'all', 'none' or a comma-separated list of those to keep.")
+    ] = "all",
+    remount: Annotated[
+        Literal["run", "drum"],
+        typer.Option(help="Mount anew for each run, or once a drum (which gives it away)."),
+    ] = "run",
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same session.")] = 0,
+    workers: Workers = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate the rig: fingertip, drums, camera and microphone, as raw mp4 and wav."""
+    from afferents.pipeline.simulate import simulate_session, simulation_of
+
+    with Progress(quiet or as_json) as progress:
+        simulation = simulation_of(
+            session,
+            preset,
+            textures.split(","),
+            _numbers("--speeds", speeds),
+            seconds,
+            height_map or [],
+            nuisances,
+            remount,
+            seed,
+        )
+        simulate_session(simulation, workers, progress)
+    _say(as_json, {"session": str(session)}, f"Session (simulated): {session}")
 
 
 @app.command()
@@ -244,6 +298,14 @@ def doctor(as_json: Json = False) -> None:
     _say(as_json, {"found": dict(rows), "missing": missing}, table, *verdict)
     if missing:
         raise typer.Exit(2)
+
+
+def _numbers(option: str, text: str | None) -> list[float] | None:
+    """Return comma-separated numbers; None for none given."""
+    try:
+        return [float(number) for number in text.split(",")] if text else None
+    except ValueError:
+        raise InputError(option, "numbers separated by commas", f"'{text}'") from None
 
 
 def _conditions(pairs: list[str]) -> dict[str, str]:

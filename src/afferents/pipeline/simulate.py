@@ -1,0 +1,264 @@
+"""A whole session of the simulated rig, in the published layout."""
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+from joblib import Parallel, delayed
+
+from afferents import __version__
+from afferents.core.errors import InputError
+from afferents.core.files import (
+    checksum,
+    read_json,
+    remove_partials,
+    require_same_config,
+    write_json,
+)
+from afferents.core.progress import Progress
+from afferents.core.recording import natural_order
+from afferents.recordings.session import SESSION_FILE
+from afferents.rig import (
+    AUDIO,
+    STEADY_S,
+    TRUTH,
+    VIDEO,
+    Mounting,
+    Rig,
+    Surface,
+    bumped_surface,
+    draw,
+    read_height_map,
+    record,
+)
+
+SimulationPreset = Literal["quick", "paper"]
+
+LETTERS = "abcdefghijklm"
+"""The 13 textures of the paper: letter i has bumps i / 2 mm apart."""
+_SPEEDS: dict[SimulationPreset, tuple[float, ...]] = {
+    # No two neighbours more than a factor 2 apart, which stretching spectra can bridge.
+    "quick": (10, 20, 40, 70, 100),
+    "paper": tuple(range(10, 101, 10)),
+}
+_SECONDS: dict[SimulationPreset, float] = {"quick": 7.5, "paper": 65.0}
+_CHECKSUMS = "checksums"
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What is simulated.
+
+    Attributes
+    ----------
+    textures
+        Bump spacings by folder name, mm, and the names of height maps.
+    height_maps
+        Surfaces of their own, by name.
+    """
+
+    session: Path
+    textures: Sequence[str]
+    speeds_mm_s: Sequence[float]
+    seconds: float
+    seed: int
+    rig: Rig = field(default_factory=Rig)
+    height_maps: Mapping[str, Surface] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[tuple[str, float]]:
+        """Return texture and speed of every recording, in the session's order."""
+        ordered = sorted(self.textures, key=natural_order)
+        return [(texture, speed) for texture in ordered for speed in sorted(self.speeds_mm_s)]
+
+    def config(self) -> dict[str, Any]:
+        """Return what session.json says: every constant, the seed, the draws, the versions."""
+        runs = {
+            f"{texture}/{speed:g}": draw(self.rig, texture, speed, self.seed)._asdict()
+            for texture, speed in self.names
+        }
+        return {
+            "simulated": True,
+            "sensor": "tip_b",
+            "fps_hz": self.rig.camera.fps_hz,
+            "frame_width": self.rig.camera.width,
+            "frame_height": self.rig.camera.height,
+            "direction": "+x",
+            "steady_s": [STEADY_S, self.seconds],
+            "seconds": self.seconds,
+            "seed": self.seed,
+            "rig": self.rig.model_dump(mode="json"),
+            "runs": runs,
+            "versions": {
+                "afferents": __version__,
+                **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
+            },
+        }
+
+
+def simulation_of(
+    session: Path,
+    preset: SimulationPreset,
+    textures: Sequence[str] = LETTERS,
+    speeds_mm_s: Sequence[float] | None = None,
+    seconds: float | None = None,
+    height_maps: Sequence[str] = (),
+    nuisances: str = "all",
+    remount: Literal["run", "drum"] = "run",
+    seed: int = 0,
+) -> Simulation:
+    """Return the simulation that a user's words describe.
+
+    Parameters
+    ----------
+    textures
+        Letters a to m, bump spacings in mm, and names of height maps.
+    height_maps
+        Each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
+    nuisances
+        ``all``, ``none`` or a comma-separated list of `NUISANCES`.
+    remount
+        Whether the fingertip is mounted anew for each run or once a drum.
+
+    Raises
+    ------
+    InputError
+        If one of these is not what it should be.
+    """
+    rig = Rig()
+    if remount == "drum":
+        rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
+    if nuisances != "all":
+        names = [] if nuisances == "none" else [name.strip() for name in nuisances.split(",")]
+        rig = rig.with_nuisances(names)
+    maps = dict(_height_map(text, rig) for text in height_maps)
+    folders = dict.fromkeys(_texture_name(texture.strip(), maps) for texture in [*textures, *maps])
+    return Simulation(
+        session,
+        tuple(folders),
+        tuple(dict.fromkeys(speeds_mm_s or _SPEEDS[preset])),
+        seconds if seconds is not None else _SECONDS[preset],
+        seed,
+        rig,
+        maps,
+    )
+
+
+def _height_map(text: str, rig: Rig) -> tuple[str, Surface]:
+    match = re.fullmatch(r"([\w-]+)=(.+),([\d.]+),([\d.]+)", text)
+    if match is None:
+        raise InputError("--height-map", "NAME=FILE,LENGTH_MM,HEIGHT_MM", f"'{text}'")
+    name, file, length, height = match.groups()
+    return name, read_height_map(Path(file), float(length), float(height), rig.drum)
+
+
+def _texture_name(texture: str, maps: Mapping[str, Surface]) -> str:
+    if texture in maps:
+        return texture
+    if len(texture) == 1 and texture in LETTERS:
+        return f"{LETTERS.index(texture) / 2:g}"
+    try:
+        spacing = float(texture)
+    except ValueError:
+        spacing = -1.0
+    if not (spacing == 0 or 0.3 <= spacing <= 20):
+        raise InputError(
+            "--textures", "letters a to m or bump spacings of 0 or 0.3 to 20 mm", f"'{texture}'"
+        )
+    return f"{spacing:g}"
+
+
+def simulate_session(simulation: Simulation, workers: int | None, progress: Progress) -> Path:
+    """Record every run that the session does not hold yet.
+
+    Recordings come out the same whatever the number of workers; each is written under a
+    temporary name and renamed when whole.
+
+    Parameters
+    ----------
+    workers
+        Processes side by side; None for one a core.
+
+    Raises
+    ------
+    InputError
+        If the folder holds a session of another configuration, or a run can't be simulated;
+        recordings finished before stay.
+    """
+    _check(simulation)
+    _claim(simulation)
+    remove_partials(simulation.session)
+    missing = [run for run in simulation.names if not (_folder(simulation, *run) / TRUTH).is_file()]
+    done = len(simulation.names) - len(missing)
+    with progress.task("simulating", len(simulation.names)) as mark:
+        mark(done)
+        jobs = (delayed(_record_one)(simulation, *run) for run in missing)
+        pool = Parallel(n_jobs=workers or os.cpu_count() or 1, return_as="generator_unordered")
+        for name in pool(jobs):
+            done += 1
+            mark(done, name)
+    _seal(simulation)
+    return simulation.session
+
+
+def _check(simulation: Simulation) -> None:
+    for speed in simulation.speeds_mm_s:
+        if not 0 < speed <= 500:
+            raise InputError("--speeds", "speeds above 0 and up to 500 mm/s", f"{speed:g}")
+    if simulation.seconds <= STEADY_S:
+        raise InputError(
+            "--seconds",
+            f"more than {STEADY_S:g} (the drum runs up before that)",
+            f"{simulation.seconds:g}",
+        )
+
+
+def _claim(simulation: Simulation) -> None:
+    """Write session.json, or see that the one there is the same."""
+    path = simulation.session / SESSION_FILE
+    if path.is_file():
+        earlier = read_json(path, "a session file")
+        earlier.pop(_CHECKSUMS, None)
+        require_same_config(simulation.session, "a session", earlier, simulation.config())
+        return
+    if simulation.session.is_dir() and any(simulation.session.iterdir()):
+        raise InputError(
+            simulation.session, "a new or empty folder", "other files in it", "choose another place"
+        )
+    write_json(path, simulation.config())
+
+
+def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
+    return simulation.session / texture / f"{speed_mm_s:g}"
+
+
+def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
+    surface = simulation.height_maps.get(texture)
+    if surface is None:
+        surface = bumped_surface(float(texture), simulation.rig.drum)
+    record(
+        simulation.rig,
+        _folder(simulation, texture, speed_mm_s),
+        texture,
+        surface,
+        speed_mm_s,
+        simulation.seconds,
+        simulation.seed,
+        reference=(texture, speed_mm_s) == simulation.names[0],
+    )
+    return f"{texture}/{speed_mm_s:g}"
+
+
+def _seal(simulation: Simulation) -> None:
+    """Add the checksums of all recordings to session.json."""
+    sums = {
+        f"{texture}/{speed:g}": checksum(
+            *(_folder(simulation, texture, speed) / file for file in (VIDEO, AUDIO, TRUTH))
+        )
+        for texture, speed in simulation.names
+    }
+    write_json(simulation.session / SESSION_FILE, {**simulation.config(), _CHECKSUMS: sums})

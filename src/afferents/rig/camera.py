@@ -1,0 +1,87 @@
+"""The camera's optics: where a point of the skin appears in the picture."""
+
+import math
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Points = NDArray[np.float64]
+"""Shape (..., 2)."""
+
+
+class Camera(BaseModel):
+    """A camera behind the skin, and the ring of lights round it.
+
+    Attributes
+    ----------
+    width, height, fps_hz
+        Of the video (paper, section 2.1), px and Hz.
+    px_per_mm
+        Scale at the axis: 22 px for the 1.2 mm between two pins. Chosen so that all pins stay
+        in the picture.
+    roll_deg
+        Angle from the image's x axis to the slide, from x towards y (published: 6.2).
+    barrel
+        How much the lens draws a point in, over its distance, at `BARREL_AT_PX` from the axis.
+    marker_diameter_mm
+        Of the white discs: 12.8 px, 129 px^2, amid what the published detector accepts (95 to
+        180 px^2).
+    marker_grey, skin_grey
+        Grey levels in the middle of the picture.
+    blur_px
+        Standard deviation of the lens's blur, px.
+    falloff
+        Share of the light lost at `BARREL_AT_PX` from the axis.
+    noise_grey
+        Standard deviation of the sensor's noise, grey levels.
+    bit_rate
+        Of the H.264 video, bit/s.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    width: int = Field(640, ge=16, multiple_of=2)
+    height: int = Field(480, ge=16, multiple_of=2)
+    fps_hz: float = Field(90.0, gt=0)
+    px_per_mm: float = Field(18.3, gt=0)
+    roll_deg: float = Field(6.2, ge=-45, le=45)
+    barrel: float = Field(0.01, ge=0, le=0.1)
+    marker_diameter_mm: float = Field(0.7, gt=0)
+    marker_grey: float = Field(210.0, ge=0, le=255)
+    skin_grey: float = Field(25.0, ge=0, le=255)
+    blur_px: float = Field(0.7, ge=0)
+    falloff: float = Field(0.2, ge=0, lt=1)
+    noise_grey: float = Field(2.0, ge=0)
+    bit_rate: int = Field(2_000_000, gt=0)
+
+    @model_validator(mode="after")
+    def _markers_are_brighter(self) -> Self:
+        if self.marker_grey <= self.skin_grey:
+            raise ValueError("marker_grey must be above skin_grey")
+        return self
+
+    @property
+    def centre_px(self) -> Points:
+        """The optical axis in the picture, px."""
+        return np.array([(self.width - 1) / 2, (self.height - 1) / 2])
+
+
+BARREL_AT_PX = 280.0
+"""Distance of the outermost pins from the axis at 18.3 px/mm."""
+
+
+def project(position_mm: Points, camera: Camera) -> Points:
+    """Return where points of the skin appear, px (pixel centres at integers).
+
+    Parameters
+    ----------
+    position_mm
+        Shape (..., 2), mm from the optical axis; x along the slide, y down.
+    """
+    roll = math.radians(camera.roll_deg)
+    turn = np.array([[math.cos(roll), math.sin(roll)], [-math.sin(roll), math.cos(roll)]])
+    ideal = position_mm @ turn * camera.px_per_mm
+    radius2 = (ideal**2).sum(axis=-1, keepdims=True) / BARREL_AT_PX**2
+    return np.asarray(camera.centre_px + ideal * (1 - camera.barrel * radius2))

@@ -1,0 +1,109 @@
+"""All constants of the rig in one frozen model, and the switches of its nuisances."""
+
+from collections.abc import Iterable
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from afferents.core.errors import InputError
+from afferents.rig.camera import Camera
+from afferents.rig.drive import Drive
+from afferents.rig.microphone import Microphone
+from afferents.rig.skin import Skin
+from afferents.rig.surface import Drum
+
+
+class Mounting(BaseModel):
+    """How the fingertip is held against a drum, and by what it differs from run to run.
+
+    Attributes
+    ----------
+    indentation_mm
+        How deep the middle of the tip is pressed in after its first touch, mm (1 mm: paper,
+        section 2.2).
+    indentation_sd_mm, tilt_rad, lateral_mm, friction_sd
+        Standard deviations of the remounting errors (depth, both slopes, place along the drum's
+        axis), mm and rad, and of log friction.
+    once_a_drum
+        Whether a drum is mounted once for all its speeds, instead of anew for each run; the
+        mounting then gives the texture away.
+    any_angle
+        Whether the drum starts at any angle (1) or always the same (0).
+    contact_at_rest
+        Whether the skin is pressed on the still drum already when the rest frames are taken.
+    camera_mm
+        Distance of the camera from the skin, mm.
+    jitter_s, clock_sd_s
+        Standard deviations of the frames' times and of the offset between both clocks, s.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    indentation_mm: float = Field(1.0, gt=0, le=2)
+    indentation_sd_mm: float = Field(0.1, ge=0)
+    tilt_rad: float = Field(0.01, ge=0)
+    lateral_mm: float = Field(1.0, ge=0)
+    friction_sd: float = Field(0.1, ge=0)
+    once_a_drum: bool = False
+    any_angle: float = Field(1.0, ge=0, le=1)
+    contact_at_rest: bool = False
+    camera_mm: float = Field(40.0, gt=5)
+    jitter_s: float = Field(0.0003, ge=0)
+    clock_sd_s: float = Field(0.02, ge=0)
+
+
+NUISANCES = {
+    "indentation": ("mounting", "indentation_sd_mm"),
+    "tilt": ("mounting", "tilt_rad"),
+    "lateral": ("mounting", "lateral_mm"),
+    "friction": ("mounting", "friction_sd"),
+    "start-angle": ("mounting", "any_angle"),
+    "frame-jitter": ("mounting", "jitter_s"),
+    "clock-offset": ("mounting", "clock_sd_s"),
+    "eccentricity": ("drive", "eccentricity_mm"),
+    "drift": ("drive", "drift_mm"),
+    "speed-ripple": ("drive", "ripple"),
+    "motor-ripple": ("drive", "motor_ripple"),
+    "printing": ("drum", "print_sd_mm"),
+    "motor": ("microphone", "motor"),
+    "mains": ("microphone", "mains"),
+    "microphone-noise": ("microphone", "noise"),
+    "room-noise": ("microphone", "room_noise"),
+    "camera-noise": ("camera", "noise_grey"),
+    "blur": ("camera", "blur_px"),
+    "falloff": ("camera", "falloff"),
+    "barrel": ("camera", "barrel"),
+    "roll": ("camera", "roll_deg"),
+}
+"""Each nuisance's strength: section and field of `Rig`; 0 is off."""
+
+
+class Rig(BaseModel):
+    """Drum, fingertip, camera and microphone."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    drum: Drum = Drum()
+    skin: Skin = Skin()
+    mounting: Mounting = Mounting()
+    drive: Drive = Drive()
+    microphone: Microphone = Microphone()
+    camera: Camera = Camera()
+
+    def with_nuisances(self, names: Iterable[str]) -> Self:
+        """Return the rig with no other nuisances than those named.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        wanted = set(names)
+        if unknown := sorted(wanted - set(NUISANCES)):
+            raise InputError("nuisances", f"of {', '.join(NUISANCES)}", f"'{unknown[0]}'")
+        sections: dict[str, BaseModel] = {}
+        for name, (section, field) in NUISANCES.items():
+            if name not in wanted:
+                model = sections.get(section, getattr(self, section))
+                sections[section] = model.model_copy(update={field: 0.0})
+        return self.model_copy(update=sections)

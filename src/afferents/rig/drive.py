@@ -1,0 +1,122 @@
+"""The drive: how the drum turns and how deep it is pressed in, step by step.
+
+A run begins with the drum still, for the rest frames; the drum is brought on (where it is not
+from the start), runs up, and turns on at constant speed.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+Values = NDArray[np.float64]
+
+STILL_S = 0.5
+"""The drum stands still for 45 frames; at least 30 are needed for the rest position."""
+PRESSED_S = 0.8
+"""By then the drum is pressed on."""
+RUNNING_S = 1.1
+"""By then the drum has its speed."""
+STEADY_S = 1.5
+"""From then on the recording counts as steady."""
+MOTOR_TURNS = 14.4
+"""Turns of the motor for one of the drum (paper, section 2.2)."""
+_OFF_MM = 3.0
+"""The drum's distance from the skin before it is brought on."""
+_RIPPLE_HZ = 3.0
+_DRIFT_S = 20.0
+
+
+class Drive(BaseModel):
+    """How unevenly the drum turns; all strengths chosen, 0 is off.
+
+    Attributes
+    ----------
+    eccentricity_mm
+        Standard deviation of the drum's eccentricity (each of two axes), mm. Chosen to fit how
+        the published SA-I rises and falls within a turn of the drum.
+    ripple
+        Ripple of the speed's closed loop at about 3 Hz, standard deviation over the speed.
+    motor_ripple
+        Ripple once a turn of the motor, amplitude over the speed.
+    drift_mm
+        Slow drift of the indentation over some 20 s, standard deviation, mm.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    eccentricity_mm: float = Field(0.15, ge=0)
+    ripple: float = Field(0.01, ge=0)
+    motor_ripple: float = Field(0.005, ge=0)
+    drift_mm: float = Field(0.02, ge=0)
+
+
+class Turning(NamedTuple):
+    """The drum's way through a run, a value a step, shape (n_steps,).
+
+    Attributes
+    ----------
+    time_s
+        End of each step.
+    angle_rad
+        Of the drum, from its starting angle.
+    speed_mm_s
+        At the drum's base.
+    pressed_mm
+        How much deeper than the indentation at the surface's highest point the tip is pressed:
+        drift and eccentricity; far below 0 where the drum is off.
+    """
+
+    time_s: Values
+    angle_rad: Values
+    speed_mm_s: Values
+    pressed_mm: Values
+
+
+def turn(
+    speed_mm_s: float,
+    seconds: float,
+    drive: Drive,
+    drum_radius_mm: float,
+    start_rad: float,
+    contact_at_rest: bool,
+    rate_hz: float,
+    rng: np.random.Generator,
+) -> Turning:
+    """Turn the drum through a whole run."""
+    time = (np.arange(round(seconds * rate_hz)) + 1) / rate_hz
+    eccentric = rng.normal(0, drive.eccentricity_mm, 2)
+    motor_phase = rng.uniform(0, 2 * math.pi)
+    ripple = drive.ripple * _slow_noise(len(time), rate_hz, 1 / (2 * math.pi * _RIPPLE_HZ), rng)
+    drift = drive.drift_mm * _slow_noise(len(time), rate_hz, _DRIFT_S, rng)
+    ramp = _ramp(time, PRESSED_S, RUNNING_S)
+    nominal = speed_mm_s / drum_radius_mm * np.cumsum(ramp) / rate_hz
+    motor = drive.motor_ripple * np.sin(MOTOR_TURNS * nominal + motor_phase)
+    speed = speed_mm_s * ramp * (1 + ripple + motor)
+    angle = start_rad + np.cumsum(speed) / rate_hz / drum_radius_mm
+    pressed = eccentric[0] * np.cos(angle) + eccentric[1] * np.sin(angle) + drift
+    if not contact_at_rest:
+        pressed = pressed - _OFF_MM * (1 - _ramp(time, STILL_S, PRESSED_S))
+    return Turning(time, angle, speed, pressed)
+
+
+def _ramp(time: Values, start_s: float, stop_s: float) -> Values:
+    """Rise smoothly from 0 to 1 between two times."""
+    share = np.clip((time - start_s) / (stop_s - start_s), 0, 1)
+    return np.asarray(share**2 * (3 - 2 * share))
+
+
+def _slow_noise(n: int, rate_hz: float, tau_s: float, rng: np.random.Generator) -> Values:
+    """Draw noise of variance 1 that forgets itself within about `tau_s`.
+
+    An Ornstein-Uhlenbeck process drawn at twenty points a tau, straight lines between.
+    """
+    points = max(2, math.ceil(n / rate_hz / tau_s * 20) + 2)
+    keep = math.exp(-1 / 20)
+    drawn = rng.normal(0, 1, points)
+    for i in range(1, points):
+        drawn[i] = keep * drawn[i - 1] + math.sqrt(1 - keep**2) * drawn[i]
+    at = np.arange(n) / (rate_hz * tau_s / 20)
+    return np.asarray(np.interp(at, np.arange(points), drawn))

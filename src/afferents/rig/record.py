@@ -1,0 +1,129 @@
+"""Recording the rig: a run becomes `video.mp4`, `audio.wav` and `truth.npz` in one folder."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core.errors import InputError
+from afferents.core.files import write_aside
+from afferents.core.recording import GreyImage
+from afferents.rig.camera import project
+from afferents.rig.config import Rig
+from afferents.rig.drive import STEADY_S
+from afferents.rig.film import write_film
+from afferents.rig.microphone import write_wav
+from afferents.rig.render import Renderer
+from afferents.rig.run import CAMERA, Simulated, random_of, simulate
+from afferents.rig.surface import Surface
+
+VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
+REFERENCE_S = 0.5
+"""Length of the reference clip of the skin at rest, s."""
+
+
+def record(
+    rig: Rig,
+    folder: Path,
+    texture: str,
+    surface: Surface,
+    speed_mm_s: float,
+    seconds: float,
+    seed: int,
+    reference: bool = False,
+) -> None:
+    """Run a drum at a speed and write the recording, whole or not at all.
+
+    Parameters
+    ----------
+    folder
+        `<texture>/<speed>` of a session.
+    reference
+        Whether the clip of the skin at rest is written beside it, as in the published session's
+        first folder.
+
+    Raises
+    ------
+    InputError
+        As `simulate`; if a pin leaves the picture; if the sound is louder than full scale.
+    OSError
+        If the disk is full.
+    """
+    if seconds <= STEADY_S:
+        raise InputError(
+            "--seconds", f"more than {STEADY_S:g}, when the speed is steady", f"{seconds:g}"
+        )
+    run = simulate(rig, texture, surface, speed_mm_s, seconds, seed)
+    position_px = project(run.position_mm, rig.camera)
+    _require_inside(position_px, rig, folder)
+    with write_aside(folder) as partial:
+        partial.mkdir()
+        if reference:
+            still = round(REFERENCE_S * rig.camera.fps_hz)
+            write_film(
+                partial / REFERENCE,
+                _frames(rig, run.time_s, position_px, still, seed, "rest", 1),
+                rig.camera,
+            )
+        n = len(run.time_s)
+        write_film(
+            partial / VIDEO,
+            _frames(rig, run.time_s, position_px, n, seed, texture, speed_mm_s),
+            rig.camera,
+        )
+        write_wav(partial / AUDIO, run.room, run.sensor)
+        write_truth(partial / TRUTH, run, position_px)
+
+
+def _frames(
+    rig: Rig,
+    time_s: NDArray[np.float64],
+    position_px: NDArray[np.float64],
+    n: int,
+    seed: int,
+    texture: str,
+    speed_mm_s: float,
+) -> Iterator[tuple[float, GreyImage]]:
+    """Draw the first n frames, one at a time."""
+    noise = int(random_of(seed, texture, speed_mm_s, CAMERA).integers(2**31))
+    renderer = Renderer(rig.camera, noise)
+    for i in range(n):
+        yield float(time_s[i]), renderer.draw(position_px[i])
+
+
+def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) -> None:
+    """Write the ground truth of a run.
+
+    `time` (frame) in s on the video's clock, `position` (frame, marker, 2) in px as the camera
+    sees it, markers row by row, `drum_angle_rad` (frame), `speed_mm_s` (frame) and `pressure`
+    (frame, marker) in mN; positions and pressures to 1/1024.
+    """
+    with path.open("wb") as file:
+        np.savez_compressed(
+            file,
+            time=run.time_s,
+            position=_rounded(position_px),
+            drum_angle_rad=run.angle_rad,
+            speed_mm_s=run.speed_mm_s,
+            pressure=_rounded(run.pressure_mn),
+        )
+
+
+def _rounded(value: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Keep thousandths (1/1024): what no camera sees only costs disk."""
+    return np.asarray(np.rint(value * 1024) / 1024, np.float32)
+
+
+def _require_inside(position_px: NDArray[np.float64], rig: Rig, folder: Path) -> None:
+    """Refuse constants that push pins out of the picture."""
+    radius = rig.camera.marker_diameter_mm * rig.camera.px_per_mm / 2
+    size = np.array([rig.camera.width, rig.camera.height])
+    outside = ((position_px < radius) | (position_px > size - 1 - radius)).any(axis=(0, 2))
+    if outside.any():
+        raise InputError(
+            folder,
+            "pins that stay in the picture",
+            f"{int(outside.sum())} that leave it",
+            "press less deep, or lower px_per_mm",
+        )

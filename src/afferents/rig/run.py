@@ -1,0 +1,243 @@
+"""One run of the rig: a drum at a speed, with what differs from run to run drawn from the seed."""
+
+import math
+import zlib
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import convolve
+
+from afferents.core.errors import InputError
+from afferents.rig.config import Rig
+from afferents.rig.drive import Turning, turn
+from afferents.rig.kernel import N_SIDE
+from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
+from afferents.rig.skin import PHYSICS_RATE_HZ, Felt, Motion, SkinOnDrum
+from afferents.rig.surface import Surface, felt
+
+STABLE = 1.0
+"""The fastest oscillation times the step must stay below this; symplectic Euler bears 2."""
+_DEEPEST_MM = 2.0
+_BLOCK = round(PHYSICS_RATE_HZ)
+
+
+class Drawn(NamedTuple):
+    """What was drawn for one run.
+
+    Attributes
+    ----------
+    indentation_mm
+        How deep the middle of the skin is pressed in after its first touch, mm.
+    tilt_rad
+        Of the drum against the skin, along x and y.
+    lateral_mm
+        How far the drum stands off along its axis.
+    friction
+        Factor on the friction of the skin.
+    start_rad
+        Angle of the drum at the start.
+    clock_offset_s
+        The audio's clock is this much ahead of the video's: what the camera sees at t, the
+        microphone hears at t + clock_offset_s.
+    """
+
+    indentation_mm: float
+    tilt_rad: tuple[float, float]
+    lateral_mm: float
+    friction: float
+    start_rad: float
+    clock_offset_s: float
+
+
+class Simulated(NamedTuple):
+    """What came out of a run.
+
+    Attributes
+    ----------
+    time_s
+        When the frames were taken, (n_frames,), s.
+    position_mm
+        Where the camera's optics sees the pins, in the plane of the skin, (n_frames, n_nodes, 2).
+    pressure_mn
+        (n_frames, n_nodes), mN.
+    angle_rad, speed_mm_s
+        Of the drum when the frames were taken, (n_frames,).
+    sensor, room
+        The microphone's channels at 44.1 kHz, full scale 1, (n_samples,).
+    """
+
+    time_s: NDArray[np.float64]
+    position_mm: NDArray[np.float64]
+    pressure_mn: NDArray[np.float32]
+    angle_rad: NDArray[np.float64]
+    speed_mm_s: NDArray[np.float64]
+    sensor: NDArray[np.float64]
+    room: NDArray[np.float64]
+
+
+def random_of(seed: int, texture: str, speed_mm_s: float | None, use: int) -> np.random.Generator:
+    """Return a run's generator: it depends on nothing but seed, drum, speed and use."""
+    words = [seed, zlib.crc32(texture.encode()), use]
+    return np.random.default_rng(
+        words if speed_mm_s is None else [*words, round(1000 * speed_mm_s)]
+    )
+
+
+_DRAW, _DRIVE, _SOUND, CAMERA = range(4)
+
+
+def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
+    """Draw the mounting and the clock of one run (of one drum, where it is mounted once)."""
+    mount = rig.mounting
+    rng = random_of(seed, texture, None if mount.once_a_drum else speed_mm_s, _DRAW)
+    tilt = rng.normal(0, mount.tilt_rad, 2)
+    return Drawn(
+        indentation_mm=mount.indentation_mm + float(rng.normal(0, mount.indentation_sd_mm)),
+        tilt_rad=(float(tilt[0]), float(tilt[1])),
+        lateral_mm=float(np.clip(rng.normal(0, mount.lateral_mm), -3, 3)),
+        friction=float(np.exp(rng.normal(0, mount.friction_sd))),
+        start_rad=float(rng.uniform(0, 2 * math.pi)) * mount.any_angle,
+        clock_offset_s=float(rng.normal(0, mount.clock_sd_s)),
+    )
+
+
+def simulate(
+    rig: Rig, texture: str, surface: Surface, speed_mm_s: float, seconds: float, seed: int
+) -> Simulated:
+    """Run a drum at a speed.
+
+    Parameters
+    ----------
+    surface
+        The drum's; what nodules feel of it is worked out here.
+    seconds
+        Length of the video; the audio is as long.
+
+    Raises
+    ------
+    InputError
+        If the constants make the steps unstable, or the run comes out as no numbers.
+    """
+    drawn = draw(rig, texture, speed_mm_s, seed)
+    check_step(rig)
+    turning = turn(
+        speed_mm_s,
+        seconds + 0.25,
+        rig.drive,
+        rig.drum.diameter_mm / 2,
+        drawn.start_rad,
+        rig.mounting.contact_at_rest,
+        PHYSICS_RATE_HZ,
+        random_of(seed, texture, speed_mm_s, _DRIVE),
+    )
+    time = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA))
+    skin = press(rig, drawn, surface, turning, time)
+    if not np.isfinite(skin.displacement_mm).all():
+        raise InputError(
+            "the rig's constants",
+            "a skin that stays in one piece",
+            "infinite displacements",
+            "soften it, or press less deep",
+        )
+    rng = random_of(seed, texture, speed_mm_s, _SOUND)
+    sensor, room = listen(rig, skin, turning, speed_mm_s, seconds, drawn.clock_offset_s, rng)
+    at = np.clip(np.searchsorted(turning.time_s, time), 0, len(turning.time_s) - 1)
+    return Simulated(
+        time,
+        seen(rig, skin),
+        skin.pressure_mn,
+        turning.angle_rad[at],
+        turning.speed_mm_s[at],
+        sensor,
+        room,
+    )
+
+
+def check_step(rig: Rig) -> None:
+    """Refuse constants for which the physics' step is too long.
+
+    Raises
+    ------
+    InputError
+        Naming how far off they are.
+    """
+    per_step = rig.skin.stiffest_per_s(_DEEPEST_MM) / PHYSICS_RATE_HZ
+    if per_step > STABLE:
+        raise InputError(
+            "the rig's constants",
+            f"a skin whose fastest swing moves less than {STABLE:g} rad in a step of the physics",
+            f"{per_step:.2f}",
+            "make it softer or heavier",
+        )
+
+
+def frame_times(rig: Rig, seconds: float, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return when the frames are taken, s: the camera's clock with its jitter."""
+    n = math.floor(seconds * rig.camera.fps_hz)
+    jitter = np.clip(rng.normal(0, rig.mounting.jitter_s, n), -0.003, 0.003)
+    return np.asarray(np.maximum((np.arange(n) + 0.5) / rig.camera.fps_hz + jitter, 0))
+
+
+def press(
+    rig: Rig, drawn: Drawn, surface: Surface, turning: Turning, frames_s: NDArray[np.float64]
+) -> Felt:
+    """Let the skin feel the whole run, a second at a time."""
+    skin = rig.skin.model_copy(
+        update={
+            name: getattr(rig.skin, name) * drawn.friction
+            for name in ("static_friction", "kinetic_friction")
+        }
+    )
+    nodules = felt(surface, skin.footprint_mm, skin.bridging_per_mm)
+    lattice = SkinOnDrum(
+        skin, nodules, drawn.tilt_rad, drawn.lateral_mm, rig.microphone.weights(skin.rest_mm())
+    )
+    top_radius = surface.length_mm / (2 * math.pi)
+    slide = turning.angle_rad * top_radius
+    speed = turning.speed_mm_s * top_radius / (rig.drum.diameter_mm / 2)
+    depth = drawn.indentation_mm - nodules.top_mm + turning.pressed_mm
+    steps = frames_s * PHYSICS_RATE_HZ
+    parts = []
+    for start in range(0, len(slide), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        taken = steps[(steps >= start) & (steps < start + len(slide[block]))] - start
+        parts.append(lattice.run(Motion(slide[block], speed[block], depth[block]), taken))
+    return Felt(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def seen(rig: Rig, skin: Felt) -> NDArray[np.float64]:
+    """Return where the camera sees the pins, in the plane of the skin at rest, mm.
+
+    A pin that is pushed in comes nearer to the camera and so moves outwards in the picture:
+    position = (rest + displacement) * distance / (distance - inward).
+    """
+    inward = skin.inward_mm.reshape(-1, N_SIDE, N_SIDE)
+    # The skin is one sheet: a pin is pushed in with its neighbours.
+    sheet = np.outer((1, 4, 6, 4, 1), (1, 4, 6, 4, 1))[None] / 256
+    inward = convolve(inward, sheet, mode="nearest").reshape(len(inward), -1)
+    nearer = rig.mounting.camera_mm / (rig.mounting.camera_mm - inward.astype(np.float64))
+    return np.asarray((rig.skin.rest_mm() + skin.displacement_mm) * nearer[..., None])
+
+
+def listen(
+    rig: Rig,
+    skin: Felt,
+    turning: Turning,
+    speed_mm_s: float,
+    seconds: float,
+    offset_s: float,
+    rng: np.random.Generator,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sensor's and the room's channel, full scale 1, on the audio's clock."""
+    sensor = heard(skin.pressure_rate, skin.shear_rate, PHYSICS_RATE_HZ, rig.microphone)
+    n = round(seconds * SAMPLE_RATE_HZ)
+    motor_turns = np.interp(
+        np.arange(len(sensor)) / SAMPLE_RATE_HZ, turning.time_s, turning.angle_rad
+    ) * (14.4 / (2 * math.pi))
+    moving = np.interp(np.arange(len(sensor)) / SAMPLE_RATE_HZ, turning.time_s, turning.speed_mm_s)
+    sensor = sensor + disturbances(motor_turns, moving / 100, rig.microphone, rng)
+    room = rng.normal(0, rig.microphone.room_noise, n) if rig.microphone.room_noise else np.zeros(n)
+    first = round(-offset_s * SAMPLE_RATE_HZ)
+    quiet = np.zeros(max(0, -first))
+    return np.concatenate([quiet, sensor])[max(0, first) :][:n], room

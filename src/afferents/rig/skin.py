@@ -1,0 +1,292 @@
+"""The skin: a lattice of pins, pressed on a drum and dragged along by friction.
+
+Each of the 19 x 19 nodes is a pin with its share of skin. In the normal direction it is
+penetrated by the drum, and a standard linear solid turns penetration into pressure. In its
+plane it is a damped mass on a spring, coupled to its neighbours, pushed outwards where the
+pressure falls off, and dragged by friction with a bristle model. Stick and slip are not put
+in; they come out.
+
+    penetration  d_i = depth - x_i^2 / 2R - y_i^2 / 2R_tip - tilt - recess_i + h(x_i + u_i - s)
+    pressure     p_i = k_n max(0, d_i + a (d_i - q_i)),   dq_i/dt = (d_i - q_i) / tau
+    bristles     dz/dt = w - s0 |w| z / g(|w|),           w = drum velocity - du_i/dt
+                 g(w) = m_k + (m_s - m_k) / (1 + (w / w_s)^2)
+    tangential   F_i = p_i (s0 z + s1 dz/dt + s2 w - grad h)
+    motion       m d2u_i/dt2 = F_i - k u_i - c du_i/dt + k_c sum_j (u_j - u_i) - b grad p_i
+
+with s the slide of the drum in mm, h what a nodule feels of the surface, R the radius of drum
+and tip together, and sums over the
+four neighbours. The last term of F is the slope of the surface, whose normal force does not
+point straight up. The friction law is that of Canudas de Wit,
+Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), with the Stribeck curve as
+a rational function, which costs no exponential.
+"""
+
+import math
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from afferents.rig.kernel import FIRST, N_SIDE, ROW, SPAN, STATES, Constants, advance
+from afferents.rig.surface import WIDTH_MM, Surface
+
+Floats = NDArray[np.float32]
+
+PHYSICS_RATE_HZ = 8820.0
+"""Steps a second: a fifth of the microphone's sample rate, 98 to a frame at 90 fps."""
+_MARGIN_MM = WIDTH_MM / 2
+_NO_CONTACT_MM = 1e3
+_MN_PER_MG = 1e6
+"""1 mN accelerates 1 mg by 1e6 mm/s^2."""
+
+
+class Skin(BaseModel):
+    """Constants of the skin.
+
+    Attributes
+    ----------
+    pitch_mm
+        Distance of the pins, mm (paper, section 2.1).
+    radius_mm, tip_radius_mm
+        Radius of the drum (paper, section 2.2) and of the tip's own curvature, mm.
+    footprint_mm
+        Diameter of the nodules under every second pin, mm.
+    recess_mm
+        How much less deep pins without a nodule stand, mm.
+    bridging_per_mm
+        Stiffness of the skin against bending into gaps, see `surface.felt`.
+    normal_mn_mm
+        Normal stiffness of a node, k_n, mN/mm.
+    relaxing_share, relaxation_s
+        Share a of the pressure that relaxes, and its time constant tau, s.
+    mass_mg
+        Of a node.
+    shear_mn_mm, coupling_mn_mm
+        In-plane stiffness k to the ground and k_c to each neighbour, mN/mm.
+    damping_ratio
+        Of a node on its ground spring.
+    spread_mm
+        Outward push b: mm, times the pressure's fall per mm in mN.
+    static_friction, kinetic_friction, stribeck_mm_s
+        m_s, m_k and w_s (mm/s).
+    bristle_per_mm, bristle_damping_s_mm, viscous_s_mm
+        s0 (1/mm), s1 (s/mm) and s2 (s/mm).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    pitch_mm: float = Field(1.2, gt=0)
+    radius_mm: float = Field(40.0, gt=0)
+    tip_radius_mm: float = Field(80.0, gt=0)
+    footprint_mm: float = Field(2.0, gt=0)
+    recess_mm: float = Field(0.15, ge=0)
+    bridging_per_mm: float = Field(5.0, gt=0)
+    normal_mn_mm: float = Field(1.0, gt=0)
+    relaxing_share: float = Field(0.8, ge=0)
+    relaxation_s: float = Field(0.03, gt=0)
+    mass_mg: float = Field(4.0, gt=0)
+    shear_mn_mm: float = Field(0.3, gt=0)
+    coupling_mn_mm: float = Field(6.0, ge=0)
+    damping_ratio: float = Field(0.6, ge=0)
+    spread_mm: float = Field(3.0, ge=0)
+    static_friction: float = Field(0.8, gt=0)
+    kinetic_friction: float = Field(0.6, gt=0)
+    stribeck_mm_s: float = Field(10.0, gt=0)
+    bristle_per_mm: float = Field(16.0, gt=0)
+    bristle_damping_s_mm: float = Field(0.008, ge=0)
+    viscous_s_mm: float = Field(0.0005, ge=0)
+
+    @model_validator(mode="after")
+    def _static_is_greater(self) -> Self:
+        if self.static_friction < self.kinetic_friction:
+            raise ValueError("static_friction must not be below kinetic_friction")
+        if (N_SIDE - 1) * self.pitch_mm > WIDTH_MM - 4:
+            raise ValueError(f"the lattice must fit on a drum of {WIDTH_MM:g} mm")
+        return self
+
+    @property
+    def n_nodes(self) -> int:
+        """Pins."""
+        return N_SIDE**2
+
+    def rest_mm(self) -> NDArray[np.float64]:
+        """Return the pins at rest: (n_nodes, 2), mm from the axis, row by row (y), then x."""
+        place = (np.arange(N_SIDE) - (N_SIDE - 1) / 2) * self.pitch_mm
+        y, x = np.meshgrid(place, place, indexing="ij")
+        return np.stack([x.ravel(), y.ravel()], axis=1)
+
+    def nodules(self) -> NDArray[np.bool_]:
+        """Return which pins stand on a nodule: every second one, chequered, (n_nodes,)."""
+        row, column = np.indices((N_SIDE, N_SIDE))
+        return np.asarray((row + column).ravel() % 2 == 0)
+
+    def stiffest_per_s(self, deepest_mm: float) -> float:
+        """Return an upper bound of the fastest oscillation, rad/s.
+
+        Ground spring, four neighbours swinging against it (8 k_c), and the bristles of a node
+        pressed `deepest_mm` deep.
+        """
+        pressure = self.normal_mn_mm * (1 + self.relaxing_share) * deepest_mm
+        stiffness = self.shear_mn_mm + 8 * self.coupling_mn_mm + self.bristle_per_mm * pressure
+        return math.sqrt(stiffness * _MN_PER_MG / self.mass_mg)
+
+
+class Motion(NamedTuple):
+    """What drives the skin, a value a physics step each, shape (n_steps,).
+
+    Attributes
+    ----------
+    slide_mm
+        How far the surface has moved, measured on the map of heights, mm.
+    speed_mm_s
+        Its speed, mm/s.
+    depth_mm
+        How far the fingertip would be pressed into the surface at its middle, mm.
+    """
+
+    slide_mm: NDArray[np.float64]
+    speed_mm_s: NDArray[np.float64]
+    depth_mm: NDArray[np.float64]
+
+
+class Felt(NamedTuple):
+    """What comes out of the skin.
+
+    Attributes
+    ----------
+    displacement_mm
+        In-plane, (n_frames, n_nodes, 2), mm.
+    inward_mm
+        How far the skin is pushed in, (n_frames, n_nodes), mm.
+    pressure_mn
+        (n_frames, n_nodes), mN.
+    pressure_rate, shear_rate
+        Weighted sums over the nodes at each step: rate of the pressure (mN/s) and of the
+        tangential force (mN/s) along the slide, (n_steps,).
+    """
+
+    displacement_mm: Floats
+    inward_mm: Floats
+    pressure_mn: Floats
+    pressure_rate: NDArray[np.float64]
+    shear_rate: NDArray[np.float64]
+
+
+class SkinOnDrum:
+    """The lattice on one drum; its state lives from one `run` to the next.
+
+    Parameters
+    ----------
+    skin
+        Constants.
+    surface
+        What the nodules feel (`surface.felt`).
+    tilt
+        Slopes of the drum against the skin along x and y, rad.
+    lateral_mm
+        How far the drum stands off along y, mm.
+    weight
+        How loudly each node sounds in the microphone, shape (n_nodes,).
+    rate_hz
+        Physics steps a second.
+    """
+
+    def __init__(
+        self,
+        skin: Skin,
+        surface: Surface,
+        tilt: tuple[float, float],
+        lateral_mm: float,
+        weight: NDArray[np.float64],
+        rate_hz: float = PHYSICS_RATE_HZ,
+    ) -> None:
+        """Start free of contact and at rest."""
+        self.skin = skin
+        self.surface = surface
+        self.rate_hz = rate_hz
+        self._state = np.zeros(STATES * ROW**2, np.float32)
+        rest = skin.rest_mm()
+        self._x = self._with_margin(rest[:, 0] + _MARGIN_MM, _MARGIN_MM)
+        self._y = self._with_margin(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
+        self._gap = self._with_margin(self._gap_mm(rest, tilt), _NO_CONTACT_MM)
+        self._weight = self._with_margin(weight, 0.0)
+        # The map's beginning follows once more after its end, so that no node must wrap.
+        again = math.ceil(2 * _MARGIN_MM / surface.pitch_mm[0]) + 2
+        self._heights = np.concatenate([surface.height_mm, surface.height_mm[:again]])
+
+    def _with_margin(self, value: NDArray[np.float64], outside: float) -> Floats:
+        """Put a row of imagined nodes round the lattice, and lay it out flat."""
+        square = value.reshape(N_SIDE, N_SIDE)
+        flat = np.pad(square, 1, constant_values=outside).astype(np.float32).ravel()
+        return flat[FIRST : FIRST + SPAN].copy()
+
+    def _gap_mm(self, rest: NDArray[np.float64], tilt: tuple[float, float]) -> NDArray[np.float64]:
+        """Return how much later than the middle each node meets the drum, mm."""
+        (x, y), skin = rest.T, self.skin
+        round_ = x**2 / 2 * (1 / skin.radius_mm + 1 / skin.tip_radius_mm) + y**2 / (
+            2 * skin.tip_radius_mm
+        )
+        lower = np.where(skin.nodules(), 0.0, skin.recess_mm)
+        return np.asarray(round_ + tilt[0] * x + tilt[1] * y + lower)
+
+    def run(self, motion: Motion, frame_steps: NDArray[np.float64]) -> Felt:
+        """Move the skin on by as many steps as `motion` has.
+
+        Parameters
+        ----------
+        frame_steps
+            When frames are taken, in steps from the first, ascending, shape (n_frames,); what
+            lies between two steps is interpolated.
+        """
+        skin, n_frames, n_nodes = self.skin, len(frame_steps), self.skin.n_nodes
+        frames = np.zeros((n_frames, 4, N_SIDE, N_SIDE), np.float32)
+        sounds = np.zeros((len(motion.slide_mm), 2))
+        along, across = self.surface.pitch_mm
+        # Positions on the map, from the edge of the lattice's margin on.
+        offset = np.mod(-motion.slide_mm - _MARGIN_MM, self.surface.length_mm) / along
+        advance(
+            self._state,
+            self._heights.ravel(),
+            np.int32(self._heights.shape[1]),
+            offset.astype(np.float32),
+            motion.speed_mm_s.astype(np.float32),
+            motion.depth_mm.astype(np.float32),
+            self._x,
+            self._y,
+            self._gap,
+            self._weight,
+            np.asarray(frame_steps, np.float64),
+            _constants(skin, (along, across), self.rate_hz),
+            frames,
+            sounds,
+        )
+        flat = frames.reshape(n_frames, 4, n_nodes)
+        return Felt(
+            np.moveaxis(flat[:, :2], 1, 2), flat[:, 2], flat[:, 3], sounds[:, 0], sounds[:, 1]
+        )
+
+
+def _constants(skin: Skin, pitch_mm: tuple[float, float], rate_hz: float) -> Constants:
+    per_mass = _MN_PER_MG / skin.mass_mg
+    frequency = math.sqrt(skin.shear_mn_mm * per_mass)
+    values = (
+        1 / rate_hz,
+        1 / pitch_mm[0],
+        1 / pitch_mm[1],
+        skin.normal_mn_mm,
+        skin.relaxing_share,
+        1 - math.exp(-1 / (rate_hz * skin.relaxation_s)),
+        skin.shear_mn_mm * per_mass,
+        skin.coupling_mn_mm * per_mass,
+        2 * skin.damping_ratio * frequency,
+        skin.spread_mm / (2 * skin.pitch_mm) * per_mass,
+        per_mass,
+        skin.static_friction,
+        skin.kinetic_friction,
+        1 / skin.stribeck_mm_s,
+        skin.bristle_per_mm,
+        skin.bristle_damping_s_mm,
+        skin.viscous_s_mm,
+    )
+    return Constants(*(np.float32(value) for value in values))

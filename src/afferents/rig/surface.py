@@ -1,0 +1,239 @@
+"""The drums: what passes under the fingertip, as a map of heights, and what a nodule feels of it.
+
+A drum of the paper carries raised discs in two interleaved square lattices, so that the pattern
+repeats after sqrt(2) x along the slide, where x is the distance of neighbouring bumps along the
+lattice's diagonal. A whole number of periods closes round the drum.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.ndimage import convolve1d
+
+from afferents.core.errors import InputError
+
+Heights = NDArray[np.float32]
+"""Shape (n_along, n_across), mm above the drum's base."""
+
+WIDTH_MM = 36.0
+"""Width of the drums, mm: the skin (21.6 mm between its outer pins) never reaches the edge."""
+_ALONG = 5088
+"""Samples round the drum: 0.05 mm, a fifth of the finest bump."""
+_ACROSS = 720
+_COARSER = 2
+"""Nodules feel 2 mm; what they feel is kept at 0.1 mm."""
+
+
+class Drum(BaseModel):
+    """How the drums are made.
+
+    Attributes
+    ----------
+    diameter_mm
+        Of the base (paper, section 2.2). Speeds hold there.
+    bump_height_mm
+        Height of the bumps (paper, section 2.2).
+    bump_ratio
+        Bump diameter / x; the same for all drums, so that bumps cover the same share of each.
+        Chosen: the material gives no figure.
+    print_sd_mm
+        How unequal printed bumps are in height, standard deviation, mm. Chosen to fit the
+        skirts round the lines of the published spectra.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    diameter_mm: float = Field(80.0, gt=0)
+    bump_height_mm: float = Field(0.5, gt=0)
+    bump_ratio: float = Field(0.45, gt=0, le=0.9)
+    print_sd_mm: float = Field(0.06, ge=0)
+
+    @property
+    def top_diameter_mm(self) -> float:
+        """Diameter over the bumps, on which the pattern is laid out, mm."""
+        return self.diameter_mm + 2 * self.bump_height_mm
+
+    def periods(self, spacing_mm: float) -> int:
+        """Return how often the pattern of bump spacing x (mm) repeats round the drum.
+
+        The nearest integer to pi 81 mm / (sqrt(2) x) = 180 / x, which gives the fundamental of
+        the published spectra, 0.716 v / x.
+        """
+        return max(1, round(math.pi * self.top_diameter_mm / (math.sqrt(2) * spacing_mm)))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A drum's surface unrolled.
+
+    Attributes
+    ----------
+    height_mm
+        Shape (n_along, n_across), mm; along the slide it closes on itself, across it does not.
+    length_mm, width_mm
+        What the map covers, mm; the length is the circumference over the bumps.
+    """
+
+    height_mm: Heights
+    length_mm: float
+    width_mm: float = WIDTH_MM
+
+    @property
+    def pitch_mm(self) -> tuple[float, float]:
+        """Distance of samples along and across, mm."""
+        n_along, n_across = self.height_mm.shape
+        return self.length_mm / n_along, self.width_mm / n_across
+
+    @cached_property
+    def top_mm(self) -> float:
+        """Height of the highest point, mm: where a fingertip that comes down touches first."""
+        return float(self.height_mm.max())
+
+
+def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
+    """Return the surface of a drum with bumps x = `spacing_mm` apart (0 for the smooth one).
+
+    Raises
+    ------
+    InputError
+        If the spacing is negative, finer than the map can show, or wider than the drum.
+    """
+    drum = drum or Drum()
+    length = math.pi * drum.top_diameter_mm
+    if spacing_mm == 0:
+        flat = np.zeros((_ALONG, _ACROSS), np.float32)
+        return Surface(flat, math.pi * drum.diameter_mm)
+    if not 0.3 <= spacing_mm <= 20:
+        raise InputError("a drum", "a bump spacing of 0 or of 0.3 to 20 mm", f"{spacing_mm:g}")
+    period_along = length / drum.periods(spacing_mm)
+    period_across = math.sqrt(2) * spacing_mm
+    along = (np.arange(_ALONG) + 0.5) * length / _ALONG / period_along
+    across = (np.arange(_ACROSS) + 0.5) * WIDTH_MM / _ACROSS / period_across
+    radius = drum.bump_ratio * spacing_mm / 2
+    height = np.zeros((_ALONG, _ACROSS), np.float32)
+    for lattice, shift in enumerate((0.0, 0.5)):
+        u, v = along + shift, across + shift
+        off_u, off_v = (
+            (u - np.floor(u) - 0.5) * period_along,
+            (v - np.floor(v) - 0.5) * period_across,
+        )
+        distance = np.hypot(off_u[:, None], off_v[None, :])
+        # The edge is as wide as a sample, so that the area comes out right at any spacing.
+        cover = np.clip((radius - distance) / (length / _ALONG) + 0.5, 0, 1)
+        tops = _printed_tops(drum, spacing_mm, lattice, int(v.max()) + 1)
+        n = drum.periods(spacing_mm)
+        height += (cover * tops[np.floor(u).astype(int) % n][:, np.floor(v).astype(int)]).astype(
+            np.float32
+        )
+    return Surface(height, length)
+
+
+def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
+    """Draw the height of each bump of a lattice; the same drum is always printed alike."""
+    rng = np.random.default_rng([round(1000 * spacing_mm), lattice])
+    error = rng.normal(0, drum.print_sd_mm, (drum.periods(spacing_mm), n_across))
+    return (drum.bump_height_mm + np.clip(error, -0.2, 0.2)).astype(np.float32)
+
+
+def mapped_surface(
+    height_mm: NDArray[np.floating], length_mm: float, drum: Drum | None = None
+) -> Surface:
+    """Wrap any map of heights round a drum.
+
+    Parameters
+    ----------
+    height_mm
+        Shape (along, across), mm, square samples.
+    length_mm
+        Length of the map along the slide, mm. It is stretched a little so that a whole number
+        of repeats closes round the drum, and repeated or cut across.
+
+    Raises
+    ------
+    InputError
+        If the map is not two-dimensional, holds values that are no numbers, or is longer than
+        the drum is round.
+    """
+    drum = drum or Drum()
+    height = np.asarray(height_mm, np.float32)
+    if height.ndim != 2 or min(height.shape) < 2 or not np.isfinite(height).all():
+        raise InputError(
+            "a height map", "finite heights of shape (along, across)", f"{height.shape}"
+        )
+    height = height - height.min()
+    length = math.pi * (drum.diameter_mm + 2 * float(height.max()))
+    repeats = round(length / length_mm) if length_mm > 0 else 0
+    if repeats < 1:
+        raise InputError("a height map", f"a length of 0 to {length:.0f} mm", f"{length_mm:g} mm")
+    pitch = length_mm / len(height)
+    along = np.arange(_ALONG) * len(height) * repeats / _ALONG
+    across = np.arange(_ACROSS) * WIDTH_MM / _ACROSS / pitch
+    tile = np.pad(height, ((0, 1), (0, 1)), mode="wrap")
+    grid = np.meshgrid(across % height.shape[1], along % height.shape[0])
+    wrapped = cv2.remap(
+        tile, grid[0].astype(np.float32), grid[1].astype(np.float32), cv2.INTER_LINEAR
+    )
+    return Surface(wrapped.astype(np.float32), length)
+
+
+def read_height_map(
+    path: Path, length_mm: float, height_mm: float, drum: Drum | None = None
+) -> Surface:
+    """Wrap an image (bright is high) or an .npy array (mm) round a drum.
+
+    Parameters
+    ----------
+    length_mm
+        Length of the picture's vertical axis, which lies along the slide, mm.
+    height_mm
+        Height of white over black, mm; not used for .npy.
+
+    Raises
+    ------
+    InputError
+        If the file is neither, or as `mapped_surface`.
+    """
+    if path.suffix == ".npy":
+        try:
+            return mapped_surface(np.load(path, allow_pickle=False), length_mm, drum)
+        except (OSError, ValueError) as error:
+            raise InputError(path, "an array of heights", f"{error}") from error
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise InputError(path, "an image or an .npy array of heights", "neither")
+    return mapped_surface(image / np.float32(255) * height_mm, length_mm, drum)
+
+
+def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surface:
+    """Return what a nodule feels: the soft maximum of the heights under its footprint.
+
+    Skin bridges what is narrower than itself. The soft maximum, log(mean(exp(b h))) / b with
+    weights that fall off towards the footprint's edge, lies between the mean (b to 0) and the
+    highest point (b to infinity).
+
+    Parameters
+    ----------
+    footprint_mm
+        Diameter of the nodule, mm.
+    stiffness_per_mm
+        b: the stiffer the skin, the more the highest points carry, 1/mm.
+    """
+    pitch = surface.pitch_mm
+    raised = np.exp(stiffness_per_mm * surface.height_mm.astype(np.float64))
+    for axis, step in enumerate(pitch):
+        raised = convolve1d(raised, _bell(footprint_mm, step), axis=axis, mode="wrap")
+    envelope = (np.log(raised) / stiffness_per_mm).astype(np.float32)
+    return Surface(envelope[::_COARSER, ::_COARSER].copy(), surface.length_mm, surface.width_mm)
+
+
+def _bell(width_mm: float, step_mm: float) -> NDArray[np.float64]:
+    """Return a raised cosine of that full width, sum 1; of two axes it makes a round bump."""
+    reach = max(1, round(width_mm / 2 / step_mm))
+    weight = 1 + np.cos(np.pi * np.arange(-reach, reach + 1) / (reach + 1))
+    return np.asarray(weight / weight.sum())
