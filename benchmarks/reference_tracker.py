@@ -20,7 +20,7 @@ import numpy as np
 import scipy
 
 from afferents.core.recording import GreyImage
-from afferents.markers import Linker, Sensor, Tracker, detect, load_sensor
+from afferents.markers import Method, Sensor, Tracker, detect, load_sensor
 
 RADIUS = 6.3
 """Area 125 px^2, in the middle of what the published detector takes."""
@@ -40,9 +40,9 @@ def draw_frames(n_frames: int) -> tuple[list[GreyImage], np.ndarray]:
     return frames, rest
 
 
-def follow(frames: list[GreyImage], rest: np.ndarray, sensor: Sensor, linker: Linker) -> None:
+def follow(frames: list[GreyImage], rest: np.ndarray, sensor: Sensor, method: Method) -> None:
     """Track all frames once."""
-    tracker = Tracker(sensor, rest, linker)
+    tracker = Tracker(sensor, rest, method)
     for frame in frames:
         tracker.step(frame)
 

@@ -185,10 +185,12 @@ def extract(
     sensor: Annotated[
         str, typer.Option(help="Sensor file, or the name of a packaged one.")
     ] = "tip_b",
-    linker: Annotated[
-        Literal["one-to-one", "published"],
-        typer.Option(help="How markers are followed; 'published' keeps the reference's flaws."),
-    ] = "one-to-one",
+    method: Annotated[
+        Literal["windowed", "one-to-one", "published"],
+        typer.Option(
+            "--tracker", help="How markers are followed; 'published' keeps the reference's flaws."
+        ),
+    ] = "windowed",
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -198,7 +200,7 @@ def extract(
     from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run
 
-    extraction = Extraction(session, out, load_sensor(sensor), linker, keep_going)
+    extraction = Extraction(session, out, load_sensor(sensor), method, keep_going)
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)
     _say(as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")

@@ -4,14 +4,14 @@ from afferents.markers.detect import Positions, detect
 from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.quality import TrackingQuality, describe, measure_quality
-from afferents.markers.rest import Linker, rest_image
+from afferents.markers.rest import Method, rest_image
 from afferents.markers.sensor import BlobDetector, Sensor, load_sensor, packaged_sensors
 from afferents.markers.track import Tracked, Tracker, rest_positions, track
 
 __all__ = [
     "BlobDetector",
     "Grid",
-    "Linker",
+    "Method",
     "Positions",
     "Sensor",
     "Tracked",

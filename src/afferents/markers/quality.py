@@ -99,7 +99,7 @@ def describe(tracks: xr.Dataset) -> list[str]:
     quality = measure_quality(tracks)
     return [
         f"{quality.n_markers} markers in the rest frame (frame {tracks.attrs['rest_frame']}), "
-        f"followed through {quality.n_frames} frames by {tracks.attrs['linker']} linking.",
+        f"followed through {quality.n_frames} frames by {tracks.attrs['method']} linking.",
         f"Lost for {quality.share_lost:.1%} of the time; {_at_the_end(quality)}.",
         f"Largest displacement {quality.largest_displacement_px:.1f} px, largest step "
         f"{quality.largest_step_px:.1f} px from one frame to the next.",

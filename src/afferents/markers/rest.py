@@ -15,7 +15,8 @@ from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.sensor import Sensor
 
-Linker = Literal["one-to-one", "published"]
+Method = Literal["windowed", "one-to-one", "published"]
+"""How markers are followed; see `Tracker`."""
 
 
 def rest_image(video: Video, rest_frame: int) -> GreyImage:
@@ -75,15 +76,15 @@ def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positi
 def order_markers(
     found: Positions,
     sensor: Sensor,
-    linker: Linker,
+    method: Method,
     reference: Positions | None,
     where: object,
 ) -> tuple[Positions, Grid | None]:
     """Bring the rest frame's markers into the order that they keep, and place them in the grid.
 
-    ``one-to-one`` orders a square layout by row, then column, so that marker n is the same in
-    every recording without a reference. A free layout follows `reference`, each reference
-    marker getting a marker of its own; without one it is ordered by y, then x.
+    ``windowed`` and ``one-to-one`` order a square layout by row, then column, so that marker n
+    is the same in every recording without a reference. A free layout follows `reference`, each
+    reference marker getting a marker of its own; without one it is ordered by y, then x.
 
     ``published`` keeps the order by x, or gives each marker of `reference` the nearest one of
     this video, be it taken already or not; its grid assumes the published roll.
@@ -100,7 +101,7 @@ def order_markers(
     InputError
         If the markers do not form the grid, or do not match the reference in number.
     """
-    if linker == "published":
+    if method == "published":
         kept = found if reference is None else found[cKDTree(found).query(reference)[1]]
         return kept, _published_places(kept, sensor)
     if sensor.layout == "square" and sensor.rows and sensor.columns:

@@ -14,13 +14,14 @@ from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
-    Linker,
+    Method,
     find_rest_markers,
     order_markers,
     rest_image,
     too_short,
 )
 from afferents.markers.sensor import Sensor
+from afferents.markers.windowed import Audit, Windowed
 
 N_NEIGHBOURS = 8
 """Markers around a lost one that say where it must be by now."""
@@ -42,22 +43,33 @@ class Tracker:
         Gives the detector and the gate.
     rest_position
         Markers of the rest frame in the order to keep, shape (n, 2), px.
-    linker
-        ``one-to-one``: a blob belongs to one marker at most. A lost marker is NaN and not
-        detected; it is looked for where its neighbours' displacement from rest says it is, so
-        it comes back under its own name.
+    rest_image
+        The rest frame, which ``windowed`` measures the markers in; without it, the first frame
+        that `step` gets must show them near their rest positions.
+    method
+        ``windowed``: centroids in windows round the expected places, see `Windowed`.
+        ``one-to-one``: all blobs of every frame; a blob belongs to one marker at most. With both
+        a lost marker is NaN and not detected; it is looked for where its neighbours'
+        displacement from rest says it is, so it comes back under its own name.
         ``published``: every marker takes the nearest blob; without one within the gate it
         keeps its old position, and `detected` (which the published code does not know) is
         False. Two markers may run together for good.
     """
 
     def __init__(
-        self, sensor: Sensor, rest_position: Positions, linker: Linker = "one-to-one"
+        self,
+        sensor: Sensor,
+        rest_position: Positions,
+        method: Method = "windowed",
+        rest_image: GreyImage | None = None,
     ) -> None:
         """Start from the rest positions; the first `step` is the frame after the rest frame."""
         self.sensor = sensor
-        self.linker = linker
+        self.method = method
         self.rest_position = rest_position
+        self._windowed: Windowed | None = None
+        if rest_image is not None:
+            self._start(rest_image)
         self._expected = rest_position.copy()
         self._neighbours = _neighbours(rest_position)
 
@@ -69,18 +81,37 @@ class Tracker:
         image
             Grey image, shape (height, width), uint8.
         """
+        if self.method == "windowed":
+            return self._follow(image)
         blobs = detect(image, self.sensor)
-        link = link_nearest if self.linker == "published" else link_one_to_one
+        link = link_nearest if self.method == "published" else link_one_to_one
         blob = link(self._expected, blobs, self.sensor.gate_px)
         detected = blob != NO_BLOB
         position = np.full_like(self._expected, np.nan)
         position[detected] = blobs[blob[detected]]
-        if self.linker == "published":
+        if self.method == "published":
             position = np.where(detected[:, None], position, self._expected)
             self._expected = position
         else:
             self._expected = self._expect(position)
         return Tracked(position, detected)
+
+    @property
+    def audit(self) -> Audit:
+        """How often identities were in danger; all zero but for ``windowed``."""
+        return self._windowed.audit if self._windowed else Audit()
+
+    def _start(self, image: GreyImage) -> None:
+        """Measure the markers in the rest frame, or in the first one for want of it."""
+        if self.method == "windowed":
+            self._windowed = Windowed(self.sensor, self.rest_position, image)
+            self.rest_position = self._windowed.rest_position
+
+    def _follow(self, image: GreyImage) -> Tracked:
+        if self._windowed is None:
+            self._start(image)
+        assert self._windowed is not None
+        return Tracked(*self._windowed.step(image))
 
     def _expect(self, position: Positions) -> Positions:
         """Say where each marker is now: as seen, or as its neighbours' displacement says."""
@@ -108,7 +139,7 @@ def rest_positions(video: Video, sensor: Sensor) -> Positions:
 def track(
     video: Video,
     sensor: Sensor,
-    linker: Linker = "one-to-one",
+    method: Method = "windowed",
     reference: Positions | None = None,
 ) -> xr.Dataset:
     """Follow the markers of a video.
@@ -119,12 +150,12 @@ def track(
         Decoded once, frame by frame.
     sensor
         Sensor file.
-    linker
-        ``one-to-one`` or ``published``; see `Tracker`.
+    method
+        ``windowed``, ``one-to-one`` or ``published``; see `Tracker`.
     reference
         Rest markers of the reference video (`rest_positions`), shape (n, 2), px, which fix the
         order of the markers; see `order_markers`. Not needed for square layouts, whose grid
-        fixes it, and not used for them by ``one-to-one``.
+        fixes it, and used for them by ``published`` only.
 
     Returns
     -------
@@ -151,13 +182,16 @@ def track(
             tracked.append(tracker.step(frame.image))
         elif index == sensor.rest_frame:
             found = find_rest_markers(frame.image, sensor, video.path)
-            rest, grid = order_markers(found, sensor, linker, reference, video.path)
-            tracker = Tracker(sensor, rest, linker)
-            tracked.append(Tracked(rest, np.ones(len(rest), dtype=bool)))
+            rest, grid = order_markers(found, sensor, method, reference, video.path)
+            tracker = Tracker(sensor, rest, method, frame.image)
+            tracked.append(Tracked(tracker.rest_position.copy(), np.ones(len(rest), dtype=bool)))
     if tracker is None:
         raise too_short(video, sensor.rest_frame, len(time_s))
     return _label(time_s, tracked, tracker.rest_position, grid).assign_attrs(
-        sensor=sensor.name, linker=linker, rest_frame=sensor.rest_frame
+        sensor=sensor.name,
+        method=method,
+        rest_frame=sensor.rest_frame,
+        **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
 
 

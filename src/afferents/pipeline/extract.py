@@ -15,7 +15,7 @@ from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses, label
 from afferents.core.store import create_store, has_responses, write_responses
-from afferents.markers import Linker, Positions, Sensor, rest_positions, track
+from afferents.markers import Method, Positions, Sensor, rest_positions, track
 from afferents.recordings import SessionFile, check_recording, read_session, session_file
 
 
@@ -26,7 +26,7 @@ class Extraction:
     session: Path
     out: Path
     sensor: Sensor
-    linker: Linker
+    method: Method
     keep_going: bool = False
 
     def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
@@ -40,7 +40,7 @@ class Extraction:
             "declared": declared.model_dump(mode="json"),
             "recordings": [recording.name for recording in session.recordings],
             "sensor": self.sensor.model_dump(mode="json"),
-            "linker": self.linker,
+            "method": self.method,
         }
 
 
@@ -76,7 +76,7 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
 
 def _reference(session: Session, extraction: Extraction) -> Positions | None:
     """Return the marker order of the published tracker; a grid needs no reference."""
-    if session.reference is None or extraction.linker != "published":
+    if session.reference is None or extraction.method != "published":
         return None
     return rest_positions(session.reference, extraction.sensor)
 
@@ -84,14 +84,14 @@ def _reference(session: Session, extraction: Extraction) -> Positions | None:
 def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:
     checksum = recording.checksum
     if not has_responses(extraction.out, recording.name, checksum):
-        found = responses_of(recording, extraction.sensor, extraction.linker, reference)
+        found = responses_of(recording, extraction.sensor, extraction.method, reference)
         write_responses(extraction.out, found.assign_attrs(checksum=checksum))
 
 
 def responses_of(
     recording: Recording,
     sensor: Sensor | None = None,
-    linker: Linker = "one-to-one",
+    method: Method = "windowed",
     reference: Positions | None = None,
 ) -> Responses:
     """Return the responses of one recording: marker tracks, SA-I, RA-I and RA-II, float32.
@@ -105,7 +105,7 @@ def responses_of(
     """
     parts: list[xr.Dataset] = []
     if recording.video is not None and sensor is not None:
-        parts.append(marker_responses(track(recording.video, sensor, linker, reference)))
+        parts.append(marker_responses(track(recording.video, sensor, method, reference)))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
     merged = xr.merge(parts, combine_attrs="no_conflicts")

@@ -35,11 +35,11 @@ def test_markers_at_rest_are_found_to_a_tenth_of_a_pixel(draw, rest, tip_b):
     assert np.sqrt((error**2).mean()) < 0.1
 
 
-@pytest.mark.parametrize("linker", ["one-to-one", "published"])
-def test_moving_markers_keep_their_names_to_a_tenth_of_a_pixel(video, rest, tip_b, linker):
+@pytest.mark.parametrize("method", ["one-to-one", "published"])
+def test_moving_markers_keep_their_names_to_a_tenth_of_a_pixel(video, rest, tip_b, method):
     truth = slide(rest, most_px=2.5)
     assert np.hypot(*(truth[-1] - rest).T).max() > 30
-    tracks = track(video(truth), tip_b, linker, reference=rest)
+    tracks = track(video(truth), tip_b, method, reference=rest)
     error = tracks[dims.POSITION].values[REST:] - truth[REST:]
     assert np.sqrt((error**2).sum(axis=-1).mean()) < 0.1
     assert np.abs(error).max() < 0.5

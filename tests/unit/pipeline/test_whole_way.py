@@ -136,7 +136,7 @@ def test_the_published_tracker_takes_its_order_from_throw_away(
 ):
     root = make_session(tmp_path / "published", textures=(1,), speeds=(20, 40))
     add_reference_video(root / "1" / "20")
-    code, _, err = run("extract", root, tmp_path / "p.zarr", "--linker", "published", "--quiet")
+    code, _, err = run("extract", root, tmp_path / "p.zarr", "--tracker", "published", "--quiet")
     assert code == 0, err
     responses = xr.open_zarr(tmp_path / "p.zarr", group="1/40", consolidated=False)
     rest = responses["rest_position"].values
