@@ -148,7 +148,7 @@ def simulate(
         typer.Option(help="NAME=FILE,LENGTH_MM,HEIGHT_MM: an image or .npy wrapped round a drum."),
     ] = None,
     nuisances: Annotated[
-        str, typer.Option(help="'all', 'none' or a comma-separated list of those to keep.")
+        str, typer.Option(help="'none', or names with or without =STRENGTH, such as all,tilt=0.02.")
     ] = "all",
     remount: Annotated[
         Literal["run", "drum"],
@@ -179,6 +179,25 @@ def simulate(
 
 
 @app.command()
+def drum(
+    texture: Annotated[
+        str,
+        typer.Argument(
+            help="A letter a to m, a bump spacing in mm, or NAME=FILE,LENGTH_MM,HEIGHT_MM."
+        ),
+    ],
+    out: Annotated[Path, typer.Argument(help="STL to write, such as drum.stl.")],
+    bore: Annotated[float, typer.Option(help="Diameter of the spindle's hole, mm.")] = 8.0,
+    as_json: Json = False,
+) -> None:
+    """Write a textured drum for a 3-D printer."""
+    from afferents.pipeline.drums import write_drum
+
+    path = write_drum(texture, out, bore)
+    _say(as_json, {"stl": str(path)}, f"STL, in mm: {path}")
+
+
+@app.command()
 def extract(
     session: Annotated[Path, typer.Argument(help="Folder in the published layout.")],
     out: Annotated[Path, typer.Argument(help="Store to write, such as OUT.zarr.")],
@@ -191,6 +210,7 @@ def extract(
             "--tracker", help="How markers are followed; 'published' keeps the reference's flaws."
         ),
     ] = "windowed",
+    workers: Workers = None,
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -200,7 +220,7 @@ def extract(
     from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run
 
-    extraction = Extraction(session, out, load_sensor(sensor), method, keep_going)
+    extraction = Extraction(session, out, load_sensor(sensor), method, keep_going, workers)
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)
     _say(as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")
@@ -228,6 +248,7 @@ def evaluate(
     stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
     fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
     bins: Annotated[int | None, typer.Option(help="Frequency bins that the network sees.")] = None,
+    workers: Workers = None,
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -263,6 +284,7 @@ def evaluate(
             may_leave_out=models == "all",
             keep_going=keep_going,
             options=options,
+            workers=workers,
         )
         summary = run(evaluation, progress)
     _say(as_json, summary, to_rich(table1(summary)), f"Results: {out}")

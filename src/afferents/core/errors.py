@@ -24,8 +24,13 @@ class InputError(AfferentsError):
 
     def __init__(self, where: object, expected: str, found: str, do: str = "") -> None:
         """Build the sentence from its parts."""
+        self._parts = (str(where), expected, found, do)
         remedy = f"; {do}" if do else ""
         super().__init__(f"{where}: expected {expected}, found {found}{remedy}")
+
+    def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str, str]]:
+        """Come back from another process as what it was."""
+        return InputError, self._parts
 
 
 class LeakageError(AfferentsError):

@@ -4,7 +4,7 @@ A recording is written under a temporary name and renamed when whole, so a group
 is complete. Plain xarray reads it: ``xarray.open_zarr("OUT.zarr", group="3/50")``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,13 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
     _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
 
 
+def create_parents(store: Path, names: Iterable[str]) -> None:
+    """Create the groups that recordings of these names stand in, before several are written."""
+    for parent in sorted({(store / name).parent for name in names}):
+        if not (parent / _ROOT).is_file():
+            _write_group(parent, {})
+
+
 def store_config(store: Path) -> dict[str, Any]:
     """Return the configuration that a store was extracted with.
 
@@ -59,8 +66,7 @@ def store_config(store: Path) -> dict[str, Any]:
 def write_responses(store: Path, responses: Responses) -> None:
     """Write the responses of one recording as the group of its name, whole or not at all."""
     target = store / responses.attrs["name"]
-    if not (target.parent / _ROOT).is_file():
-        _write_group(target.parent, {})
+    create_parents(store, [responses.attrs["name"]])
     with write_aside(target) as partial:
         _variable_strings(check_responses(responses, target)).to_zarr(
             partial,

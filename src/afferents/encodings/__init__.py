@@ -1,6 +1,6 @@
 """From responses to samples: spatial, spatio-temporal and spectral encodings."""
 
-from afferents.encodings.augment import stretch_spectrum, stretched_copies
+from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copies
 from afferents.encodings.spatial import spatial_samples, tactile_images
 from afferents.encodings.spatiotemporal import FRAMES, require_run, spatiotemporal_samples
 from afferents.encodings.spectral import (
@@ -11,6 +11,7 @@ from afferents.encodings.spectral import (
 )
 
 __all__ = [
+    "COPIES",
     "FRAMES",
     "SpectralEncoding",
     "amplitude_spectrum",

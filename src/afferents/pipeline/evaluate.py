@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+import torch
+from torch import nn
 
 from afferents import __version__
 from afferents.core import dims
@@ -15,7 +17,7 @@ from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError
 from afferents.core.families import Encoding, Family
 from afferents.core.files import remove_partials
-from afferents.core.progress import Mark, Progress
+from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses
@@ -36,17 +38,20 @@ from afferents.evaluation import (
     save_fold,
     summarise,
 )
-from afferents.models import build
+from afferents.models import CnnLstm, build
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import encode_all, kept_part, require_support
-from afferents.pipeline.learning import learning_set
+from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.pipeline.parallel import side_by_side
 from afferents.training import (
-    Epoch,
     Preset,
+    TrainedModel,
+    TrainingConfig,
     computed_with,
     predict,
     save_weights,
     train,
+    train_in_stages,
     training_config,
 )
 
@@ -65,6 +70,8 @@ class Evaluation:
         The command's further options, for the report to name.
     skipped
         Recordings that no family uses, and why; found out when the evaluation begins.
+    workers
+        Processes side by side; None for one a core.
     """
 
     data: list[DataSet]
@@ -80,6 +87,7 @@ class Evaluation:
     keep_going: bool = False
     options: Sequence[str] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
+    workers: int | None = None
 
     @property
     def config(self) -> dict[str, Any]:
@@ -98,6 +106,16 @@ class Evaluation:
             "spectral": self.spectral.model_dump(),
             "training": training,
         }
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What all jobs share, light enough to be sent along with each."""
+
+    out: Path
+    config: dict[str, Any]
+    preset: Preset
+    spectral: SpectralEncoding
 
 
 @dataclass(frozen=True)
@@ -175,14 +193,17 @@ def evaluate_group(
     evaluation: Evaluation, families: Sequence[Family], samples: Samples, progress: Progress
 ) -> None:
     """Train and test families that learn from the same samples, where not finished yet."""
-    for family in families:
-        n_folds = len(np.unique(samples[dims.SPEED].values))
-        total = n_folds * len(evaluation.protocols) * len(evaluation.seeds)
-        with progress.task(family.title, total) as mark:
-            for done, job in enumerate(jobs(evaluation, family, samples)):
-                if not finished(evaluation.out, job.key):
-                    run_job(evaluation, job, samples, done, mark)
-                mark(done + 1)
+    all_jobs = [job for family in families for job in jobs(evaluation, family, samples)]
+    missing = [job for job in all_jobs if not finished(evaluation.out, job.key)]
+    recipe = Recipe(evaluation.out, evaluation.config, evaluation.preset, evaluation.spectral)
+    done = len(all_jobs) - len(missing)
+    title = ", ".join(family.title for family in families)
+    with progress.task(title, len(all_jobs)) as mark:
+        mark(done)
+        work = ((recipe, job, samples) for job in missing)
+        for key in side_by_side(run_job, work, evaluation.workers):
+            done += 1
+            mark(done, f"{key.protocol}, {key.held_out_mm_s:g} mm/s held out")
 
 
 def jobs(evaluation: Evaluation, family: Family, samples: Samples) -> Iterator[Job]:
@@ -197,39 +218,25 @@ def splitter(protocol: Protocol, family: Family, seed: int) -> LeaveOneSpeedOut:
     return LeaveOneSpeedOut(protocol, random_halves=family.encoding == "spectral", seed=seed)
 
 
-def run_job(evaluation: Evaluation, job: Job, samples: Samples, done: int, mark: Mark) -> None:
-    """Train on one fold, test it once, save it."""
-    config = training_config(evaluation.preset, job.family.encoding)
+def run_job(recipe: Recipe, job: Job, samples: Samples) -> FoldKey:
+    """Train on one fold, test it once, save it; return its name."""
+    config = training_config(recipe.preset, job.family.encoding)
     learnt = learning_set(
         samples,
         job.family,
         job.protocol,
         job.fold,
-        evaluation.spectral.model_bins,
-        config.training_samples,
+        recipe.spectral.model_bins,
+        config,
         np.random.default_rng([job.seed, job.rank]),
     )
     leaks = find_leaks(samples, job.fold, learnt.scaled_on)
     if job.protocol.name == "nested":
         refuse_leaks(leaks, job.fold)
+    torch.set_num_threads(1)
     textures = textures_of(samples)
     model = build(job.family.encoding, len(textures), tuple(learnt.values.shape[1:]), job.seed)
-
-    def show(epoch: Epoch) -> None:
-        held_out = f"{job.protocol.name}, {job.fold.held_out_mm_s:g} mm/s held out"
-        mark(done + epoch.number / config.max_epochs, f"{held_out}, epoch {epoch.number}")
-
-    trained = train(
-        model,
-        learnt.values,
-        learnt.labels,
-        learnt.train,
-        learnt.validation,
-        learnt.scale,
-        config,
-        job.seed,
-        show,
-    )
+    trained = fit(model, learnt, config, job.seed)
     probabilities = predict(model, learnt.values, job.fold.test, learnt.scale, config)
     facts = {
         "validation_mm_s": job.fold.validation_mm_s,
@@ -241,8 +248,17 @@ def run_job(evaluation: Evaluation, job: Job, samples: Samples, done: int, mark:
         **computed_with(config),
     }
     table = predictions_table(job.key, samples, job.fold, probabilities, textures)
-    claim_results_folder(evaluation.out, evaluation.config)
-    save_fold(evaluation.out, job.key, table, facts, leaks, lambda path: save_weights(model, path))
+    claim_results_folder(recipe.out, recipe.config)
+    save_fold(recipe.out, job.key, table, facts, leaks, lambda path: save_weights(model, path))
+    return job.key
+
+
+def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int) -> TrainedModel:
+    """Train a network on a fold, in stages where the recipe says so."""
+    arrays = (learnt.values, learnt.labels, learnt.train, learnt.validation)
+    if config.image_epochs and isinstance(model, CnnLstm):
+        return train_in_stages(model, *arrays, config, seed)
+    return train(model, *arrays, learnt.scale, config, seed)
 
 
 def summarise_folder(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import xarray as xr
 
 from afferents import __version__
@@ -14,8 +15,9 @@ from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses, label
-from afferents.core.store import create_store, has_responses, write_responses
+from afferents.core.store import create_parents, create_store, has_responses, write_responses
 from afferents.markers import Method, Positions, Sensor, rest_positions, track
+from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import SessionFile, check_recording, read_session, session_file
 
 
@@ -28,6 +30,7 @@ class Extraction:
     sensor: Sensor
     method: Method
     keep_going: bool = False
+    workers: int | None = None
 
     def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.
@@ -56,21 +59,24 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
     InputError
         If the session, one of its recordings (without `keep_going`), or the store is not what
         it should be; recordings extracted before stay.
+    AfferentsError
+        If a recording is not what it should be (without `keep_going`), or a process died.
     """
     session = read_session(extraction.session)
     declared = session_file(extraction.session)
     reference = _reference(session, extraction)
     create_store(extraction.out, extraction.config(session, declared))
+    create_parents(extraction.out, [recording.name for recording in session.recordings])
     remove_partials(extraction.out)
     failed: dict[str, str] = {}
-    for recording in progress.track(session.recordings, "extracting", len(session.recordings)):
-        try:
-            check_recording(recording, declared)
-            _extract_one(recording, reference, extraction)
-        except AfferentsError as error:
-            if not extraction.keep_going:
-                raise
-            failed[recording.name] = str(error)
+    jobs = ((recording, declared, reference, extraction) for recording in session.recordings)
+    outcomes = side_by_side(_try_one, jobs, extraction.workers)
+    for name, fault in progress.track(outcomes, "extracting", len(session.recordings)):
+        if fault is None:
+            continue
+        if not extraction.keep_going:
+            raise AfferentsError(fault)
+        failed[name] = fault
     return failed
 
 
@@ -79,6 +85,22 @@ def _reference(session: Session, extraction: Extraction) -> Positions | None:
     if session.reference is None or extraction.method != "published":
         return None
     return rest_positions(session.reference, extraction.sensor)
+
+
+def _try_one(
+    recording: Recording,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+) -> tuple[str, str | None]:
+    """Return the recording's name, and what is wrong with it."""
+    cv2.setNumThreads(1)
+    try:
+        check_recording(recording, declared)
+        _extract_one(recording, reference, extraction)
+    except AfferentsError as error:
+        return recording.name, str(error)
+    return recording.name, None
 
 
 def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:

@@ -10,8 +10,9 @@ from afferents.core import dims
 from afferents.core.families import Family
 from afferents.core.protocol import Protocol
 from afferents.core.samples import Samples, textures_of
-from afferents.encodings import stretched_copies
+from afferents.encodings import COPIES, stretched_copies
 from afferents.evaluation import Fold
+from afferents.training import TrainingConfig
 
 Indices = NDArray[np.int64]
 
@@ -38,7 +39,7 @@ def learning_set(
     protocol: Protocol,
     fold: Fold,
     model_bins: int,
-    training_samples: int | None,
+    config: TrainingConfig,
     rng: np.random.Generator,
 ) -> LearningSet:
     """Gather what a fold learns from, without copying the samples.
@@ -47,13 +48,13 @@ def learning_set(
     ----------
     model_bins
         Frequency bins that the network sees.
-    training_samples
-        Training samples at most, and validation samples at most; None for all.
+    config
+        Says how many samples are used at most.
     rng
         Draws the factors of the stretched copies, once a fold as published.
     """
-    train = thinned(fold.train, training_samples)
-    validation = thinned(fold.validation, training_samples)
+    train = thinned(fold.train, originals(family, protocol, config.training_samples))
+    validation = thinned(fold.validation, config.validation_samples)
     scale, scaled_on = scale_of(samples, family, protocol, train)
     classes = {texture: i for i, texture in enumerate(textures_of(samples))}
     labels = np.array([classes[str(t)] for t in samples[dims.TEXTURE].values])
@@ -75,6 +76,13 @@ def learning_set(
         scale,
         scaled_on,
     )
+
+
+def originals(family: Family, protocol: Protocol, kept: int | None) -> int | None:
+    """Return how many samples are stretched so that `kept` come out; None for all."""
+    if kept is None or not family.augmented:
+        return kept
+    return max(1, kept // (len(COPIES) + protocol.keep_originals))
 
 
 def scale_of(

@@ -1,14 +1,10 @@
 """A whole session of the simulated rig, in the published layout."""
 
-import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
-
-from joblib import Parallel, delayed
 
 from afferents import __version__
 from afferents.core.errors import InputError
@@ -21,9 +17,12 @@ from afferents.core.files import (
 )
 from afferents.core.progress import Progress
 from afferents.core.recording import natural_order
+from afferents.pipeline.drums import LETTERS, height_map, texture_name
+from afferents.pipeline.parallel import side_by_side
 from afferents.recordings.session import SESSION_FILE
 from afferents.rig import (
     AUDIO,
+    NUISANCES,
     STEADY_S,
     TRUTH,
     VIDEO,
@@ -32,21 +31,19 @@ from afferents.rig import (
     Surface,
     bumped_surface,
     draw,
-    read_height_map,
     record,
 )
 
 SimulationPreset = Literal["quick", "paper"]
 
-LETTERS = "abcdefghijklm"
-"""The 13 textures of the paper: letter i has bumps i / 2 mm apart."""
 _SPEEDS: dict[SimulationPreset, tuple[float, ...]] = {
     # No two neighbours more than a factor 2 apart, which stretching spectra can bridge.
     "quick": (10, 20, 40, 70, 100),
     "paper": tuple(range(10, 101, 10)),
 }
 _SECONDS: dict[SimulationPreset, float] = {"quick": 7.5, "paper": 65.0}
-_CHECKSUMS = "checksums"
+_RUNS, _CHECKSUMS = "runs", "checksums"
+"""What follows from the rest of a session's configuration."""
 
 
 @dataclass(frozen=True)
@@ -89,10 +86,12 @@ class Simulation:
             "frame_height": self.rig.camera.height,
             "direction": "+x",
             "steady_s": [STEADY_S, self.seconds],
+            "textures": [texture for texture, _ in self.names[:: len(self.speeds_mm_s)]],
+            "speeds_mm_s": sorted(self.speeds_mm_s),
             "seconds": self.seconds,
             "seed": self.seed,
             "rig": self.rig.model_dump(mode="json"),
-            "runs": runs,
+            _RUNS: runs,
             "versions": {
                 "afferents": __version__,
                 **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
@@ -120,7 +119,8 @@ def simulation_of(
     height_maps
         Each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
     nuisances
-        ``all``, ``none`` or a comma-separated list of `NUISANCES`.
+        ``none``, or ``all`` and names of `NUISANCES` separated by commas, each with or without
+        a strength of its own, such as ``all,tilt=0.02``.
     remount
         Whether the fingertip is mounted anew for each run or once a drum.
 
@@ -132,11 +132,9 @@ def simulation_of(
     rig = Rig()
     if remount == "drum":
         rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
-    if nuisances != "all":
-        names = [] if nuisances == "none" else [name.strip() for name in nuisances.split(",")]
-        rig = rig.with_nuisances(names)
-    maps = dict(_height_map(text, rig) for text in height_maps)
-    folders = dict.fromkeys(_texture_name(texture.strip(), maps) for texture in [*textures, *maps])
+    rig = rig.with_nuisances(nuisance_strengths(nuisances))
+    maps = dict(height_map(text, rig.drum) for text in height_maps)
+    folders = dict.fromkeys(texture_name(texture.strip(), maps) for texture in [*textures, *maps])
     return Simulation(
         session,
         tuple(folders),
@@ -148,28 +146,23 @@ def simulation_of(
     )
 
 
-def _height_map(text: str, rig: Rig) -> tuple[str, Surface]:
-    match = re.fullmatch(r"([\w-]+)=(.+),([\d.]+),([\d.]+)", text)
-    if match is None:
-        raise InputError("--height-map", "NAME=FILE,LENGTH_MM,HEIGHT_MM", f"'{text}'")
-    name, file, length, height = match.groups()
-    return name, read_height_map(Path(file), float(length), float(height), rig.drum)
+def nuisance_strengths(text: str) -> dict[str, float | None]:
+    """Return the strength of each nuisance that is named, None where it is the rig's own.
 
-
-def _texture_name(texture: str, maps: Mapping[str, Surface]) -> str:
-    if texture in maps:
-        return texture
-    if len(texture) == 1 and texture in LETTERS:
-        return f"{LETTERS.index(texture) / 2:g}"
-    try:
-        spacing = float(texture)
-    except ValueError:
-        spacing = -1.0
-    if not (spacing == 0 or 0.3 <= spacing <= 20):
-        raise InputError(
-            "--textures", "letters a to m or bump spacings of 0 or 0.3 to 20 mm", f"'{texture}'"
-        )
-    return f"{spacing:g}"
+    Raises
+    ------
+    InputError
+        If a strength is no number.
+    """
+    strengths: dict[str, float | None] = {}
+    for word in text.split(","):
+        name, _, strength = word.strip().partition("=")
+        try:
+            named = dict.fromkeys(NUISANCES if name == "all" else [name])
+            strengths |= {n: float(strength) for n in named} if strength else named
+        except ValueError:
+            raise InputError("--nuisances", "NAME or NAME=STRENGTH", f"'{word}'") from None
+    return {name: value for name, value in strengths.items() if name != "none"}
 
 
 def simulate_session(simulation: Simulation, workers: int | None, progress: Progress) -> Path:
@@ -196,9 +189,8 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
     done = len(simulation.names) - len(missing)
     with progress.task("simulating", len(simulation.names)) as mark:
         mark(done)
-        jobs = (delayed(_record_one)(simulation, *run) for run in missing)
-        pool = Parallel(n_jobs=workers or os.cpu_count() or 1, return_as="generator_unordered")
-        for name in pool(jobs):
+        jobs = ((simulation, *run) for run in missing)
+        for name in side_by_side(_record_one, jobs, workers):
             done += 1
             mark(done, name)
     _seal(simulation)
@@ -221,9 +213,11 @@ def _claim(simulation: Simulation) -> None:
     """Write session.json, or see that the one there is the same."""
     path = simulation.session / SESSION_FILE
     if path.is_file():
-        earlier = read_json(path, "a session file")
-        earlier.pop(_CHECKSUMS, None)
-        require_same_config(simulation.session, "a session", earlier, simulation.config())
+        earlier, now = read_json(path, "a session file"), simulation.config()
+        for config in (earlier, now):
+            for name in (_RUNS, _CHECKSUMS):
+                config.pop(name, None)
+        require_same_config(simulation.session, "a session", earlier, now)
         return
     if simulation.session.is_dir() and any(simulation.session.iterdir()):
         raise InputError(

@@ -57,7 +57,7 @@ class SessionFile(BaseModel):
         Whether a simulation made the recordings.
     """
 
-    model_config = ConfigDict(frozen=True, extra="allow")
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
     sample_rate_hz: float = Field(44100, gt=0)
     audio_channels: int = Field(2, ge=1)

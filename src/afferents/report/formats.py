@@ -2,6 +2,7 @@
 
 from rich import box
 from rich.table import Table as RichTable
+from rich.text import Text
 
 from afferents.report.table import Table
 
@@ -27,13 +28,8 @@ def to_rich(table: Table) -> RichTable:
     for index, column in enumerate(table.columns):
         printed.add_column(column, justify="left" if index < table.n_headers else "right")
     for row in table.rows:
-        printed.add_row(*(f"[dim]{c.text}[/dim]" if c.absent else _plain(c.text) for c in row))
+        printed.add_row(*(Text(cell.text, style="dim" if cell.absent else "") for cell in row))
     return printed
-
-
-def _plain(text: str) -> str:
-    """Keep rich from reading an interval's brackets as markup."""
-    return text.replace("[", r"\[")
 
 
 def _escape(text: str) -> str:

@@ -10,6 +10,7 @@ from afferents.rig.microphone import Microphone
 from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.run import Drawn, Simulated, draw, simulate
 from afferents.rig.skin import Skin
+from afferents.rig.stl import write_stl
 from afferents.rig.surface import (
     Drum,
     Surface,
@@ -44,4 +45,5 @@ __all__ = [
     "read_height_map",
     "record",
     "simulate",
+    "write_stl",
 ]

@@ -1,9 +1,9 @@
 """All constants of the rig in one frozen model, and the switches of its nuisances."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from afferents.core.errors import InputError
 from afferents.rig.camera import Camera
@@ -90,20 +90,30 @@ class Rig(BaseModel):
     microphone: Microphone = Microphone()
     camera: Camera = Camera()
 
-    def with_nuisances(self, names: Iterable[str]) -> Self:
+    def with_nuisances(self, strengths: Mapping[str, float | None]) -> Self:
         """Return the rig with no other nuisances than those named.
+
+        Parameters
+        ----------
+        strengths
+            By name; None for the rig's own.
 
         Raises
         ------
         InputError
-            If there is none of that name.
+            If there is none of that name, or it can't be that strong.
         """
-        wanted = set(names)
-        if unknown := sorted(wanted - set(NUISANCES)):
+        if unknown := sorted(set(strengths) - set(NUISANCES)):
             raise InputError("nuisances", f"of {', '.join(NUISANCES)}", f"'{unknown[0]}'")
-        sections: dict[str, BaseModel] = {}
+        constants = self.model_dump()
         for name, (section, field) in NUISANCES.items():
-            if name not in wanted:
-                model = sections.get(section, getattr(self, section))
-                sections[section] = model.model_copy(update={field: 0.0})
-        return self.model_copy(update=sections)
+            strength = strengths.get(name, 0.0)
+            if strength is not None:
+                constants[section][field] = strength
+        try:
+            return type(self).model_validate(constants)
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise InputError(
+                f"nuisances: {first['loc'][-1]}", first["msg"].lower(), f"{first['input']}"
+            ) from None

@@ -5,6 +5,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 
 from afferents.core.recording import GreyImage
@@ -43,7 +44,7 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ca
         stream.time_base = stream.codec_context.time_base = Fraction(1, _TICKS_HZ)
         chroma = np.full((camera.height // 2, camera.width), 128, np.uint8)
         for time_s, image in frames:
-            planes = np.concatenate([_LIMITED[image], chroma])
+            planes = np.concatenate([cv2.LUT(image, _LIMITED), chroma])
             frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
             frame.pts, frame.time_base = round(time_s * _TICKS_HZ), Fraction(1, _TICKS_HZ)
             container.mux(stream.encode(frame))

@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import convolve1d
 
 from afferents.core.errors import InputError
 
@@ -224,12 +223,15 @@ def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surf
     stiffness_per_mm
         b: the stiffer the skin, the more the highest points carry, 1/mm.
     """
-    pitch = surface.pitch_mm
-    raised = np.exp(stiffness_per_mm * surface.height_mm.astype(np.float64))
-    for axis, step in enumerate(pitch):
-        raised = convolve1d(raised, _bell(footprint_mm, step), axis=axis, mode="wrap")
-    envelope = (np.log(raised) / stiffness_per_mm).astype(np.float32)
-    return Surface(envelope[::_COARSER, ::_COARSER].copy(), surface.length_mm, surface.width_mm)
+    raised = np.exp(np.float32(stiffness_per_mm) * surface.height_mm)
+    along, across = (_bell(footprint_mm, step) for step in surface.pitch_mm)
+    reach = len(along) // 2
+    # Along, the surface closes on itself, which OpenCV's filters don't know.
+    raised = np.pad(raised, ((reach, reach), (0, 0)), mode="wrap")
+    mean = cv2.sepFilter2D(raised, -1, across, along, borderType=cv2.BORDER_REFLECT_101)
+    sampled = mean[reach:-reach:_COARSER, ::_COARSER]
+    envelope = (np.log(sampled) / stiffness_per_mm).astype(np.float32)
+    return Surface(envelope, surface.length_mm, surface.width_mm)
 
 
 def _bell(width_mm: float, step_mm: float) -> NDArray[np.float64]:

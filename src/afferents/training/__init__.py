@@ -3,6 +3,7 @@
 from afferents.training.config import Preset, TrainingConfig, training_config
 from afferents.training.hardware import computed_with
 from afferents.training.loop import Epoch, TrainedModel, predict, train
+from afferents.training.staged import train_in_stages
 from afferents.training.weights import load_weights, save_weights
 
 __all__ = [
@@ -15,5 +16,6 @@ __all__ = [
     "predict",
     "save_weights",
     "train",
+    "train_in_stages",
     "training_config",
 ]

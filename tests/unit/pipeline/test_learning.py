@@ -6,6 +6,7 @@ from afferents.core.families import FAMILIES
 from afferents.core.protocol import PROTOCOLS
 from afferents.evaluation import LeaveOneSpeedOut
 from afferents.pipeline.learning import learning_set, scale_of, thinned
+from afferents.training import TrainingConfig
 
 NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
 PLAIN, AUGMENTED = FAMILIES["vib-te"], FAMILIES["vib-te-aug"]
@@ -36,7 +37,8 @@ def learn(spectra, family, protocol, held_out=40.0, kept=None):
     folds = LeaveOneSpeedOut(protocol, random_halves=True).folds(spectra)
     fold = next(f for f in folds if f.held_out_mm_s == held_out)
     rng = np.random.default_rng(0)
-    return fold, learning_set(spectra, family, protocol, fold, 10, kept, rng)
+    config = TrainingConfig(learning_rate=1e-3, patience=3, training_samples=kept)
+    return fold, learning_set(spectra, family, protocol, fold, 10, config, rng)
 
 
 def test_nested_scale_never_saw_the_held_out_speed(spectra):
@@ -87,3 +89,9 @@ def test_thinning_spreads_over_recordings(spectra):
     assert len(set(recordings[learnt.train])) == len(learnt.train) == 4
     np.testing.assert_array_equal(thinned(np.arange(10), 5), [1, 3, 5, 7, 9])
     np.testing.assert_array_equal(thinned(np.arange(3), None), [0, 1, 2])
+
+
+@pytest.mark.parametrize(("protocol", "of_each"), [(NESTED, 7), (PUBLISHED, 6)])
+def test_a_limit_counts_stretched_copies_too(spectra, protocol, of_each):
+    _, learnt = learn(spectra, AUGMENTED, protocol, kept=30)
+    assert len(learnt.train) == 30 // of_each * of_each

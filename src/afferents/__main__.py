@@ -1,0 +1,5 @@
+"""`python -m afferents`."""
+
+from afferents.cli import main
+
+main()

@@ -1,0 +1,111 @@
+"""A shorter road for the CNN-LSTM: images first, time after.
+
+The image stack learns from single frames, as the spatial network, and is then kept; what it makes
+of every frame is worked out once, and the LSTMs and dense layers learn from that. A frame costs a
+tenth of a run, and the second stage next to nothing. Not the published recipe.
+"""
+
+from typing import cast
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from afferents.models import CnnLstm, SpatialNet, build
+from afferents.training.config import TrainingConfig
+from afferents.training.hardware import autocast, choose_device
+from afferents.training.loop import TrainedModel, train
+
+_AT_ONCE = 64
+
+
+class _Head(nn.Module):
+    """The LSTMs and dense layers of a CNN-LSTM, for features (batch, frame, feature)."""
+
+    def __init__(self, model: CnnLstm) -> None:
+        super().__init__()
+        self.lstm, self.dense = model.lstm, model.dense
+
+    def forward(self, features: Tensor) -> Tensor:
+        logits: Tensor = self.dense(self.lstm(features)[0][:, -1])
+        return logits
+
+
+def train_in_stages(
+    model: CnnLstm,
+    values: Tensor,
+    labels: Tensor,
+    train_index: NDArray[np.int64],
+    validation_index: NDArray[np.int64],
+    config: TrainingConfig,
+    seed: int,
+) -> TrainedModel:
+    """Train a CNN-LSTM in place, its image stack from single frames first.
+
+    Of every training run one frame is taken, the first of the first run, the second of the
+    second and so on; the image stage is trained for `config.image_epochs` epochs on as many
+    frames as there are training runs times `config.frames_a_run`.
+
+    Parameters
+    ----------
+    model, values, labels, train_index, validation_index, config, seed
+        As for `train`; values are (n_runs, frame, row, column) and not scaled.
+    """
+    n_frames = values.shape[1]
+    images = values.flatten(0, 1)
+    of_frame = labels.repeat_interleave(n_frames)
+    stage = config.model_copy(
+        update={"max_epochs": config.image_epochs, "learning_rate": config.image_rate}
+    )
+    spatial = build("spatial", int(labels.max()) + 1, tuple(values.shape[2:]), seed)
+    image_stack = cast("SpatialNet", spatial).image
+    image_stack.load_state_dict(model.image.state_dict())
+    train(
+        spatial,
+        images,
+        of_frame,
+        _frames_of(train_index, n_frames, config.frames_a_run),
+        _frames_of(validation_index, n_frames, 1),
+        1.0,
+        stage,
+        seed,
+    )
+    model.image.load_state_dict(image_stack.state_dict())
+    used = np.concatenate([train_index, validation_index])
+    features = _features(model.image, values, used, config)
+    n_train = len(train_index)
+    trained = train(
+        _Head(model),
+        features,
+        labels[torch.from_numpy(used)],
+        np.arange(n_train),
+        np.arange(n_train, len(used)),
+        1.0,
+        config,
+        seed,
+    )
+    return TrainedModel(model, trained.history, trained.best_epoch, trained.seconds)
+
+
+def _frames_of(runs: NDArray[np.int64], n_frames: int, a_run: int) -> NDArray[np.int64]:
+    """Return `a_run` frames of each run, other places of other runs, as indices of frames."""
+    place = (np.arange(len(runs))[:, None] + np.arange(a_run) * (n_frames // a_run)) % n_frames
+    frames: NDArray[np.int64] = (runs[:, None] * n_frames + place).ravel()
+    return frames
+
+
+@torch.inference_mode()
+def _features(
+    image: nn.Module, values: Tensor, runs: NDArray[np.int64], config: TrainingConfig
+) -> Tensor:
+    """Return what the image stack makes of every frame of some runs, (n_runs, frame, feature)."""
+    device = choose_device(config)
+    image.to(device).eval()
+    parts = []
+    for index in torch.split(torch.from_numpy(runs), _AT_ONCE):
+        batch = values.index_select(0, index).to(device)
+        with autocast(config, device):
+            found = image(batch.flatten(0, 1).unsqueeze(1))
+        parts.append(found.float().unflatten(0, batch.shape[:2]).cpu())
+    return torch.cat(parts).clone()

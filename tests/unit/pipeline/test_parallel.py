@@ -1,0 +1,57 @@
+"""Jobs side by side: everything comes back, errors as what they were, and no process is lost."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import AfferentsError, InputError
+from afferents.pipeline.parallel import side_by_side
+
+
+def square(number):
+    return number**2
+
+
+def total(values):
+    values += 1  # as its own: nothing of it comes back
+    return float(values.sum())
+
+
+def refuse(number):
+    raise InputError("a job", "an even number", f"{number}", "take another")
+
+
+def die(_):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_all_results_come(workers):
+    assert sorted(side_by_side(square, ((n,) for n in range(20)), workers)) == [
+        n**2 for n in range(20)
+    ]
+
+
+def test_large_arrays_are_shared_but_never_changed():
+    values = np.zeros(1_000_000)
+    assert list(side_by_side(total, [(values,)] * 3, 2)) == [1_000_000.0] * 3
+    assert not values.any()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_error_stays_what_it_was(workers):
+    with pytest.raises(InputError, match="a job: expected an even number, found 3; take another"):
+        list(side_by_side(refuse, [(3,)], workers))
+
+
+def test_a_process_that_died_is_one_sentence():
+    with pytest.raises(AfferentsError, match=r"a worker process died .* fewer --workers"):
+        list(side_by_side(die, [(0,), (1,)], 2))
+
+
+def test_the_environment_is_left_as_it_was():
+    before = dict(os.environ)
+    list(side_by_side(square, [(2,)], 2))
+    assert dict(os.environ) == before

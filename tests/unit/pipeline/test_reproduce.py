@@ -1,0 +1,75 @@
+"""The whole way in one go, on a session of its own and on a given one."""
+
+import json
+
+import pytest
+
+from afferents.core.families import FAMILIES
+from afferents.core.progress import Progress
+from afferents.markers import load_sensor
+from afferents.pipeline import reproduce as reproducing
+from afferents.pipeline.reproduce import Reproduction, reproduce
+from afferents.pipeline.simulate import simulate_session, simulation_of
+
+FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
+SOME = {name: FAMILIES[name] for name in ("ra-ste", "vib-te-aug")}
+"""Enough to see that all are asked for; every family goes its whole way in `test_whole_way`."""
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("simulated") / "session"
+    with Progress(quiet=True) as progress:
+        return simulate_session(simulation_of(folder, "quick", **FEW), 2, progress)
+
+
+def run(out, session):
+    with Progress(quiet=True) as progress:
+        return reproduce(Reproduction(out, session, load_sensor("tip_b"), "quick"), progress)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _some_families():
+    assert reproducing.FAMILIES == FAMILIES
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproducing, "FAMILIES", SOME)
+        yield
+
+
+@pytest.fixture(scope="module")
+def page(simulated, tmp_path_factory):
+    return run(tmp_path_factory.mktemp("reproduced"), simulated)
+
+
+def test_it_ends_with_table_1_under_both_protocols(page):
+    summary = json.loads((page.parent / "summary.json").read_text())
+    assert set(summary["models"]) == set(SOME)
+    assert all(set(found) == {"nested", "published"} for found in summary["models"].values())
+    nested = {name: found["nested"] for name, found in summary["models"].items()}
+    assert not any(any(found["leaks"].values()) for found in nested.values())
+    assert "Paper, its own recordings" in (page.parent / "table1.md").read_text()
+
+
+def test_the_report_says_that_it_was_simulated_and_reproduces_nothing(page):
+    text = page.read_text()
+    assert "Simulated recordings." in text
+    assert "no reproduction" in text
+
+
+def test_a_second_run_keeps_what_is_finished(page, simulated):
+    out = page.parent.parent
+    before = {p: p.stat().st_mtime_ns for p in out.rglob("fold.json")}
+    assert len(before) == len(SOME) * 2 * 3
+    run(out, simulated)
+    assert {p: p.stat().st_mtime_ns for p in before} == before
+
+
+def test_without_a_session_one_is_simulated(tmp_path, monkeypatch):
+    def few(session, preset, seed):
+        return simulation_of(session, preset, seed=seed, **FEW)
+
+    monkeypatch.setattr(reproducing, "simulation_of", few)
+    monkeypatch.setattr(reproducing, "FAMILIES", {"vib-te": FAMILIES["vib-te"]})
+    page = run(tmp_path / "out", None)
+    assert page.is_file()
+    assert (tmp_path / "out" / "session" / "3" / "100" / "video.mp4").is_file()

@@ -1,0 +1,73 @@
+"""What the gel passes, what disturbs it, and what is written."""
+
+import numpy as np
+import pytest
+import soundfile
+
+from afferents.core.errors import InputError
+from afferents.rig import Microphone, Skin
+from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard, write_wav
+
+RATE_HZ = 8820.0
+SILENT = Microphone(motor=0, mains=0, noise=0, room_noise=0)
+
+
+def loudness_of(frequency_hz: float) -> float:
+    time = np.arange(round(2 * RATE_HZ)) / RATE_HZ
+    sound = heard(np.sin(2 * np.pi * frequency_hz * time), 0 * time, RATE_HZ, Microphone())
+    return float(np.sqrt(2 * (sound[len(sound) // 2 :] ** 2).mean())) / Microphone().gain_per_mn_s
+
+
+def test_the_gel_passes_2_to_150_hz():
+    assert loudness_of(30) == pytest.approx(1, rel=0.02)
+    assert loudness_of(2) == pytest.approx(0.5**0.5, rel=0.05)
+    assert loudness_of(150) == pytest.approx(0.5**0.5, rel=0.05)
+    assert loudness_of(300) < 0.3
+    assert loudness_of(1000) < 0.03
+
+
+def test_sound_comes_at_the_rate_of_the_microphone():
+    assert len(heard(np.zeros(8820), np.zeros(8820), RATE_HZ, Microphone())) == SAMPLE_RATE_HZ
+
+
+def test_near_pins_are_louder():
+    microphone, rest = Microphone(), Skin().rest_mm()
+    weights = microphone.weights(rest)
+    assert weights.sum() == pytest.approx(1)
+    near = np.argmin(np.hypot(*(rest - [microphone.x_mm, microphone.y_mm]).T))
+    assert np.argmax(weights) == near
+    assert weights[0] < 1e-3 * weights[near]
+
+
+def test_the_motor_hums_at_its_turns_and_louder_at_speed(rng):
+    n = 2 * SAMPLE_RATE_HZ
+    turns = 10 * np.arange(n) / SAMPLE_RATE_HZ
+    only_motor = SILENT.model_copy(update={"motor": 0.1})
+    slow, fast = (disturbances(turns, np.full(n, v), only_motor, rng) for v in (0.5, 1.0))
+    lines = np.abs(np.fft.rfft(fast))
+    assert np.argmax(lines) == 20  # 10 Hz in bins of half a Hz
+    assert slow.std() == pytest.approx(fast.std() / 4, rel=1e-3)
+
+
+def test_mains_hum_at_50_hz(rng):
+    only_mains = SILENT.model_copy(update={"mains": 0.1})
+    hum = disturbances(np.zeros(SAMPLE_RATE_HZ), np.zeros(SAMPLE_RATE_HZ), only_mains, rng)
+    assert np.argmax(np.abs(np.fft.rfft(hum))) == 50
+    assert np.abs(hum).max() == pytest.approx(0.1, rel=1e-3)
+
+
+def test_nothing_is_heard_with_everything_off(rng):
+    assert not disturbances(np.arange(100.0), np.ones(100), SILENT, rng).any()
+
+
+def test_the_wav_is_16_bit_stereo_with_the_sensor_second(tmp_path):
+    room, sensor = np.zeros(100), np.linspace(-0.5, 0.5, 100)
+    write_wav(tmp_path / "a.wav", room, sensor)
+    info = soundfile.info(tmp_path / "a.wav")
+    assert (info.samplerate, info.channels, info.subtype) == (44100, 2, "PCM_16")
+    np.testing.assert_allclose(soundfile.read(tmp_path / "a.wav")[0][:, 1], sensor, atol=1e-4)
+
+
+def test_a_sound_beyond_full_scale_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"1.20 of it; lower gain_per_mn_s"):
+        write_wav(tmp_path / "a.wav", np.zeros(3), np.array([0, 1.2, 0]))

@@ -1,0 +1,74 @@
+"""A recording: video, sound and truth in one folder, whole or not at all."""
+
+import sys
+
+import numpy as np
+import pytest
+import soundfile
+
+from afferents.core.errors import InputError
+from afferents.recordings import open_video
+from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    target = tmp_path_factory.mktemp("rig") / "3" / "50"
+    record(Rig(), target, "3", bumped_surface(3.0), 50.0, 1.6, seed=0, reference=True)
+    return target
+
+
+def test_the_folder_holds_what_the_published_one_holds(folder):
+    assert {path.name for path in folder.iterdir()} == {VIDEO, AUDIO, TRUTH, REFERENCE}
+    assert soundfile.info(folder / AUDIO).frames == round(1.6 * 44100)
+
+
+def test_the_truth_has_a_row_for_every_frame(folder):
+    truth = np.load(folder / TRUTH)
+    frames = list(open_video(folder / VIDEO).frames())
+    n = len(frames)
+    assert n == 144
+    shapes = {name: value.shape for name, value in truth.items()}
+    assert shapes == {
+        "time": (n,),
+        "position": (n, 361, 2),
+        "drum_angle_rad": (n,),
+        "speed_mm_s": (n,),
+        "pressure": (n, 361),
+    }
+    np.testing.assert_allclose([f.time_s for f in frames], truth["time"], atol=1 / 90000)
+    assert truth["speed_mm_s"][0] == 0
+    assert truth["speed_mm_s"][-1] == pytest.approx(50, rel=0.05)
+
+
+def test_the_reference_clip_shows_the_skin_at_rest(folder):
+    clip = [frame.image for frame in open_video(folder / REFERENCE).frames()]
+    assert len(clip) == 45
+    first, last = clip[0].astype(float), clip[-1].astype(float)
+    assert np.corrcoef(first.ravel(), last.ravel())[0, 1] > 0.98
+
+
+def test_a_full_disk_leaves_nothing_half_written(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device", "audio.wav")
+
+    monkeypatch.setattr(sys.modules[record.__module__], "write_wav", full)
+    with pytest.raises(OSError, match="No space left"):
+        record(Rig(), tmp_path / "3" / "50", "3", bumped_surface(3.0), 50.0, 1.6, seed=0)
+    assert not list((tmp_path / "3").iterdir())
+
+
+def test_pins_that_leave_the_picture_are_refused(tmp_path):
+    rig = Rig()
+    near = rig.model_copy(update={"camera": rig.camera.model_copy(update={"px_per_mm": 25.0})})
+    with pytest.raises(InputError, match=r"pins that stay in the picture.*lower px_per_mm"):
+        record(near, tmp_path / "3" / "50", "3", bumped_surface(3.0), 50.0, 1.6, seed=0)
+
+
+def test_a_sound_too_loud_is_refused(tmp_path):
+    rig = Rig()
+    loud = rig.microphone.model_copy(update={"gain_per_mn_s": 1.0})
+    deafening = rig.model_copy(update={"microphone": loud})
+    with pytest.raises(InputError, match=r"lower gain_per_mn_s"):
+        record(deafening, tmp_path / "3" / "100", "3", bumped_surface(3.0), 100.0, 1.8, seed=0)
+    assert not list((tmp_path / "3").iterdir())

@@ -1,0 +1,84 @@
+"""A run: rest first, then what the drum does to the skin; noise-free where nothing disturbs it."""
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.rig import Rig, bumped_surface, simulate
+from afferents.rig.drive import STILL_S
+
+
+def test_the_rest_frames_are_at_rest(run):
+    still = run.time_s < STILL_S
+    assert still.sum() >= 30
+    assert np.ptp(run.position_mm[still], axis=0).max() < 1e-9
+    assert not run.pressure_mn[still].any()
+
+
+def test_the_skin_is_dragged_along(run):
+    moved = run.position_mm[-1] - run.position_mm[0]
+    assert 0.1 < moved[:, 0].max() < 4
+    assert moved[:, 0].mean() > 0.02
+
+
+def test_pushed_in_skin_comes_nearer_to_the_camera(quiet_run):
+    """At the end where friction can't reach, the outermost pins show perspective alone."""
+    moved = quiet_run.position_mm[-1] - quiet_run.position_mm[0]
+    rest = quiet_run.position_mm[0]
+    outwards = (moved[:, 1] * np.sign(rest[:, 1])).reshape(19, 19)
+    assert outwards[:9].mean() > 0
+    assert outwards[10:].mean() > 0
+
+
+def test_an_undisturbed_run_is_free_of_noise(quiet_run, quiet_rig):
+    again = simulate(quiet_rig, "3", bumped_surface(3.0, quiet_rig.drum), 50.0, 2.0, seed=7)
+    for name, value in quiet_run._asdict().items():
+        np.testing.assert_array_equal(value, getattr(again, name), err_msg=name)
+    assert not quiet_run.room.any()
+    assert not quiet_run.sensor[: round(0.4 * 44100)].any()
+
+
+def test_another_seed_is_another_run(run):
+    other = simulate(Rig(), "3", bumped_surface(3.0), 50.0, 2.0, seed=1)
+    assert np.abs(other.position_mm - run.position_mm).max() > 0.01
+    assert np.abs(other.sensor - run.sensor).max() > 0.001
+
+
+def test_both_clocks_tell_the_same_but_for_their_offset():
+    rig = Rig().with_nuisances({})
+    drum = bumped_surface(3.0, rig.drum)
+    straight = simulate(rig, "3", drum, 50.0, 2.0, 0)
+    mounting = rig.mounting.model_copy(update={"clock_sd_s": 0.05})
+    shifted_rig = rig.model_copy(update={"mounting": mounting})
+    from afferents.rig import draw
+
+    offset = round(draw(shifted_rig, "3", 50.0, 0).clock_offset_s * 44100)
+    shifted = simulate(shifted_rig, "3", drum, 50.0, 2.0, 0)
+    assert abs(offset) > 100
+    # What the camera sees at t, the microphone hears at t + offset.
+    inner = np.arange(10000, 70000)
+    np.testing.assert_array_equal(shifted.sensor[inner], straight.sensor[inner - offset])
+
+
+def test_faster_slides_feel_louder_and_smooth_drums_quieter(quiet_rig):
+    def loudness(spacing, speed):
+        drum = bumped_surface(spacing, quiet_rig.drum)
+        sensor = simulate(quiet_rig, f"{spacing:g}", drum, speed, 2.5, 0).sensor
+        return sensor[round(1.6 * 44100) :].std()
+
+    assert loudness(3.0, 100.0) > 1.5 * loudness(3.0, 30.0)
+    assert loudness(3.0, 50.0) > 20 * loudness(0.0, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("skin", "sentence"),
+    [
+        ({"mass_mg": 0.01}, r"fastest swing moves less than 1 rad .* softer or heavier"),
+        ({"coupling_mn_mm": 1000.0}, r"fastest swing"),
+    ],
+)
+def test_unstable_constants_are_refused(skin, sentence):
+    rig = Rig()
+    stiff = rig.model_copy(update={"skin": rig.skin.model_copy(update=skin)})
+    with pytest.raises(InputError, match=sentence):
+        simulate(stiff, "3", bumped_surface(3.0), 50.0, 2.0, 0)

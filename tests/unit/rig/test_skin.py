@@ -1,0 +1,136 @@
+"""The lattice against half its step, and against what physics demands."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from afferents.core.errors import InputError
+from afferents.rig import Rig, Skin, bumped_surface, felt
+from afferents.rig.run import check_step
+from afferents.rig.skin import PHYSICS_RATE_HZ, Felt, Motion, SkinOnDrum
+
+SKIN = Skin()
+WEIGHT = np.full(361, 1 / 361)
+
+
+@pytest.fixture(scope="module")
+def g():
+    return felt(bumped_surface(3.0), SKIN.footprint_mm, SKIN.bridging_per_mm)
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    return felt(bumped_surface(0.0), SKIN.footprint_mm, SKIN.bridging_per_mm)
+
+
+def motion(seconds, speed, depth=0.7, rate=PHYSICS_RATE_HZ, still_s=0.0) -> Motion:
+    time = (np.arange(round(seconds * rate)) + 1) / rate
+    speeds = np.where(time > still_s, speed, 0.0) * np.clip((time - still_s) / 0.02, 0, 1)
+    return Motion(np.cumsum(speeds) / rate, speeds, np.full(len(time), depth))
+
+
+def run(surface, way: Motion, skin=SKIN, rate=PHYSICS_RATE_HZ, every=1, **mounting) -> Felt:
+    mounted = {"tilt": (0.0, 0.0), "lateral_mm": 0.0, **mounting}
+    lattice = SkinOnDrum(skin, surface, weight=WEIGHT, rate_hz=rate, **mounted)
+    return lattice.run(way, np.arange(0, len(way.slide_mm), every, dtype=float))
+
+
+def test_half_the_step_changes_nothing_that_matters(g):
+    """Displacements of some 0.3 mm agree to 5 um: a tenth of a pixel."""
+    whole = run(g, motion(0.4, 50), every=98)
+    half = run(g, motion(0.4, 50, rate=2 * PHYSICS_RATE_HZ), rate=2 * PHYSICS_RATE_HZ, every=196)
+    difference = whole.displacement_mm - half.displacement_mm
+    assert np.sqrt((difference**2).mean()) < 0.005
+    assert np.sqrt((whole.displacement_mm**2).mean()) > 0.1
+
+
+def test_a_run_in_pieces_is_the_run_in_one(g):
+    way = motion(0.2, 50)
+    lattice = SkinOnDrum(SKIN, g, (0.0, 0.0), 0.0, WEIGHT)
+    pieces = [
+        lattice.run(Motion(*(part[i : i + 441] for part in way)), np.arange(0.0, 441.0, 98))
+        for i in range(0, len(way.slide_mm), 441)
+    ]
+    whole = run(g, way)
+    np.testing.assert_array_equal(
+        np.concatenate([piece.pressure_rate for piece in pieces]), whole.pressure_rate
+    )
+
+
+def test_free_skin_stays_at_rest_and_is_silent(g):
+    out = run(g, motion(0.1, 50, depth=-1.0))
+    assert not out.displacement_mm.any()
+    assert not out.pressure_mn.any()
+    assert not out.shear_rate.any()
+
+
+def test_skin_let_go_returns_to_rest(smooth):
+    way = motion(0.6, 50)
+    pulled = len(way.slide_mm) // 2
+    lifted = Motion(way.slide_mm, way.speed_mm_s, way.depth_mm.copy())
+    lifted.depth_mm[pulled:] = -1.0
+    moved = np.abs(run(smooth, lifted, every=98).displacement_mm).max(axis=(1, 2))
+    assert moved[pulled // 98] > 0.1
+    assert moved[-1] < 1e-3 * moved.max()
+
+
+def test_a_still_smooth_drum_pushes_outwards_only_and_does_no_work(smooth):
+    out = run(smooth, motion(0.5, 0.0), every=98)
+    last = out.displacement_mm[-1].reshape(19, 19, 2)
+    np.testing.assert_allclose(last[:, ::-1, 0], -last[..., 0], atol=1e-5)
+    np.testing.assert_allclose(last[::-1, :, 1], -last[..., 1], atol=1e-5)
+    # Settled: nothing moves any more, so that no force does work.
+    assert np.abs(out.displacement_mm[-1] - out.displacement_mm[-10]).max() < 1e-4
+    assert np.abs(out.shear_rate[-98:]).max() < 1e-2
+
+
+def test_friction_drags_the_skin_along_and_turns_with_the_drum(smooth):
+    forwards = run(smooth, motion(0.4, 50), every=98).displacement_mm
+    backwards = run(smooth, motion(0.4, -50), every=98).displacement_mm
+    assert forwards[-1, :, 0].mean() > 0.1
+    np.testing.assert_allclose(backwards[-1, :, 0].mean(), -forwards[-1, :, 0].mean(), rtol=1e-3)
+
+
+def test_friction_stays_within_its_law(smooth):
+    """Steady sliding on a smooth drum: springs hold what friction drags, m_k to m_s times load."""
+    out = run(smooth, motion(1.0, 50), every=98)
+    load = float(out.pressure_mn[-1].sum())
+    held = SKIN.shear_mn_mm * float(out.displacement_mm[-1, :, 0].sum())
+    share = held / load
+    viscous = SKIN.viscous_s_mm * 50
+    assert SKIN.kinetic_friction < share < SKIN.static_friction + viscous
+
+
+def test_more_depth_presses_harder(smooth):
+    loads = [
+        run(smooth, motion(0.2, 20, depth=d), every=98).pressure_mn[-1].sum() for d in (0.3, 0.6, 1)
+    ]
+    assert loads[0] < loads[1] < loads[2]
+
+
+def test_a_step_of_pressure_relaxes_with_its_time_constant(smooth):
+    out = run(smooth, motion(0.3, 0.0), every=1)
+    middle = out.pressure_mn[1:, 180]
+    above = (middle - 0.7) / (0.7 * SKIN.relaxing_share)
+    at_tau = above[round(SKIN.relaxation_s * PHYSICS_RATE_HZ)]
+    assert above[0] == pytest.approx(1, abs=0.01)
+    assert at_tau == pytest.approx(np.exp(-1), abs=0.02)
+
+
+def test_pins_without_a_nodule_feel_less(smooth):
+    pressure = run(smooth, motion(0.2, 0.0), every=98).pressure_mn[-1]
+    nodules = SKIN.nodules()
+    near = np.hypot(*SKIN.rest_mm().T) < 3
+    assert pressure[near & nodules].mean() > pressure[near & ~nodules].mean() + 0.1
+
+
+def test_constants_that_make_no_sense_are_refused():
+    with pytest.raises(ValidationError, match="static_friction"):
+        Skin(static_friction=0.3, kinetic_friction=0.5)
+
+
+def test_constants_that_make_the_step_unstable_are_refused():
+    stiff = Rig(skin=Skin(mass_mg=0.01))
+    with pytest.raises(InputError, match=r"fastest swing .* softer or heavier"):
+        check_step(stiff)
+    check_step(Rig())

@@ -1,0 +1,59 @@
+"""The CNN-LSTM in stages: images first, time after."""
+
+import copy
+
+import numpy as np
+import torch
+
+from afferents.models import build
+from afferents.training import predict, train_in_stages
+
+
+def staged(make_problem, config, seed=0):
+    problem = make_problem((4, 8, 8))
+    model = build("spatiotemporal", 3, (4, 8, 8))
+    stages = {"batch_size": 16, "max_epochs": 20, "patience": 19, "image_epochs": 6}
+    trained = train_in_stages(
+        model, *problem, config.model_copy(update={**stages, "frames_a_run": 2}), seed
+    )
+    return problem, model, trained
+
+
+def test_it_learns_and_leaves_one_whole_network(make_problem, config):
+    problem, model, trained = staged(make_problem, config)
+    assert trained.model is model
+    probabilities = predict(model, problem.values, problem.validation, 1.0, config)
+    accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
+    assert accuracy > 0.8
+    # What was judged on features is what the whole network says of the runs.
+    assert accuracy == trained.history[trained.best_epoch - 1].validation_accuracy
+
+
+def test_only_training_runs_teach(make_problem, config):
+    problem, _model, _ = staged(make_problem, config)
+    labels = problem.labels.clone()
+    labels[torch.from_numpy(problem.validation)] = 0
+    again = build("spatiotemporal", 3, (4, 8, 8))
+    stages = {"batch_size": 16, "max_epochs": 20, "patience": 19, "image_epochs": 6}
+    one_stage = config.model_copy(update={**stages, "frames_a_run": 2, "max_epochs": 1})
+    first = copy.deepcopy(again)
+    for network, truth in ((first, problem.labels), (again, labels)):
+        train_in_stages(
+            network,
+            problem.values,
+            truth,
+            problem.train,
+            problem.validation,
+            one_stage.model_copy(update={"image_epochs": 1}),
+            0,
+        )
+    # With one epoch a stage there is nothing to choose by validation.
+    for one, other in zip(first.parameters(), again.parameters(), strict=True):
+        torch.testing.assert_close(one, other)
+
+
+def test_the_same_seed_gives_the_same_network(make_problem, config):
+    _, one, _ = staged(make_problem, config)
+    _, two, _ = staged(make_problem, config)
+    for a, b in zip(one.parameters(), two.parameters(), strict=True):
+        np.testing.assert_array_equal(a.detach().numpy(), b.detach().numpy())
