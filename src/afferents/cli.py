@@ -310,6 +310,42 @@ def report(
 
 
 @app.command()
+def reproduce(
+    out: Annotated[Path, typer.Argument(help="Folder for session, store, results and report.")],
+    session: Annotated[
+        Path | None, typer.Option(help="Your own session [default: one is simulated].")
+    ] = None,
+    sensor: Annotated[
+        str, typer.Option(help="Sensor file, or the name of a packaged one.")
+    ] = "tip_b",
+    preset: Annotated[
+        Literal["quick", "paper"],
+        typer.Option(help="Of simulation and training: minutes, or days as the paper's."),
+    ] = "quick",
+    cut: Annotated[
+        Cut, typer.Option(help="Part of the recordings: 'published' or 'all' at constant speed.")
+    ] = "all",
+    seed: Annotated[int, typer.Option(min=0, help="Of simulation and training.")] = 0,
+    workers: Workers = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Go the paper's whole way: simulate (unless given), extract, evaluate both ways, report."""
+    from afferents.core.files import read_json
+    from afferents.core.results import SUMMARY
+    from afferents.markers import load_sensor
+    from afferents.pipeline.reproduce import Reproduction
+    from afferents.pipeline.reproduce import reproduce as run
+    from afferents.report import table1, to_rich
+
+    wanted = Reproduction(out, session, load_sensor(sensor), preset, cut, seed, workers)
+    with Progress(quiet or as_json) as progress:
+        page = run(wanted, progress)
+    summary = read_json(wanted.results / SUMMARY, "the summary of an evaluation")
+    _say(as_json, summary, to_rich(table1(summary)), f"Report: {page.resolve()}")
+
+
+@app.command()
 def doctor(as_json: Json = False) -> None:
     """Show versions, cores, accelerator and codecs, and what is missing."""
     from afferents.pipeline.doctor import diagnose

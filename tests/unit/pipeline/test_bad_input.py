@@ -135,3 +135,16 @@ def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(
         cli.main()
     page = (results / "report.html").read_text()
     assert "<strong>" in page.split("2/30")[0][-400:]
+
+
+def test_a_rig_that_can_not_be(fails, tmp_path):
+    session = tmp_path / "session"
+    assert "found 'z'" in fails("simulate", session, "--textures", "z", "--quiet")
+    assert "found 0" in fails("simulate", session, "--speeds", "0", "--quiet")
+    assert "--bore" in fails("drum", "g", tmp_path / "g.stl", "--bore", "90")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_reproducing_from_no_session(fails, tmp_path):
+    sentence = fails("reproduce", tmp_path / "out", "--session", tmp_path / "none", "--quiet")
+    assert "expected a session folder, found no such folder" in sentence

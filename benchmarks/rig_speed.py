@@ -1,0 +1,73 @@
+"""How fast the rig is on one core: physics, drawing, film, a whole recording.
+
+    python benchmarks/rig_speed.py [ROUNDS]
+
+Every round simulates other drums and speeds; medians over rounds.
+"""
+
+import platform
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from afferents.rig import Rig, bumped_surface, project, record
+from afferents.rig.camera import Points
+from afferents.rig.film import write_film
+from afferents.rig.render import Renderer
+from afferents.rig.run import simulate
+
+SECONDS = 8.0
+RUNS = ((0.0, 50.0), (3.0, 10.0), (3.0, 100.0), (0.5, 70.0), (6.0, 40.0))
+
+
+def timed(work: Callable[..., Any], *arguments: object) -> tuple[float, Any]:
+    """Return how many times faster than real time work is, and what it returns."""
+    start = time.perf_counter()
+    result = work(*arguments)
+    return SECONDS / (time.perf_counter() - start), result
+
+
+def draw(renderer: Renderer, place_px: Points) -> None:
+    """Draw all frames of a run."""
+    for frame in place_px:
+        renderer.draw(frame)
+
+
+def film(path: Path, rig: Rig, renderer: Renderer, time_s: Points, place_px: Points) -> None:
+    """Draw all frames of a run and write the video."""
+    frames = ((t, renderer.draw(p)) for t, p in zip(time_s, place_px, strict=True))
+    write_film(path, frames, rig.camera)
+
+
+def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> dict[str, float]:
+    """Return how many times faster than real time each part of a recording is."""
+    rig, name, surface = Rig(), f"{spacing_mm:g}", bumped_surface(spacing_mm)
+    run_of = (name, surface, speed_mm_s, SECONDS, seed)
+    physics, run = timed(simulate, rig, *run_of)
+    place, renderer = project(run.position_mm, rig.camera), Renderer(rig.camera, seed)
+    return {
+        "physics and sound": physics,
+        "drawing": timed(draw, renderer, place)[0],
+        "drawing and film": timed(film, folder / "a.mp4", rig, renderer, run.time_s, place)[0],
+        "a whole recording": timed(record, rig, folder / "run", *run_of)[0],
+    }
+
+
+def main(rounds: int) -> None:
+    """Measure and print."""
+    simulate(Rig(), "3", bumped_surface(3.0), 50.0, 1.6, 0)  # compiles
+    found = []
+    for n in range(rounds):
+        with tempfile.TemporaryDirectory() as folder:
+            found.append(measure(*RUNS[n % len(RUNS)], n, Path(folder)))
+    print(f"{platform.processor() or platform.machine()}, one core, median of {rounds}")
+    for what in found[0]:
+        print(f"{what:18} {statistics.median(f[what] for f in found):5.1f} x real time")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)
