@@ -189,7 +189,8 @@ def draw_spectra(panels: list[Panel]) -> None:
     figure = Figure(figsize=(13, 7.2), layout="constrained")
     axes = figure.subplots(4, 5, sharex=True)
     loudest = [
-        max(np.median(getattr(p, name).max(axis=1)) for p in panels) for name in ("published", "rig")
+        max(np.median(getattr(p, name).max(axis=1)) for p in panels)
+        for name in ("published", "rig")
     ]
     for panel in panels:
         column = SPECTRA_MM_S.index(panel.speed_mm_s)
