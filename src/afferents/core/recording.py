@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+import cv2
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -21,10 +22,31 @@ EDGE_S = 2.5
 
 
 class Frame(NamedTuple):
-    """One decoded frame: its presentation time in s and its grey image."""
+    """One decoded frame.
+
+    Attributes
+    ----------
+    time_s
+        Presentation time, s.
+    luma
+        As decoded, (height, width), without a copy where that can be.
+    levels
+        Grey level of each luma value, (256,); None where they are the same.
+    """
 
     time_s: float
-    image: GreyImage
+    luma: GreyImage
+    levels: GreyImage | None = None
+
+    @property
+    def image(self) -> GreyImage:
+        """The grey image, (height, width), 0 to 255: black to white."""
+        return as_grey(self.luma, self.levels)
+
+
+def as_grey(luma: GreyImage, levels: GreyImage | None) -> GreyImage:
+    """Return luma as grey levels; see `Frame`."""
+    return luma if levels is None else np.asarray(cv2.LUT(luma, levels), np.uint8)
 
 
 class Video(Protocol):

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 LOW, HIGH = 0.25, 0.75
 """Between these shares of a marker's contrast a pixel counts in part: below lies the noise of the
@@ -9,8 +10,10 @@ skin, above that of the disc."""
 AGAIN_PX = 0.5
 """A centroid farther than this from its window's middle is taken again round itself."""
 
-CELL = 4
-"""Side of the cells in which owners of blobs are entered, px: no two blobs in one."""
+MOST_HALF = 13
+"""Half the side of the largest window, px: its sums of 16 bits hold 28 rows."""
+_LANES = 16
+"""Columns that the processor works on at once."""
 
 _kernel = njit(cache=True, error_model="numpy", nogil=True)
 _fast_kernel = njit(cache=True, error_model="numpy", nogil=True, fastmath=True)
@@ -18,34 +21,41 @@ _fast_kernel = njit(cache=True, error_model="numpy", nogil=True, fastmath=True)
 
 
 @_kernel
-def centroids(image, expected, dark, bright, half, mass, again, position, found):
-    """Find each marker near where it is expected.
+def centroids(image, expected, dark, bright, half, mass, again, room, position, found):
+    """Find each marker near where it is expected; return how many were found.
 
     Parameters
     ----------
     image
-        Shape (height, width), uint8.
+        Shape (height, width), uint8, contiguous.
     expected
         Shape (n, 2), px; markers that are NaN are not looked for.
     dark, bright
         Grey level of the skin and of each marker, shape (n,).
     half
-        Half the side of each marker's window, px, shape (n,).
+        Half the side of each marker's window, px, shape (n,), at most `MOST_HALF`.
     mass
         Weight of each whole marker, px, shape (n,); one with less than half of it or more than
         one and a half is none.
     again
         Windows at most for a marker.
+    room
+        To work in, see `working_room`.
     position, found
         Filled with the centroids, NaN where none was found, (n, 2) and (n,).
     """
+    (height, width), pixels = image.shape, image.ravel()
+    columns, lower = room[0], room[1]
+    n_found = 0
     for i in range(len(expected)):
         x, y = expected[i, 0], expected[i, 1]
-        weight = np.float32(0)
+        weight = 0.0
         for _ in range(again):
             if np.isnan(x):
                 break
-            weight, mx, my = _moment(image, x, y, dark[i], bright[i], half[i])
+            weight, mx, my = _moment(
+                pixels, height, width, x, y, dark[i], bright[i], half[i], columns, lower
+            )
             if weight <= 0:
                 break
             moved = max(abs(mx - x), abs(my - y))
@@ -55,31 +65,79 @@ def centroids(image, expected, dark, bright, half, mass, again, position, found)
         found[i] = 0.5 * mass[i] < weight < 1.5 * mass[i]
         position[i, 0] = x if found[i] else np.nan
         position[i, 1] = y if found[i] else np.nan
+        n_found += found[i]
+    return n_found
+
+
+def working_room() -> NDArray[np.uint16]:
+    """Return the room that `centroids` works in: two sums for each column of a window."""
+    return np.zeros((2, 2 * MOST_HALF + 1 + _LANES), np.uint16)
 
 
 @_fast_kernel
-def _moment(image, x, y, dark, bright, half):
-    """Return weight and centroid of the window round (x, y)."""
-    height, width = image.shape
+def _moment(pixels, height, width, x, y, dark, bright, half, columns, lower):
+    """Return weight and centroid of the window round (x, y).
+
+    Four rows at a time are added to the sums of their columns, and these to sums of their own,
+    which gives the moment in y without a product: sum_r (n - r) w_r. Rows and columns up to the
+    next multiple of 4 and 16 are read too, which costs less than to leave them out: such
+    columns are dropped at the end, such rows lie between the discs.
+    """
+    if not (0 <= x < width and 0 <= y < height):
+        return 0.0, x, y
     left, top = int(np.rint(x)) - half, int(np.rint(y)) - half
-    first, last = max(left, 0), min(left + 2 * half + 1, width)
-    low = np.float32(dark + LOW * (bright - dark))
-    per = np.float32(1 / ((HIGH - LOW) * (bright - dark)))
-    weight, wx, wy = np.float32(0), np.float32(0), np.float32(0)
-    zero, one = np.float32(0), np.float32(1)
-    for row in range(max(top, 0), min(top + 2 * half + 1, height)):
-        of_row, x_of_row = zero, zero
-        line = image[row, first:last]
-        for j in range(len(line)):
-            w = min(max((np.float32(line[j]) - low) * per, zero), one)
-            of_row += w
-            x_of_row += w * np.float32(j)
-        weight += of_row
-        wx += x_of_row
-        wy += of_row * np.float32(row - top)
+    first, above = max(left, 0), max(top, 0)
+    n = min(left + 2 * half + 1, width) - first
+    rows = min(top + 2 * half + 1, height) - above
+    # A pixel weighs 0 to `most` grey levels; where discs are darker than the skin, in its negative.
+    negative = np.uint8(255 if bright < dark else 0)
+    low = dark + LOW * (bright - dark)
+    low = np.int16(np.rint(255 - low if bright < dark else low))
+    most = np.int16(np.rint((HIGH - LOW) * abs(bright - dark)))
+    if most <= 0:
+        return 0.0, x, y
+    wide = min((n + _LANES - 1) // _LANES * _LANES, width - first)
+    fours = rows // 4
+    if rows % 4 and above + 4 * (fours + 1) <= height:
+        fours += 1
+    for j in range(wide):
+        columns[j] = 0
+        lower[j] = 0
+    at = np.uint64(above * width + first)
+    one, two = np.uint64(width), np.uint64(2 * width)
+    three, four = np.uint64(3 * width), np.uint64(4 * width)
+    for _ in range(fours):
+        for j in range(wide):
+            k = at + np.uint64(j)
+            c, s = columns[j], lower[j]
+            c = np.uint16(c + _weight(pixels[k], negative, low, most))
+            s = np.uint16(s + c)
+            c = np.uint16(c + _weight(pixels[k + one], negative, low, most))
+            s = np.uint16(s + c)
+            c = np.uint16(c + _weight(pixels[k + two], negative, low, most))
+            s = np.uint16(s + c)
+            c = np.uint16(c + _weight(pixels[k + three], negative, low, most))
+            s = np.uint16(s + c)
+            columns[j], lower[j] = c, s
+        at += four
+    for _ in range(4 * fours, rows):
+        for j in range(wide):
+            c = np.uint16(columns[j] + _weight(pixels[at + np.uint64(j)], negative, low, most))
+            columns[j], lower[j] = c, np.uint16(lower[j] + c)
+        at += one
+    weight, wx, wy = 0, 0, 0
+    for j in range(n):
+        weight += columns[j]
+        wx += columns[j] * j
+        wy += lower[j]
     if weight <= 0:
-        return zero, x, y
-    return weight, first + wx / weight, top + wy / weight
+        return 0.0, x, y
+    return weight / most, first + wx / weight, above + max(4 * fours, rows) - wy / weight
+
+
+@_fast_kernel
+def _weight(grey, negative, low, most):
+    return np.uint16(min(max(np.int16(np.int16(grey ^ negative) - low), np.int16(0)), most))
 
 
 @_kernel
@@ -121,34 +179,39 @@ def best_shift(image, position, reach, step, sign):
 @_kernel
 def levels(image, position, half, dark, bright):
     """Fill in the grey level of each marker's middle and of the skin at its window's corners."""
-    height, width = image.shape
     for i in range(len(position)):
-        column, row = int(np.rint(position[i, 0])), int(np.rint(position[i, 1]))
-        top, bottom = max(row - half[i], 0), min(row + half[i], height - 1)
-        left, right = max(column - half[i], 0), min(column + half[i], width - 1)
-        corners = float(image[top, left]) + image[top, right]
-        dark[i] = (corners + image[bottom, left] + image[bottom, right]) / 4
-        middle = 0.0
-        for r in range(max(row - 1, 0), min(row + 2, height)):
-            for c in range(max(column - 1, 0), min(column + 2, width)):
-                middle += image[r, c]
-        bright[i] = middle / 9
+        dark[i], bright[i] = _levels(image, position[i, 0], position[i, 1], half[i])
 
 
 @_kernel
-def carried(displacement, neighbours, i):
+def _levels(image, x, y, half):
+    height, width = image.shape
+    column, row = int(np.rint(x)), int(np.rint(y))
+    column, row = min(max(column, 1), width - 2), min(max(row, 1), height - 2)
+    top, bottom = max(row - half, 0), min(row + half, height - 1)
+    left, right = max(column - half, 0), min(column + half, width - 1)
+    corners = float(image[top, left]) + image[top, right]
+    middle = 0.0
+    for r in range(row - 1, row + 2):
+        middle += float(image[r, column - 1]) + image[r, column] + image[r, column + 1]
+    return (corners + image[bottom, left] + image[bottom, right]) / 4, middle / 9
+
+
+@_kernel
+def carried(position, rest, neighbours, i):
     """Return the mean displacement of a marker's neighbours that were found, and their number."""
     dx, dy, n = 0.0, 0.0, 0
-    for j in neighbours[i]:
-        if not np.isnan(displacement[j, 0]):
-            dx += displacement[j, 0]
-            dy += displacement[j, 1]
+    for k in range(neighbours.shape[1]):
+        j = neighbours[i, k]
+        if not np.isnan(position[j, 0]):
+            dx += position[j, 0] - rest[j, 0]
+            dy += position[j, 1] - rest[j, 1]
             n += 1
     return dx / max(n, 1), dy / max(n, 1), n
 
 
 @_kernel
-def drop_strangers(position, found, rest, neighbours, farthest):
+def drop_strangers(position, found, rest, neighbours, farthest, strange):
     """Unfind markers that do not move with their neighbours; return how many there were.
 
     Parameters
@@ -158,87 +221,173 @@ def drop_strangers(position, found, rest, neighbours, farthest):
     farthest
         How far a marker's displacement may lie from its neighbours' mean, px, shape (n,). Less
         than half the distance to the nearest marker, so that no two can hold one blob.
+    strange
+        To work in, shape (n,).
     """
-    displacement = position - rest
     n_strangers = 0
     for i in range(len(position)):
+        strange[i] = False
         if found[i]:
-            dx, dy, n = carried(displacement, neighbours, i)
-            off_x, off_y = displacement[i, 0] - dx, displacement[i, 1] - dy
+            dx, dy, n = carried(position, rest, neighbours, i)
+            off_x, off_y = position[i, 0] - rest[i, 0] - dx, position[i, 1] - rest[i, 1] - dy
             if n and off_x * off_x + off_y * off_y > farthest[i] ** 2:
-                found[i] = False
+                strange[i] = True
                 n_strangers += 1
     for i in range(len(position)):
-        if not found[i]:
-            position[i] = np.nan
+        if strange[i]:
+            found[i] = False
+            position[i, 0] = position[i, 1] = np.nan
     return n_strangers
 
 
 @_kernel
-def share_blobs(position, found, predicted, nearest, owner):
+def share_blobs(position, found, predicted, neighbours, nearest):
     """Where two markers hold one blob, leave it to the one that was expected nearer to it.
 
     Parameters
     ----------
+    neighbours
+        Shape (n, k); windows of others never meet.
     nearest
         Two markers nearer to each other than this are on one blob, px, shape (n,).
-    owner
-        Room for the picture in cells of CELL px, shape (height / CELL + 1, width / CELL + 1).
 
     Returns
     -------
     How many markers lost their blob.
     """
-    owner[:] = -1
-    rows, columns = owner.shape
     n_lost = 0
     for i in range(len(position)):
-        if not found[i]:
-            continue
-        row, column = int(position[i, 1] / CELL), int(position[i, 0] / CELL)
-        reach = int(nearest[i] / CELL) + 1
-        for r in range(max(row - reach, 0), min(row + reach + 1, rows)):
-            for c in range(max(column - reach, 0), min(column + reach + 1, columns)):
-                j = owner[r, c]
-                if j >= 0 and found[i] and found[j]:
-                    near = min(nearest[i], nearest[j]) ** 2
-                    if _distance2(position[i], position[j]) < near:
-                        off_i = _distance2(position[i], predicted[i])
-                        off_j = _distance2(position[j], predicted[j])
-                        loser = i if off_i > off_j else j
-                        found[loser] = False
-                        position[loser] = np.nan
-                        n_lost += 1
-        if found[i]:
-            owner[min(row, rows - 1), min(column, columns - 1)] = i
+        for k in range(neighbours.shape[1]):
+            j = neighbours[i, k]
+            apart = _distance2(position, i, position, j)
+            if apart < min(nearest[i], nearest[j]) ** 2:  # never of a lost one: NaN
+                off_i = _distance2(position, i, predicted, i)
+                off_j = _distance2(position, j, predicted, j)
+                loser = i if off_i > off_j else j
+                found[loser] = False
+                position[loser, 0] = position[loser, 1] = np.nan
+                n_lost += 1
     return n_lost
 
 
 @_kernel
-def _distance2(a, b):
-    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2
+def _distance2(a, i, b, j):
+    return (a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2
 
 
 @_kernel
 def from_neighbours(position, rest, last, neighbours, expected):
     """Fill in where each marker is: where found, or else where its neighbours' motion puts it."""
-    displacement = position - rest
     for i in range(len(position)):
         if not np.isnan(position[i, 0]):
-            expected[i] = position[i]
+            expected[i, 0], expected[i, 1] = position[i, 0], position[i, 1]
             continue
-        dx, dy, n = carried(displacement, neighbours, i)
+        dx, dy, n = carried(position, rest, neighbours, i)
         if n:
             expected[i, 0], expected[i, 1] = rest[i, 0] + dx, rest[i, 1] + dy
         else:
-            expected[i] = last[i]
+            expected[i, 0], expected[i, 1] = last[i, 0], last[i, 1]
 
 
 @_kernel
-def weigh(image, position, dark, bright, half, mass, refined):
+def look(
+    image,
+    expected,
+    step,
+    rest,
+    dark,
+    bright,
+    half,
+    mass,
+    neighbours,
+    nearest,
+    farthest,
+    light,
+    again,
+    room,
+    strange,
+    predicted,
+    position,
+    found,
+):
+    """Find all markers in a frame, where they are not far from where they are expected.
+
+    Grey levels follow the picture's brightness first. Markers are looked for one step on, or
+    else where they were.
+
+    Parameters
+    ----------
+    light
+        The picture's brightness in the last frame.
+    predicted, position, found
+        Filled in, as for `centroids`.
+
+    Returns
+    -------
+    The picture's brightness, how many markers were found (-1 where the discs are at neither
+    place, and nothing was looked for), and how many were lost as shared and as strangers.
+    """
+    now = _brightness_of(image)
+    if now > 0 and light > 0:
+        dark *= now / light
+        bright *= now / light
+    middle = (dark.mean() + bright.mean()) / 2
+    bright_discs = bright.mean() >= dark.mean()
+    for guess in range(2):
+        for i in range(len(expected)):
+            predicted[i, 0] = expected[i, 0] + (step[i, 0] if guess == 0 else 0.0)
+            predicted[i, 1] = expected[i, 1] + (step[i, 1] if guess == 0 else 0.0)
+        there = brightness(image, predicted, 0.0, 0.0)
+        if (there > middle) == bright_discs:
+            centroids(image, predicted, dark, bright, half, mass, again, room, position, found)
+            shared = share_blobs(position, found, predicted, neighbours, nearest)
+            strangers = drop_strangers(position, found, rest, neighbours, farthest, strange)
+            return now, found.sum(), shared, strangers
+    return now, -1, 0, 0
+
+
+@_kernel
+def _brightness_of(image):
+    """Return the mean of every 16th pixel of every 16th row."""
+    height, width = image.shape
+    total, n = 0, 0
+    for row in range(0, height, 16):
+        for column in range(0, width, 16):
+            total += image[row, column]
+            n += 1
+    return total / n
+
+
+@_kernel
+def remember(image, position, rest, neighbours, share, half, expected, last, step, dark, bright):
+    """Keep places, steps and grey levels for the next frame, in place.
+
+    Parameters
+    ----------
+    share
+        Of a new grey level in the running mean.
+    """
+    from_neighbours(position, rest, last, neighbours, expected)
+    for i in range(len(position)):
+        seen = not np.isnan(position[i, 0])
+        for axis in range(2):
+            step[i, axis] = position[i, axis] - last[i, axis] if seen else 0.0
+            last[i, axis] = expected[i, axis]
+        if seen:
+            skin, disc = _levels(image, position[i, 0], position[i, 1], half[i])
+            dark[i] += share * (skin - dark[i])
+            bright[i] += share * (disc - bright[i])
+
+
+@_kernel
+def weigh(image, position, dark, bright, half, mass, room, refined):
     """Fill in each marker's weight and its centroid, taken twice, in the rest frame."""
+    (height, width), pixels = image.shape, image.ravel()
+    columns, lower = room[0], room[1]
     for i in range(len(position)):
         x, y = position[i, 0], position[i, 1]
         for _ in range(2):
-            mass[i], x, y = _moment(image, x, y, dark[i], bright[i], half[i])
+            mass[i], x, y = _moment(
+                pixels, height, width, x, y, dark[i], bright[i], half[i], columns, lower
+            )
         refined[i, 0], refined[i, 1] = x, y

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.recording import GreyImage, Video
+from afferents.core.recording import GreyImage, Video, as_grey
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
@@ -46,6 +46,9 @@ class Tracker:
     rest_image
         The rest frame, which ``windowed`` measures the markers in; without it, the first frame
         that `step` gets must show them near their rest positions.
+    levels
+        Grey level of each value in the images; None where they are grey levels themselves.
+        Spares ``windowed`` the conversion of frames as they are decoded.
     method
         ``windowed``: centroids in windows round the expected places, see `Windowed`.
         ``one-to-one``: all blobs of every frame; a blob belongs to one marker at most. With both
@@ -62,9 +65,11 @@ class Tracker:
         rest_position: Positions,
         method: Method = "windowed",
         rest_image: GreyImage | None = None,
+        levels: GreyImage | None = None,
     ) -> None:
         """Start from the rest positions; the first `step` is the frame after the rest frame."""
         self.sensor = sensor
+        self._levels = levels
         self.method = method
         self.rest_position = rest_position
         self._windowed: Windowed | None = None
@@ -79,11 +84,11 @@ class Tracker:
         Parameters
         ----------
         image
-            Grey image, shape (height, width), uint8.
+            Grey image (or what `levels` says), shape (height, width), uint8.
         """
         if self.method == "windowed":
             return self._follow(image)
-        blobs = detect(image, self.sensor)
+        blobs = detect(as_grey(image, self._levels), self.sensor)
         link = link_nearest if self.method == "published" else link_one_to_one
         blob = link(self._expected, blobs, self.sensor.gate_px)
         detected = blob != NO_BLOB
@@ -104,7 +109,7 @@ class Tracker:
     def _start(self, image: GreyImage) -> None:
         """Measure the markers in the rest frame, or in the first one for want of it."""
         if self.method == "windowed":
-            self._windowed = Windowed(self.sensor, self.rest_position, image)
+            self._windowed = Windowed(self.sensor, self.rest_position, image, self._levels)
             self.rest_position = self._windowed.rest_position
 
     def _follow(self, image: GreyImage) -> Tracked:
@@ -179,11 +184,11 @@ def track(
     for index, frame in enumerate(video.frames()):
         time_s.append(frame.time_s)
         if tracker is not None:
-            tracked.append(tracker.step(frame.image))
+            tracked.append(tracker.step(frame.luma))
         elif index == sensor.rest_frame:
             found = find_rest_markers(frame.image, sensor, video.path)
             rest, grid = order_markers(found, sensor, method, reference, video.path)
-            tracker = Tracker(sensor, rest, method, frame.image)
+            tracker = Tracker(sensor, rest, method, frame.luma, frame.levels)
             tracked.append(Tracked(tracker.rest_position.copy(), np.ones(len(rest), dtype=bool)))
     if tracker is None:
         raise too_short(video, sensor.rest_frame, len(time_s))

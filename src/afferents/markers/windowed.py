@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.core.errors import InputError
-from afferents.core.recording import GreyImage
+from afferents.core.recording import GreyImage, as_grey
 from afferents.markers import kernel
 from afferents.markers.detect import Positions, find_blobs
 from afferents.markers.link import NO_BLOB, link_one_to_one
@@ -22,8 +22,8 @@ from afferents.markers.sensor import Sensor
 
 N_NEIGHBOURS = 8
 """Markers around a marker that say where it must be when it is lost."""
-EDGE_PX = 3.0
-"""The blurred edge of a disc reaches this far beyond its radius, px."""
+EDGE_PX = 1.0
+"""A window is this much larger than the disc to every side, px."""
 WINDOW = 0.45
 """Half a window is at most this share of the distance to the nearest marker, so that no two
 windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
@@ -32,10 +32,12 @@ SAME_BLOB = 0.4
 SEARCH = 1.2
 """The common shift is searched up to this multiple of the distance of markers."""
 SEARCH_STEP_PX = 2.5
+WINDOWS = 3
+"""A marker's window is moved to its centroid at most this often."""
 FOLLOW_LIGHT = 0.1
 """Share of a new grey level in the running mean."""
-_EVERY = 16
-"""The picture's brightness is the mean of every 16th pixel of every 16th row."""
+_FAR_RADII = 8.0
+"""Markers farther apart than this many radii are as good as alone."""
 _ENOUGH = 0.5
 """Below this share of markers found the whole picture is searched."""
 
@@ -74,24 +76,33 @@ class Windowed:
         measured alike.
     rest_image
         The frame in which the markers are there.
+    levels
+        Grey level of each value in the images, see `core.recording.Frame`; only the blob
+        detector needs to know.
     """
 
-    def __init__(self, sensor: Sensor, rest_position: Positions, rest_image: GreyImage) -> None:
+    def __init__(
+        self,
+        sensor: Sensor,
+        rest_position: Positions,
+        rest_image: GreyImage,
+        levels: GreyImage | None = None,
+    ) -> None:
         """Measure every marker in the rest frame."""
         self.audit = Audit()
-        self._sensor = sensor
+        self._sensor, self._levels = sensor, levels
         self._sign = 1.0 if sensor.detector.blob_colour == 255 else -1.0
         distance, self._neighbours = _neighbours(rest_position)
-        radius = _radius(rest_image, rest_position, sensor)
+        radius = _radius(as_grey(rest_image, levels), rest_position, sensor)
         self._half = np.maximum(np.minimum(radius + EDGE_PX, WINDOW * distance), 2).astype(np.int64)
         self._farthest, self._nearest = WINDOW * distance, SAME_BLOB * distance
-        self._reach = SEARCH * float(np.median(distance))
-        cells = [side // kernel.CELL + 1 for side in rest_image.shape]
-        self._owner = np.empty(cells, np.int32)
+        self._reach = SEARCH * float(np.median(np.minimum(distance, _FAR_RADII * radius)))
+        self._room = kernel.working_room()
+        self._strange = np.empty(len(rest_position), np.bool_)
         n = len(rest_position)
         self._dark, self._bright, self._mass = np.empty(n), np.empty(n), np.empty(n)
         kernel.levels(rest_image, rest_position, self._half, self._dark, self._bright)
-        self._light = float(rest_image[::_EVERY, ::_EVERY].mean())
+        self._light = 0.0
         self.rest_position = self._refine(rest_position, rest_image)
         self._expected = self.rest_position.copy()
         self._last = self.rest_position.copy()
@@ -100,38 +111,63 @@ class Windowed:
     def _refine(self, position: Positions, image: GreyImage) -> Positions:
         """Return the centroids in the rest frame; a blob's centre stands where there is none."""
         refined = np.empty_like(position)
-        kernel.weigh(image, position, self._dark, self._bright, self._half, self._mass, refined)
+        kernel.weigh(
+            image, position, self._dark, self._bright, self._half, self._mass, self._room, refined
+        )
         off = np.abs(refined - position).max(axis=1) > EDGE_PX
         refined[off] = position[off]
         return refined
 
     def step(self, image: GreyImage) -> tuple[Positions, NDArray[np.bool_]]:
         """Return the markers' positions (n, 2), px, NaN where lost, and which were found (n,)."""
-        self._follow_light(image)
-        predicted = self._predict(image)
-        position, found = np.empty_like(predicted), np.empty(len(predicted), np.bool_)
-        self._look(image, predicted, position, found)
+        n = len(self._expected)
+        predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
+        self._light, n_found, shared, strangers = kernel.look(
+            image,
+            self._expected,
+            self._step,
+            self.rest_position,
+            self._dark,
+            self._bright,
+            self._half,
+            self._mass,
+            self._neighbours,
+            self._nearest,
+            self._farthest,
+            self._light,
+            WINDOWS,
+            self._room,
+            self._strange,
+            predicted,
+            position,
+            found,
+        )
+        self.audit.shared += shared
+        self.audit.strangers += strangers
+        if n_found < 0:
+            predicted = self._jumped(image)
+            self._look(image, predicted, position, found)
         if not found.all():
             self._look_where_neighbours_are(image, position, found)
             if found.mean() < _ENOUGH:
                 self._search(image, predicted, position, found)
-        self._remember(image, position)
+        kernel.remember(
+            image,
+            position,
+            self.rest_position,
+            self._neighbours,
+            FOLLOW_LIGHT,
+            self._half,
+            self._expected,
+            self._last,
+            self._step,
+            self._dark,
+            self._bright,
+        )
         return position, found
 
-    def _follow_light(self, image: GreyImage) -> None:
-        """Scale the grey levels as the whole picture's brightness changes."""
-        light = float(image[::_EVERY, ::_EVERY].mean())
-        if light > 0 and self._light > 0:
-            self._dark *= light / self._light
-            self._bright *= light / self._light
-        self._light = light
-
-    def _predict(self, image: GreyImage) -> Positions:
-        """Say where the markers are: one step on, or still there, or shifted all together."""
-        middle = float((self._dark + self._bright).mean()) / 2 * self._sign
-        for guess in (self._expected + self._step, self._expected):
-            if self._sign * kernel.brightness(image, guess, 0.0, 0.0) > middle:
-                return guess
+    def _jumped(self, image: GreyImage) -> Positions:
+        """Say where the markers are after they moved farther than expected, all together."""
         self.audit.jumps += 1
         shift = kernel.best_shift(image, self._expected, self._reach, SEARCH_STEP_PX, self._sign)
         shifted: Positions = self._expected + np.array(shift)
@@ -152,7 +188,8 @@ class Windowed:
             self._bright,
             self._half,
             self._mass,
-            3,
+            WINDOWS,
+            self._room,
             position,
             found,
         )
@@ -161,10 +198,10 @@ class Windowed:
     def _settle(self, position: Positions, found: NDArray[np.bool_], predicted: Positions) -> None:
         """Lose the markers whose blob is another's, or that do not move with their neighbours."""
         self.audit.shared += kernel.share_blobs(
-            position, found, predicted, self._nearest, self._owner
+            position, found, predicted, self._neighbours, self._nearest
         )
         self.audit.strangers += kernel.drop_strangers(
-            position, found, self.rest_position, self._neighbours, self._farthest
+            position, found, self.rest_position, self._neighbours, self._farthest, self._strange
         )
 
     def _look_where_neighbours_are(
@@ -176,7 +213,16 @@ class Windowed:
         lost = np.where(found[:, None], np.nan, expected)
         again, too = np.empty_like(position), np.empty_like(found)
         kernel.centroids(
-            image, lost, self._dark, self._bright, self._half, self._mass, 3, again, too
+            image,
+            lost,
+            self._dark,
+            self._bright,
+            self._half,
+            self._mass,
+            WINDOWS,
+            self._room,
+            again,
+            too,
         )
         position[too], found[too] = again[too], True
         self._settle(position, found, expected)
@@ -190,7 +236,7 @@ class Windowed:
     ) -> None:
         """Give markers to the blobs of the whole picture, nearest to where they are expected."""
         self.audit.searches += 1
-        blobs, _ = find_blobs(image, self._sensor.detector)
+        blobs, _ = find_blobs(as_grey(image, self._levels), self._sensor.detector)
         blob = link_one_to_one(predicted, blobs, self._reach / 2)
         found[:] = blob != NO_BLOB
         position[:] = np.nan
@@ -199,18 +245,6 @@ class Windowed:
 
     def _expect(self, position: Positions, expected: Positions) -> None:
         kernel.from_neighbours(position, self.rest_position, self._last, self._neighbours, expected)
-
-    def _remember(self, image: GreyImage, position: Positions) -> None:
-        """Keep places, steps and grey levels for the next frame."""
-        step = position - self._last
-        self._step = np.where(np.isnan(step), 0.0, step)
-        self._expect(position, self._expected)
-        self._last = self._expected.copy()
-        dark, bright = np.empty_like(self._dark), np.empty_like(self._bright)
-        kernel.levels(image, self._expected, self._half, dark, bright)
-        seen = ~np.isnan(position[:, 0])
-        self._dark[seen] += FOLLOW_LIGHT * (dark - self._dark)[seen]
-        self._bright[seen] += FOLLOW_LIGHT * (bright - self._bright)[seen]
 
 
 def _neighbours(position: Positions) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
