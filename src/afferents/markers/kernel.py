@@ -391,3 +391,15 @@ def weigh(image, position, dark, bright, half, mass, room, refined):
                 pixels, height, width, x, y, dark[i], bright[i], half[i], columns, lower
             )
         refined[i, 0], refined[i, 1] = x, y
+
+
+@_kernel
+def changed(image, before):
+    """Return how much a frame differs from the one before: mean grey levels, every 8th pixel."""
+    height, width = image.shape
+    total, n = 0, 0
+    for row in range(0, height, 8):
+        for column in range(0, width, 8):
+            total += abs(int(image[row, column]) - int(before[row, column]))
+            n += 1
+    return total / n

@@ -8,13 +8,19 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.markers.detect import Positions
+from afferents.markers.picture import dropped_frames, repeated_frames
 
 Lengths = NDArray[np.float64]
 STILL_PX = 0.5
 """A marker that never strays farther than this from its rest position has not moved."""
-REPEAT_PX = 0.02
-"""Half of all markers stepping less than this is no skin but a repeated frame: two images of a
-skin at rest differ by more (0.03 px and up in the videos looked at)."""
+REST_PX = 0.3
+"""The skin is at rest while half of its markers are no farther than this from their places."""
+FEWEST_AT_REST, MOST_AT_REST = 10, 90
+"""Frames at rest for the jitter."""
+MANY_REPEATED = 0.01
+"""Share of frames that seem repeated beyond which it is said."""
+FAINT, OVEREXPOSED, BLURRED_PX = 40.0, 0.5, 4.0
+"""Contrast in grey levels, share of saturated markers, and width of an edge that are named."""
 
 
 @dataclass(frozen=True)
@@ -34,10 +40,14 @@ class TrackingQuality:
     n_shared
         Positions that two or more markers claim in the same frame, over all frames.
     n_repeated
-        Frames in which half of the markers or more moved less than `REPEAT_PX` though others
-        moved at other times: the camera or a script wrote a frame twice.
+        Frames that repeat the one before though the skin moved, see `repeated_frames`.
+    n_dropped
+        Frames missing by the others' times.
     n_still
         Markers that moved no farther than `STILL_PX` while others did: reflections, perhaps.
+    jitter_px
+        How far a marker at rest seems to move: standard deviation (both axes), median over
+        markers, until the skin first moves; NaN where that is too short.
     largest_step_px
         Longest way of a marker from one frame to the next.
     largest_displacement_px
@@ -53,7 +63,9 @@ class TrackingQuality:
     n_found_at_end: int
     n_shared: int
     n_repeated: int
+    n_dropped: int
     n_still: int
+    jitter_px: float
     largest_step_px: float
     largest_displacement_px: float
     return_px: float
@@ -80,7 +92,9 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
         n_often_lost=int((detected.mean(axis=0) < 0.5).sum()),
         n_found_at_end=int(detected[-5:].any(axis=0).sum()),
         n_shared=sum(_n_shared(frame) for frame in position),
-        n_repeated=_n_repeated(step),
+        n_repeated=int(repeated_frames(tracks[dims.FRAME_CHANGE].values).sum()),
+        n_dropped=dropped_frames(tracks[dims.TIME].values),
+        jitter_px=_jitter(position, away),
         n_still=int((farthest < STILL_PX).sum()) if np.any(farthest >= STILL_PX) else 0,
         largest_step_px=_largest(step),
         largest_displacement_px=_largest(away),
@@ -103,8 +117,11 @@ def describe(tracks: xr.Dataset) -> list[str]:
         f"Lost for {quality.share_lost:.1%} of the time; {_at_the_end(quality)}.",
         f"Largest displacement {quality.largest_displacement_px:.1f} px, largest step "
         f"{quality.largest_step_px:.1f} px from one frame to the next.",
+        *_at_rest(quality),
         _layout(tracks),
+        *_audit(tracks),
         *_doubts(quality),
+        *_light(tracks),
     ]
 
 
@@ -116,6 +133,42 @@ def _at_the_end(quality: TrackingQuality) -> str:
         f"{quality.n_found_at_end} of {quality.n_markers} are found at the end, at a median of "
         f"{quality.return_px:.2f} px from their rest positions"
     )
+
+
+def _at_rest(quality: TrackingQuality) -> list[str]:
+    """Say how still a still marker is."""
+    if np.isnan(quality.jitter_px):
+        return []
+    return [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
+
+
+def _audit(tracks: xr.Dataset) -> list[str]:
+    """Say how often identities were in danger, if ever."""
+    found = {
+        "two markers on one blob": tracks.attrs["audit_shared"],
+        "a marker apart from its neighbours' motion": tracks.attrs["audit_strangers"],
+        "a jump of all markers": tracks.attrs["audit_jumps"],
+        "the whole picture searched": tracks.attrs["audit_searches"],
+    }
+    said = [f"{what} ({count} times)" for what, count in found.items() if count]
+    return [f"Identities were in danger, and kept: {', '.join(said)}."] if said else []
+
+
+def _light(tracks: xr.Dataset) -> list[str]:
+    """Say what is wrong with light and focus, if anything."""
+    disc, skin = tracks.attrs["disc_grey"], tracks.attrs["skin_grey"]
+    hints = []
+    if abs(disc - skin) < FAINT:
+        hints.append(
+            f"Faint: markers at grey level {disc:.0f} on skin at {skin:.0f}; give more light."
+        )
+    if tracks.attrs["saturated"] > OVEREXPOSED:
+        hints.append(
+            "Overexposed: most markers are at full white, so edges carry little; give less light."
+        )
+    if tracks.attrs["edge_px"] > BLURRED_PX:
+        hints.append(f"Out of focus: edges are {tracks.attrs['edge_px']:.1f} px wide.")
+    return hints
 
 
 def _layout(tracks: xr.Dataset) -> str:
@@ -144,9 +197,13 @@ def _doubts(quality: TrackingQuality) -> list[str]:
             "Positions claimed by more than one marker: {}, so identities are not safe.",
         ),
         (
-            quality.n_repeated,
+            quality.n_repeated if quality.n_repeated > MANY_REPEATED * quality.n_frames else 0,
             "Frames that seem to repeat the one before: {}. RA-I is near 0 there and too large "
             "in the next, and the true frame rate is lower than the file's.",
+        ),
+        (
+            quality.n_dropped,
+            "Frames missing by the others' times: {}. RA-I is too large after each gap.",
         ),
     ]
     return [sentence.format(count) for count, sentence in doubts if count]
@@ -158,11 +215,15 @@ def _n_shared(position: Positions) -> int:
     return len(seen) - len(np.unique(seen, axis=0))
 
 
-def _n_repeated(step: Lengths) -> int:
-    """Count the frames that repeat the one before; none if nothing ever moved."""
-    seen = step[~np.isnan(step).all(axis=1)]
-    typical = np.nanmedian(seen, axis=1) if seen.size else np.zeros(0)
-    return int((typical < REPEAT_PX).sum()) if np.any(typical >= REPEAT_PX) else 0
+def _jitter(position: NDArray[np.float64], away: Lengths) -> float:
+    """Return the jitter of the frames at rest with which a recording begins."""
+    moved = np.nan_to_num([_median(frame) for frame in away[: MOST_AT_REST + 1]]) > REST_PX
+    n_still = int(np.argmax(moved)) if moved.any() else len(moved)
+    if n_still < FEWEST_AT_REST:
+        return float("nan")
+    with np.errstate(invalid="ignore"):
+        spread = np.nanstd(position[:n_still], axis=0)
+    return _median(np.hypot(spread[:, 0], spread[:, 1]))
 
 
 def _largest(values: Lengths) -> float:

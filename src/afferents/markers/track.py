@@ -10,9 +10,11 @@ from scipy.spatial import cKDTree
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video, as_grey
+from afferents.markers import kernel
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
+from afferents.markers.picture import describe_picture
 from afferents.markers.rest import (
     Method,
     find_rest_markers,
@@ -169,6 +171,8 @@ def track(
         (marker, space) in px; `time` is the frames' own time in s. Square layouts carry `row`
         and `column` on `marker` and their roll in the attribute `roll_deg`. Every frame of the
         video has its place: those before the rest frame are NaN and not detected.
+        `frame_change` (time) and the attributes of `Picture` and `Audit` serve
+        `measure_quality`.
 
     Raises
     ------
@@ -178,11 +182,15 @@ def track(
     """
     _check_size(video, sensor)
     time_s: list[float] = []
+    change: list[float] = []
     tracked: list[Tracked] = []
     tracker: Tracker | None = None
     grid: Grid | None = None
+    before: GreyImage | None = None
     for index, frame in enumerate(video.frames()):
         time_s.append(frame.time_s)
+        change.append(np.nan if before is None else kernel.changed(frame.luma, before))
+        before = frame.luma
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
         elif index == sensor.rest_frame:
@@ -190,12 +198,16 @@ def track(
             rest, grid = order_markers(found, sensor, method, reference, video.path)
             tracker = Tracker(sensor, rest, method, frame.luma, frame.levels)
             tracked.append(Tracked(tracker.rest_position.copy(), np.ones(len(rest), dtype=bool)))
+            picture = describe_picture(frame.image, rest)
     if tracker is None:
         raise too_short(video, sensor.rest_frame, len(time_s))
-    return _label(time_s, tracked, tracker.rest_position, grid).assign_attrs(
+    tracks = _label(time_s, tracked, tracker.rest_position, grid)
+    tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(change))
+    return tracks.assign_attrs(
         sensor=sensor.name,
         method=method,
         rest_frame=sensor.rest_frame,
+        **vars(picture),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
 

@@ -108,13 +108,20 @@ class Watched:
         self._video, self._progress = video, progress
         self.path, self.fps_hz = video.path, video.fps_hz
         self.width, self.height = video.width, video.height
-        self.last_image = np.zeros((video.height, video.width), dtype=np.uint8)
+        self._last: Frame | None = None
+
+    @property
+    def last_image(self) -> GreyImage:
+        """The last frame that was decoded; black before the first."""
+        if self._last is None:
+            return np.zeros((self.height, self.width), dtype=np.uint8)
+        return self._last.image
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start."""
         frames = self._video.frames()
         for frame in self._progress.track(frames, "tracking", self._video.n_frames):
-            self.last_image = frame.image
+            self._last = frame
             yield frame
 
 
