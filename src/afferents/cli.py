@@ -39,6 +39,12 @@ KeepGoing = Annotated[
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes side by side [default: one a core].")
 ]
+TrackerName = Annotated[
+    Literal["windowed", "one-to-one", "published"],
+    typer.Option(
+        "--tracker", help="How markers are followed; 'published' keeps the reference's flaws."
+    ),
+]
 
 
 def main() -> None:
@@ -105,6 +111,9 @@ def inspect(
     sensor: Annotated[
         str | None, typer.Option(help="Sensor file, or the name of a packaged one (tip_b).")
     ] = None,
+    overlay: Annotated[
+        Path | None, typer.Option(help="Write the video with its markers drawn in, such as o.mp4.")
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -115,7 +124,7 @@ def inspect(
     name = Path(source.rpartition(":")[2].rstrip("/")).stem or "source"
     folder = out or Path(f"{name}-inspected")
     with Progress(quiet or as_json) as progress:
-        found = look(source, folder, load_sensor(sensor) if sensor else None, progress)
+        found = look(source, folder, load_sensor(sensor) if sensor else None, progress, overlay)
     _say(
         as_json,
         vars(found),
@@ -125,6 +134,50 @@ def inspect(
     )
     if found.problems:
         raise typer.Exit(2)
+
+
+@app.command()
+def calibrate(
+    video: Annotated[Path, typer.Argument(help="A clip that begins with the skin at rest.")],
+    out: Annotated[Path, typer.Option(help="Sensor file to write, with a picture beside it.")],
+    pitch_mm: Annotated[
+        float | None, typer.Option(help="Distance of the markers on the skin, mm, if known.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Find out how a sensor's markers look and what layout they form; write its sensor file."""
+    from afferents.pipeline.calibrate import calibrate_sensor
+
+    said, picture = calibrate_sensor(video, out, pitch_mm)
+    found = {"sensor": str(out), "picture": str(picture), "said": said}
+    _say(as_json, found, *said, f"Sensor file: {out}", f"Picture to check: {picture}")
+
+
+@app.command()
+def track(
+    source: Annotated[Path, typer.Argument(help="A video, or a session.")],
+    out: Annotated[Path, typer.Argument(help="Store to write, such as OUT.zarr.")],
+    sensor: Annotated[
+        str | None,
+        typer.Option(help="Sensor file or name [default: a video's is recognised, else tip_b]."),
+    ] = None,
+    method: TrackerName = "windowed",
+    workers: Workers = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Follow the markers of a video, or of all videos of a session: positions, SA-I, RA-I."""
+    from afferents.markers import load_sensor
+    from afferents.pipeline.follow import follow_session, follow_video
+
+    with Progress(quiet or as_json) as progress:
+        if source.is_dir():
+            given = load_sensor(sensor or "tip_b")
+            said = follow_session(source, out, given, method, workers, progress)
+        else:
+            given_or_none = load_sensor(sensor) if sensor else None
+            said = follow_video(source, out, given_or_none, method, progress)
+    _say(as_json, {"store": str(out), "said": said}, *([said] if said else []), f"Store: {out}")
 
 
 @app.command()
@@ -204,12 +257,7 @@ def extract(
     sensor: Annotated[
         str, typer.Option(help="Sensor file, or the name of a packaged one.")
     ] = "tip_b",
-    method: Annotated[
-        Literal["windowed", "one-to-one", "published"],
-        typer.Option(
-            "--tracker", help="How markers are followed; 'published' keeps the reference's flaws."
-        ),
-    ] = "windowed",
+    method: TrackerName = "windowed",
     workers: Workers = None,
     keep_going: KeepGoing = False,
     as_json: Json = False,

@@ -67,12 +67,17 @@ def write_responses(store: Path, responses: Responses) -> None:
     """Write the responses of one recording as the group of its name, whole or not at all."""
     target = store / responses.attrs["name"]
     create_parents(store, [responses.attrs["name"]])
+    write_group(target, check_responses(responses, target))
+
+
+def write_group(target: Path, dataset: xr.Dataset) -> None:
+    """Write a dataset as a Zarr v3 group, whole or not at all."""
     with write_aside(target) as partial:
-        _variable_strings(check_responses(responses, target)).to_zarr(
+        _variable_strings(dataset).to_zarr(
             partial,
             zarr_format=3,
             consolidated=False,
-            encoding={name: _encoding(responses[name]) for name in responses.data_vars},
+            encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
 
 
@@ -131,7 +136,7 @@ def _attributes(path: Path) -> dict[str, Any]:
     return attributes
 
 
-def _variable_strings(responses: Responses) -> Responses:
+def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
     """Names of variable length: Zarr v3 specifies no type for those of fixed length."""
     fixed = [name for name in responses.variables if responses[name].dtype.kind == "U"]
     return responses.assign_coords({name: responses[name].astype(object) for name in fixed})

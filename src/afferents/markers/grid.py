@@ -69,12 +69,9 @@ def assign_grid(
     expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
     if len(position) != rows * columns:
         raise InputError(where, expected, f"{len(position)} markers")
-    roll = _roll_from_neighbours(position)
-    upright = _turn(position, -roll)
-    along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
-    column, row = _count_steps(along_x, along_y, len(position))
+    row, column = _places(position)
     size = (int(row.max()) + 1, int(column.max()) + 1)
-    n_places = len(np.unique(row * columns + column))
+    n_places = len(np.unique(row * size[1] + column))
     if size != (rows, columns) or n_places < len(position):
         raise InputError(
             where,
@@ -83,6 +80,32 @@ def assign_grid(
             "check the picture for lost or false markers",
         )
     return Grid(row, column, _roll_from_places(position, row, column))
+
+
+def find_grid(position: Positions) -> Grid | None:
+    """Return the whole grid that markers form, whatever its size; None if they form none.
+
+    Parameters
+    ----------
+    position
+        Shape (n, 2), px, in any order.
+    """
+    if len(position) < 4:
+        return None
+    row, column = _places(position)
+    rows, columns = int(row.max()) + 1, int(column.max()) + 1
+    whole = rows > 1 and columns > 1 and rows * columns == len(position)
+    if not whole or len(np.unique(row * columns + column)) < len(position):
+        return None
+    return Grid(row, column, _roll_from_places(position, row, column))
+
+
+def _places(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return row and column of each marker, as the links to its neighbours say."""
+    upright = _turn(position, -_roll_from_neighbours(position))
+    along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
+    column, row = _count_steps(along_x, along_y, len(position))
+    return row, column
 
 
 def published_grid(

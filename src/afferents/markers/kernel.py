@@ -397,9 +397,9 @@ def weigh(image, position, dark, bright, half, mass, room, refined):
 def changed(image, before):
     """Return how much a frame differs from the one before: mean grey levels, every 8th pixel."""
     height, width = image.shape
-    total, n = 0, 0
+    total, n = 0.0, 0
     for row in range(0, height, 8):
         for column in range(0, width, 8):
-            total += abs(int(image[row, column]) - int(before[row, column]))
+            total += abs(float(image[row, column]) - float(before[row, column]))
             n += 1
     return total / n

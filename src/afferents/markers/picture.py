@@ -14,8 +14,8 @@ SATURATED = 250
 _BIN_PX = 0.5
 REPEATED_SHARE = 0.2
 """A repeated frame changes less than this share of what changes before and after it."""
-MOVING = 4.0
-"""Change means motion where it is this many times the least that frames change."""
+MOVING = 0.1
+"""Change means motion where it is this share of the most that frames change (95%)."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ def repeated_frames(change: NDArray[np.float64]) -> NDArray[np.bool_]:
     before = np.maximum(padded[:-4], padded[1:-3])
     after = np.maximum(padded[4:], padded[3:-1])
     moved = np.minimum(before, after)
-    least = np.quantile(filled[1:], 0.05) if len(filled) > 1 else 0.0
-    return (filled < REPEATED_SHARE * moved) & (moved > MOVING * least) & ~np.isnan(change)
+    most = np.quantile(filled, 0.95) if len(filled) else 0.0
+    return (filled < REPEATED_SHARE * moved) & (moved > MOVING * most) & ~np.isnan(change)
 
 
 def dropped_frames(time_s: NDArray[np.float64]) -> int:

@@ -221,8 +221,8 @@ def _jitter(position: NDArray[np.float64], away: Lengths) -> float:
     n_still = int(np.argmax(moved)) if moved.any() else len(moved)
     if n_still < FEWEST_AT_REST:
         return float("nan")
-    with np.errstate(invalid="ignore"):
-        spread = np.nanstd(position[:n_still], axis=0)
+    still = position[:n_still]
+    spread = still[:, ~np.isnan(still).any(axis=(0, 2))].std(axis=0)
     return _median(np.hypot(spread[:, 0], spread[:, 1]))
 
 

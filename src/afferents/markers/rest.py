@@ -1,7 +1,7 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
 from itertools import islice
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid, assign_grid, published_grid
+from afferents.markers.layout import match_layout
 from afferents.markers.sensor import Sensor
 
 Method = Literal["windowed", "one-to-one", "published"]
@@ -56,14 +57,16 @@ def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positi
     Raises
     ------
     InputError
-        If there are none, or fewer or more than the sensor file declares.
+        If there are none, or fewer or more than the sensor file declares (where it doesn't say
+        where they are: `order_markers` finds the missing then).
     """
     found = detect(image, sensor)
     if sensor.radius_px is not None and len(found):
         offset = found - found.mean(axis=0)
         found = found[np.hypot(offset[:, 0], offset[:, 1]) <= sensor.radius_px]
     expected = f"{sensor.n_markers or 'some'} markers of sensor '{sensor.name}'"
-    if len(found) == 0 or len(found) != (sensor.n_markers or len(found)):
+    n_expected = sensor.n_markers if sensor.markers is None else None
+    if len(found) == 0 or len(found) != (n_expected or len(found)):
         raise InputError(
             where,
             f"{expected} in frame {sensor.rest_frame}",
@@ -73,18 +76,37 @@ def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positi
     return found[np.argsort(found[:, 0], kind="stable")]
 
 
+class RestMarkers(NamedTuple):
+    """The markers of the rest frame in the order that they keep.
+
+    Attributes
+    ----------
+    position
+        Shape (n, 2), px; a missing marker stands where it should be.
+    present
+        Which were found, shape (n,).
+    grid
+        Their places; None for other layouts than square ones.
+    """
+
+    position: Positions
+    present: NDArray[np.bool_]
+    grid: Grid | None = None
+
+
 def order_markers(
     found: Positions,
     sensor: Sensor,
     method: Method,
     reference: Positions | None,
     where: object,
-) -> tuple[Positions, Grid | None]:
+) -> RestMarkers:
     """Bring the rest frame's markers into the order that they keep, and place them in the grid.
 
     ``windowed`` and ``one-to-one`` order a square layout by row, then column, so that marker n
-    is the same in every recording without a reference. A free layout follows `reference`, each
-    reference marker getting a marker of its own; without one it is ordered by y, then x.
+    is the same in every recording without a reference. Other layouts follow the sensor file's
+    `markers`, wherever the picture is turned, and some may be missing; without them `reference`,
+    each reference marker getting a marker of its own; and without that the order by y, then x.
 
     ``published`` keeps the order by x, or gives each marker of `reference` the nearest one of
     this video, be it taken already or not; its grid assumes the published roll.
@@ -103,15 +125,18 @@ def order_markers(
     """
     if method == "published":
         kept = found if reference is None else found[cKDTree(found).query(reference)[1]]
-        return kept, _published_places(kept, sensor)
+        return RestMarkers(kept, np.ones(len(kept), bool), _published_places(kept, sensor))
     if sensor.layout == "square" and sensor.rows and sensor.columns:
         grid = assign_grid(found, sensor.rows, sensor.columns, where)
         order = np.lexsort((grid.column, grid.row))
-        return found[order], Grid(grid.row[order], grid.column[order], grid.roll_deg)
+        ordered = Grid(grid.row[order], grid.column[order], grid.roll_deg)
+        return RestMarkers(found[order], np.ones(len(found), bool), ordered)
+    if sensor.markers is not None:
+        return RestMarkers(*match_layout(found, np.array(sensor.markers), where))
     order = np.lexsort((found[:, 0], found[:, 1]))
     if reference is not None:
         order = _match_reference(found, reference, where)
-    return found[order], None
+    return RestMarkers(found[order], np.ones(len(found), bool))
 
 
 def _published_places(position: Positions, sensor: Sensor) -> Grid | None:

@@ -62,7 +62,13 @@ class Sensor(BaseModel):
     Attributes
     ----------
     layout
-        ``square`` (`rows` x `columns` markers) or ``free`` (any other).
+        ``square`` (`rows` x `columns` markers), or ``hexagonal``, ``radial`` or ``free``.
+    markers
+        Where the markers of other layouts than square ones are at rest, px, in the order that
+        they keep; None where nobody has looked (``free`` only). Camera and fingertip may be
+        turned against it.
+    pitch_mm
+        Distance of neighbouring markers on the skin, mm; None where it is not known.
     n_markers
         How many markers there are; None where nobody has counted them (``free`` only).
     width, height
@@ -79,7 +85,9 @@ class Sensor(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = Field(min_length=1)
-    layout: Literal["square", "free"]
+    layout: Literal["square", "hexagonal", "radial", "free"]
+    markers: tuple[tuple[float, float], ...] | None = None
+    pitch_mm: float | None = Field(default=None, gt=0)
     rows: int | None = Field(default=None, ge=2)
     columns: int | None = Field(default=None, ge=2)
     n_markers: int | None = Field(default=None, ge=1)
@@ -92,9 +100,13 @@ class Sensor(BaseModel):
 
     @model_validator(mode="after")
     def _count_fits_layout(self) -> Self:
-        if self.layout == "free":
+        if self.layout != "square":
             if self.rows is not None or self.columns is not None:
-                raise ValueError("a free layout has no rows and columns")
+                raise ValueError(f"a {self.layout} layout has no rows and columns")
+            if self.markers is not None and self.n_markers not in (None, len(self.markers)):
+                raise ValueError(f"n_markers must be the number of markers, {len(self.markers)}")
+        elif self.markers is not None:
+            raise ValueError("a square layout needs no markers; its rows and columns say it all")
         elif self.rows is None or self.columns is None:
             raise ValueError("a square layout needs rows and columns")
         elif self.n_markers != self.rows * self.columns:

@@ -51,6 +51,8 @@ class Tracker:
     levels
         Grey level of each value in the images; None where they are grey levels themselves.
         Spares ``windowed`` the conversion of frames as they are decoded.
+    present
+        Which markers the rest frame shows, shape (n,); None for all.
     method
         ``windowed``: centroids in windows round the expected places, see `Windowed`.
         ``one-to-one``: all blobs of every frame; a blob belongs to one marker at most. With both
@@ -68,10 +70,11 @@ class Tracker:
         method: Method = "windowed",
         rest_image: GreyImage | None = None,
         levels: GreyImage | None = None,
+        present: NDArray[np.bool_] | None = None,
     ) -> None:
         """Start from the rest positions; the first `step` is the frame after the rest frame."""
         self.sensor = sensor
-        self._levels = levels
+        self._levels, self._present = levels, present
         self.method = method
         self.rest_position = rest_position
         self._windowed: Windowed | None = None
@@ -111,7 +114,9 @@ class Tracker:
     def _start(self, image: GreyImage) -> None:
         """Measure the markers in the rest frame, or in the first one for want of it."""
         if self.method == "windowed":
-            self._windowed = Windowed(self.sensor, self.rest_position, image, self._levels)
+            self._windowed = Windowed(
+                self.sensor, self.rest_position, image, self._levels, self._present
+            )
             self.rest_position = self._windowed.rest_position
 
     def _follow(self, image: GreyImage) -> Tracked:
@@ -195,10 +200,12 @@ def track(
             tracked.append(tracker.step(frame.luma))
         elif index == sensor.rest_frame:
             found = find_rest_markers(frame.image, sensor, video.path)
-            rest, grid = order_markers(found, sensor, method, reference, video.path)
-            tracker = Tracker(sensor, rest, method, frame.luma, frame.levels)
-            tracked.append(Tracked(tracker.rest_position.copy(), np.ones(len(rest), dtype=bool)))
-            picture = describe_picture(frame.image, rest)
+            rest = order_markers(found, sensor, method, reference, video.path)
+            tracker = Tracker(sensor, rest.position, method, frame.luma, frame.levels, rest.present)
+            there = np.where(rest.present[:, None], tracker.rest_position, np.nan)
+            tracked.append(Tracked(there, rest.present))
+            picture = describe_picture(frame.image, rest.position[rest.present])
+            grid = rest.grid
     if tracker is None:
         raise too_short(video, sensor.rest_frame, len(time_s))
     tracks = _label(time_s, tracked, tracker.rest_position, grid)

@@ -79,6 +79,9 @@ class Windowed:
     levels
         Grey level of each value in the images, see `core.recording.Frame`; only the blob
         detector needs to know.
+    present
+        Which markers the rest frame shows, shape (n,); the others are taken to look like the
+        median of these. None for all.
     """
 
     def __init__(
@@ -87,6 +90,7 @@ class Windowed:
         rest_position: Positions,
         rest_image: GreyImage,
         levels: GreyImage | None = None,
+        present: NDArray[np.bool_] | None = None,
     ) -> None:
         """Measure every marker in the rest frame."""
         self.audit = Audit()
@@ -104,6 +108,10 @@ class Windowed:
         kernel.levels(rest_image, rest_position, self._half, self._dark, self._bright)
         self._light = 0.0
         self.rest_position = self._refine(rest_position, rest_image)
+        if present is not None and not present.all():
+            for measure in (self._dark, self._bright, self._mass):
+                measure[~present] = np.median(measure[present])
+            self.rest_position[~present] = rest_position[~present]
         self._expected = self.rest_position.copy()
         self._last = self.rest_position.copy()
         self._step = np.zeros((n, 2))

@@ -1,6 +1,6 @@
 """From a session's videos and audio to a store of responses."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import xarray as xr
 from afferents import __version__
 from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
-from afferents.core.errors import AfferentsError
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
@@ -31,6 +31,7 @@ class Extraction:
     method: Method
     keep_going: bool = False
     workers: int | None = None
+    vibration: bool = True
 
     def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.
@@ -44,6 +45,7 @@ class Extraction:
             "recordings": [recording.name for recording in session.recordings],
             "sensor": self.sensor.model_dump(mode="json"),
             "method": self.method,
+            **({} if self.vibration else {"vibration": False}),
         }
 
 
@@ -106,6 +108,10 @@ def _try_one(
 def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:
     checksum = recording.checksum
     if not has_responses(extraction.out, recording.name, checksum):
+        if not extraction.vibration:
+            if recording.video is None:
+                raise InputError(recording.name, "a video to track", "none")
+            recording = replace(recording, audio=None)
         found = responses_of(recording, extraction.sensor, extraction.method, reference)
         write_responses(extraction.out, found.assign_attrs(checksum=checksum))
 

@@ -27,7 +27,13 @@ from afferents.recordings import (
     session_file,
     video_facts,
 )
-from afferents.report import markers_figure, responses_figure, save_figure, vibration_figure
+from afferents.report import (
+    markers_figure,
+    responses_figure,
+    save_figure,
+    vibration_figure,
+    write_overlay,
+)
 
 PICTURED_S = 10.0
 """Length of the vibration that is drawn, s."""
@@ -48,7 +54,13 @@ class Inspection:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -> Inspection:
+def inspect(
+    source: str,
+    out: Path,
+    sensor: Sensor | None,
+    progress: Progress,
+    overlay: Path | None = None,
+) -> Inspection:
     """Look at a video, a wav file, a session, a store or ``fabricslide:PATH``.
 
     Parameters
@@ -57,12 +69,16 @@ def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -
         Folder for the pictures.
     sensor
         For a video; None to recognise or estimate it.
+    overlay
+        For a video; where to write it with its markers drawn in.
 
     Raises
     ------
     InputError
         If there is nothing there, or nothing that can be read.
     """
+    if overlay is not None and not (Path(source).is_file() and not source.endswith(".wav")):
+        raise InputError("--overlay", "a video to draw markers into", f"'{source}'")
     if source.startswith("fabricslide:"):
         session = read_fabricslide(Path(source.partition(":")[2]))
         return inspect_session(source, session, out, read_vibration, progress)
@@ -72,7 +88,7 @@ def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -
     if path.is_file():
         if path.suffix.lower() == ".wav":
             return inspect_wav(path, out)
-        return inspect_video(path, out, sensor, progress)
+        return inspect_video(path, out, sensor, progress, overlay)
     if (path / "zarr.json").is_file():
         return inspect_store(path)
     declared = session_file(path)
@@ -81,7 +97,13 @@ def inspect(source: str, out: Path, sensor: Sensor | None, progress: Progress) -
     )
 
 
-def inspect_video(path: Path, out: Path, sensor: Sensor | None, progress: Progress) -> Inspection:
+def inspect_video(
+    path: Path,
+    out: Path,
+    sensor: Sensor | None,
+    progress: Progress,
+    overlay: Path | None = None,
+) -> Inspection:
     """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
     video = open_video(path)
     found = Inspection(str(path), facts={"video": asdict(video_facts(video))})
@@ -98,6 +120,10 @@ def inspect_video(path: Path, out: Path, sensor: Sensor | None, progress: Progre
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
     found.facts |= quality_facts(tracks)
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
+    if overlay is not None:
+        frames = progress.track(video.frames(), "drawing", video.n_frames)
+        places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
+        found.pictures.append(write_overlay(overlay, frames, places, seen, video.fps_hz))
     return found
 
 

@@ -8,6 +8,7 @@ from afferents.report.figure12 import figure12
 from afferents.report.formats import to_markdown, to_rich
 from afferents.report.html import write_report
 from afferents.report.inspection import markers_figure, responses_figure, vibration_figure
+from afferents.report.overlay import draw_overlay, write_overlay
 from afferents.report.pictures import FigureData, Picture, draw_pictures, save_pictures
 from afferents.report.speeds import speed_figure
 from afferents.report.style import save_figure
@@ -28,6 +29,7 @@ __all__ = [
     "Table",
     "accuracy_by_speed",
     "confusion_figure",
+    "draw_overlay",
     "draw_pictures",
     "figure07",
     "figure08",
@@ -46,5 +48,6 @@ __all__ = [
     "to_markdown",
     "to_rich",
     "vibration_figure",
+    "write_overlay",
     "write_report",
 ]

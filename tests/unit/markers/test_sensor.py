@@ -79,7 +79,7 @@ def test_an_unknown_name_lists_those_there_are():
         ("max_threshold = 150", "max_threshold = 55", "min_repeatability steps"),
         ("n_markers = 3", "n_markers = 0", "n_markers: greater than or equal to 1, found 0"),
         ("n_markers = 3", "n_markers = 3\ngate_px = -1", "gate_px: greater than 0, found -1"),
-        ('layout = "free"', 'layout = "hexagonal"', "layout: 'square' or 'free'"),
+        ('layout = "free"', 'layout = "oval"', "layout: 'square', 'hexagonal', 'radial' or 'free'"),
         ('layout = "free"', 'layout = "square"', "needs rows and columns"),
         ('layout = "free"', 'layout = "free"\nrows = 3', "has no rows and columns"),
         ('layout = "free"', 'layout = "square"\nrows = 2\ncolumns = 2', "rows x columns = 4"),

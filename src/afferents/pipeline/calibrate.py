@@ -1,0 +1,47 @@
+"""From a clip at rest to a sensor file, with a picture to check it by."""
+
+from pathlib import Path
+
+import numpy as np
+
+from afferents.core.errors import InputError
+from afferents.core.files import write_aside
+from afferents.markers.calibrate import Calibration, calibrate, sensor_toml
+from afferents.recordings import open_video
+from afferents.report import markers_figure, save_figure
+
+
+def calibrate_sensor(video: Path, out: Path, pitch_mm: float | None) -> tuple[list[str], Path]:
+    """Write a sensor file and the picture beside it; return sentences and the picture's path.
+
+    Raises
+    ------
+    InputError
+        If the clip is not at rest or shows no markers, or `out` is no .toml.
+    """
+    if out.suffix != ".toml":
+        raise InputError("--out", "a name that ends in .toml", f"'{out}'")
+    found = calibrate(open_video(video), out.stem, pitch_mm)
+    with write_aside(out) as partial:
+        partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
+    seen = np.ones(len(found.position), dtype=bool)
+    figure = markers_figure(found.image, found.position, seen, video.name)
+    return describe(found), save_figure(figure, out.with_suffix(".png"))
+
+
+def describe(found: Calibration) -> list[str]:
+    """Say what was found, to be checked against the picture."""
+    sensor, layout, picture = found.sensor, found.found, found.picture
+    shade = "bright" if sensor.detector.blob_colour else "dark"
+    size = f", {sensor.rows} x {sensor.columns}" if sensor.rows else ""
+    roll = f", rolled by {layout.roll_deg:.1f} deg" if layout.roll_deg == layout.roll_deg else ""
+    scale = ""
+    if sensor.pitch_mm:
+        scale = f" ({layout.spacing_px / sensor.pitch_mm:.1f} px a mm)"
+    return [
+        f"{len(found.position)} {shade} markers of {sensor.detector.min_area_px2:g} to "
+        f"{sensor.detector.max_area_px2:g} px^2, {layout.spacing_px:.1f} px apart{scale}.",
+        f"Layout: {sensor.layout}{size}{roll}.",
+        f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
+        f"{picture.edge_px:.1f} px wide.",
+    ]

@@ -1,0 +1,116 @@
+"""A video with its markers drawn in: names, trails, and the lost in red."""
+
+from collections.abc import Iterable
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core.files import write_aside
+from afferents.core.recording import Frame, GreyImage
+
+ENLARGED = 2
+"""So that names can be read between markers 20 px apart."""
+TRAIL_FRAMES = 20
+_RED, _ORANGE, _WHITE = (40, 40, 255), (0, 159, 230), (255, 255, 255)
+"""Blue, green, red."""
+_TICKS_HZ = 90_000
+_SUBPIXEL_BITS = 4
+
+Colour = tuple[int, int, int]
+Picture = NDArray[np.uint8]
+"""Shape (height, width, 3), blue, green, red."""
+
+
+def write_overlay(
+    path: Path,
+    frames: Iterable[Frame],
+    position: NDArray[np.float64],
+    detected: NDArray[np.bool_],
+    fps_hz: float,
+) -> Path:
+    """Write an mp4 of the frames, twice as large, with their markers.
+
+    Parameters
+    ----------
+    frames
+        Of the video, from its first.
+    position, detected
+        As `markers.track` gives them, shapes (n_frames, n, 2), px, and (n_frames, n).
+
+    Raises
+    ------
+    OSError
+        If the file can't be written.
+    """
+    last = _last_seen(position)
+    with (
+        write_aside(path) as partial,
+        av.open(str(partial), "w", format="mp4") as container,
+    ):
+        stream = container.add_stream("libx264", rate=max(1, round(fps_hz)), options={"crf": "20"})
+        stream.pix_fmt = "yuv420p"
+        stream.time_base = stream.codec_context.time_base = Fraction(1, _TICKS_HZ)
+        for index, frame in enumerate(frames):
+            picture = draw_overlay(frame.image, last, detected, index)
+            if index == 0:
+                stream.height, stream.width = picture.shape[:2]
+            drawn = av.VideoFrame.from_ndarray(picture, format="bgr24")
+            drawn.pts = round(frame.time_s * _TICKS_HZ)
+            drawn.time_base = Fraction(1, _TICKS_HZ)
+            container.mux(stream.encode(drawn))
+        container.mux(stream.encode(None))
+    return path
+
+
+def draw_overlay(
+    image: GreyImage, position: NDArray[np.float64], detected: NDArray[np.bool_], index: int
+) -> Picture:
+    """Draw the markers of frame `index`, with the way that they came.
+
+    Parameters
+    ----------
+    position
+        Where each marker was last seen, shape (n_frames, n, 2), px.
+    """
+    picture = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
+    picture = cv2.cvtColor(picture[: picture.shape[0] // 2 * 2], cv2.COLOR_GRAY2BGR)
+    trails = _points(position[max(0, index - TRAIL_FRAMES) : index + 1])
+    for n in range(position.shape[1]):
+        if np.isnan(position[index, n, 0]):
+            continue
+        seen = bool(detected[index, n])
+        trail = trails[:, n][~np.isnan(position[max(0, index - TRAIL_FRAMES) : index + 1, n, 0])]
+        cv2.polylines(picture, [trail], False, _ORANGE, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
+        where = (int(trail[-1, 0]), int(trail[-1, 1]))
+        radius = 5 << _SUBPIXEL_BITS
+        colour = _colour(n) if seen else _RED
+        cv2.circle(picture, where, radius, colour, 1 if seen else 2, cv2.LINE_AA, _SUBPIXEL_BITS)
+        place = ((where[0] >> _SUBPIXEL_BITS) + 6, (where[1] >> _SUBPIXEL_BITS) - 5)
+        cv2.putText(picture, f"{n}", place, cv2.FONT_HERSHEY_SIMPLEX, 0.3, colour, 1, cv2.LINE_AA)
+    said = f"{int(detected[index].sum())} of {detected.shape[1]}, frame {index}"
+    cv2.putText(picture, said, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.55, _WHITE, 1, cv2.LINE_AA)
+    return np.asarray(picture, np.uint8)
+
+
+def _last_seen(position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where every marker was last seen at every frame, NaN before the first time."""
+    seen = ~np.isnan(position[..., 0])
+    latest = np.maximum.accumulate(np.where(seen, np.arange(len(position))[:, None], 0), axis=0)
+    return np.asarray(np.take_along_axis(position, latest[..., None], axis=0))
+
+
+def _points(position: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return positions in the enlarged picture, in sixteenths of its pixels."""
+    enlarged = (position + 0.5) * ENLARGED - 0.5
+    return np.asarray(np.nan_to_num(np.rint(enlarged * (1 << _SUBPIXEL_BITS))), np.int32)
+
+
+def _colour(n: int) -> Colour:
+    """Return a colour for a marker, far from its neighbours' and from red."""
+    hue = 25 + (n * 47) % 130
+    pixel = cv2.cvtColor(np.array([[[hue, 160, 255]]], np.uint8), cv2.COLOR_HSV2BGR)[0, 0]
+    return int(pixel[0]), int(pixel[1]), int(pixel[2])

@@ -1,0 +1,100 @@
+"""Layouts are recognised, and their markers named, however the picture is turned."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.core.errors import InputError
+from afferents.markers.layout import find_layout, match_layout
+
+MIDDLE = (320.0, 240.0)
+
+
+def turned(position, degrees, middle=MIDDLE):
+    angle = np.radians(degrees)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return (position - middle) @ turn + middle
+
+
+def square(rows=9, columns=11, pitch=22.0):
+    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+    grid = np.stack([x.ravel(), y.ravel()], axis=1) * pitch
+    return grid - grid.mean(axis=0) + MIDDLE
+
+
+def hexagonal():
+    x, y = np.meshgrid(np.arange(12.0), np.arange(10.0))
+    lattice = np.stack([(x + 0.5 * (y % 2)).ravel(), np.sqrt(0.75) * y.ravel()], axis=1) * 20
+    return lattice - lattice.mean(axis=0) + MIDDLE
+
+
+def rings():
+    parts = [np.zeros((1, 2))]
+    for k in range(1, 7):
+        angle = np.arange(6 * k) * 2 * np.pi / (6 * k) + 0.2 * k
+        parts.append(22 * k * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    return np.concatenate(parts) + MIDDLE
+
+
+def scattered():
+    rng = np.random.default_rng(3)
+    return square(8, 8, 30.0) + rng.uniform(-11, 11, (64, 2))
+
+
+@pytest.mark.parametrize(
+    ("layout", "position"),
+    [("square", square()), ("hexagonal", hexagonal()), ("radial", rings()), ("free", scattered())],
+)
+@pytest.mark.parametrize("degrees", [0, 6.2, -20])
+def test_layouts_are_recognised_at_any_roll(layout, position, degrees):
+    jitter = np.random.default_rng(0).normal(0, 0.4, position.shape)
+    order = np.random.default_rng(1).permutation(len(position))
+    found = find_layout((turned(position, degrees) + jitter)[order])
+    assert found.layout == layout
+    if layout == "square":
+        assert found.roll_deg == pytest.approx(degrees, abs=0.5)
+        assert (found.grid.row.max() + 1, found.grid.column.max() + 1) == (9, 11)
+
+
+def test_a_grid_with_a_hole_is_no_whole_grid():
+    assert find_layout(np.delete(square(), 40, axis=0)).grid is None
+
+
+@given(
+    degrees=st.floats(-175, 175),
+    shift=st.tuples(st.floats(-30, 30), st.floats(-30, 30)),
+    scale=st.floats(0.97, 1.03),
+    seed=st.integers(0, 100),
+)
+@settings(max_examples=30, deadline=None)
+def test_a_scattered_layout_keeps_its_names_however_it_is_turned(degrees, shift, scale, seed):
+    template, rng = scattered(), np.random.default_rng(seed)
+    seen = turned(MIDDLE + scale * (template - MIDDLE), degrees) + shift
+    blobs = (seen + rng.normal(0, 0.5, seen.shape))[rng.permutation(len(seen))]
+    position, present = match_layout(blobs, template, "a video")
+    assert present.all()
+    assert np.hypot(*(position - seen).T).max() < 3
+
+
+@pytest.mark.parametrize("layout", [rings(), hexagonal()])
+def test_symmetric_layouts_keep_their_names_at_small_turns(layout):
+    seen = turned(layout, 8)
+    position, present = match_layout(seen[::-1], layout, "a video")
+    assert present.all()
+    np.testing.assert_allclose(position, seen)
+
+
+def test_missing_pins_and_false_blobs_cost_no_names():
+    template, rng = scattered(), np.random.default_rng(0)
+    seen = turned(template, 12)
+    kept = np.sort(rng.permutation(64)[:56])
+    false = np.array([[100.0, 100.0], [500.0, 90.0]])
+    position, present = match_layout(np.concatenate([seen[kept], false]), template, "a video")
+    assert np.flatnonzero(present).tolist() == kept.tolist()
+    assert np.hypot(*(position - seen).T).max() < 1
+
+
+def test_another_layout_is_refused():
+    with pytest.raises(InputError, match=r"a video: expected the 64 markers .* calibrate"):
+        match_layout(square(5, 5), scattered(), "a video")

@@ -1,0 +1,55 @@
+"""Light, focus, and frames that repeat or are missing."""
+
+import cv2
+import numpy as np
+import pytest
+
+from afferents.markers.picture import describe_picture, dropped_frames, repeated_frames
+
+
+@pytest.fixture
+def places():
+    return np.stack(np.meshgrid(np.arange(40, 281, 40), np.arange(40, 201, 40)), -1).reshape(-1, 2)
+
+
+def test_grey_levels_are_those_of_markers_and_skin(draw, places):
+    picture = describe_picture(draw(places, skin=30, marker=200), places.astype(float))
+    assert picture.disc_grey == pytest.approx(200, abs=2)
+    assert picture.skin_grey == pytest.approx(30, abs=2)
+    assert picture.saturated == 0
+
+
+def test_dark_markers_are_described_too(draw, places):
+    picture = describe_picture(draw(places, skin=220, marker=40), places.astype(float))
+    assert picture.disc_grey < 50 < 200 < picture.skin_grey
+
+
+def test_full_white_is_saturated(draw, places):
+    assert describe_picture(draw(places, marker=255), places.astype(float)).saturated > 0.9
+
+
+def test_a_blurred_picture_has_wider_edges(draw, places):
+    sharp = draw(places)
+    blurred = cv2.GaussianBlur(sharp, (0, 0), 3.0)
+    edges = [describe_picture(image, places.astype(float)).edge_px for image in (sharp, blurred)]
+    assert edges[0] < 1.5
+    assert edges[1] > 3
+
+
+def test_frames_that_repeat_are_found_between_moving_ones():
+    rng = np.random.default_rng(0)
+    change = np.r_[np.nan, 0.05 * rng.random(30), 2 + rng.random(60)]
+    change[40], change[50] = 0.04, 0.05
+    assert np.flatnonzero(repeated_frames(change)).tolist() == [40, 50]
+
+
+def test_a_skin_at_rest_repeats_nothing():
+    change = np.r_[np.nan, 0.03 + 0.01 * np.random.default_rng(0).random(60)]
+    assert not repeated_frames(change).any()
+
+
+def test_missing_frames_are_counted_by_their_times():
+    time = np.arange(100) / 90
+    assert dropped_frames(time) == 0
+    assert dropped_frames(np.delete(time, [20, 50, 51])) == 3
+    assert dropped_frames(time[:1]) == 0
