@@ -22,7 +22,7 @@ def rings():
     for k in (1, 2, 3):
         angle = np.arange(6 * k) * np.pi / (3 * k) + 0.3 * k
         parts.append(28 * k * np.stack([np.cos(angle), np.sin(angle)], axis=1))
-    return np.concatenate(parts) + (160, 120)
+    return np.concatenate(parts) + np.array([160, 120])
 
 
 def written(found, tmp_path):
@@ -36,7 +36,7 @@ def test_a_square_sensor_is_described_whole(draw, video, grid, tmp_path):
     assert (sensor.layout, sensor.rows, sensor.columns) == ("square", 6, 8)
     assert (sensor.name, sensor.pitch_mm, sensor.n_markers) == ("mine", 1.4, 48)
     assert sensor == found.sensor.model_copy(update={"radius_px": float("inf")})
-    tracks = track(video([draw(grid + (t, 0)) for t in range(4)]), sensor)
+    tracks = track(video([draw(grid + np.array([t, 0])) for t in range(4)]), sensor)
     assert tracks[dims.DETECTED].all()
 
 
@@ -71,7 +71,10 @@ def test_a_missing_pin_is_lost_and_the_others_keep_their_names(draw, video, ring
     [
         (lambda draw, grid: [], r"expected a clip of the skin at rest, found no frames"),
         (lambda draw, grid: [draw([])] * 9, r"at least 6 bright or dark blobs"),
-        (lambda draw, grid: [draw(grid + (t, 0)) for t in range(9)], r"markers that move by 8"),
+        (
+            lambda draw, grid: [draw(grid + np.array([t, 0])) for t in range(9)],
+            r"markers that move by 8",
+        ),
     ],
 )
 def test_a_clip_that_shows_no_sensor_at_rest_is_refused(images, sentence, draw, video, grid):
