@@ -32,6 +32,8 @@ SAME_BLOB = 0.4
 SEARCH = 1.2
 """The common shift is searched up to this multiple of the distance of markers."""
 SEARCH_STEP_PX = 2.5
+FAR = 0.15
+"""A common step beyond this share of the search is not believed without one."""
 WINDOWS = 3
 """A marker's window is moved to its centroid at most this often."""
 FOLLOW_LIGHT = 0.1
@@ -153,8 +155,14 @@ class Windowed:
         self.audit.shared += shared
         self.audit.strangers += strangers
         if n_found < 0:
-            predicted = self._jumped(image)
+            predicted = self._shifted(image, self._expected)
             self._look(image, predicted, position, found)
+        elif self._moved_far(position):
+            # A lattice nearly fits itself when it is shifted by its pitch.
+            better = self._shifted(image, predicted)
+            if np.abs(better - predicted).max() > self._reach / 4:
+                predicted = better
+                self._look(image, predicted, position, found)
         if not found.all():
             self._look_where_neighbours_are(image, position, found)
             if found.mean() < _ENOUGH:
@@ -174,11 +182,16 @@ class Windowed:
         )
         return position, found
 
-    def _jumped(self, image: GreyImage) -> Positions:
+    def _moved_far(self, position: Positions) -> bool:
+        """Say whether all markers moved so far that each may stand on its neighbour's place."""
+        step = (position - self._last)[~np.isnan(position[:, 0])]
+        return len(step) > 1 and float(np.hypot(*step.mean(axis=0))) > FAR * self._reach
+
+    def _shifted(self, image: GreyImage, position: Positions) -> Positions:
         """Say where the markers are after they moved farther than expected, all together."""
         self.audit.jumps += 1
-        shift = kernel.best_shift(image, self._expected, self._reach, SEARCH_STEP_PX, self._sign)
-        shifted: Positions = self._expected + np.array(shift)
+        shift = kernel.best_shift(image, position, self._reach, SEARCH_STEP_PX, self._sign)
+        shifted: Positions = position + np.array(shift)
         return shifted
 
     def _look(

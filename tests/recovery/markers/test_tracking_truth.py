@@ -104,3 +104,52 @@ def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
 
     ours = track(video(shown), tip_b)[dims.POSITION].values
     np.testing.assert_allclose(ours[-1], truth[-1], atol=0.5)
+
+
+def walk(n_frames: int, most_px: float) -> np.ndarray:
+    """Return a common motion of `most_px` every frame, in any direction, shape (n_frames, 2)."""
+    rng, place = np.random.default_rng(0), [np.zeros(2)]
+    for _ in range(n_frames - 1):
+        x, y = place[-1]
+        home = np.arctan2(-y, -x) + rng.normal(0, 0.2)
+        angle = home if np.hypot(x, y) > 8 else rng.uniform(0, 2 * np.pi)
+        place.append(place[-1] + most_px * np.array([np.cos(angle), np.sin(angle)]))
+    return np.array(place)
+
+
+@pytest.mark.parametrize("most_px", [5, 9, 13])
+def test_jerks_of_all_markers_together_cost_no_identity(video, rest, tip_b, most_px):
+    """The way goes another direction every frame, so that no prediction helps."""
+    truth = rest + walk(80, most_px)[:, None]
+    truth = np.concatenate([truth[:1], truth])
+    found = track(video(truth), tip_b)[dims.POSITION].values[REST:]
+    assert np.hypot(*np.moveaxis(found - truth[REST:], -1, 0)).max() < 2
+
+
+def test_markers_dropped_at_random_in_jerks_cost_no_identity(video, rest, tip_b):
+    truth = np.concatenate([rest[None], rest + walk(100, 9)[:, None]])
+    hidden = np.random.default_rng(1).random(truth.shape[:2]) < 0.05
+    hidden[: REST + 1] = False
+    shown = np.where(hidden[..., None], np.nan, truth)
+    tracks = track(video(shown), tip_b)
+    position, detected = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
+    off = np.hypot(*np.moveaxis(position - truth, -1, 0))[REST:]
+    assert np.nanmax(off) < 2
+    assert detected[REST:][~hidden[REST:]].mean() > 0.99
+    assert not detected[hidden].any()
+
+
+def test_failing_light_costs_no_marker(draw, video, rest, tip_b):
+    from afferents.core.recording import Frame
+
+    class Dimming:
+        path, fps_hz, width, height = video(rest[None]).path, 90.0, 640, 480
+
+        def frames(self):
+            image = draw(rest).astype(float)
+            for index, light in enumerate(np.linspace(1, 0.35, 60)):
+                yield Frame(index / 90, np.rint(light * image).astype(np.uint8))
+
+    tracks = track(Dimming(), tip_b)
+    assert tracks[dims.DETECTED].values[REST:].all()
+    assert np.abs(tracks[dims.POSITION].values[REST:] - rest).max() < 0.3

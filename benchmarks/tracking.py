@@ -1,0 +1,265 @@
+"""Marker tracking against the rig's truth: speed beside decoding, errors, identities, memory.
+
+    python benchmarks/tracking.py [--rounds 5] [--seconds 8]
+
+All on one core (the process is bound to it) but for the last table. Prints markdown.
+"""
+
+import argparse
+import os
+import resource
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.recording import Frame, GreyImage
+from afferents.markers import Method, Tracker, load_sensor, track
+from afferents.pipeline.parallel import side_by_side
+from afferents.recordings import open_video
+from afferents.rig import Camera, Rig, bumped_surface, project
+from afferents.rig.film import write_film
+from afferents.rig.render import Renderer
+from afferents.rig.run import simulate
+
+TIP_B = load_sensor("tip_b")
+REST = TIP_B.rest_frame
+RATES_MB_S = (1.2, 2.0, 15.0)
+SHOWN_FRAMES = 40
+"""Frames that the published method is timed on."""
+
+Positions = NDArray[np.float64]
+
+
+@dataclass
+class Drawn:
+    """Frames drawn when asked for; a `core.recording.Video`."""
+
+    position: Positions
+    camera: Camera = field(default_factory=Camera)
+    path: Path = Path("drawn")
+    fps_hz: float = 90.0
+    light: NDArray[np.float64] | None = None
+    hidden: NDArray[np.bool_] | None = None
+    width: int = 640
+    height: int = 480
+
+    def frames(self) -> Iterator[Frame]:
+        """Draw from the start."""
+        renderer = Renderer(self.camera, 0)
+        for index, place in enumerate(self.position):
+            shown = place if self.hidden is None else place[~self.hidden[index]]
+            image = renderer.draw(shown)
+            if self.light is not None:
+                image = cv2.convertScaleAbs(image, alpha=float(self.light[index]))
+            yield Frame(index / self.fps_hz, np.asarray(image, np.uint8))
+
+
+def slid(seconds: float) -> tuple[NDArray[np.float64], Positions]:
+    """Return frame times and marker positions of a run of g at 50 mm/s, px."""
+    rig = Rig()
+    run = simulate(rig, "3", bumped_surface(3.0), 50.0, seconds, 0)
+    return run.time_s, project(run.position_mm, rig.camera)
+
+
+def film(path: Path, time_s: NDArray[np.float64], position: Positions, rate: float) -> Path:
+    """Write the run as a video of so many Mb/s."""
+    camera = Camera(bit_rate=round(rate * 1e6), noise_grey=2.0 if rate < 10 else 6.0)
+    frames = Drawn(position, camera).frames()
+    write_film(path, ((t, f.luma) for t, f in zip(time_s, frames, strict=True)), camera)
+    return path
+
+
+def decode(path: Path) -> None:
+    """Decode a video and look at nothing."""
+    with av.open(str(path)) as container:
+        container.streams.video[0].thread_type = "NONE"
+        for _ in container.decode(video=0):
+            pass
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Time one call."""
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def follow(images: list[GreyImage], rest: Positions, method: Method) -> Positions:
+    """Track images in memory; return positions from the second on."""
+    tracker = Tracker(TIP_B, rest, method, images[0])
+    return np.stack([tracker.step(image).position for image in images[1:]])
+
+
+def rms(error: Positions) -> float:
+    """Return the root mean square distance, px."""
+    return float(np.sqrt((error**2).sum(axis=-1).mean()))
+
+
+def speed_and_error(folder: Path, rounds: int, length_s: float) -> None:
+    """Print frames a second of the whole path beside decoding, and errors on the same frames."""
+    time_s, position = slid(length_s)
+    columns = (
+        "Mb/s",
+        "decoding alone, frames/s",
+        "whole path, frames/s",
+        "whole path over decoding",
+        "published method, frames/s",
+        "times the published",
+        "error, px",
+        "error of the published, px",
+    )
+    print(f"\n| {' | '.join(columns)} |\n{'|---' * len(columns)}|")
+    for rate in RATES_MB_S:
+        path = film(folder / f"{rate}.mp4", time_s, position, rate)
+        real = path.stat().st_size * 8e-6 / length_s
+        images = [frame.image for frame in open_video(path).frames()]
+        some = images[REST : REST + SHOWN_FRAMES]
+        found = track(open_video(path), TIP_B)[dims.POSITION].values[REST:]
+        theirs = track(open_video(path), TIP_B, "published", position[REST])[dims.POSITION].values
+        alone, whole, published = [], [], []
+        for _ in range(rounds):
+            alone.append(len(images) / seconds(lambda p=path: decode(p)))
+            whole.append(len(images) / seconds(lambda p=path: track(open_video(p), TIP_B)))
+            spent = seconds(lambda s=some: follow(s, position[REST], "published"))
+            published.append(1 / (spent / (len(some) - 1) + 1 / alone[-1]))
+        ratio = median(w / a for w, a in zip(whole, alone, strict=True))
+        times = median(w / p for w, p in zip(whole, published, strict=True))
+        print(f"| {real:.1f} | {median(alone):.0f} | {median(whole):.0f} | {ratio:.2f} | "
+              f"{median(published):.0f} | {times:.0f} | {rms(found - position[REST:]):.3f} | "
+              f"{rms(theirs[REST:] - position[REST:]):.3f} |")  # fmt: skip
+    plain = Camera(noise_grey=0, blur_px=0, falloff=0)
+    found = track(Drawn(position, plain), TIP_B)[dims.POSITION].values[REST:]
+    print(f"\nUncompressed, without nuisances: {rms(found - position[REST:]):.3f} px.")
+
+
+def steps(length_s: float) -> None:
+    """Print how long a step takes, and how memory grows."""
+    _, position = slid(length_s)
+    images = [frame.luma for frame in Drawn(position).frames()]
+    tracker = Tracker(TIP_B, position[REST], "windowed", images[REST])
+    spent = []
+    for image in images[REST + 1 :]:
+        start = time.perf_counter()
+        tracker.step(image)
+        spent.append(time.perf_counter() - start)
+    low, high = np.quantile(spent, [0.5, 0.99]) * 1e3
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for n in range(90 * 3600):
+        tracker.step(images[REST + 1 + n % (len(images) - REST - 1)])
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    print(f"\nA step: median {low:.3f} ms, p99 {high:.3f} ms. An hour of frames (324,000 steps): "
+          f"{grown:.1f} MB more.")  # fmt: skip
+
+
+def wrong(found: Positions, truth: Positions) -> float:
+    """Return the share of positions nearer to another marker's place than to their own, or lost."""
+    off = np.hypot(*(found - truth).T)
+    return float(np.mean(~(off < 5)))
+
+
+def shared(found: Positions) -> int:
+    """Return how often two identities stand on one marker."""
+    count = 0
+    for frame in found:
+        seen = np.rint(frame[~np.isnan(frame[:, 0])])
+        count += len(seen) - len(np.unique(seen, axis=0))
+    return count
+
+
+def identities() -> None:
+    """Print what becomes of identities when it gets hard."""
+    rest = slid(1.6)[1][0]
+    rng = np.random.default_rng(0)
+
+    def tracked(video: Drawn) -> Positions:
+        return track(video, TIP_B.model_copy(update={"rest_frame": 0}))[dims.POSITION].values
+
+    still = np.repeat(rest[None], 121, axis=0)
+    away = np.zeros((121, 361), bool)
+    away[40:60, rng.permutation(361)[:10]] = True
+    jump = still.copy()
+    jump[60:] += (15.0 * np.cos(0.4), 15.0 * np.sin(0.4))
+    rows = {
+        "brightness falls to 0.35": (Drawn(still, light=np.linspace(1, 0.35, 121)), still),
+        "a jump of 15 px": (Drawn(jump), jump),
+        "ten markers covered for 20 frames": (Drawn(still, hidden=away), still),
+    }
+    print("\n| | wrong or lost in the last frame |\n|---|---|")
+    for name, (video, truth) in rows.items():
+        print(f"| {name} | {wrong(tracked(video)[-1], truth[-1]):.3f} |")
+    print("\n| common motion, px a frame | wrong or lost, all frames |\n|---|---|")
+    for most in (5, 9, 13):
+        walk = _walk(rng, 300, most)
+        truth = rest + walk[:, None]
+        print(f"| {most} | {wrong(tracked(Drawn(truth)), truth):.4f} |")
+    truth = rest + _walk(rng, 1000, 9)[:, None]
+    dropped = rng.random((1000, 361)) < 0.05
+    dropped[0] = False
+    found = tracked(Drawn(truth, hidden=dropped))
+    there = ~dropped
+    off = np.hypot(*np.moveaxis(found - truth, -1, 0))
+    mistaken = float(np.mean(off[there & ~np.isnan(off)] > 5))
+    print(f"\n5% of the markers dropped in every frame, steps of 9 px, 1000 frames: "
+          f"{mistaken:.4f} wrong, {float(np.isnan(off[there]).mean()):.4f} of those shown not "
+          f"found, {float((~np.isnan(off[dropped])).mean()):.4f} of those dropped claimed, "
+          f"{shared(found)} times two on one.")  # fmt: skip
+
+
+def _walk(rng: np.random.Generator, n: int, most: float) -> NDArray[np.float64]:
+    """Return a common motion of `most` px every frame, in any direction, that stays near."""
+    place, walk = np.zeros(2), [np.zeros(2)]
+    for _ in range(n - 1):
+        home = np.arctan2(-place[1], -place[0])
+        angle = home + rng.normal(0, 0.6) if np.hypot(*place) > 8 else rng.uniform(0, 2 * np.pi)
+        place = place + most * np.array([np.cos(angle), np.sin(angle)])
+        walk.append(place)
+    return np.array(walk)
+
+
+def _track_file(path: Path) -> float:
+    track(open_video(path), TIP_B)
+    return 0.0
+
+
+def workers(folder: Path, rounds: int, cores: set[int]) -> None:
+    """Print how much faster two processes on two cores are than one."""
+    if len(cores) < 2:
+        return
+    jobs = [(folder / "2.0.mp4",)] * 12
+    os.sched_setaffinity(0, cores)
+    spent: dict[int, list[float]] = {1: [], 2: []}
+    list(side_by_side(_track_file, jobs[:2], 2))
+    for _ in range(rounds):
+        for n in (1, 2):
+            spent[n].append(seconds(lambda k=n: list(side_by_side(_track_file, jobs, k))))
+    gain = median(a / b for a, b in zip(spent[1], spent[2], strict=True))
+    print(f"\nTwo workers on two cores: {gain:.2f} times one.")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--seconds", type=float, default=8.0)
+    wanted = parser.parse_args()
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})
+    cv2.setNumThreads(1)
+    with tempfile.TemporaryDirectory() as folder:
+        speed_and_error(Path(folder), wanted.rounds, wanted.seconds)
+        steps(wanted.seconds)
+        identities()
+        workers(Path(folder), wanted.rounds, cores)
+
+
+if __name__ == "__main__":
+    main()
