@@ -107,21 +107,17 @@ def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
 
 
 def walk(n_frames: int, most_px: float) -> np.ndarray:
-    """Return a common motion of `most_px` every frame, in any direction, shape (n_frames, 2)."""
-    rng, place = np.random.default_rng(0), [np.zeros(2)]
-    for _ in range(n_frames - 1):
-        x, y = place[-1]
-        home = np.arctan2(-y, -x) + rng.normal(0, 0.2)
-        angle = home if np.hypot(x, y) > 8 else rng.uniform(0, 2 * np.pi)
-        place.append(place[-1] + most_px * np.array([np.cos(angle), np.sin(angle)]))
-    return np.array(place)
+    """Return a common motion to and fro by `most_px`, turned at random, shape (n_frames, 2)."""
+    turned = np.random.default_rng(0).normal(0, 0.3, n_frames).cumsum()
+    angle = np.pi * np.arange(n_frames) + turned
+    return most_px / 2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 @pytest.mark.parametrize("most_px", [5, 9, 13])
 def test_jerks_of_all_markers_together_cost_no_identity(video, rest, tip_b, most_px):
     """The way goes another direction every frame, so that no prediction helps."""
-    truth = rest + walk(80, most_px)[:, None]
-    truth = np.concatenate([truth[:1], truth])
+    truth = np.concatenate([rest[None], rest + walk(80, most_px)[:, None]])
+    truth[REST] = rest
     found = track(video(truth), tip_b)[dims.POSITION].values[REST:]
     assert np.hypot(*np.moveaxis(found - truth[REST:], -1, 0)).max() < 2
 
