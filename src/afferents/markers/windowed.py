@@ -114,6 +114,7 @@ class Windowed:
             for measure in (self._dark, self._bright, self._mass):
                 measure[~present] = np.median(measure[present])
             self.rest_position[~present] = rest_position[~present]
+        self._rest_dark, self._rest_bright = self._dark.copy(), self._bright.copy()
         self._expected = self.rest_position.copy()
         self._last = self.rest_position.copy()
         self._step = np.zeros((n, 2))
@@ -180,7 +181,17 @@ class Windowed:
             self._dark,
             self._bright,
         )
+        if not found.all():
+            self._follow_others_light(found)
         return position, found
+
+    def _follow_others_light(self, found: NDArray[np.bool_]) -> None:
+        """Let the grey levels of lost markers go as those of the others went since rest."""
+        if not found.any():
+            return
+        for now, rest in ((self._dark, self._rest_dark), (self._bright, self._rest_bright)):
+            gone = np.median(now[found] - rest[found])
+            now[~found] += FOLLOW_LIGHT * (rest[~found] + gone - now[~found])
 
     def _moved_far(self, position: Positions) -> bool:
         """Say whether all markers moved so far that each may stand on its neighbour's place."""

@@ -38,12 +38,13 @@ class Constants(NamedTuple):
 
 
 _kernel = njit(cache=True, fastmath=True, error_model="numpy")
+_part = njit(fastmath=True, error_model="numpy", inline="always")
 """Sums are reordered as suits the processor: the same machine gives the same numbers. So that
 the compiler works on many nodes at once, all states lie in one array at constant distances, and
 the loops run from 0 over all nodes between the first and the last inner one, margin included."""
 
 
-@_kernel
+@_part
 def _meet(state, heights, width, offset, depth, x, y, gap, k):
     """How deep every node is pressed in, and on what slope.
 
@@ -65,7 +66,7 @@ def _meet(state, heights, width, offset, depth, x, y, gap, k):
         state[_NY + FIRST + j] = -(near_step + fa * (far_step - near_step)) * k.per_across
 
 
-@_kernel
+@_part
 def _press(state, speed, k):
     """Pressure and friction of every node."""
     zero, one, tiny = np.float32(0), np.float32(1), np.float32(1e-12)
@@ -92,7 +93,7 @@ def _press(state, speed, k):
         state[_P + FIRST + j] = p
 
 
-@_kernel
+@_part
 def _move(state, k):
     """In-plane motion of every node in one step: velocities first, then places."""
     four = np.float32(4)
@@ -126,7 +127,7 @@ def _move(state, k):
         state[_UY + FIRST + j] += state[_VY + FIRST + j] * k.dt
 
 
-@_kernel
+@_part
 def _free_edges(state):
     """Give the outermost nodes neighbours like themselves: nothing pulls from outside."""
     last = ROW * (ROW - 1)
@@ -139,7 +140,7 @@ def _free_edges(state):
             state[s + r * ROW + ROW - 1] = state[s + r * ROW + ROW - 2]
 
 
-@_kernel
+@_part
 def _heard(state, weight, s):
     """Return the weighted sum of a state over the nodes."""
     total = 0.0
@@ -148,7 +149,7 @@ def _heard(state, weight, s):
     return total
 
 
-@_kernel
+@_part
 def _take_frame(state, since, frame):
     """Write places, depth and pressure, `since` s before the end of the step."""
     for r in range(N_SIDE):
