@@ -170,14 +170,15 @@ def track(
     from afferents.markers import load_sensor
     from afferents.pipeline.follow import follow_session, follow_video
 
+    said: list[str] = []
     with Progress(quiet or as_json) as progress:
         if source.is_dir():
             given = load_sensor(sensor or "tip_b")
-            said = follow_session(source, out, given, method, workers, progress)
+            follow_session(source, out, given, method, workers, progress)
         else:
             given_or_none = load_sensor(sensor) if sensor else None
             said = follow_video(source, out, given_or_none, method, progress)
-    _say(as_json, {"store": str(out), "said": said}, *([said] if said else []), f"Store: {out}")
+    _say(as_json, {"store": str(out), "said": said}, *said, f"Store: {out}")
 
 
 @app.command()

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_blobs
+from afferents.markers.picture import fault_of_light
 from afferents.markers.rest import rest_image
 from afferents.markers.sensor import BlobDetector, Sensor, load_sensor
 
@@ -52,7 +53,7 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
         raise InputError(
             where,
             f"at least {FEWEST} bright or dark blobs of like size",
-            f"{len(centre)}",
+            f"{len(centre)}{fault_of_light(image)}",
             "give a sensor file that says what its markers look like",
         )
     typical = float(np.median(area))

@@ -325,7 +325,8 @@ def look(
     Returns
     -------
     The picture's brightness, how many markers were found (-1 where the discs are at neither
-    place, and nothing was looked for), and how many were lost as shared and as strangers.
+    place, and nothing was looked for), how many were lost as shared and as strangers, and how
+    far all moved together, px.
     """
     now = _brightness_of(image)
     if now > 0 and light > 0:
@@ -342,8 +343,20 @@ def look(
             centroids(image, predicted, dark, bright, half, mass, again, room, position, found)
             shared = share_blobs(position, found, predicted, neighbours, nearest)
             strangers = drop_strangers(position, found, rest, neighbours, farthest, strange)
-            return now, found.sum(), shared, strangers
-    return now, -1, 0, 0
+            return now, found.sum(), shared, strangers, common_step(position, expected)
+    return now, -1, 0, 0, 0.0
+
+
+@_kernel
+def common_step(position, last):
+    """Return how far all markers that were found moved together, px."""
+    dx, dy, n = 0.0, 0.0, 0
+    for i in range(len(position)):
+        if not np.isnan(position[i, 0]):
+            dx += position[i, 0] - last[i, 0]
+            dy += position[i, 1] - last[i, 1]
+            n += 1
+    return np.hypot(dx, dy) / n if n > 1 else 0.0
 
 
 @_kernel

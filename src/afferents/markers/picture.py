@@ -18,6 +18,20 @@ MOVING = 0.1
 """Change means motion where it is this share of the most that frames change (95%)."""
 
 
+BLACK, WHITE = 12.0, 243.0
+"""A picture whose mean grey level lies beyond these shows nothing."""
+
+
+def fault_of_light(image: GreyImage) -> str:
+    """Return what is wrong with a picture that shows no markers, or nothing."""
+    mean = float(image.mean())
+    if mean < BLACK:
+        return f" in a picture that is black (mean grey level {mean:.0f})"
+    if mean > WHITE:
+        return f" in a picture that is overexposed (mean grey level {mean:.0f})"
+    return ""
+
+
 @dataclass(frozen=True)
 class Picture:
     """Light and focus in one frame.

@@ -120,6 +120,7 @@ def describe(tracks: xr.Dataset) -> list[str]:
         *_at_rest(quality),
         _layout(tracks),
         *_audit(tracks),
+        *_knocks(tracks),
         *_doubts(quality),
         *_light(tracks),
     ]
@@ -152,6 +153,19 @@ def _audit(tracks: xr.Dataset) -> list[str]:
     }
     said = [f"{what} ({count} times)" for what, count in found.items() if count]
     return [f"Identities were in danger, and kept: {', '.join(said)}."] if said else []
+
+
+def _knocks(tracks: xr.Dataset) -> list[str]:
+    """Say when all markers jumped together, and where the video stopped."""
+    times = np.atleast_1d(tracks.attrs["jumps_s"])
+    said = [f"The video stopped early: {tracks.attrs['stopped']}"] * bool(tracks.attrs["stopped"])
+    if len(times):
+        when = ", ".join(f"{t:.2f}" for t in times[:3])
+        said.append(
+            f"All markers jumped together {len(times)} times, first at {when} s: was the camera or "
+            "the fingertip knocked? SA-I after it still counts from the old rest position."
+        )
+    return said
 
 
 def _light(tracks: xr.Dataset) -> list[str]:

@@ -14,6 +14,7 @@ from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.layout import match_layout
+from afferents.markers.picture import fault_of_light
 from afferents.markers.sensor import Sensor
 
 Method = Literal["windowed", "one-to-one", "published"]
@@ -70,7 +71,7 @@ def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positi
         raise InputError(
             where,
             f"{expected} in frame {sensor.rest_frame}",
-            f"{len(found)}",
+            f"{len(found)}{fault_of_light(image)}",
             "check the picture, or give a sensor file that fits it",
         )
     return found[np.argsort(found[:, 0], kind="stable")]

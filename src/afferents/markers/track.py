@@ -1,5 +1,6 @@
 """Following every marker through a video."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -8,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.recording import GreyImage, Video, as_grey
+from afferents.core.errors import AfferentsError, InputError
+from afferents.core.recording import Frame, GreyImage, Video, as_grey
 from afferents.markers import kernel
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
@@ -25,6 +26,8 @@ from afferents.markers.rest import (
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Windowed
 
+KNOCK_PX = 5.0
+"""A common step beyond this within a frame is told: something was knocked, or let go."""
 N_NEIGHBOURS = 8
 """Markers around a lost one that say where it must be by now."""
 
@@ -107,6 +110,11 @@ class Tracker:
         return Tracked(position, detected)
 
     @property
+    def jump_px(self) -> float:
+        """How far all markers jumped together in the last step, px; 0 but for ``windowed``."""
+        return self._windowed.jump_px if self._windowed else 0.0
+
+    @property
     def audit(self) -> Audit:
         """How often identities were in danger; all zero but for ``windowed``."""
         return self._windowed.audit if self._windowed else Audit()
@@ -153,6 +161,7 @@ def track(
     sensor: Sensor,
     method: Method = "windowed",
     reference: Positions | None = None,
+    keep_partial: bool = False,
 ) -> xr.Dataset:
     """Follow the markers of a video.
 
@@ -168,6 +177,9 @@ def track(
         Rest markers of the reference video (`rest_positions`), shape (n, 2), px, which fix the
         order of the markers; see `order_markers`. Not needed for square layouts, whose grid
         fixes it, and used for them by ``published`` only.
+    keep_partial
+        Keep what was tracked when decoding stops before the end (a file cut off); the
+        attribute `stopped` then says where and why, and is empty otherwise.
 
     Returns
     -------
@@ -192,12 +204,16 @@ def track(
     tracker: Tracker | None = None
     grid: Grid | None = None
     before: GreyImage | None = None
-    for index, frame in enumerate(video.frames()):
+    jumps: list[float] = []
+    stopped: list[str] = []
+    for index, frame in enumerate(_until_stopped(video, stopped)):
         time_s.append(frame.time_s)
         change.append(np.nan if before is None else kernel.changed(frame.luma, before))
         before = frame.luma
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
+            if tracker.jump_px > KNOCK_PX:
+                jumps.append(frame.time_s)
         elif index == sensor.rest_frame:
             found = find_rest_markers(frame.image, sensor, video.path)
             rest = order_markers(found, sensor, method, reference, video.path)
@@ -206,6 +222,8 @@ def track(
             tracked.append(Tracked(there, rest.present))
             picture = describe_picture(frame.image, rest.position[rest.present])
             grid = rest.grid
+    if stopped and (tracker is None or not keep_partial):
+        raise AfferentsError(stopped[0])
     if tracker is None:
         raise too_short(video, sensor.rest_frame, len(time_s))
     tracks = _label(time_s, tracked, tracker.rest_position, grid)
@@ -214,9 +232,19 @@ def track(
         sensor=sensor.name,
         method=method,
         rest_frame=sensor.rest_frame,
+        stopped=stopped[0] if stopped else "",
+        jumps_s=jumps,
         **vars(picture),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
+
+
+def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
+    """Yield frames; where decoding stops before the end, say so in `stopped` and end."""
+    try:
+        yield from video.frames()
+    except AfferentsError as error:
+        stopped.append(str(error))
 
 
 def _check_size(video: Video, sensor: Sensor) -> None:

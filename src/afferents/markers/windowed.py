@@ -96,6 +96,7 @@ class Windowed:
     ) -> None:
         """Measure every marker in the rest frame."""
         self.audit = Audit()
+        self.jump_px = 0.0
         self._sensor, self._levels = sensor, levels
         self._sign = 1.0 if sensor.detector.blob_colour == 255 else -1.0
         distance, self._neighbours = _neighbours(rest_position)
@@ -133,7 +134,7 @@ class Windowed:
         """Return the markers' positions (n, 2), px, NaN where lost, and which were found (n,)."""
         n = len(self._expected)
         predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
-        self._light, n_found, shared, strangers = kernel.look(
+        self._light, n_found, shared, strangers, self.jump_px = kernel.look(
             image,
             self._expected,
             self._step,
@@ -158,7 +159,7 @@ class Windowed:
         if n_found < 0:
             predicted = self._shifted(image, self._expected)
             self._look(image, predicted, position, found)
-        elif self._moved_far(position):
+        elif self.jump_px > FAR * self._reach:
             # A lattice nearly fits itself when it is shifted by its pitch.
             better = self._shifted(image, predicted)
             if np.abs(better - predicted).max() > self._reach / 4:
@@ -193,11 +194,6 @@ class Windowed:
             gone = np.median(now[found] - rest[found])
             now[~found] += FOLLOW_LIGHT * (rest[~found] + gone - now[~found])
 
-    def _moved_far(self, position: Positions) -> bool:
-        """Say whether all markers moved so far that each may stand on its neighbour's place."""
-        step = (position - self._last)[~np.isnan(position[:, 0])]
-        return len(step) > 1 and float(np.hypot(*step.mean(axis=0))) > FAR * self._reach
-
     def _shifted(self, image: GreyImage, position: Positions) -> Positions:
         """Say where the markers are after they moved farther than expected, all together."""
         self.audit.jumps += 1
@@ -226,6 +222,7 @@ class Windowed:
             found,
         )
         self._settle(position, found, predicted)
+        self.jump_px = kernel.common_step(position, self._expected)
 
     def _settle(self, position: Positions, found: NDArray[np.bool_], predicted: Positions) -> None:
         """Lose the markers whose blob is another's, or that do not move with their neighbours."""

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from afferents.core.errors import InputError
+from afferents.core.errors import InputError, PartialFailureError
 from afferents.core.progress import Progress
 from afferents.core.store import write_group
-from afferents.markers import Method, Sensor, recognise_sensor, track
+from afferents.markers import Method, Sensor, describe, recognise_sensor, track
 from afferents.pipeline.extract import Extraction, extract, marker_responses
 from afferents.pipeline.inspect import Watched
 from afferents.recordings import open_video
@@ -13,8 +13,8 @@ from afferents.recordings import open_video
 
 def follow_video(
     path: Path, out: Path, sensor: Sensor | None, method: Method, progress: Progress
-) -> str:
-    """Track one video and write a Zarr store that plain xarray reads; return what was done.
+) -> list[str]:
+    """Track one video and write a Zarr store that plain xarray reads; say how that went.
 
     Parameters
     ----------
@@ -25,6 +25,8 @@ def follow_video(
     ------
     InputError
         If the video or the sensor is not what it should be, or `out` is there already.
+    PartialFailureError
+        If the video can't be decoded to its end; the store holds what came before.
     """
     if out.exists():
         raise InputError(out, "a new store", "one that is there already", "choose another name")
@@ -32,10 +34,12 @@ def follow_video(
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
-    tracks = track(Watched(video, progress), sensor, method)
+    tracks = track(Watched(video, progress), sensor, method, keep_partial=True)
     write_group(out, marker_responses(tracks))
-    lost = 1 - float(tracks["detected"].values[sensor.rest_frame :].mean())
-    return f"{why} {tracks.sizes['marker']} markers, lost for {lost:.1%} of the time.".strip()
+    if tracks.attrs["stopped"]:
+        kept = f"{tracks.sizes['time']} frames before that are kept in {out}, marked as stopped"
+        raise PartialFailureError(f"{tracks.attrs['stopped']}; {kept}")
+    return [why] * bool(why) + describe(tracks)
 
 
 def follow_session(
@@ -45,7 +49,7 @@ def follow_session(
     method: Method,
     workers: int | None,
     progress: Progress,
-) -> str:
+) -> None:
     """Track the videos of a session into a store as `extract` writes it, without vibration.
 
     Raises
@@ -54,4 +58,3 @@ def follow_session(
         As `extract`.
     """
     extract(Extraction(session, out, sensor, method, workers=workers, vibration=False), progress)
-    return ""

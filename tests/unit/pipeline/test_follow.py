@@ -1,0 +1,138 @@
+"""calibrate, track and the overlay, from the command line."""
+
+import json
+import sys
+
+import av
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents import cli
+from afferents.core import dims
+from afferents.core.store import open_responses
+from afferents.markers import load_sensor
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run a command line; return its exit code and what it printed."""
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        printed = capsys.readouterr()
+        return stop.value.code or 0, printed.out, printed.err
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def clip(session):
+    return session / "1" / "20" / "video.mp4"
+
+
+def test_a_sensor_is_calibrated_and_used(run, clip, tmp_path):
+    code, out, _ = run("calibrate", clip, "--out", tmp_path / "mine.toml", "--pitch-mm", "1.2")
+    assert code == 0
+    assert "361 bright markers" in out
+    assert "square, 19 x 19" in out
+    assert (tmp_path / "mine.png").stat().st_size > 10_000
+    assert load_sensor(tmp_path / "mine.toml").rows == 19
+    code, out, _ = run(
+        "track", clip, tmp_path / "t.zarr", "--sensor", tmp_path / "mine.toml", "--quiet"
+    )
+    assert code == 0
+    tracks = xr.open_zarr(tmp_path / "t.zarr", consolidated=False)
+    assert tracks.sizes[dims.MARKER] == 361
+    assert {dims.POSITION, dims.SA1, dims.RA1, dims.FRAME_CHANGE} <= set(tracks)
+    assert tracks.attrs["stopped"] == ""
+
+
+def test_a_session_is_tracked_without_its_sound(run, session, tmp_path):
+    code, _, _ = run("track", session, tmp_path / "t.zarr", "--quiet", "--workers", 1)
+    assert code == 0
+    recordings = open_responses(tmp_path / "t.zarr")
+    assert len(recordings) == 9
+    assert all(dims.SA1 in r and dims.RA2 not in r for r in recordings)
+
+
+def test_the_overlay_is_a_film(run, clip, tmp_path):
+    code, out, _ = run(
+        "inspect", clip, "--out", tmp_path, "--overlay", tmp_path / "o.mp4", "--json"
+    )
+    assert code == 0
+    assert str(tmp_path / "o.mp4") in json.loads(out)["pictures"]
+    with av.open(str(tmp_path / "o.mp4")) as container:
+        assert sum(1 for _ in container.decode(video=0)) == 45
+
+
+def test_of_a_video_cut_off_the_start_is_kept_and_marked(run, clip, tmp_path):
+    with av.open(str(clip)) as source, av.open(str(tmp_path / "a.avi"), "w") as target:
+        stream = target.add_stream("mjpeg", rate=90, options={"qscale": "3"})
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuvj420p"
+        for frame in source.decode(video=0):
+            grey = frame.to_ndarray(format="gray")
+            target.mux(stream.encode(av.VideoFrame.from_ndarray(grey, format="gray")))
+        target.mux(stream.encode(None))
+    content = (tmp_path / "a.avi").read_bytes()
+    (tmp_path / "cut.avi").write_bytes(content[: int(0.7 * len(content))])
+    code, _, err = run("track", tmp_path / "cut.avi", tmp_path / "t.zarr", "--quiet")
+    assert code == 3
+    assert "frames before that are kept" in err
+    tracks = xr.open_zarr(tmp_path / "t.zarr", consolidated=False)
+    assert 15 < tracks.sizes[dims.TIME] < 45
+    assert "expected 45 frames" in tracks.attrs["stopped"]
+
+
+@pytest.mark.parametrize(
+    ("level", "fault"), [(0, "black (mean grey level 0)"), (255, "overexposed")]
+)
+def test_a_picture_without_light_or_with_too_much_is_named(run, level, fault, tmp_path):
+    with av.open(str(tmp_path / "v.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=90)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for _ in range(15):
+            image = np.full((480, 640), level, np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
+        container.mux(stream.encode(None))
+    for command in (
+        ("track", tmp_path / "v.mp4", tmp_path / "t.zarr", "--sensor", "tip_b", "--quiet"),
+        ("calibrate", tmp_path / "v.mp4", "--out", tmp_path / "s.toml"),
+    ):
+        code, _, err = run(*command)
+        assert code == 2
+        assert fault in err
+        assert "Traceback" not in err
+    assert [path.name for path in tmp_path.iterdir()] == ["v.mp4"]
+
+
+def test_a_knock_is_told_with_its_time(run, tmp_path, clip):
+    with av.open(str(clip)) as source:
+        rest = next(iter(source.decode(video=0))).to_ndarray(format="gray")
+    with av.open(str(tmp_path / "k.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=90, options={"crf": "15"})
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for index in range(90):
+            image = rest if index < 45 else np.roll(rest, 15, axis=1)
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="gray")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    code, out, _ = run("inspect", tmp_path / "k.mp4", "--out", tmp_path, "--quiet")
+    assert code == 0
+    assert "All markers jumped together 1 times, first at 0.50 s" in out.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("calibrate", "none.mp4", "--out", "s.toml"), "none.mp4: expected a video file"),
+        (("calibrate", "none.mp4", "--out", "s.json"), "a name that ends in .toml"),
+        (("inspect", ".", "--overlay", "o.mp4"), "--overlay: expected a video"),
+    ],
+)
+def test_what_can_not_be_followed_is_refused(arguments, sentence, run):
+    code, _, err = run(*arguments)
+    assert code == 2
+    assert sentence in err
