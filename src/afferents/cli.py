@@ -259,6 +259,10 @@ def extract(
         str, typer.Option(help="Sensor file, or the name of a packaged one.")
     ] = "tip_b",
     method: TrackerName = "windowed",
+    rest: Annotated[
+        Literal["own", "reference"],
+        typer.Option(help="Count SA-I from each recording's rest frame, or throw_away.mp4's."),
+    ] = "own",
     workers: Workers = None,
     keep_going: KeepGoing = False,
     as_json: Json = False,
@@ -269,7 +273,9 @@ def extract(
     from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run
 
-    extraction = Extraction(session, out, load_sensor(sensor), method, keep_going, workers)
+    extraction = Extraction(
+        session, out, load_sensor(sensor), method, keep_going, workers, rest=rest
+    )
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)
     _say(as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")

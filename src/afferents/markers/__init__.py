@@ -6,7 +6,7 @@ from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.quality import TrackingQuality, describe, measure_quality
 from afferents.markers.rest import Method, rest_image
 from afferents.markers.sensor import BlobDetector, Sensor, load_sensor, packaged_sensors
-from afferents.markers.track import Tracked, Tracker, rest_positions, track
+from afferents.markers.track import Tracked, Tracker, ordered_rest, rest_positions, track
 
 __all__ = [
     "BlobDetector",
@@ -23,6 +23,7 @@ __all__ = [
     "estimate_detector",
     "load_sensor",
     "measure_quality",
+    "ordered_rest",
     "packaged_sensors",
     "published_grid",
     "recognise_sensor",

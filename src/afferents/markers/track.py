@@ -156,12 +156,28 @@ def rest_positions(video: Video, sensor: Sensor) -> Positions:
     return find_rest_markers(rest_image(video, sensor.rest_frame), sensor, video.path)
 
 
+def ordered_rest(video: Video, sensor: Sensor) -> Positions:
+    """Return a clip's rest markers in the order and by the measure of ``windowed``, (n, 2), px.
+
+    Raises
+    ------
+    InputError
+        As `track` does.
+    """
+    _check_size(video, sensor)
+    image = rest_image(video, sensor.rest_frame)
+    found = find_rest_markers(image, sensor, video.path)
+    rest = order_markers(found, sensor, "windowed", None, video.path)
+    return Tracker(sensor, rest.position, "windowed", image, None, rest.present).rest_position
+
+
 def track(
     video: Video,
     sensor: Sensor,
     method: Method = "windowed",
     reference: Positions | None = None,
     keep_partial: bool = False,
+    count_from: Positions | None = None,
 ) -> xr.Dataset:
     """Follow the markers of a video.
 
@@ -177,6 +193,9 @@ def track(
         Rest markers of the reference video (`rest_positions`), shape (n, 2), px, which fix the
         order of the markers; see `order_markers`. Not needed for square layouts, whose grid
         fixes it, and used for them by ``published`` only.
+    count_from
+        Rest positions that displacement is to count from, of a clip of the same mounting
+        (`ordered_rest`), shape (n, 2), px; None for the run's own rest frame.
     keep_partial
         Keep what was tracked when decoding stops before the end (a file cut off); the
         attribute `stopped` then says where and why, and is empty otherwise.
@@ -226,7 +245,11 @@ def track(
         raise AfferentsError(stopped[0])
     if tracker is None:
         raise too_short(video, sensor.rest_frame, len(time_s))
-    tracks = _label(time_s, tracked, tracker.rest_position, grid)
+    own = tracker.rest_position
+    if count_from is not None and count_from.shape != own.shape:
+        expected = f"{len(count_from)} markers, as the reference clip shows"
+        raise InputError(video.path, expected, f"{len(own)}")
+    tracks = _label(time_s, tracked, own if count_from is None else count_from, grid)
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(change))
     return tracks.assign_attrs(
         sensor=sensor.name,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import xarray as xr
@@ -16,9 +16,12 @@ from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses, label
 from afferents.core.store import create_parents, create_store, has_responses, write_responses
-from afferents.markers import Method, Positions, Sensor, rest_positions, track
+from afferents.markers import Method, Positions, Sensor, ordered_rest, rest_positions, track
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import SessionFile, check_recording, read_session, session_file
+
+Rest = Literal["own", "reference"]
+"""Whether displacement counts from each recording's own rest frame or the reference clip's."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class Extraction:
     keep_going: bool = False
     workers: int | None = None
     vibration: bool = True
+    rest: Rest = "own"
 
     def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.
@@ -46,6 +50,7 @@ class Extraction:
             "sensor": self.sensor.model_dump(mode="json"),
             "method": self.method,
             **({} if self.vibration else {"vibration": False}),
+            **({} if self.rest == "own" else {"rest": self.rest}),
         }
 
 
@@ -83,7 +88,21 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
 
 
 def _reference(session: Session, extraction: Extraction) -> Positions | None:
-    """Return the marker order of the published tracker; a grid needs no reference."""
+    """Return the marker order of the published tracker, or the rest positions to count from.
+
+    Raises
+    ------
+    InputError
+        If they are wanted and there is no reference clip.
+    """
+    if extraction.rest == "reference":
+        if session.reference is None or extraction.method == "published":
+            raise InputError(
+                "--rest reference",
+                "a session with throw_away.mp4 and a tracker other than 'published'",
+                "none" if session.reference is None else "the published tracker",
+            )
+        return ordered_rest(session.reference, extraction.sensor)
     if session.reference is None or extraction.method != "published":
         return None
     return rest_positions(session.reference, extraction.sensor)
@@ -112,7 +131,9 @@ def _extract_one(recording: Recording, reference: Positions | None, extraction: 
             if recording.video is None:
                 raise InputError(recording.name, "a video to track", "none")
             recording = replace(recording, audio=None)
-        found = responses_of(recording, extraction.sensor, extraction.method, reference)
+        found = responses_of(
+            recording, extraction.sensor, extraction.method, reference, extraction.rest
+        )
         write_responses(extraction.out, found.assign_attrs(checksum=checksum))
 
 
@@ -121,6 +142,7 @@ def responses_of(
     sensor: Sensor | None = None,
     method: Method = "windowed",
     reference: Positions | None = None,
+    rest: Rest = "own",
 ) -> Responses:
     """Return the responses of one recording: marker tracks, SA-I, RA-I and RA-II, float32.
 
@@ -129,11 +151,14 @@ def responses_of(
     sensor
         Needed where the recording has a video.
     reference
-        Rest markers that fix the order, see `markers.track`.
+        Rest markers that fix the order or, with `rest` reference, that displacement counts
+        from; see `markers.track`.
     """
     parts: list[xr.Dataset] = []
     if recording.video is not None and sensor is not None:
-        parts.append(marker_responses(track(recording.video, sensor, method, reference)))
+        order, count_from = (None, reference) if rest == "reference" else (reference, None)
+        tracks = track(recording.video, sensor, method, order, count_from=count_from)
+        parts.append(marker_responses(tracks))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
     merged = xr.merge(parts, combine_attrs="no_conflicts")

@@ -1,6 +1,7 @@
 """calibrate, track and the overlay, from the command line."""
 
 import json
+import shutil
 import sys
 
 import av
@@ -26,6 +27,19 @@ def run(monkeypatch, capsys):
         return stop.value.code or 0, printed.out, printed.err
 
     return command
+
+
+def shifted(video, px):
+    """Write a video anew with its picture moved to the right."""
+    with av.open(str(video)) as source:
+        images = [frame.to_ndarray(format="gray") for frame in source.decode(video=0)]
+    with av.open(str(video), "w") as container:
+        stream = container.add_stream("libx264", rate=90, options={"crf": "15"})
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for image in images:
+            moved = np.ascontiguousarray(np.roll(image, px, axis=1))
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(moved, format="gray")))
+        container.mux(stream.encode(None))
 
 
 @pytest.fixture(scope="module")
@@ -136,3 +150,26 @@ def test_what_can_not_be_followed_is_refused(arguments, sentence, run):
     code, _, err = run(*arguments)
     assert code == 2
     assert sentence in err
+
+
+def test_displacement_counts_from_the_clip_that_is_chosen(
+    run, session, tmp_path, add_reference_video
+):
+    """The reference clip lies 6 px to the left of every recording's own rest frame."""
+    copy = shutil.copytree(session, tmp_path / "session")
+    first = copy / "1" / "20"
+    add_reference_video(first)
+    for video in copy.rglob("video.mp4"):
+        shifted(video, 6)
+    for rest in ("own", "reference"):
+        code, _, err = run("extract", copy, tmp_path / rest, "--rest", rest, "--quiet")
+        assert code == 0, err
+    own, reference = (
+        next(r for r in open_responses(tmp_path / rest) if r.attrs["name"] == "1/20")
+        for rest in ("own", "reference")
+    )
+    assert float(own[dims.SA1].values[10].mean()) == pytest.approx(0, abs=0.05)
+    assert float(reference[dims.SA1].values[10].mean()) == pytest.approx(6, abs=0.1)
+    code, _, err = run("extract", session, tmp_path / "none", "--rest", "reference", "--quiet")
+    assert code == 2
+    assert "expected a session with throw_away.mp4" in err
