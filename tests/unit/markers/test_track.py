@@ -5,6 +5,7 @@ import pytest
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.recording import Frame
 from afferents.markers import Tracker, describe, measure_quality, rest_positions, track
 
 
@@ -140,3 +141,46 @@ def test_description_is_plain_and_names_only_what_occurred(draw, video, free, sq
     assert any("more than half of the time: 12" in s for s in dark)
     assert any("none of the 12 is found at the end" in s for s in dark)
     assert not any("nan" in s for s in dark)
+
+
+def test_frames_as_decoded_are_tracked_as_grey_ones(draw, video, free):
+    """Limited range squeezes grey levels to 16..235; positions don't care."""
+
+    class Limited:
+        def __init__(self, images):
+            self.images, plain = images, video(images)
+            self.path, self.fps_hz = plain.path, plain.fps_hz
+            self.width, self.height = plain.width, plain.height
+
+        def frames(self):
+            levels = np.clip(np.round((np.arange(256) - 16) * 255 / 219), 0, 255).astype(np.uint8)
+            for index, image in enumerate(self.images):
+                luma = np.round(image * (219 / 255) + 16).astype(np.uint8)
+                yield Frame(index / 90, luma, levels)
+
+    places = [grid_3x4((1.5 * t, 0.7 * t)) for t in range(5)]
+    images = [draw(place) for place in places]
+    images.insert(3, draw([]))  # all lost, and found again in the whole picture
+    grey, decoded = track(video(images), free), track(Limited(images), free)
+    np.testing.assert_array_equal(grey[dims.DETECTED], decoded[dims.DETECTED])
+    np.testing.assert_allclose(grey[dims.POSITION], decoded[dims.POSITION], atol=0.05)
+
+
+def test_nothing_changes_when_picture_and_places_are_shifted_together(draw, video, free):
+    """A whole number of px: the same pixels elsewhere give the same track elsewhere."""
+    images = [draw(grid_3x4((t, 0.5 * t))) for t in range(4)]
+    moved = [np.roll(image, (7, 12), axis=(0, 1)) for image in images]
+    one, two = track(video(images), free), track(video(moved), free)
+    np.testing.assert_allclose(two[dims.POSITION] - (12, 7), one[dims.POSITION], atol=1e-3)
+
+
+def test_turning_the_picture_by_right_angles_turns_the_track(draw, video, free):
+    images = [draw(grid_3x4((t, 0.5 * t))) for t in range(4)]
+    turned = [np.ascontiguousarray(np.rot90(image)) for image in images]
+    one, two = track(video(images), free), track(video(turned), free)
+    x, y = np.moveaxis(one[dims.POSITION].values, -1, 0)
+    expected = np.stack([y, images[0].shape[1] - 1 - x], axis=-1)
+    found = two[dims.POSITION].values
+    order = [int(np.argmin(np.hypot(*(found[0] - place).T))) for place in expected[0]]
+    assert sorted(order) == list(range(12))
+    np.testing.assert_allclose(found[:, order], expected, atol=0.02)
