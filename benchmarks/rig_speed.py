@@ -1,4 +1,4 @@
-"""How fast the rig is on one core: physics, drawing, film, a whole recording.
+"""How fast the rig is on one core: physics, sound, drawing, film, a whole recording.
 
     python benchmarks/rig_speed.py [ROUNDS]
 
@@ -14,11 +14,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from afferents.rig import Rig, bumped_surface, project, record
+from afferents.rig import draw as draw_run
 from afferents.rig.camera import Points
+from afferents.rig.drive import turn
 from afferents.rig.film import write_film
 from afferents.rig.render import Renderer
-from afferents.rig.run import simulate
+from afferents.rig.run import press, simulate
+from afferents.rig.skin import PHYSICS_RATE_HZ
 
 SECONDS = 8.0
 RUNS = ((0.0, 50.0), (3.0, 10.0), (3.0, 100.0), (0.5, 70.0), (6.0, 40.0))
@@ -47,10 +52,17 @@ def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> di
     """Return how many times faster than real time each part of a recording is."""
     rig, name, surface = Rig(), f"{spacing_mm:g}", bumped_surface(spacing_mm)
     run_of = (name, surface, speed_mm_s, SECONDS, seed)
-    physics, run = timed(simulate, rig, *run_of)
+    whole, run = timed(simulate, rig, *run_of)
+    drawn = draw_run(rig, name, speed_mm_s, seed)
+    turning = turn(
+        speed_mm_s, SECONDS, rig.drive, rig.drum.diameter_mm / 2, 0.0, False, PHYSICS_RATE_HZ,
+        np.random.default_rng(seed),
+    )  # fmt: skip
+    physics, _ = timed(press, rig, drawn, surface, turning, run.time_s)
     place, renderer = project(run.position_mm, rig.camera), Renderer(rig.camera, seed)
     return {
-        "physics and sound": physics,
+        "physics": physics,
+        "physics and sound": whole,
         "drawing": timed(draw, renderer, place)[0],
         "drawing and film": timed(film, folder / "a.mp4", rig, renderer, run.time_s, place)[0],
         "a whole recording": timed(record, rig, folder / "run", *run_of)[0],
