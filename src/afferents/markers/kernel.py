@@ -10,8 +10,8 @@ skin, above that of the disc."""
 AGAIN_PX = 0.5
 """A centroid farther than this from its window's middle is taken again round itself."""
 
-MOST_HALF = 13
-"""Half the side of the largest window, px: its sums of 16 bits hold 28 rows."""
+_SHORT_HALF = 13
+"""Half the side of the largest window whose sums fit into 16 bits: 28 rows."""
 _LANES = 16
 """Columns that the processor works on at once."""
 
@@ -33,7 +33,7 @@ def centroids(image, expected, dark, bright, half, mass, again, room, position, 
     dark, bright
         Grey level of the skin and of each marker, shape (n,).
     half
-        Half the side of each marker's window, px, shape (n,), at most `MOST_HALF`.
+        Half the side of each marker's window, px, shape (n,).
     mass
         Weight of each whole marker, px, shape (n,); one with less than half of it or more than
         one and a half is none.
@@ -69,9 +69,14 @@ def centroids(image, expected, dark, bright, half, mass, again, room, position, 
     return n_found
 
 
-def working_room() -> NDArray[np.uint16]:
-    """Return the room that `centroids` works in: two sums for each column of a window."""
-    return np.zeros((2, 2 * MOST_HALF + 1 + _LANES), np.uint16)
+def working_room(half: NDArray[np.int64]) -> NDArray[np.generic]:
+    """Return the room that `centroids` works in: two sums for each column of a window.
+
+    Sums of 16 bits are the faster ones; large windows need more.
+    """
+    largest = int(half.max(initial=0))
+    columns = 2 * largest + 1 + _LANES
+    return np.zeros((2, columns), np.uint16 if largest <= _SHORT_HALF else np.uint32)
 
 
 @_fast_kernel
@@ -103,6 +108,7 @@ def _moment(pixels, height, width, x, y, dark, bright, half, columns, lower):
     for j in range(wide):
         columns[j] = 0
         lower[j] = 0
+    as_sum = columns.dtype.type
     at = np.uint64(above * width + first)
     one, two = np.uint64(width), np.uint64(2 * width)
     three, four = np.uint64(3 * width), np.uint64(4 * width)
@@ -110,20 +116,20 @@ def _moment(pixels, height, width, x, y, dark, bright, half, columns, lower):
         for j in range(wide):
             k = at + np.uint64(j)
             c, s = columns[j], lower[j]
-            c = np.uint16(c + _weight(pixels[k], negative, low, most))
-            s = np.uint16(s + c)
-            c = np.uint16(c + _weight(pixels[k + one], negative, low, most))
-            s = np.uint16(s + c)
-            c = np.uint16(c + _weight(pixels[k + two], negative, low, most))
-            s = np.uint16(s + c)
-            c = np.uint16(c + _weight(pixels[k + three], negative, low, most))
-            s = np.uint16(s + c)
+            c = as_sum(c + _weight(pixels[k], negative, low, most))
+            s = as_sum(s + c)
+            c = as_sum(c + _weight(pixels[k + one], negative, low, most))
+            s = as_sum(s + c)
+            c = as_sum(c + _weight(pixels[k + two], negative, low, most))
+            s = as_sum(s + c)
+            c = as_sum(c + _weight(pixels[k + three], negative, low, most))
+            s = as_sum(s + c)
             columns[j], lower[j] = c, s
         at += four
     for _ in range(4 * fours, rows):
         for j in range(wide):
-            c = np.uint16(columns[j] + _weight(pixels[at + np.uint64(j)], negative, low, most))
-            columns[j], lower[j] = c, np.uint16(lower[j] + c)
+            c = as_sum(columns[j] + _weight(pixels[at + np.uint64(j)], negative, low, most))
+            columns[j], lower[j] = c, as_sum(lower[j] + c)
         at += one
     weight, wx, wy = 0, 0, 0
     for j in range(n):
@@ -160,8 +166,8 @@ def brightness(image, position, dx, dy):
 def best_shift(image, position, reach, step, sign):
     """Return the common shift (dx, dy) under which the markers' middles are brightest.
 
-    Tried are all multiples of `step` px up to `reach` px; near ones are preferred, since a
-    lattice nearly fits itself when it is shifted by its pitch.
+    Tried are all multiples of `step` px up to `reach` px. A lattice nearly fits itself when it
+    is shifted by its pitch; the markers at its edge, which then miss, decide.
     """
     best, best_x, best_y = -np.inf, 0.0, 0.0
     n = int(reach / step)
@@ -372,7 +378,7 @@ def _brightness_of(image):
 
 
 @_kernel
-def remember(image, position, rest, neighbours, share, half, expected, last, step, dark, bright):
+def remember(image, position, rest, neighbours, share, half, expected, step, dark, bright):
     """Keep places, steps and grey levels for the next frame, in place.
 
     Parameters
@@ -380,16 +386,15 @@ def remember(image, position, rest, neighbours, share, half, expected, last, ste
     share
         Of a new grey level in the running mean.
     """
-    from_neighbours(position, rest, last, neighbours, expected)
     for i in range(len(position)):
         seen = not np.isnan(position[i, 0])
         for axis in range(2):
-            step[i, axis] = position[i, axis] - last[i, axis] if seen else 0.0
-            last[i, axis] = expected[i, axis]
+            step[i, axis] = position[i, axis] - expected[i, axis] if seen else 0.0
         if seen:
             skin, disc = _levels(image, position[i, 0], position[i, 1], half[i])
             dark[i] += share * (skin - dark[i])
             bright[i] += share * (disc - bright[i])
+    from_neighbours(position, rest, expected, neighbours, expected)
 
 
 @_kernel

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from afferents.core import dims
 from afferents.core.errors import AfferentsError, InputError
@@ -24,12 +23,10 @@ from afferents.markers.rest import (
     too_short,
 )
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Windowed
+from afferents.markers.windowed import Audit, Windowed, nearest_markers
 
 KNOCK_PX = 5.0
 """A common step beyond this within a frame is told: something was knocked, or let go."""
-N_NEIGHBOURS = 8
-"""Markers around a lost one that say where it must be by now."""
 
 
 class Tracked(NamedTuple):
@@ -84,7 +81,7 @@ class Tracker:
         if rest_image is not None:
             self._start(rest_image)
         self._expected = rest_position.copy()
-        self._neighbours = _neighbours(rest_position)
+        self._neighbours = nearest_markers(rest_position)[1]
 
     def step(self, image: GreyImage) -> Tracked:
         """Find the markers in the next frame.
@@ -281,13 +278,6 @@ def _check_size(video: Video, sensor: Sensor) -> None:
             f"{size[0]} x {size[1]} px",
             "give a sensor file for this size",
         )
-
-
-def _neighbours(position: Positions) -> NDArray[np.intp]:
-    """Return the indices of each marker's nearest others, shape (n, k)."""
-    k = min(N_NEIGHBOURS + 1, len(position))
-    _, index = cKDTree(position).query(position, k=k)
-    return np.asarray(index, dtype=np.intp).reshape(len(position), k)[:, 1:]
 
 
 def _label(

@@ -99,12 +99,12 @@ class Windowed:
         self.jump_px = 0.0
         self._sensor, self._levels = sensor, levels
         self._sign = 1.0 if sensor.detector.blob_colour == 255 else -1.0
-        distance, self._neighbours = _neighbours(rest_position)
+        distance, self._neighbours = nearest_markers(rest_position)
         radius = _radius(as_grey(rest_image, levels), rest_position, sensor)
         self._half = np.maximum(np.minimum(radius + EDGE_PX, WINDOW * distance), 2).astype(np.int64)
         self._farthest, self._nearest = WINDOW * distance, SAME_BLOB * distance
         self._reach = SEARCH * float(np.median(np.minimum(distance, _FAR_RADII * radius)))
-        self._room = kernel.working_room()
+        self._room = kernel.working_room(self._half)
         self._strange = np.empty(len(rest_position), np.bool_)
         n = len(rest_position)
         self._dark, self._bright, self._mass = np.empty(n), np.empty(n), np.empty(n)
@@ -117,7 +117,6 @@ class Windowed:
             self.rest_position[~present] = rest_position[~present]
         self._rest_dark, self._rest_bright = self._dark.copy(), self._bright.copy()
         self._expected = self.rest_position.copy()
-        self._last = self.rest_position.copy()
         self._step = np.zeros((n, 2))
 
     def _refine(self, position: Positions, image: GreyImage) -> Positions:
@@ -177,7 +176,6 @@ class Windowed:
             FOLLOW_LIGHT,
             self._half,
             self._expected,
-            self._last,
             self._step,
             self._dark,
             self._bright,
@@ -209,9 +207,20 @@ class Windowed:
         found: NDArray[np.bool_],
     ) -> None:
         """Find markers in their windows, each blob for one of them only."""
+        self._take_centroids(image, predicted, position, found)
+        self._settle(position, found, predicted)
+        self.jump_px = kernel.common_step(position, self._expected)
+
+    def _take_centroids(
+        self,
+        image: GreyImage,
+        expected: Positions,
+        position: Positions,
+        found: NDArray[np.bool_],
+    ) -> None:
         kernel.centroids(
             image,
-            predicted,
+            expected,
             self._dark,
             self._bright,
             self._half,
@@ -221,8 +230,6 @@ class Windowed:
             position,
             found,
         )
-        self._settle(position, found, predicted)
-        self.jump_px = kernel.common_step(position, self._expected)
 
     def _settle(self, position: Positions, found: NDArray[np.bool_], predicted: Positions) -> None:
         """Lose the markers whose blob is another's, or that do not move with their neighbours."""
@@ -238,21 +245,12 @@ class Windowed:
     ) -> None:
         """Look for the lost once more, where their neighbours' motion puts them."""
         expected = np.empty_like(position)
-        self._expect(position, expected)
+        kernel.from_neighbours(
+            position, self.rest_position, self._expected, self._neighbours, expected
+        )
         lost = np.where(found[:, None], np.nan, expected)
         again, too = np.empty_like(position), np.empty_like(found)
-        kernel.centroids(
-            image,
-            lost,
-            self._dark,
-            self._bright,
-            self._half,
-            self._mass,
-            WINDOWS,
-            self._room,
-            again,
-            too,
-        )
+        self._take_centroids(image, lost, again, too)
         position[too], found[too] = again[too], True
         self._settle(position, found, expected)
 
@@ -272,11 +270,8 @@ class Windowed:
         position[found] = blobs[blob[found]]
         self._settle(position, found, predicted)
 
-    def _expect(self, position: Positions, expected: Positions) -> None:
-        kernel.from_neighbours(position, self.rest_position, self._last, self._neighbours, expected)
 
-
-def _neighbours(position: Positions) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def nearest_markers(position: Positions) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return each marker's distance to the nearest other, and its nearest others, (n, k)."""
     if len(position) < 2:
         return np.full(len(position), np.inf), np.zeros((len(position), 0), np.int64)

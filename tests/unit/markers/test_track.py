@@ -184,3 +184,15 @@ def test_turning_the_picture_by_right_angles_turns_the_track(draw, video, free):
     order = [int(np.argmin(np.hypot(*(found[0] - place).T))) for place in expected[0]]
     assert sorted(order) == list(range(12))
     np.testing.assert_allclose(found[:, order], expected, atol=0.02)
+
+
+@pytest.mark.parametrize("radius", [4, 12, 14, 22])
+def test_markers_of_any_size_are_tracked(draw, video, free, radius):
+    """Windows of large markers hold more than sums of 16 bits do."""
+    rest = np.stack(np.meshgrid([60.0, 125.0, 190.0], [60.0, 125.0, 190.0]), -1).reshape(-1, 2)
+    places = [rest + np.array([1.5 * t, 0.6 * t]) for t in range(6)]
+    limits = {"min_area_px2": 20.0, "max_area_px2": 3000.0}
+    sensor = free.model_copy(update={"detector": free.detector.model_copy(update=limits)})
+    found = track(video([draw(place, radius=radius) for place in places]), sensor)
+    assert found[dims.DETECTED].all()
+    np.testing.assert_allclose(found[dims.POSITION], places, atol=0.1)
