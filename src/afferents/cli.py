@@ -39,6 +39,13 @@ KeepGoing = Annotated[
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes side by side [default: one a core].")
 ]
+SensorName = Annotated[
+    str, typer.Option("--sensor", help="Sensor file, or the name of a packaged one.")
+]
+CutName = Annotated[
+    Cut,
+    typer.Option("--cut", help="Part of the recordings: 'published' or 'all' at constant speed."),
+]
 TrackerName = Annotated[
     Literal["windowed", "one-to-one", "published"],
     typer.Option(
@@ -255,9 +262,7 @@ def drum(
 def extract(
     session: Annotated[Path, typer.Argument(help="Folder in the published layout.")],
     out: Annotated[Path, typer.Argument(help="Store to write, such as OUT.zarr.")],
-    sensor: Annotated[
-        str, typer.Option(help="Sensor file, or the name of a packaged one.")
-    ] = "tip_b",
+    sensor: SensorName = "tip_b",
     method: TrackerName = "windowed",
     rest: Annotated[
         Literal["own", "reference"],
@@ -291,9 +296,7 @@ def evaluate(
     preset: Annotated[
         Literal["quick", "paper"], typer.Option(help="Training recipe: 'paper' as published.")
     ] = "quick",
-    cut: Annotated[
-        Cut, typer.Option(help="Part of the recordings: 'published' or 'all' at constant speed.")
-    ] = "all",
+    cut: CutName = "all",
     seed: Annotated[int, typer.Option(min=0, help="First seed.")] = 0,
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds.")] = 1,
     without: Annotated[
@@ -370,16 +373,12 @@ def reproduce(
     session: Annotated[
         Path | None, typer.Option(help="Your own session [default: one is simulated].")
     ] = None,
-    sensor: Annotated[
-        str, typer.Option(help="Sensor file, or the name of a packaged one.")
-    ] = "tip_b",
+    sensor: SensorName = "tip_b",
     preset: Annotated[
         Literal["quick", "paper"],
         typer.Option(help="Of simulation and training: minutes, or days as the paper's."),
     ] = "quick",
-    cut: Annotated[
-        Cut, typer.Option(help="Part of the recordings: 'published' or 'all' at constant speed.")
-    ] = "all",
+    cut: CutName = "all",
     seed: Annotated[int, typer.Option(min=0, help="Of simulation and training.")] = 0,
     workers: Workers = None,
     as_json: Json = False,

@@ -58,7 +58,7 @@ def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibra
     InputError
         If the clip is not at rest, or shows no markers.
     """
-    images = [frame.image.copy() for frame in islice(video.frames(), N_FRAMES)]
+    images = [frame.image for frame in islice(video.frames(), N_FRAMES)]
     if not images:
         raise InputError(video.path, "a clip of the skin at rest", "no frames")
     image = np.asarray(np.median(images, axis=0), np.uint8)

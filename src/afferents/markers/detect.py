@@ -5,6 +5,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from afferents.core.recording import GreyImage
 from afferents.markers.sensor import BlobDetector, Sensor
@@ -44,6 +45,12 @@ def find_blobs(image: GreyImage, parameters: BlobDetector) -> tuple[Positions, N
     centre = np.array([blob.pt for blob in blobs], dtype=np.float64).reshape(-1, 2)
     diameter = np.array([blob.size for blob in blobs], dtype=np.float64)
     return centre, np.pi / 4 * diameter**2
+
+
+def spacing_px(position: Positions) -> float:
+    """Return the median distance of a marker from its nearest neighbour, px."""
+    distance, _ = cKDTree(position).query(position, k=2)
+    return float(np.median(distance[:, 1]))
 
 
 @lru_cache(maxsize=8)

@@ -2,11 +2,10 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect, find_blobs
+from afferents.markers.detect import Positions, detect, find_blobs, spacing_px
 from afferents.markers.picture import fault_of_light
 from afferents.markers.rest import rest_image
 from afferents.markers.sensor import BlobDetector, Sensor, load_sensor
@@ -99,12 +98,6 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
         f"to be {shade} blobs of {sensor.detector.min_area_px2:g} to "
         f"{sensor.detector.max_area_px2:g} px^2, as the image itself suggests."
     )
-
-
-def spacing_px(position: Positions) -> float:
-    """Return the median distance of a marker from its nearest neighbour, px."""
-    distance, _ = cKDTree(position).query(position, k=2)
-    return float(np.median(distance[:, 1]))
 
 
 def _blobs_of_like_size(image: GreyImage, colour: int) -> tuple[Positions, NDArray[np.float64]]:

@@ -102,7 +102,7 @@ def find_grid(position: Positions) -> Grid | None:
 
 def _places(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return row and column of each marker, as the links to its neighbours say."""
-    upright = _turn(position, -_roll_from_neighbours(position))
+    upright = turn(position, -_roll_from_neighbours(position))
     along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
     column, row = _count_steps(along_x, along_y, len(position))
     return row, column
@@ -123,7 +123,7 @@ def published_grid(
     position
         Shape (rows * columns, 2), px.
     """
-    upright = _turn(position, -roll_deg)
+    upright = turn(position, -roll_deg)
     by_x = np.argsort(upright[:, 0], kind="stable").reshape(columns, rows)
     within = np.argsort(upright[by_x, 1], axis=1, kind="stable")
     order = np.take_along_axis(by_x, within, axis=1)
@@ -133,7 +133,7 @@ def published_grid(
     return Grid(row, column, roll_deg)
 
 
-def _turn(position: Positions, angle_deg: float) -> Positions:
+def turn(position: Positions, angle_deg: float) -> Positions:
     """Turn about the origin of the image, from x towards y."""
     cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     turned: Positions = position @ np.array([[cos, sin], [-sin, cos]])

@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from afferents.core.errors import InputError
-from afferents.markers.detect import Positions
-from afferents.markers.grid import Grid, find_grid
+from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.grid import Grid, find_grid, turn
 
 Layout = Literal["square", "hexagonal", "radial", "free"]
 
@@ -55,12 +55,11 @@ def find_layout(position: Positions) -> FoundLayout:
     position
         Shape (n, 2), px, in any order.
     """
-    distance = cKDTree(position).query(position, k=2)[0][:, 1]
-    spacing = float(np.median(distance))
+    spacing = spacing_px(position)
     grid = find_grid(position)
     if grid is not None:
         return FoundLayout("square", grid, grid.roll_deg, spacing)
-    order, roll = _lattice_order(position, 6)
+    order, roll = _hexagonal_order(position)
     if order > ORDERED:
         return FoundLayout("hexagonal", None, roll, spacing)
     if _ring_order(position, spacing) > ORDERED:
@@ -68,16 +67,16 @@ def find_layout(position: Positions) -> FoundLayout:
     return FoundLayout("free", None, float("nan"), spacing)
 
 
-def _lattice_order(position: Positions, fold: int) -> tuple[float, float]:
-    """Return how well the directions to the nearest `fold` agree modulo 360 / fold, and the roll.
+def _hexagonal_order(position: Positions) -> tuple[float, float]:
+    """Return how well the directions to the nearest six agree modulo 60 degrees, and the roll.
 
     The nearest six of a hexagonal lattice lie 60 degrees apart, those of rings anywhere.
     """
-    distance, index = cKDTree(position).query(position, k=min(fold + 1, len(position)))
+    distance, index = cKDTree(position).query(position, k=min(7, len(position)))
     near = distance[:, 1:] < 1.4 * distance[:, 1:2]
     step = (position[index[:, 1:]] - position[:, None])[near]
-    total = np.exp(1j * fold * np.arctan2(step[:, 1], step[:, 0])).mean()
-    return float(abs(total)), float(np.degrees(np.angle(total)) / fold)
+    total = np.exp(6j * np.arctan2(step[:, 1], step[:, 0])).mean()
+    return float(abs(total)), float(np.degrees(np.angle(total)) / 6)
 
 
 def _ring_order(position: Positions, spacing: float) -> float:
@@ -113,8 +112,7 @@ def match_layout(
     InputError
         If more than a fifth of the markers are missing.
     """
-    spacing = float(np.median(cKDTree(template).query(template, k=2)[0][:, 1]))
-    gate = GATE_SHARE * spacing
+    gate = GATE_SHARE * spacing_px(template)
     tree = cKDTree(found)
     placed = max(
         (_turned(template, angle, found) for angle in _angles()),
@@ -147,9 +145,7 @@ def _angles() -> NDArray[np.float64]:
 
 
 def _turned(template: Positions, angle_deg: float, found: Positions) -> tuple[Positions, float]:
-    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    middle = template.mean(axis=0)
-    turned = (template - middle) @ np.array([[cos, sin], [-sin, cos]])
+    turned = turn(template - template.mean(axis=0), angle_deg)
     return turned + found.mean(axis=0), angle_deg
 
 

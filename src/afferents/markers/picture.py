@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from afferents.core.recording import GreyImage
-from afferents.markers.detect import Positions
+from afferents.markers.detect import Positions, spacing_px
 
 SATURATED = 250
 """Grey levels from here on hold no more light."""
@@ -77,8 +76,7 @@ def _around(
     image: GreyImage, position: Positions
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return distance to the nearest marker and grey level of the pixels round all markers."""
-    near = cKDTree(position).query(position, k=min(2, len(position)))[0]
-    spacing = float(np.median(near[:, 1])) if near.ndim == 2 else 40.0
+    spacing = spacing_px(position) if len(position) > 1 else 40.0
     reach = max(3, int(spacing / 2))
     offset = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
     pixel = np.rint(position).astype(int)[:, None] + offset

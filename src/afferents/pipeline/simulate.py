@@ -75,7 +75,7 @@ class Simulation:
     def config(self) -> dict[str, Any]:
         """Return what session.json says: every constant, the seed, the draws, the versions."""
         runs = {
-            f"{texture}/{speed:g}": draw(self.rig, texture, speed, self.seed)._asdict()
+            _name(texture, speed): draw(self.rig, texture, speed, self.seed)._asdict()
             for texture, speed in self.names
         }
         return {
@@ -193,7 +193,8 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
         for name in side_by_side(_record_one, jobs, workers):
             done += 1
             mark(done, name)
-    _seal(simulation)
+    if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, "a session file"):
+        _seal(simulation)
     return simulation.session
 
 
@@ -227,7 +228,11 @@ def _claim(simulation: Simulation) -> None:
 
 
 def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
-    return simulation.session / texture / f"{speed_mm_s:g}"
+    return simulation.session / _name(texture, speed_mm_s)
+
+
+def _name(texture: str, speed_mm_s: float) -> str:
+    return f"{texture}/{speed_mm_s:g}"
 
 
 def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
@@ -244,13 +249,13 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
         simulation.seed,
         reference=(texture, speed_mm_s) == simulation.names[0],
     )
-    return f"{texture}/{speed_mm_s:g}"
+    return _name(texture, speed_mm_s)
 
 
 def _seal(simulation: Simulation) -> None:
     """Add the checksums of all recordings to session.json."""
     sums = {
-        f"{texture}/{speed:g}": checksum(
+        _name(texture, speed): checksum(
             *(_folder(simulation, texture, speed) / file for file in (VIDEO, AUDIO, TRUTH))
         )
         for texture, speed in simulation.names

@@ -10,7 +10,7 @@ from scipy.ndimage import convolve
 
 from afferents.core.errors import InputError
 from afferents.rig.config import Rig
-from afferents.rig.drive import Turning, turn
+from afferents.rig.drive import MOTOR_TURNS, Turning, turn
 from afferents.rig.kernel import N_SIDE
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Felt, Motion, SkinOnDrum
@@ -232,12 +232,12 @@ def listen(
     """Return the sensor's and the room's channel, full scale 1, on the audio's clock."""
     sensor = heard(skin.pressure_rate, skin.shear_rate, PHYSICS_RATE_HZ, rig.microphone)
     n = round(seconds * SAMPLE_RATE_HZ)
-    motor_turns = np.interp(
-        np.arange(len(sensor)) / SAMPLE_RATE_HZ, turning.time_s, turning.angle_rad
-    ) * (14.4 / (2 * math.pi))
-    moving = np.interp(np.arange(len(sensor)) / SAMPLE_RATE_HZ, turning.time_s, turning.speed_mm_s)
+    time = np.arange(len(sensor)) / SAMPLE_RATE_HZ
+    angle = np.interp(time, turning.time_s, turning.angle_rad)
+    motor_turns = angle * (MOTOR_TURNS / (2 * math.pi))
+    moving = np.interp(time, turning.time_s, turning.speed_mm_s)
     sensor = sensor + disturbances(motor_turns, moving / 100, rig.microphone, rng)
-    room = rng.normal(0, rig.microphone.room_noise, n) if rig.microphone.room_noise else np.zeros(n)
+    room = rng.normal(0, rig.microphone.room_noise, n)
     first = round(-offset_s * SAMPLE_RATE_HZ)
     quiet = np.zeros(max(0, -first))
     return np.concatenate([quiet, sensor])[max(0, first) :][:n], room
