@@ -4,14 +4,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-LOW, HIGH = 0.25, 0.75
+LOW, HIGH = 0.15, 0.85
 """Between these shares of a marker's contrast a pixel counts in part: below lies the noise of the
 skin, above that of the disc."""
 AGAIN_PX = 0.5
 """A centroid farther than this from its window's middle is taken again round itself."""
 
-_SHORT_HALF = 13
-"""Half the side of the largest window whose sums fit into 16 bits: 28 rows."""
+_SHORT_HALF = 11
+"""Half the side of the largest window whose sums fit into 16 bits: 24 rows."""
+_ROWS_APART, _COLUMNS_APART = 17, 8
+"""Of the pixels that tell whether a frame changed: unlike the pitch of markers in one direction."""
 _LANES = 16
 """Columns that the processor works on at once."""
 
@@ -347,10 +349,35 @@ def look(
         there = brightness(image, predicted, 0.0, 0.0)
         if (there > middle) == bright_discs:
             centroids(image, predicted, dark, bright, half, mass, again, room, position, found)
-            shared = share_blobs(position, found, predicted, neighbours, nearest)
-            strangers = drop_strangers(position, found, rest, neighbours, farthest, strange)
+            shared, strangers = 0, 0
+            if not moved_as_one(position, rest, farthest.min() / 2):
+                shared = share_blobs(position, found, predicted, neighbours, nearest)
+                strangers = drop_strangers(position, found, rest, neighbours, farthest, strange)
             return now, found.sum(), shared, strangers, common_step(position, expected)
     return now, -1, 0, 0, 0.0
+
+
+@_kernel
+def moved_as_one(position, rest, within):
+    """Return whether every marker that was found moved with all others, within so many px.
+
+    Where that is half of what `drop_strangers` allows, none can be a stranger, nor can two be on
+    one blob, which are the two costlier checks.
+    """
+    dx, dy, n = 0.0, 0.0, 0
+    for i in range(len(position)):
+        if not np.isnan(position[i, 0]):
+            dx += position[i, 0] - rest[i, 0]
+            dy += position[i, 1] - rest[i, 1]
+            n += 1
+    dx, dy = dx / max(n, 1), dy / max(n, 1)
+    farthest2 = 0.0
+    for i in range(len(position)):
+        off_x, off_y = position[i, 0] - rest[i, 0] - dx, position[i, 1] - rest[i, 1] - dy
+        off2 = off_x * off_x + off_y * off_y
+        if off2 > farthest2:  # never of a lost one: NaN
+            farthest2 = off2
+    return farthest2 < within * within
 
 
 @_kernel
@@ -412,12 +439,23 @@ def weigh(image, position, dark, bright, half, mass, room, refined):
 
 
 @_kernel
-def changed(image, before):
-    """Return how much a frame differs from the one before: mean grey levels, every 8th pixel."""
-    height, width = image.shape
-    total, n = 0.0, 0
-    for row in range(0, height, 8):
-        for column in range(0, width, 8):
-            total += abs(float(image[row, column]) - float(before[row, column]))
-            n += 1
-    return total / n
+def changed(image, sample):
+    """Return how much a frame differs from the one before: mean grey levels of some pixels.
+
+    Parameters
+    ----------
+    sample
+        The pixels of the frame before (`sampled` of its shape); left as those of this one.
+    """
+    total = 0
+    for j in range(sample.shape[0]):
+        for i in range(sample.shape[1]):
+            grey = image[j * _ROWS_APART, i * _COLUMNS_APART]
+            total += abs(np.int64(grey) - np.int64(sample[j, i]))
+            sample[j, i] = grey
+    return total / sample.size
+
+
+def sampled(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the pixels that `changed` looks at."""
+    return image[::_ROWS_APART, ::_COLUMNS_APART].copy()

@@ -11,6 +11,10 @@ from afferents.markers.detect import Positions, spacing_px
 SATURATED = 250
 """Grey levels from here on hold no more light."""
 _BIN_PX = 0.5
+_ENOUGH = 60
+"""Markers from all over the picture that tell of it as much as all do."""
+_ALONE_PX = 40.0
+"""What is looked at round a single marker, px across."""
 REPEATED_SHARE = 0.2
 """A repeated frame changes less than this share of what changes before and after it."""
 MOVING = 0.1
@@ -61,7 +65,8 @@ def describe_picture(image: GreyImage, position: Positions) -> Picture:
     position
         Shape (n, 2), px, without NaN.
     """
-    distance, grey = _around(image, position)
+    some = position[:: max(1, len(position) // _ENOUGH)]
+    distance, grey = _around(image, some, spacing_px(position) if len(position) > 1 else _ALONE_PX)
     edges = np.arange(0, distance.max(initial=1.0) + _BIN_PX, _BIN_PX)
     which = np.digitize(distance, edges) - 1
     seen = np.unique(which)
@@ -73,10 +78,9 @@ def describe_picture(image: GreyImage, position: Positions) -> Picture:
 
 
 def _around(
-    image: GreyImage, position: Positions
+    image: GreyImage, position: Positions, spacing: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return distance to the nearest marker and grey level of the pixels round all markers."""
-    spacing = spacing_px(position) if len(position) > 1 else 40.0
     reach = max(3, int(spacing / 2))
     offset = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
     pixel = np.rint(position).astype(int)[:, None] + offset

@@ -219,13 +219,14 @@ def track(
     tracked: list[Tracked] = []
     tracker: Tracker | None = None
     grid: Grid | None = None
-    before: GreyImage | None = None
+    sample: GreyImage | None = None
     jumps: list[float] = []
     stopped: list[str] = []
     for index, frame in enumerate(_until_stopped(video, stopped)):
         time_s.append(frame.time_s)
-        change.append(np.nan if before is None else kernel.changed(frame.luma, before))
-        before = frame.luma
+        if sample is None:
+            sample = kernel.sampled(frame.luma)
+        change.append(kernel.changed(frame.luma, sample) if index else np.nan)
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
             if tracker.jump_px > KNOCK_PX:
