@@ -3,14 +3,24 @@
 from afferents.markers.detect import Positions, detect
 from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.grid import Grid, assign_grid, published_grid
+from afferents.markers.lens import undistorted
 from afferents.markers.quality import TrackingQuality, describe, measure_quality
 from afferents.markers.rest import Method, rest_image
-from afferents.markers.sensor import BlobDetector, Sensor, load_sensor, packaged_sensors
+from afferents.markers.sensor import (
+    BlobDetector,
+    DiscDetector,
+    Lens,
+    Sensor,
+    load_sensor,
+    packaged_sensors,
+)
 from afferents.markers.track import Tracked, Tracker, ordered_rest, rest_positions, track
 
 __all__ = [
     "BlobDetector",
+    "DiscDetector",
     "Grid",
+    "Lens",
     "Method",
     "Positions",
     "Sensor",
@@ -30,4 +40,5 @@ __all__ = [
     "rest_image",
     "rest_positions",
     "track",
+    "undistorted",
 ]

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect
+from afferents.markers.detect import Positions, detect, without_loners
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import FoundLayout, find_layout
 from afferents.markers.picture import Picture, describe_picture
@@ -16,8 +16,8 @@ from afferents.markers.sensor import Sensor
 
 N_FRAMES = 9
 """The picture is the median of so many frames: without noise, and without what flickers."""
-MOST_MOVED_PX = 1.0
-"""A skin whose markers move farther, in the median, within these frames is not at rest."""
+MOST_MOVED_PX = 0.5
+"""A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,8 @@ class Calibration:
         Its markers, (n, 2), px.
     found, picture
         Layout, light and focus.
+    n_still, n_looked
+        Frames from the first in which the skin did not move, of those looked at.
     """
 
     sensor: Sensor
@@ -41,6 +43,8 @@ class Calibration:
     position: Positions
     found: FoundLayout
     picture: Picture
+    n_still: int
+    n_looked: int
 
 
 def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibration:
@@ -56,41 +60,38 @@ def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibra
     Raises
     ------
     InputError
-        If the clip is not at rest, or shows no markers.
+        If the clip shows no markers.
     """
     images = [frame.image for frame in islice(video.frames(), N_FRAMES)]
     if not images:
         raise InputError(video.path, "a clip of the skin at rest", "no frames")
-    image = np.asarray(np.median(images, axis=0), np.uint8)
+    n_still = _count_still(images, estimate_detector(images[0], video.path))
+    image = np.asarray(np.median(images[:n_still], axis=0), np.uint8)
     detector = estimate_detector(image, video.path)
-    position = detect(image, detector)
-    _require_rest(images, detector, video.path)
+    position = without_loners(detect(image, detector))
     found = find_layout(position)
     places: dict[str, object] = {"layout": found.layout, "n_markers": len(position)}
     if found.grid is not None:
-        places["rows"] = int(found.grid.row.max()) + 1
-        places["columns"] = int(found.grid.column.max()) + 1
+        rows, columns = int(found.grid.row.max()) + 1, int(found.grid.column.max()) + 1
+        places |= {"rows": rows, "columns": columns, "n_markers": rows * columns}
     else:
         order = np.lexsort((position[:, 0], position[:, 1]))
         position = position[order]
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
     described = detector.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
-    return Calibration(sensor, image, position, found, describe_picture(image, position))
+    picture = describe_picture(image, position)
+    return Calibration(sensor, image, position, found, picture, n_still, len(images))
 
 
-def _require_rest(images: list[GreyImage], sensor: Sensor, where: object) -> None:
-    """Refuse a clip in whose first frames the markers move."""
-    first, last = (detect(image, sensor) for image in (images[0], images[-1]))
-    if len(first) and len(last):
-        moved = float(np.median(cKDTree(last).query(first)[0]))
-        if moved > MOST_MOVED_PX:
-            raise InputError(
-                where,
-                f"a skin at rest in the first {len(images)} frames",
-                f"markers that move by {moved:.1f} px",
-                "begin with the skin at rest, or cut the clip",
-            )
+def _count_still(images: list[GreyImage], sensor: Sensor) -> int:
+    """Return how many frames, from the first on, show the skin where the first one does."""
+    first = detect(images[0], sensor)
+    for n, image in enumerate(images[1:], start=1):
+        found = detect(image, sensor)
+        if len(found) == 0 or np.median(cKDTree(found).query(first)[0]) > MOST_MOVED_PX:
+            return n
+    return len(images)
 
 
 def sensor_toml(sensor: Sensor) -> str:
@@ -109,7 +110,7 @@ def sensor_toml(sensor: Sensor) -> str:
         lines.append("markers = [")
         lines += [f"  [{x:.1f}, {y:.1f}]," for x, y in sensor.markers]
         lines.append("]")
-    lines += ["", "[detector]  # of OpenCV's SimpleBlobDetector"]
+    lines += ["", "[detector]"]
     lines += [f"{key} = {_toml(value)}" for key, value in sensor.detector.model_dump().items()]
     return "\n".join(lines) + "\n"
 

@@ -1,4 +1,4 @@
-"""Where the markers are in one image, by OpenCV's SimpleBlobDetector."""
+"""Where the markers are in one image: by OpenCV's SimpleBlobDetector, or as discs."""
 
 from functools import lru_cache
 
@@ -8,10 +8,14 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from afferents.core.recording import GreyImage
-from afferents.markers.sensor import BlobDetector, Sensor
+from afferents.markers.discs import find_discs
+from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor
 
 Positions = NDArray[np.float64]
 """Shape (n, 2): x right and y down, px, pixel centres at integers."""
+
+COMPANY, NEAR, MOST_LONERS = 3, 2.2, 0.2
+"""See `without_loners`."""
 
 
 def detect(image: GreyImage, sensor: Sensor) -> Positions:
@@ -29,17 +33,22 @@ def detect(image: GreyImage, sensor: Sensor) -> Positions:
     Positions
         Centres of the blobs, shape (n, 2), px, in no particular order; (0, 2) for none.
 
-    Notes
-    -----
-    The published method (preprocess/afferent_response.py).
     """
-    return find_blobs(image, sensor.detector)[0]
+    return find_markers(image, sensor.detector)[0]
+
+
+def find_markers(image: GreyImage, detector: Detector) -> tuple[Positions, NDArray[np.float64]]:
+    """Find markers: their centres, shape (n, 2), px, and their areas, shape (n,), px^2."""
+    if isinstance(detector, DiscDetector):
+        return find_discs(image, detector)
+    return find_blobs(image, detector)
 
 
 def find_blobs(image: GreyImage, parameters: BlobDetector) -> tuple[Positions, NDArray[np.float64]]:
     """Find blobs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
 
-    The area is that of a disc of the blob's mean radius.
+    The published method (preprocess/afferent_response.py). The area is that of a disc of the
+    blob's mean radius.
     """
     blobs = _detector(parameters).detect(image)
     centre = np.array([blob.pt for blob in blobs], dtype=np.float64).reshape(-1, 2)
@@ -51,6 +60,19 @@ def spacing_px(position: Positions) -> float:
     """Return the median distance of a marker from its nearest neighbour, px."""
     distance, _ = cKDTree(position).query(position, k=2)
     return float(np.median(distance[:, 1]))
+
+
+def without_loners(position: Positions) -> Positions:
+    """Leave out what stands apart from the layout: reflections at the rim.
+
+    A marker has `COMPANY` others within `NEAR` times the distance of neighbours; where most
+    do not, as in a row of pins, all are kept.
+    """
+    if len(position) <= COMPANY:
+        return position
+    near = NEAR * spacing_px(position)
+    company = cKDTree(position).query(position, k=COMPANY + 1)[0][:, -1] <= near
+    return position[company] if company.mean() > 1 - MOST_LONERS else position
 
 
 @lru_cache(maxsize=8)

@@ -6,9 +6,10 @@ from numpy.typing import NDArray
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_blobs, spacing_px
+from afferents.markers.discs import find_discs
 from afferents.markers.picture import fault_of_light
 from afferents.markers.rest import rest_image
-from afferents.markers.sensor import BlobDetector, Sensor, load_sensor
+from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
 
 FEWEST = 6
 """Fewer blobs of like size than this are no marker layout."""
@@ -17,6 +18,8 @@ SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 150
 LIKE_SIZE = (0.25, 3.0)
 """Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
 towards the rim, reflections are larger."""
+MOST_DISCS = 0.8
+"""Markers are described as discs where so many discs are found for the blobs."""
 GATE_SHARE = 0.65
 """Gate as a share of the spacing. More than half of it, because one-to-one assignment keeps
 neighbours apart."""
@@ -26,7 +29,7 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
     """Guess from an image how its markers are to be found.
 
     Blobs of any size and brightness are looked for, bright ones and dark ones. The colour with
-    more blobs of like size is taken for the markers', and their sizes set the area's limits.
+    more blobs of like size is taken for the markers', and their median size for the discs'.
 
     Parameters
     ----------
@@ -55,11 +58,7 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
             f"{len(centre)}{fault_of_light(image)}",
             "give a sensor file that says what its markers look like",
         )
-    typical = float(np.median(area))
-    limits = {
-        "min_area_px2": round(LIKE_SIZE[0] * typical, 1),
-        "max_area_px2": round(LIKE_SIZE[1] * typical, 1),
-    }
+    detector = _discs(image, colour, centre, area)
     return Sensor(
         name="estimated",
         layout="free",
@@ -67,8 +66,25 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
         width=image.shape[1],
         radius_px=None,
         gate_px=round(GATE_SHARE * spacing_px(centre), 1),
-        detector=_any_blob(image, colour).model_copy(update=limits),
+        detector=detector,
     )
+
+
+def _discs(
+    image: GreyImage, colour: int, centre: Positions, area: NDArray[np.float64]
+) -> DiscDetector | BlobDetector:
+    """Describe blobs as discs; as blobs where many of them are none (cut, long, or ragged)."""
+    typical = float(np.median(area))
+    discs = DiscDetector(
+        blob_colour=255 if colour else 0, radius_px=round(max(1.0, (typical / np.pi) ** 0.5), 2)
+    )
+    if len(find_discs(image, discs)[0]) >= MOST_DISCS * len(centre):
+        return discs
+    limits = {
+        "min_area_px2": round(LIKE_SIZE[0] * typical, 1),
+        "max_area_px2": round(LIKE_SIZE[1] * typical, 1),
+    }
+    return _any_blob(image, colour).model_copy(update=limits)
 
 
 def recognise_sensor(video: Video) -> tuple[Sensor, str]:
@@ -95,9 +111,15 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     return sensor, (
         f"The published detector ({published.name}) finds {found} of its {published.n_markers} "
         f"markers in frame {published.rest_frame}, so this is another sensor: markers were taken "
-        f"to be {shade} blobs of {sensor.detector.min_area_px2:g} to "
-        f"{sensor.detector.max_area_px2:g} px^2, as the image itself suggests."
+        f"to be {shade} {looks(sensor.detector)}, as the image itself suggests."
     )
+
+
+def looks(detector: Detector) -> str:
+    """Say what markers look like."""
+    if isinstance(detector, DiscDetector):
+        return f"discs of {detector.radius_px:g} px radius"
+    return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2"
 
 
 def _blobs_of_like_size(image: GreyImage, colour: int) -> tuple[Positions, NDArray[np.float64]]:

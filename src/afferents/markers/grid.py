@@ -4,6 +4,7 @@ Row is the rank in y (image down), column the rank in x (image right), as everyw
 package. The published arrays are the transpose: their first axis is the rank in x.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from scipy.sparse.linalg import lsqr
 from scipy.spatial import cKDTree
 
 from afferents.core.errors import InputError
-from afferents.markers.detect import Positions
+from afferents.markers.detect import Positions, spacing_px
 
 PUBLISHED_ROLL_DEG = 6.2
 """Published rest positions are turned by -6.2 degrees (spatial/process_static.ipynb, cell 3)."""
@@ -23,6 +24,16 @@ REACH = 1.3
 roll is estimated; diagonal ones lie at 1.41."""
 CONE_DEG = 35.0
 """A neighbour along an axis lies within this angle of it; diagonal ones lie at 45 degrees."""
+LONGEST = 1.6
+"""A link longer than this multiple of the median jumps over a missing marker."""
+MOST_MISSING = 0.2
+"""With more of a layout missing than this, it is another sensor or a picture gone wrong."""
+STRAIGHT = 0.15
+"""Markers form a grid if they lie within this share of the spacing, root mean square, of smooth
+rows and columns."""
+_DEGREE, _ENOUGH_TO_BEND = 3, 30
+"""Of the polynomial between places and positions: enough for a fish-eye lens; with fewer markers
+than that it is straight."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +43,8 @@ class Grid:
     Attributes
     ----------
     row, column
-        Place of each marker, shape (n,), from 0 at the top and at the left.
+        Place of each marker, shape (n,), from 0 at the top and at the left; places of missing
+        markers are not taken.
     roll_deg
         Angle from the image's x axis to the grid's rows, degrees, positive from x towards y
         (clockwise as seen).
@@ -57,7 +69,7 @@ def assign_grid(
     Parameters
     ----------
     position
-        Shape (rows * columns, 2), px, in any order.
+        Shape (n, 2), px, in any order; up to a fifth of the grid may be missing.
     where
         The recording, for the error.
 
@@ -67,7 +79,7 @@ def assign_grid(
         If the markers do not form `rows` x `columns`.
     """
     expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
-    if len(position) != rows * columns:
+    if not (1 - MOST_MISSING) * rows * columns <= len(position) <= rows * columns:
         raise InputError(where, expected, f"{len(position)} markers")
     row, column = _places(position)
     size = (int(row.max()) + 1, int(column.max()) + 1)
@@ -82,29 +94,70 @@ def assign_grid(
     return Grid(row, column, _roll_from_places(position, row, column))
 
 
-def find_grid(position: Positions) -> Grid | None:
-    """Return the whole grid that markers form, whatever its size; None if they form none.
+def fill_grid(
+    position: Positions, grid: Grid, rows: int, columns: int
+) -> tuple[Positions, NDArray[np.bool_]]:
+    """Return the markers of all places, by row, then column, and which of them are there.
+
+    A missing marker stands where the smooth rows and columns of the others meet.
 
     Parameters
     ----------
     position
-        Shape (n, 2), px, in any order.
+        Shape (n, 2), px, of the markers that have their places in `grid`.
+    """
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    own = grid.row * columns + grid.column
+    filled = _smooth(position, grid)(np.stack([column, row], axis=1))
+    filled[own] = position
+    return filled, np.isin(np.arange(rows * columns), own)
+
+
+def find_grid(position: Positions) -> Grid | None:
+    """Return the grid that markers form, whatever its size; None if they form none.
+
+    Parameters
+    ----------
+    position
+        Shape (n, 2), px, in any order; up to a fifth of the grid may be missing.
     """
     if len(position) < 4:
         return None
     row, column = _places(position)
     rows, columns = int(row.max()) + 1, int(column.max()) + 1
-    whole = rows > 1 and columns > 1 and rows * columns == len(position)
+    whole = rows > 1 and columns > 1 and len(position) >= (1 - MOST_MISSING) * rows * columns
     if not whole or len(np.unique(row * columns + column)) < len(position):
         return None
-    return Grid(row, column, _roll_from_places(position, row, column))
+    grid = Grid(row, column, _roll_from_places(position, row, column))
+    off = _smooth(position, grid)(np.stack([column, row], axis=1)) - position
+    straight = np.sqrt((off**2).sum(axis=1).mean()) <= STRAIGHT * spacing_px(position)
+    return grid if straight else None
+
+
+def _smooth(position: Positions, grid: Grid) -> Callable[[Positions], Positions]:
+    """Return what leads from places (column, row) to positions, smoothly."""
+    return _polynomial(np.stack([grid.column, grid.row], axis=1), position)
+
+
+def _polynomial(source: Positions, target: Positions) -> Callable[[Positions], Positions]:
+    """Return the polynomial from points to points that fits best."""
+    degree = _DEGREE if len(source) > _ENOUGH_TO_BEND else 1
+    middle, size = source.mean(axis=0), np.ptp(source, axis=0).max() or 1
+
+    def terms(points: Positions) -> NDArray[np.float64]:
+        x, y = ((points - middle) / size).T
+        powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+        return np.stack([x**i * y**j for i, j in powers], axis=1)
+
+    factors = np.linalg.lstsq(terms(source), target, rcond=None)[0]
+    return lambda points: np.asarray(terms(points) @ factors)
 
 
 def _places(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return row and column of each marker, as the links to its neighbours say."""
     upright = turn(position, -_roll_from_neighbours(position))
     along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)
-    column, row = _count_steps(along_x, along_y, len(position))
+    column, row = _count_steps(along_x, along_y, upright)
     return row, column
 
 
@@ -161,6 +214,9 @@ def _neighbours(upright: Positions, axis: int) -> NDArray[np.intp]:
     backward = _nearest_in_cone(-step[..., axis], step[..., 1 - axis], index[:, 1:])
     start = np.flatnonzero(forward >= 0)
     mutual = backward[forward[start]] == start
+    length = np.hypot(*(upright[forward[start]] - upright[start]).T)
+    if mutual.any():
+        mutual &= length <= LONGEST * np.median(length[mutual])
     return np.stack([start[mutual], forward[start[mutual]]], axis=1)
 
 
@@ -175,24 +231,29 @@ def _nearest_in_cone(
 
 
 def _count_steps(
-    along_x: NDArray[np.intp], along_y: NDArray[np.intp], n: int
+    along_x: NDArray[np.intp], along_y: NDArray[np.intp], position: Positions
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Turn links between neighbours into columns and rows from 0.
 
-    Least squares over all links, so that one wrong link among many right ones is outvoted.
-    A marker without links gets a place of its own accord that the caller finds out of range.
+    Least squares over all links, so that one wrong link among many right ones is outvoted. A
+    marker that the missing ones cut off gets the place that it has in the others' lattice.
     """
-    links = np.concatenate([along_x, along_y])
+    n, links = len(position), np.concatenate([along_x, along_y])
     pair = np.arange(len(links))
     sign = np.repeat([-1.0, 1.0], len(links))
     shape = (len(links), n)
     steps = coo_array((sign, (np.tile(pair, 2), links.T.ravel())), shape=shape).tocsr()
-    islands, _ = connected_components(abs(steps.T @ steps), directed=False)
-    if islands > 1:
+    _, island = connected_components(abs(steps.T @ steps), directed=False)
+    main = island == np.bincount(island).argmax()
+    if main.mean() < 1 - MOST_MISSING:
         return np.zeros(n, dtype=np.intp), np.zeros(n, dtype=np.intp)
     in_x = (pair < len(along_x)).astype(float)
-    column, row = (lsqr(steps, step, atol=1e-10, btol=1e-10)[0] for step in (in_x, 1 - in_x))
-    return _whole(column), _whole(row)
+    place = np.stack(
+        [lsqr(steps, step, atol=1e-10, btol=1e-10)[0] for step in (in_x, 1 - in_x)], axis=1
+    )
+    if not main.all():
+        place[~main] = _polynomial(position[main], place[main])(position[~main])
+    return _whole(place[:, 0]), _whole(place[:, 1])
 
 
 def _whole(place: NDArray[np.float64]) -> NDArray[np.intp]:

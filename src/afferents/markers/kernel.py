@@ -447,7 +447,7 @@ def changed(image, sample):
     sample
         The pixels of the frame before (`sampled` of its shape); left as those of this one.
     """
-    total = 0
+    total = np.int64(0)
     for j in range(sample.shape[0]):
         for i in range(sample.shape[1]):
             grey = image[j * _ROWS_APART, i * _COLUMNS_APART]

@@ -1,5 +1,6 @@
 """The layout that markers form, and which marker of a known layout each one is."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,7 +12,7 @@ from scipy.spatial.distance import cdist
 
 from afferents.core.errors import InputError
 from afferents.markers.detect import Positions, spacing_px
-from afferents.markers.grid import Grid, find_grid, turn
+from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
 
 Layout = Literal["square", "hexagonal", "radial", "free"]
 
@@ -19,10 +20,14 @@ ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
 _ANGLE_STEP_DEG = 2.0
 _ICP_ROUNDS = 8
+_TRIED = 10
+"""Turns that fit best at first, each of which is then fitted closely."""
+_GOOD, _ASIDE = 0.6, 2.0
+"""With a fit below this the layout is also looked for so many spacings from the middle."""
 GATE_SHARE = 0.4
 """A marker is one of the layout's if it lies within this share of the spacing of its place."""
-MOST_MISSING = 0.2
-"""With more of a layout missing than this, it is another sensor or a picture gone wrong."""
+ON_RAYS = 0.3
+"""How well nearest markers must lie along, or all across, the rays from the middle."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class FoundLayout:
     layout
         What it is called.
     grid
-        Rows and columns of a whole square grid; None for the others.
+        Rows and columns of a square grid; None for the others.
     roll_deg
         From the image's x axis to the lattice's nearest axis; NaN where there is none.
     spacing_px
@@ -48,7 +53,7 @@ class FoundLayout:
 
 
 def find_layout(position: Positions) -> FoundLayout:
-    """Recognise a square grid, a hexagonal lattice or rings; anything else is free.
+    """Recognise a square grid, a hexagonal lattice, rings or rays; anything else is free.
 
     Parameters
     ----------
@@ -62,7 +67,7 @@ def find_layout(position: Positions) -> FoundLayout:
     order, roll = _hexagonal_order(position)
     if order > ORDERED:
         return FoundLayout("hexagonal", None, roll, spacing)
-    if _ring_order(position, spacing) > ORDERED:
+    if _ring_order(position, spacing) > ORDERED or _ray_order(position) > ON_RAYS:
         return FoundLayout("radial", None, float("nan"), spacing)
     return FoundLayout("free", None, float("nan"), spacing)
 
@@ -84,6 +89,18 @@ def _ring_order(position: Positions, spacing: float) -> float:
     radius = np.hypot(*(position - np.median(position, axis=0)).T)
     steps = np.linspace(0.6, 1.6, 101) * spacing
     return float(np.abs(np.exp(2j * np.pi * radius[:, None] / steps).mean(axis=0)).max())
+
+
+def _ray_order(position: Positions) -> float:
+    """Return how alike the nearest two lie to the ray from the middle, 0 to 1.
+
+    Along all rays, or across them all as in rings: where a lens draws rings in, this remains.
+    """
+    _, index = cKDTree(position).query(position, k=min(3, len(position)))
+    step = position[index[:, 1:]] - position[:, None]
+    ray = position - np.median(position, axis=0)
+    angle = np.arctan2(step[..., 1], step[..., 0]) - np.arctan2(ray[:, 1], ray[:, 0])[:, None]
+    return float(abs(np.exp(2j * angle).mean()))
 
 
 def match_layout(
@@ -114,16 +131,10 @@ def match_layout(
     """
     gate = GATE_SHARE * spacing_px(template)
     tree = cKDTree(found)
-    placed = max(
-        (_turned(template, angle, found) for angle in _angles()),
-        key=lambda turned: _fit(turned[0], tree, gate) - 1e-4 * abs(turned[1]),
-    )[0]
-    for _ in range(_ICP_ROUNDS):
-        distance, nearest = tree.query(placed)
-        close = distance < gate
-        if close.sum() < 3:
-            break
-        placed = _similar(template, template[close], found[nearest[close]])
+    placed = _placed(template, found, tree, gate, [(0.0, 0.0)])
+    if _fit(placed, tree, gate) < _GOOD:  # false blobs on one side shift the middle
+        aside = np.arange(-_ASIDE, _ASIDE + 0.1, 0.5) * spacing_px(template)
+        placed = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
     cost = cdist(placed, found)
     own, blob = linear_sum_assignment(np.minimum(cost, gate))
     good = cost[own, blob] < gate
@@ -140,13 +151,39 @@ def match_layout(
     return placed, present
 
 
-def _angles() -> NDArray[np.float64]:
-    return np.arange(-180.0, 180.0, _ANGLE_STEP_DEG)
+def _fit_closely(
+    template: Positions, placed: Positions, found: Positions, tree: cKDTree, gate: float
+) -> Positions:
+    """Return the template where it fits best near where it is placed (iterative closest point)."""
+    for _ in range(_ICP_ROUNDS):
+        distance, nearest = tree.query(placed)
+        close = distance < gate
+        if close.sum() < 3:
+            break
+        placed = _similar(template, template[close], found[nearest[close]])
+    return placed
 
 
-def _turned(template: Positions, angle_deg: float, found: Positions) -> tuple[Positions, float]:
-    turned = turn(template - template.mean(axis=0), angle_deg)
-    return turned + found.mean(axis=0), angle_deg
+def _placed(
+    template: Positions,
+    found: Positions,
+    tree: cKDTree,
+    gate: float,
+    aside: Sequence[tuple[float, float]],
+) -> Positions:
+    """Return the template as turned and shifted from the middle of what was found, fits best."""
+    centred, middle = template - template.mean(axis=0), found.mean(axis=0)
+    tried = []
+    for angle in np.arange(-180.0, 180.0, _ANGLE_STEP_DEG):
+        turned = turn(centred, angle) + middle
+        tried += [(turned + np.array(shift), angle) for shift in aside]
+
+    def how_well(turned: tuple[Positions, float]) -> float:
+        return _fit(turned[0], tree, gate) - 1e-4 * abs(turned[1])
+
+    rough = sorted(tried, key=how_well)[-_TRIED:]
+    close = [(_fit_closely(template, place, found, tree, gate), angle) for place, angle in rough]
+    return max(close, key=how_well)[0]
 
 
 def _fit(placed: Positions, tree: cKDTree, gate: float) -> float:

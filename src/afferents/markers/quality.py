@@ -33,6 +33,8 @@ class TrackingQuality:
         Markers followed; frames from the rest frame on.
     share_lost
         Share of marker positions, rest frame on, where the marker was not detected.
+    n_missing
+        Markers not seen in the rest frame.
     n_often_lost
         Markers not detected in more than half of these frames.
     n_found_at_end
@@ -59,6 +61,7 @@ class TrackingQuality:
     n_markers: int
     n_frames: int
     share_lost: float
+    n_missing: int
     n_often_lost: int
     n_found_at_end: int
     n_shared: int
@@ -89,6 +92,7 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
         n_markers=detected.shape[1],
         n_frames=len(detected),
         share_lost=float(1 - detected.mean()),
+        n_missing=int((~detected[0]).sum()),
         n_often_lost=int((detected.mean(axis=0) < 0.5).sum()),
         n_found_at_end=int(detected[-5:].any(axis=0).sum()),
         n_shared=sum(_n_shared(frame) for frame in position),
@@ -196,6 +200,11 @@ def _layout(tracks: xr.Dataset) -> str:
 def _doubts(quality: TrackingQuality) -> list[str]:
     """Name what a user should look at, each only if it occurs."""
     doubts = [
+        (
+            quality.n_missing,
+            "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it "
+            "is seen.",
+        ),
         (
             quality.n_often_lost,
             "Markers lost for more than half of the time: {} (cut by the rim, hidden by a "

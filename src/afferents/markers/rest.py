@@ -11,8 +11,8 @@ from scipy.spatial.distance import cdist
 
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect
-from afferents.markers.grid import Grid, assign_grid, published_grid
+from afferents.markers.detect import Positions, detect, without_loners
+from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.layout import match_layout
 from afferents.markers.picture import fault_of_light
 from afferents.markers.sensor import Sensor
@@ -41,11 +41,16 @@ def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
     return InputError(video.path, expected, f"{n_frames}")
 
 
-def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positions:
+def find_rest_markers(
+    image: GreyImage, sensor: Sensor, where: object, method: Method = "published"
+) -> Positions:
     """Find the markers of the rest frame, sorted by x (the published order).
 
     Parameters
     ----------
+    method
+        ``published`` wants all that the sensor file declares; to the others some may be
+        missing where it says where they are.
     where
         The video, for the error.
 
@@ -58,23 +63,32 @@ def find_rest_markers(image: GreyImage, sensor: Sensor, where: object) -> Positi
     Raises
     ------
     InputError
-        If there are none, or fewer or more than the sensor file declares (where it doesn't say
-        where they are: `order_markers` finds the missing then).
+        If there are none, or fewer or more than the sensor file declares.
     """
     found = detect(image, sensor)
     if sensor.radius_px is not None and len(found):
         offset = found - found.mean(axis=0)
         found = found[np.hypot(offset[:, 0], offset[:, 1]) <= sensor.radius_px]
-    expected = f"{sensor.n_markers or 'some'} markers of sensor '{sensor.name}'"
-    n_expected = sensor.n_markers if sensor.markers is None else None
-    if len(found) == 0 or len(found) != (n_expected or len(found)):
+    if sensor.layout != "square" and (sensor.n_markers is None or sensor.markers is not None):
+        found = without_loners(found)
+    if len(found) == 0 or not _plausible(len(found), sensor, method):
         raise InputError(
             where,
-            f"{expected} in frame {sensor.rest_frame}",
+            f"{sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in frame "
+            f"{sensor.rest_frame}",
             f"{len(found)}{fault_of_light(image)}",
             "check the picture, or give a sensor file that fits it",
         )
     return found[np.argsort(found[:, 0], kind="stable")]
+
+
+def _plausible(n_found: int, sensor: Sensor, method: Method) -> bool:
+    """Say whether so many markers can be this sensor's."""
+    if sensor.n_markers is None or sensor.markers is not None:
+        return True  # `match_layout` finds the missing and leaves out the false ones
+    if sensor.layout == "square" and method != "published":
+        return (1 - MOST_MISSING) * sensor.n_markers <= n_found <= sensor.n_markers
+    return n_found == sensor.n_markers
 
 
 class RestMarkers(NamedTuple):
@@ -129,9 +143,9 @@ def order_markers(
         return RestMarkers(kept, np.ones(len(kept), bool), _published_places(kept, sensor))
     if sensor.layout == "square" and sensor.rows and sensor.columns:
         grid = assign_grid(found, sensor.rows, sensor.columns, where)
-        order = np.lexsort((grid.column, grid.row))
-        ordered = Grid(grid.row[order], grid.column[order], grid.roll_deg)
-        return RestMarkers(found[order], np.ones(len(found), bool), ordered)
+        position, present = fill_grid(found, grid, sensor.rows, sensor.columns)
+        row, column = np.divmod(np.arange(len(position)), sensor.columns)
+        return RestMarkers(position, present, Grid(row, column, grid.roll_deg))
     if sensor.markers is not None:
         return RestMarkers(*match_layout(found, np.array(sensor.markers), where))
     order = np.lexsort((found[:, 0], found[:, 1]))

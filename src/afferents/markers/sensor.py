@@ -3,9 +3,18 @@
 import tomllib
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PositiveFloat,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from afferents.core.errors import InputError
 
@@ -56,6 +65,70 @@ class BlobDetector(BaseModel):
         return self
 
 
+class DiscDetector(BaseModel):
+    """How `afferents calibrate` describes markers: discs, whatever the light; see `find_discs`.
+
+    Attributes
+    ----------
+    blob_colour
+        255 for bright markers on a dark skin, 0 for dark ones on a bright skin.
+    radius_px
+        Of a marker, px.
+    min_correlation
+        With a drawn disc, from 0 to 1.
+    min_contrast
+        Of a marker, as a share of the typical one.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    blob_colour: Literal[0, 255] = 255
+    radius_px: float = Field(ge=1.0, le=100.0)
+    min_correlation: float = Field(default=0.6, gt=0, lt=1)
+    min_contrast: float = Field(default=0.3, ge=0, lt=1)
+
+
+def _kind(detector: object) -> str:
+    is_disc = "radius_px" in detector if isinstance(detector, dict) else None
+    return "disc" if is_disc or isinstance(detector, DiscDetector) else "blob"
+
+
+Detector = Annotated[
+    Annotated[BlobDetector, Tag("blob")] | Annotated[DiscDetector, Tag("disc")],
+    Discriminator(_kind),
+]
+"""The one with a `radius_px` is a `DiscDetector`."""
+
+
+class Lens(BaseModel):
+    """What bends the picture, as OpenCV's camera calibration gives it.
+
+    Attributes
+    ----------
+    focal_px, centre_px
+        Focal lengths and principal point in x and y, px.
+    distortion
+        Four fish-eye coefficients, or 4, 5 or 8 of the radial and tangential model.
+    fish_eye
+        Which of the two.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    focal_px: tuple[PositiveFloat, PositiveFloat]
+    centre_px: tuple[float, float]
+    distortion: tuple[float, ...]
+    fish_eye: bool = False
+
+    @model_validator(mode="after")
+    def _has_all_coefficients(self) -> Self:
+        allowed = (4,) if self.fish_eye else (4, 5, 8)
+        if len(self.distortion) not in allowed:
+            numbers = " or ".join(str(n) for n in allowed)
+            raise ValueError(f"distortion must have {numbers} coefficients")
+        return self
+
+
 class Sensor(BaseModel):
     """A sensor as its file describes it.
 
@@ -80,6 +153,8 @@ class Sensor(BaseModel):
         A marker moves at most this far from one frame to the next, px.
     rest_frame
         Index of the video frame that shows the skin at rest; earlier frames are not tracked.
+    lens
+        Its distortion is taken out of SA-I and RA-I; None leaves them as the picture shows them.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -96,7 +171,8 @@ class Sensor(BaseModel):
     radius_px: float | None = Field(default=300.0, gt=0)
     gate_px: float = Field(default=10.0, gt=0)
     rest_frame: int = Field(default=10, ge=0)
-    detector: BlobDetector
+    lens: Lens | None = None
+    detector: Detector
 
     @model_validator(mode="after")
     def _count_fits_layout(self) -> Self:
@@ -152,7 +228,7 @@ def load_sensor(name_or_path: str | Path) -> Sensor:
 def _first_fault(path: Path, error: ValidationError) -> InputError:
     """Say in one sentence which key is at fault and why."""
     fault = error.errors()[0]
-    key = ".".join(str(part) for part in fault["loc"])
+    key = ".".join(str(part) for part in fault["loc"] if part not in ("blob", "disc"))
     if fault["type"] == "extra_forbidden":
         return InputError(path, "keys of a sensor file", f"the unknown key '{key}'")
     if fault["type"] == "missing":

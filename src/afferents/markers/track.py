@@ -163,7 +163,7 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
     """
     _check_size(video, sensor)
     image = rest_image(video, sensor.rest_frame)
-    found = find_rest_markers(image, sensor, video.path)
+    found = find_rest_markers(image, sensor, video.path, "windowed")
     rest = order_markers(found, sensor, "windowed", None, video.path)
     return Tracker(sensor, rest.position, "windowed", image, None, rest.present).rest_position
 
@@ -232,7 +232,7 @@ def track(
             if tracker.jump_px > KNOCK_PX:
                 jumps.append(frame.time_s)
         elif index == sensor.rest_frame:
-            found = find_rest_markers(frame.image, sensor, video.path)
+            found = find_rest_markers(frame.image, sensor, video.path, method)
             rest = order_markers(found, sensor, method, reference, video.path)
             tracker = Tracker(sensor, rest.position, method, frame.luma, frame.levels, rest.present)
             there = np.where(rest.present[:, None], tracker.rest_position, np.nan)
@@ -277,7 +277,9 @@ def _check_size(video: Video, sensor: Sensor) -> None:
             video.path,
             f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
             f"{size[0]} x {size[1]} px",
-            "give a sensor file for this size",
+            "turn the video, or calibrate anew"
+            if size == declared[::-1]
+            else "give a sensor file for this size",
         )
 
 

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, as_grey
 from afferents.markers import kernel
-from afferents.markers.detect import Positions, find_blobs
+from afferents.markers.detect import Positions, find_markers
 from afferents.markers.link import NO_BLOB, link_one_to_one
 from afferents.markers.sensor import Sensor
 
@@ -38,6 +38,8 @@ WINDOWS = 3
 """A marker's window is moved to its centroid at most this often."""
 FOLLOW_LIGHT = 0.1
 """Share of a new grey level in the running mean."""
+FAINT = 0.3
+"""A lost marker is there if it stands out by this share of what markers stand out by."""
 _FAR_RADII = 8.0
 """Markers farther apart than this many radii are as good as alone."""
 _ENOUGH = 0.5
@@ -207,7 +209,7 @@ class Windowed:
         found: NDArray[np.bool_],
     ) -> None:
         """Find markers in their windows, each blob for one of them only."""
-        self._take_centroids(image, predicted, position, found)
+        self._take_centroids(image, predicted, self._dark, self._bright, position, found)
         self._settle(position, found, predicted)
         self.jump_px = kernel.common_step(position, self._expected)
 
@@ -215,14 +217,16 @@ class Windowed:
         self,
         image: GreyImage,
         expected: Positions,
+        dark: NDArray[np.float64],
+        bright: NDArray[np.float64],
         position: Positions,
         found: NDArray[np.bool_],
     ) -> None:
         kernel.centroids(
             image,
             expected,
-            self._dark,
-            self._bright,
+            dark,
+            bright,
             self._half,
             self._mass,
             WINDOWS,
@@ -243,16 +247,27 @@ class Windowed:
     def _look_where_neighbours_are(
         self, image: GreyImage, position: Positions, found: NDArray[np.bool_]
     ) -> None:
-        """Look for the lost once more, where their neighbours' motion puts them."""
+        """Look for the lost once more, where their neighbours' motion puts them.
+
+        By the light that is there: a marker that slid into the pool of an LED is brighter, and
+        so is the skin around it.
+        """
         expected = np.empty_like(position)
         kernel.from_neighbours(
             position, self.rest_position, self._expected, self._neighbours, expected
         )
-        lost = np.where(found[:, None], np.nan, expected)
+        dark, bright = np.empty_like(self._dark), np.empty_like(self._bright)
+        kernel.levels(image, expected, self._half, dark, bright)
+        stands_out = self._sign * (bright - dark) > FAINT * np.median(
+            self._sign * (self._bright - self._dark)
+        )
+        lost = np.where((~found & stands_out)[:, None], expected, np.nan)
         again, too = np.empty_like(position), np.empty_like(found)
-        self._take_centroids(image, lost, again, too)
+        self._take_centroids(image, lost, dark, bright, again, too)
         position[too], found[too] = again[too], True
         self._settle(position, found, expected)
+        back = too & found
+        self._dark[back], self._bright[back] = dark[back], bright[back]
 
     def _search(
         self,
@@ -263,7 +278,7 @@ class Windowed:
     ) -> None:
         """Give markers to the blobs of the whole picture, nearest to where they are expected."""
         self.audit.searches += 1
-        blobs, _ = find_blobs(as_grey(image, self._levels), self._sensor.detector)
+        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor.detector)
         blob = link_one_to_one(predicted, blobs, self._reach / 2)
         found[:] = blob != NO_BLOB
         position[:] = np.nan
@@ -288,7 +303,7 @@ def _radius(image: GreyImage, position: Positions, sensor: Sensor) -> float:
     InputError
         If there are none.
     """
-    _, area = find_blobs(image, sensor.detector)
+    _, area = find_markers(image, sensor.detector)
     if len(area) == 0:
         raise InputError("the rest frame", f"{len(position)} markers", "none")
     return float(np.sqrt(np.median(area) / np.pi))

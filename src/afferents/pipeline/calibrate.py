@@ -7,6 +7,8 @@ import numpy as np
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
 from afferents.markers.calibrate import Calibration, calibrate, sensor_toml
+from afferents.markers.estimate import looks
+from afferents.markers.sensor import DiscDetector
 from afferents.recordings import open_video
 from afferents.report import markers_figure, save_figure
 
@@ -17,7 +19,7 @@ def calibrate_sensor(video: Path, out: Path, pitch_mm: float | None) -> tuple[li
     Raises
     ------
     InputError
-        If the clip is not at rest or shows no markers, or `out` is no .toml.
+        If the clip shows no markers, or `out` is no .toml.
     """
     if out.suffix != ".toml":
         raise InputError("--out", "a name that ends in .toml", f"'{out}'")
@@ -35,13 +37,28 @@ def describe(found: Calibration) -> list[str]:
     shade = "bright" if sensor.detector.blob_colour else "dark"
     size = f", {sensor.rows} x {sensor.columns}" if sensor.rows else ""
     roll = f", rolled by {layout.roll_deg:.1f} deg" if layout.roll_deg == layout.roll_deg else ""
-    scale = ""
+    scale, mm = "", ""
     if sensor.pitch_mm:
-        scale = f" ({layout.spacing_px / sensor.pitch_mm:.1f} px a mm)"
+        px_per_mm = layout.spacing_px / sensor.pitch_mm
+        scale = f" ({px_per_mm:.1f} px a mm)"
+        if isinstance(sensor.detector, DiscDetector):
+            mm = f" ({sensor.detector.radius_px / px_per_mm:.2f} mm)"
+    missing = (sensor.n_markers or 0) - len(found.position)
     return [
-        f"{len(found.position)} {shade} markers of {sensor.detector.min_area_px2:g} to "
-        f"{sensor.detector.max_area_px2:g} px^2, {layout.spacing_px:.1f} px apart{scale}.",
-        f"Layout: {sensor.layout}{size}{roll}.",
+        f"{len(found.position)} {shade} markers, {looks(sensor.detector)}{mm}, "
+        f"{layout.spacing_px:.1f} px apart{scale}.",
+        f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
         f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
         f"{picture.edge_px:.1f} px wide.",
+        *_motion(found),
+    ]
+
+
+def _motion(found: Calibration) -> list[str]:
+    """Say whether the skin moved, which makes places at rest doubtful."""
+    if found.n_still == found.n_looked:
+        return []
+    return [
+        f"The skin moves from frame {found.n_still} on, so {found.n_still} of {found.n_looked} "
+        "frames were used; for places at rest give a clip at rest."
     ]

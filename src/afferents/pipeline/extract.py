@@ -16,7 +16,15 @@ from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses, label
 from afferents.core.store import create_parents, create_store, has_responses, write_responses
-from afferents.markers import Method, Positions, Sensor, ordered_rest, rest_positions, track
+from afferents.markers import (
+    Method,
+    Positions,
+    Sensor,
+    ordered_rest,
+    rest_positions,
+    track,
+    undistorted,
+)
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import SessionFile, check_recording, read_session, session_file
 
@@ -158,7 +166,7 @@ def responses_of(
     if recording.video is not None and sensor is not None:
         order, count_from = (None, reference) if rest == "reference" else (reference, None)
         tracks = track(recording.video, sensor, method, order, count_from=count_from)
-        parts.append(marker_responses(tracks))
+        parts.append(marker_responses(undistorted(tracks, sensor.lens)))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
     merged = xr.merge(parts, combine_attrs="no_conflicts")

@@ -5,7 +5,7 @@ from pathlib import Path
 from afferents.core.errors import InputError, PartialFailureError
 from afferents.core.progress import Progress
 from afferents.core.store import write_group
-from afferents.markers import Method, Sensor, describe, recognise_sensor, track
+from afferents.markers import Method, Sensor, describe, recognise_sensor, track, undistorted
 from afferents.pipeline.extract import Extraction, extract, marker_responses
 from afferents.pipeline.inspect import Watched
 from afferents.recordings import open_video
@@ -35,7 +35,7 @@ def follow_video(
     if sensor is None:
         sensor, why = recognise_sensor(video)
     tracks = track(Watched(video, progress), sensor, method, keep_partial=True)
-    write_group(out, marker_responses(tracks))
+    write_group(out, marker_responses(undistorted(tracks, sensor.lens)))
     if tracks.attrs["stopped"]:
         kept = f"{tracks.sizes['time']} frames before that are kept in {out}, marked as stopped"
         raise PartialFailureError(f"{tracks.attrs['stopped']}; {kept}")

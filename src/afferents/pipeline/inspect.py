@@ -39,6 +39,9 @@ PICTURED_S = 10.0
 """Length of the vibration that is drawn, s."""
 CLIPPED = 0.999
 """Samples at or above this share of full scale count as clipped."""
+UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
+"""An interval between frames is uneven beyond this share of the median; and said to be so beyond
+this share of intervals (single gaps are counted as missing frames)."""
 MOST_LOST = 0.01
 """Share of marker positions lost beyond which a recording is named."""
 
@@ -163,9 +166,14 @@ def frame_time_sentences(tracks: xr.Dataset) -> list[str]:
     if len(steps) == 0:
         return []
     period = float(np.median(steps))
-    gaps = int((steps > 1.5 * period).sum())
     told = f"Frames come every {1000 * period:.2f} ms (median, container's times)"
-    return [f"{told}; {gaps} gaps of more than one and a half periods." if gaps else f"{told}."]
+    uneven = float((np.abs(steps - period) > UNEVEN * period).mean())
+    if uneven <= OFTEN_UNEVEN:
+        return [f"{told}."]
+    return [
+        f"{told}, but {uneven:.0%} of the intervals differ from that by more than a tenth: a "
+        "variable frame rate, so RA-I per frame is not a speed; use px/s."
+    ]
 
 
 def draw_video(image: GreyImage, tracks: xr.Dataset, name: str, out: Path) -> list[Path]:

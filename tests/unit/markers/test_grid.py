@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from afferents.core.errors import InputError
 from afferents.markers import assign_grid, published_grid
+from afferents.markers.grid import fill_grid
 
 PITCH = 22.0
 
@@ -53,11 +54,34 @@ def test_row_is_rank_in_y_and_column_rank_in_x():
         assert grid.column.tolist() == [0, 1, 2, 0, 1, 2]
 
 
-@pytest.mark.parametrize("missing", [0, 180, 360])
-def test_a_missing_marker_is_counted(missing):
-    position = np.delete(lattice(19, 19)[0], missing, axis=0)
-    with pytest.raises(InputError, match=r"3/50: expected 19 x 19 = 361 .*found 360 markers"):
-        assign_grid(position, 19, 19, "3/50")
+@given(
+    roll_deg=st.floats(-30, 30),
+    n_missing=st.integers(1, 30),
+    seed=st.integers(0, 1000),
+)
+@settings(max_examples=30, deadline=None)
+def test_missing_markers_leave_their_places_empty(roll_deg, n_missing, seed):
+    position, row, column = lattice(19, 19, roll_deg=roll_deg, jitter=1.5)
+    place = row * 19 + column
+    apart = np.flatnonzero((row + column) % 2 == 0)  # none is left without a neighbour
+    gone = np.random.default_rng(seed).permutation(apart)[:n_missing]
+    grid = assign_grid(np.delete(position, gone, axis=0), 19, 19)
+    np.testing.assert_array_equal(grid.row, np.delete(row, gone))
+    np.testing.assert_array_equal(grid.column, np.delete(column, gone))
+    filled, present = fill_grid(np.delete(position, gone, axis=0), grid, 19, 19)
+    assert sorted(np.flatnonzero(~present)) == sorted(place[gone])
+    np.testing.assert_array_equal(
+        filled[place[~np.isin(np.arange(361), gone)]], np.delete(position, gone, axis=0)
+    )
+    assert np.hypot(*(filled[place] - position).T).max() < 5
+
+
+def test_too_few_or_too_many_markers_are_counted():
+    position = lattice(19, 19)[0]
+    for some in (position[:280], np.concatenate([position, [[5.0, 5.0]]])):
+        expected = rf"3/50: expected 19 x 19 = 361 .*found {len(some)} markers"
+        with pytest.raises(InputError, match=expected):
+            assign_grid(some, 19, 19, "3/50")
 
 
 @pytest.mark.parametrize("moved_to", [(900.0, 240.0), (331.0, 251.0), (309.0, 240.0)])

@@ -57,8 +57,34 @@ def test_layouts_are_recognised_at_any_roll(layout, position, degrees):
         assert (found.grid.row.max() + 1, found.grid.column.max() + 1) == (9, 11)
 
 
-def test_a_grid_with_a_hole_is_no_whole_grid():
-    assert find_layout(np.delete(square(), 40, axis=0)).grid is None
+def test_a_grid_with_broken_pins_is_one():
+    whole = find_layout(square())
+    holed = find_layout(np.delete(square(), [0, 40, 41], axis=0))
+    assert holed.layout == "square"
+    np.testing.assert_array_equal(holed.grid.row, np.delete(whole.grid.row, [0, 40, 41]))
+    np.testing.assert_array_equal(holed.grid.column, np.delete(whole.grid.column, [0, 40, 41]))
+
+
+def test_half_a_grid_is_none():
+    checkered = square()[(np.arange(len(square())) % 2).astype(bool)]
+    assert find_layout(checkered[: len(checkered) // 2 * 2 - 3]).layout != "radial"
+
+
+def test_rays_behind_a_fish_eye_are_radial_still():
+    radius, angle = np.meshgrid(np.arange(1, 8) * 18.0 + 10, np.arange(18) * np.pi / 9)
+    radius *= 1 - 0.3 * (radius / radius.max()) ** 2
+    rays = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1).reshape(-1, 2)
+    assert find_layout(MIDDLE + rays).layout == "radial"
+
+
+def test_false_blobs_round_a_layout_do_not_turn_it():
+    """Reflections on one side shift the middle of what was found."""
+    template, rng = rings(), np.random.default_rng(1)
+    seen = turned(template, 4)
+    false = np.array(MIDDLE) + np.array([170, 0]) + rng.uniform(-40, 40, (15, 2))
+    position, present = match_layout(np.concatenate([seen, false]), template, "a video")
+    assert present.all()
+    np.testing.assert_allclose(position, seen)
 
 
 @given(

@@ -97,12 +97,22 @@ def test_bad_videos_are_refused_in_one_sentence(draw, video, square):
         "expected at least 3 frames .*found 0": [],
         "expected 12 markers of sensor 'drawn' in frame 2, found 0": [draw(grid_3x4())] * 2
         + [blank],
-        "expected 12 markers .* found 11": [draw(grid_3x4()[1:])] * 3,
+        "expected 12 markers .* found 9": [draw(grid_3x4()[3:])] * 3,
         "expected 12 markers .* found 13": [draw([*grid_3x4(), [250, 200]])] * 3,
     }
     for complaint, images in cases.items():
         with pytest.raises(InputError, match=rf"drawn\.mp4: {complaint}"):
             track(video(images), square)
+
+
+def test_a_broken_pin_is_lost_and_the_others_keep_their_places(draw, video, square):
+    whole = grid_3x4()
+    images = [draw(np.delete(whole, 5, axis=0) + np.array([t, 0])) for t in range(6)]
+    tracks = track(video(images), square)
+    assert np.flatnonzero(~tracks[dims.DETECTED].values[2:].any(axis=0)).tolist() == [5]
+    np.testing.assert_allclose(tracks[dims.REST_POSITION], whole + np.array([2, 0]), atol=0.5)
+    assert any("missing in the rest frame: 1 " in sentence for sentence in describe(tracks))
+    np.testing.assert_array_equal(tracks[dims.ROW], np.repeat(range(3), 4))
 
 
 def test_a_video_of_another_size_is_refused(draw, video, square):

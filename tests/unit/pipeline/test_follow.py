@@ -3,6 +3,7 @@
 import json
 import shutil
 import sys
+from fractions import Fraction
 
 import av
 import numpy as np
@@ -13,6 +14,8 @@ from afferents import cli
 from afferents.core import dims
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
+
+from .conftest import draw
 
 
 @pytest.fixture
@@ -173,3 +176,62 @@ def test_displacement_counts_from_the_clip_that_is_chosen(
     code, _, err = run("extract", session, tmp_path / "none", "--rest", "reference", "--quiet")
     assert code == 2
     assert "expected a session with throw_away.mp4" in err
+
+
+KINDS = {
+    "colour, full range": {"codec": "mjpeg", "pixels": "yuvj444p", "colour": True},
+    "10 bits": {"pixels": "yuv420p10le", "options": {"crf": "12"}},
+    "portrait": {"options": {"crf": "12"}, "turned": True},
+    "grey, no compression": {"codec": "rawvideo", "pixels": "gray"},
+    "frames that come when they like": {"options": {"crf": "12"}, "uneven": True},
+}
+
+
+def write_kind(path, codec="libx264", pixels="yuv420p", options=None, **kind):
+    """Write 24 frames of markers that begin to move after the 11th; return their motion in x."""
+    shift = np.clip(np.arange(24) - 11, 0, None) * 1.5
+    rng = np.random.default_rng(0)
+    at_ms = np.cumsum(rng.integers(5, 40, 24)) if kind.get("uneven") else np.arange(24) * 11
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=90, options=options or {})
+        stream.width, stream.height = (480, 640) if kind.get("turned") else (640, 480)
+        stream.pix_fmt = pixels
+        stream.time_base = stream.codec_context.time_base = Fraction(1, 1000)
+        for px, ms in zip(shift, at_ms, strict=True):
+            image = np.rot90(draw(px)) if kind.get("turned") else draw(px)
+            image = np.ascontiguousarray(image)
+            blueish = np.stack([image // 2, image, image], -1) if kind.get("colour") else image
+            layout = "rgb24" if kind.get("colour") else "gray"
+            frame = av.VideoFrame.from_ndarray(blueish, format=layout)
+            frame.pts, frame.time_base = int(ms), Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return shift, at_ms / 1000
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_video_is_tracked(run, kind, tmp_path):
+    path = tmp_path / ("v.mkv" if KINDS[kind].get("codec") else "v.mp4")
+    shift, time_s = write_kind(path, **KINDS[kind])
+    run("calibrate", path, "--out", tmp_path / "mine.toml")
+    store = tmp_path / "t.zarr"
+    code, _, err = run("track", path, store, "--sensor", tmp_path / "mine.toml", "--quiet")
+    assert code == 0, err
+    tracks = xr.open_zarr(store, consolidated=False)
+    assert tracks.sizes[dims.MARKER] == 361
+    assert tracks[dims.DETECTED].all()
+    moved = (tracks[dims.POSITION] - tracks[dims.REST_POSITION]).median(dims.MARKER)
+    sideways = -moved.sel(space="y") if KINDS[kind].get("turned") else moved.sel(space="x")
+    np.testing.assert_allclose(sideways, shift, atol=0.1)
+    code, out, _ = run("inspect", path, "--out", tmp_path, "--sensor", tmp_path / "mine.toml")
+    assert ("a variable frame rate" in out) == bool(KINDS[kind].get("uneven"))
+    if KINDS[kind].get("uneven"):
+        np.testing.assert_allclose(np.diff(tracks[dims.TIME]), np.diff(time_s), atol=1e-6)
+
+
+def test_a_turned_video_is_refused_for_a_sensor_of_another_size(run, tmp_path):
+    write_kind(tmp_path / "v.mp4", turned=True)
+    code, _, err = run("track", tmp_path / "v.mp4", tmp_path / "t.zarr", "--sensor", "tip_b")
+    assert code == 2
+    assert "expected 640 x 480 px, as sensor 'tip_b' says, found 480 x 640 px" in err
+    assert "turn" in err

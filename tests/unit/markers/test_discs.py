@@ -1,0 +1,69 @@
+"""Discs in the light of real sensors: LEDs, pools, reflections, noise."""
+
+import cv2
+import numpy as np
+import pytest
+
+from afferents.markers import DiscDetector
+from afferents.markers.detect import without_loners
+from afferents.markers.discs import find_discs
+
+DISCS = DiscDetector(radius_px=5.0)
+
+
+@pytest.fixture
+def places():
+    x, y = np.meshgrid(np.arange(10), np.arange(8))
+    return np.stack([x.ravel(), y.ravel()], axis=1) * 25.3 + 35.4
+
+
+def errors(found, true):
+    assert len(found) == len(true)
+    return np.hypot(*(found[:, None] - true[None]).transpose(2, 0, 1)).min(axis=0)
+
+
+@pytest.mark.parametrize(("skin", "marker"), [(20, 230), (230, 20), (90, 130)])
+def test_discs_are_found_where_they_were_drawn(draw, places, skin, marker):
+    image = draw(places, radius=5, skin=skin, marker=marker)
+    detector = DiscDetector(radius_px=5.0, blob_colour=255 if marker > skin else 0)
+    found, area = find_discs(image, detector)
+    assert errors(found, places).max() < 0.1
+    np.testing.assert_allclose(area, np.pi * 25)
+
+
+def test_light_that_falls_off_and_pools_on_the_skin_hide_no_disc(draw, places):
+    """A pool of light is brighter than the markers in the dark; its slope pulls a little."""
+    image = draw(places, radius=5, skin=40, marker=110).astype(float)
+    y, x = np.indices(image.shape)
+    image *= 1 - 0.6 * x / image.shape[1]
+    image += 120 * np.exp(-(((x - 90) ** 2 + (y - 80) ** 2) / 2 / 30**2))
+    found, _ = find_discs(np.clip(image, 0, 255).astype(np.uint8), DISCS)
+    assert errors(found, places).max() < 1.2
+
+
+def test_large_reflections_and_bright_rims_are_no_discs(draw, places):
+    image = draw(places, radius=5, skin=40, marker=180)
+    cv2.ellipse(image, (160, 8), (90, 16), 0, 0, 360, 255, -1)
+    cv2.circle(image, (300, 150), 14, 255, -1)
+    image[:, 0:4] = 255
+    assert errors(find_discs(image, DISCS)[0], places).max() < 0.1
+
+
+def test_noise_and_emptiness_hold_no_discs(draw):
+    rng = np.random.default_rng(0)
+    noise = np.clip(rng.normal(100, 3, (240, 320)), 0, 255).astype(np.uint8)
+    for image in (draw([]), noise, np.zeros((6, 6), np.uint8)):
+        assert len(find_discs(image, DISCS)[0]) == 0
+
+
+def test_dim_light_changes_nothing(draw, places):
+    image = draw(places, radius=5, skin=20, marker=230)
+    dim = (image * 0.3).astype(np.uint8)
+    np.testing.assert_allclose(find_discs(dim, DISCS)[0], find_discs(image, DISCS)[0], atol=0.05)
+
+
+def test_what_stands_apart_is_left_out_but_no_row_of_pins(places):
+    stray = np.array([[1.0, 1.0], [319.0, 3.0]])
+    np.testing.assert_array_equal(without_loners(np.concatenate([places, stray])), places)
+    row = np.stack([np.arange(10) * 20.0, np.zeros(10)], axis=1)
+    np.testing.assert_array_equal(without_loners(row), row)

@@ -1,0 +1,74 @@
+"""Points through a lens and back."""
+
+import cv2
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from afferents.core import dims
+from afferents.markers import Lens, load_sensor, track, undistorted
+from afferents.markers.lens import undistort
+
+PINHOLE = Lens(
+    focal_px=(420.0, 425.0), centre_px=(321.0, 238.0), distortion=(-0.28, 0.07, 1e-3, -5e-4, 0.0)
+)
+FISH_EYE = Lens(
+    focal_px=(300.0, 300.0),
+    centre_px=(320.0, 240.0),
+    distortion=(0.02, -0.01, 0.004, -0.001),
+    fish_eye=True,
+)
+
+
+@pytest.mark.parametrize("lens", [PINHOLE, FISH_EYE])
+def test_what_a_lens_bends_is_straightened(lens):
+    rng = np.random.default_rng(0)
+    straight = rng.uniform((120, 60), (520, 420), (7, 50, 2))
+    rays = (straight - lens.centre_px) / lens.focal_px
+    points = np.concatenate([rays, np.ones((7, 50, 1))], axis=-1).reshape(-1, 1, 3)
+    camera = np.diag([*lens.focal_px, 1.0])
+    camera[:2, 2] = lens.centre_px
+    project = cv2.fisheye.projectPoints if lens.fish_eye else cv2.projectPoints
+    none = np.zeros(3)
+    bent = project(points, none, none, camera, np.array(lens.distortion))[0].reshape(7, 50, 2)
+    bent[3, 10] = np.nan
+    assert np.nanmax(np.abs(bent - straight)) > 2
+    found = undistort(bent, lens)
+    assert np.isnan(found[3, 10]).all()
+    np.testing.assert_allclose(np.delete(found[3], 10, 0), np.delete(straight[3], 10, 0), atol=0.01)
+    np.testing.assert_allclose(found[0], straight[0], atol=0.01)
+
+
+def test_tracks_are_straightened_after_tracking(draw, video, free):
+    places = np.stack(np.meshgrid([60.0, 100, 140], [60.0, 100, 140]), -1).reshape(-1, 2)
+    tracks = track(video([draw(places), draw(places + 1)]), free)
+    lens = PINHOLE.model_copy(update={"centre_px": (100.0, 100.0)})
+    straight = undistorted(tracks, lens)
+    np.testing.assert_array_equal(straight[dims.DETECTED], tracks[dims.DETECTED])
+    assert not np.allclose(straight[dims.POSITION], tracks[dims.POSITION], atol=0.1)
+    np.testing.assert_allclose(
+        straight[dims.REST_POSITION], undistort(tracks[dims.REST_POSITION].values, lens)
+    )
+    assert undistorted(tracks, None) is tracks
+
+
+def test_a_sensor_file_may_hold_a_lens(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        """name = "mine"
+layout = "free"
+[lens]
+focal_px = [300, 300]
+centre_px = [320, 240]
+distortion = [0.02, -0.01, 0.004, -0.001]
+fish_eye = true
+[detector]
+radius_px = 5
+"""
+    )
+    assert load_sensor(path).lens == FISH_EYE
+
+
+def test_a_lens_without_its_coefficients_is_refused():
+    with pytest.raises(ValidationError, match="distortion must have 4 coefficients"):
+        Lens(focal_px=(1, 1), centre_px=(0, 0), distortion=(0.1,), fish_eye=True)
