@@ -302,6 +302,18 @@ def evaluate(
     without: Annotated[
         list[str] | None, typer.Option(help="Leave out a condition, such as pressure=F250.")
     ] = None,
+    textures: Annotated[
+        str | None, typer.Option(help="Only these: folder names or the paper's letters.")
+    ] = None,
+    speeds: Annotated[
+        str | None, typer.Option(help="Only these, mm/s: 10,50,100 or 10..100:30.")
+    ] = None,
+    markers: Annotated[
+        float, typer.Option(help="Share of the markers that images show, evenly spread.")
+    ] = 1.0,
+    train_speeds: Annotated[
+        int | None, typer.Option(help="Speeds that each fold trains on [default: all it has].")
+    ] = None,
     window_s: Annotated[float | None, typer.Option(help="Vibration window, s.")] = None,
     stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
     fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
@@ -312,19 +324,26 @@ def evaluate(
     quiet: Quiet = False,
 ) -> None:
     """Train and test all folds: hold out one speed at a time."""
+    from afferents.pipeline.ablation import Ablation, parse_speeds
     from afferents.pipeline.data import SPECTRAL, open_data
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
     from afferents.report import table1, to_rich
 
     wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
+    names = tuple(name.strip() for name in textures.split(",")) if textures else ()
+    ablation = Ablation(names, parse_speeds(speeds), markers, train_speeds)
     further = {
+        "--textures": textures,
+        "--speeds": speeds,
+        "--markers": markers if markers != 1 else None,
+        "--train-speeds": train_speeds,
         "--window-s": window_s,
         "--stride-s": stride_s,
         "--fft-points": fft_points,
         "--bins": bins,
     }
-    options = [text for name, value in further.items() if value for text in (name, f"{value:g}")]
+    options = [text for name, value in further.items() if value for text in (name, _said(value))]
     options += [text for pair in without or [] for text in ("--without", pair)]
     with Progress(quiet or as_json) as progress:
         opened = open_data(data, left_out, keep_going, progress)
@@ -341,6 +360,7 @@ def evaluate(
             without=left_out,
             may_leave_out=models == "all",
             keep_going=keep_going,
+            ablation=ablation,
             options=options,
             workers=workers,
         )
@@ -351,20 +371,20 @@ def evaluate(
 
 @app.command()
 def report(
-    results: Annotated[Path, typer.Argument(help="Results folder.")],
+    results: Annotated[list[Path], typer.Argument(help="Results folders.")],
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write Table 1, the figures and one self-contained report.html."""
-    from afferents.core.files import read_json
-    from afferents.core.results import SUMMARY
-    from afferents.pipeline.write_report import write_report
-    from afferents.report import table1, to_rich
+    """Write Table 1, figures and a self-contained report.html; of several runs one table too."""
+    from afferents.pipeline.write_report import compare_runs, write_report
+    from afferents.report import to_rich
 
     with Progress(quiet or as_json) as progress:
-        page = write_report(results, progress)
-    summary = read_json(results / SUMMARY, "the summary of an evaluation")
-    _say(as_json, {"report": str(page)}, to_rich(table1(summary)), f"Report: {page}")
+        pages = [write_report(folder, progress) for folder in results]
+    table, written = compare_runs(results)
+    found = {"reports": [str(page) for page in pages], "table": str(written)}
+    lines = [f"Report: {page}" for page in pages]
+    _say(as_json, found, to_rich(table), *lines, f"Table: {written}")
 
 
 @app.command()
@@ -420,6 +440,10 @@ def _numbers(option: str, text: str | None) -> list[float] | None:
         return [float(number) for number in text.split(",")] if text else None
     except ValueError:
         raise InputError(option, "numbers separated by commas", f"'{text}'") from None
+
+
+def _said(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _conditions(pairs: list[str]) -> dict[str, str]:

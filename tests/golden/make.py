@@ -14,7 +14,7 @@ import xarray as xr
 from afferents import LeaveOneSpeedOut, load_sensor, sa1, stretch_spectrum
 from afferents.core.protocol import PROTOCOLS
 from afferents.encodings import amplitude_spectrum, stretched_copies
-from afferents.evaluation.metrics import bootstrap_interval
+from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
 from afferents.evaluation.splits import number_in_recording
 from afferents.markers import assign_grid, detect
 
@@ -106,7 +106,7 @@ def interval() -> list[float]:
         for _ in range(20)
     ]
     names = ["held_out_speed_mm_s", "recording", "true_texture", "predicted_texture"]
-    found = bootstrap_interval(pd.DataFrame(rows, columns=names))
+    found = bootstrap_interval(Accuracy(pd.DataFrame(rows, columns=names)))
     return [found.low, found.high]
 
 

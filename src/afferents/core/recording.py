@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 from afferents.core.files import checksum
 
+LETTERS = "abcdefghijklm"
+"""The 13 textures of the paper."""
+
 GreyImage = NDArray[np.uint8]
 """One video frame, shape (height, width), 0 black to 255 white."""
 
@@ -177,6 +180,11 @@ class Session:
         for recording in self.recordings:
             digest.update(f"{recording.name}:{recording.checksum}\n".encode())
         return digest.hexdigest()
+
+
+def folder_of(letter: str) -> str:
+    """Return the texture folder of one of the paper's letters: i has bumps i / 2 mm apart."""
+    return f"{LETTERS.index(letter) / 2:g}"
 
 
 def natural_order(texture: str) -> tuple[float, str]:

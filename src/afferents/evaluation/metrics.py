@@ -1,21 +1,9 @@
-"""Accuracy by held-out speed, its interval, confusion and macro-F1, from predictions."""
-
-from dataclasses import dataclass
+"""Accuracy by held-out speed, confusion and macro-F1, from predictions."""
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from sklearn.metrics import confusion_matrix, f1_score
-
-RESAMPLES = 2000
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A 95% interval."""
-
-    low: float
-    high: float
 
 
 def accuracy_by_speed(predictions: pd.DataFrame) -> dict[float, float]:
@@ -26,25 +14,6 @@ def accuracy_by_speed(predictions: pd.DataFrame) -> dict[float, float]:
     right = predictions["true_texture"] == predictions["predicted_texture"]
     means = right.groupby(predictions["held_out_speed_mm_s"]).mean()
     return {float(str(speed)): float(mean) for speed, mean in means.items()}
-
-
-def bootstrap_interval(predictions: pd.DataFrame, seed: int = 0) -> Interval:
-    """95% percentile interval of the mean over speeds of the accuracy, by bootstrap.
-
-    Recordings are drawn anew within each held-out speed, since samples of one recording are
-    anything but independent; the speeds are those of the experiment and stay.
-    """
-    right = predictions["true_texture"] == predictions["predicted_texture"]
-    keys = [predictions["held_out_speed_mm_s"], predictions["recording"]]
-    table = right.groupby(keys).agg(["sum", "count"])
-    rng = np.random.default_rng(seed)
-    by_speed = []
-    for _, recordings in table.groupby(level=0):
-        counts = recordings.to_numpy(dtype=float)
-        drawn = counts[rng.integers(0, len(counts), (RESAMPLES, len(counts)))].sum(axis=1)
-        by_speed.append(drawn[:, 0] / drawn[:, 1])
-    low, high = np.quantile(np.mean(by_speed, axis=0), [0.025, 0.975])
-    return Interval(float(low), float(high))
 
 
 def confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int64]:

@@ -1,6 +1,7 @@
 """The summary of a results folder; its schema is documented in docs/results-format.md."""
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +9,12 @@ import pandas as pd
 
 from afferents.core.files import write_aside, write_json
 from afferents.core.results import PREDICTIONS, SCHEMA, SUMMARY
+from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
 from afferents.evaluation.folds import FoldKey, load_fold
-from afferents.evaluation.metrics import accuracy_by_speed, bootstrap_interval, confusion, macro_f1
+from afferents.evaluation.metrics import accuracy_by_speed, confusion, macro_f1
+
+Accuracies = Mapping[tuple[str, str], Accuracy]
+"""By model and protocol."""
 
 
 def summarise(
@@ -24,27 +29,69 @@ def summarise(
     """
     loaded = [(key, *load_fold(results, key)) for key in keys]
     models: dict[str, dict[str, Any]] = {}
+    accuracies: dict[tuple[str, str], Accuracy] = {}
     for model, protocol in dict.fromkeys((key.model, key.protocol) for key in keys):
         mine = [
             entry for entry in loaded if (entry[0].model, entry[0].protocol) == (model, protocol)
         ]
         predictions = pd.concat([table for _, _, table in mine])
         facts = [fact for _, fact, _ in mine]
-        models.setdefault(model, {})[protocol] = _summary_of(predictions, facts, textures)
+        accuracy = accuracies[model, protocol] = Accuracy(predictions)
+        found = _summary_of(predictions, accuracy, facts, textures)
+        models.setdefault(model, {})[protocol] = found
     with write_aside(results / PREDICTIONS) as partial:
         pd.concat([table for _, _, table in loaded]).to_parquet(
             partial, compression="zstd", index=False
         )
-    summary = {"schema": SCHEMA, **about, "textures": textures, "models": models}
+    summary = {
+        "schema": SCHEMA,
+        **about,
+        "textures": textures,
+        "models": models,
+        "selection_effect": _selection_effects(accuracies),
+        "comparisons": _comparisons(accuracies),
+    }
     write_json(results / SUMMARY, summary)
     return summary
 
 
+def _selection_effects(accuracies: Accuracies) -> dict[str, Any]:
+    """Return, by model, how much the published protocol adds to the nested one's accuracy."""
+    both = [
+        m for m, protocol in accuracies if protocol == "published" and (m, "nested") in accuracies
+    ]
+    return {
+        model: paired_difference(
+            accuracies[model, "published"], accuracies[model, "nested"]
+        ).describe()
+        for model in both
+    }
+
+
+def _comparisons(accuracies: Accuracies) -> list[dict[str, Any]]:
+    """Return, for each two models under one protocol, how much better the later one is."""
+    return [
+        {
+            "protocol": protocol,
+            "model": other,
+            "than": model,
+            **paired_difference(
+                accuracies[other, protocol], accuracies[model, protocol]
+            ).describe(),
+        }
+        for (model, protocol), (other, same) in combinations(accuracies, 2)
+        if protocol == same
+    ]
+
+
 def _summary_of(
-    predictions: pd.DataFrame, facts: list[dict[str, Any]], textures: list[str]
+    predictions: pd.DataFrame,
+    accuracy: Accuracy,
+    facts: list[dict[str, Any]],
+    textures: list[str],
 ) -> dict[str, Any]:
     by_speed = accuracy_by_speed(predictions)
-    interval = bootstrap_interval(predictions)
+    interval = bootstrap_interval(accuracy)
     worst = min(by_speed, key=lambda speed: by_speed[speed])
     return {
         "mean_accuracy": sum(by_speed.values()) / len(by_speed),

@@ -5,10 +5,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from afferents.core.errors import InputError
+from afferents.core.recording import LETTERS, folder_of
 from afferents.rig import Drum, Surface, bumped_surface, read_height_map, write_stl
 
-LETTERS = "abcdefghijklm"
-"""The 13 textures of the paper: letter i has bumps i / 2 mm apart."""
 _SAMPLES_A_BUMP = 4
 _COARSEST = 4
 """The surface's samples lie 0.05 mm apart; no drum is printed finer than every fourth needs."""
@@ -25,7 +24,7 @@ def texture_name(texture: str, maps: Mapping[str, Surface]) -> str:
     if texture in maps:
         return texture
     if len(texture) == 1 and texture in LETTERS:
-        return f"{LETTERS.index(texture) / 2:g}"
+        return folder_of(texture)
     try:
         spacing = float(texture)
     except ValueError:

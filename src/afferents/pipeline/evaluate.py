@@ -39,6 +39,7 @@ from afferents.evaluation import (
     summarise,
 )
 from afferents.models import CnnLstm, build
+from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import encode_all, kept_part, require_support
 from afferents.pipeline.learning import LearningSet, learning_set
@@ -66,6 +67,8 @@ class Evaluation:
         Whether families that the data don't support are left out instead of refused.
     keep_going
         Whether recordings that can't be encoded are skipped instead of refused.
+    ablation
+        What of the data is used.
     options
         The command's further options, for the report to name.
     skipped
@@ -85,6 +88,7 @@ class Evaluation:
     without: Mapping[str, str] = field(default_factory=dict)
     may_leave_out: bool = False
     keep_going: bool = False
+    ablation: Ablation = field(default_factory=Ablation)
     options: Sequence[str] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     workers: int | None = None
@@ -105,6 +109,7 @@ class Evaluation:
             "preset": self.preset,
             "spectral": self.spectral.model_dump(),
             "training": training,
+            **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
         }
 
 
@@ -146,7 +151,9 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
     """
-    everything = [responses for data in evaluation.data for responses in data.responses]
+    everything = evaluation.ablation.recordings(
+        [responses for data in evaluation.data for responses in data.responses]
+    )
     able = require_support(evaluation.families, everything, evaluation.may_leave_out)
     left_out = [family.name for family in evaluation.families if family not in able]
     if left_out:
@@ -160,7 +167,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         able, key=lambda family: (family.afferent, family.encoding)
     ):
         arguments = (afferent, encoding, evaluation.cut, evaluation.spectral, progress)
-        evaluate_group(evaluation, list(group), encode_all(recordings, *arguments), progress)
+        samples = evaluation.ablation.images(encode_all(recordings, *arguments))
+        evaluate_group(evaluation, list(group), samples, progress)
     return summarise_folder(evaluation, recordings, left_out)
 
 
@@ -210,6 +218,7 @@ def jobs(evaluation: Evaluation, family: Family, samples: Samples) -> Iterator[J
     """Yield a family's jobs: protocol by protocol, seed by seed, held-out speeds ascending."""
     for protocol, seed in itertools.product(evaluation.protocols, evaluation.seeds):
         for rank, fold in enumerate(splitter(protocol, family, seed).folds(samples)):
+            fold = evaluation.ablation.fold(fold, samples)
             yield Job(family, protocol, seed, rank, fold)
 
 

@@ -16,8 +16,8 @@ from afferents.core.files import (
     write_json,
 )
 from afferents.core.progress import Progress
-from afferents.core.recording import natural_order
-from afferents.pipeline.drums import LETTERS, height_map, texture_name
+from afferents.core.recording import LETTERS, natural_order
+from afferents.pipeline.drums import height_map, texture_name
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings.session import SESSION_FILE
 from afferents.rig import (

@@ -1,5 +1,6 @@
 """From a results folder, and the data behind it where they still are, to the report."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,16 @@ from afferents.core.responses import Responses, conditions
 from afferents.core.results import Results, load_results
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
+from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data
 from afferents.pipeline.encode import MEMORY_FRAMES, encode_all
 from afferents.report import (
     FACTORS,
     FigureData,
     StretchExample,
+    Table,
     draw_pictures,
+    runs_side_by_side,
     save_pictures,
     stretch_example,
     table1,
@@ -29,6 +33,7 @@ from afferents.report import (
 )
 from afferents.report import write_report as write_page
 
+TABLE1 = "table1.md"
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
 """Frames from the middle of each recording for Figures 8 and 10, and how many before them are
 read so that a lost marker can be held at its last value."""
@@ -48,9 +53,28 @@ def write_report(results_folder: Path, progress: Progress) -> Path:
     pictures = draw_pictures(results, data)
     drawn = progress.track(pictures, "drawing", len(pictures))
     save_pictures(drawn, results_folder / "figures")
-    with write_aside(results_folder / "table1.md") as partial:
+    with write_aside(results_folder / TABLE1) as partial:
         partial.write_text(to_markdown(table1(results.summary)), encoding="utf-8")
     return write_page(results_folder / "report.html", results, pictures, notes)
+
+
+def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
+    """Return one table of all runs, Table 1 for a single one, and where it is written.
+
+    Raises
+    ------
+    InputError
+        If there are no results in one of them, or two have the same name.
+    """
+    runs = {folder.resolve().name: load_results(folder).summary for folder in folders}
+    if len(runs) < len(folders):
+        raise InputError("RESULTS", "folders of different names", "one name twice", "rename one")
+    if len(folders) == 1:
+        return table1(*runs.values()), folders[0] / TABLE1
+    table, path = runs_side_by_side(runs), folders[0] / "runs.md"
+    with write_aside(path) as partial:
+        partial.write_text(to_markdown(table), encoding="utf-8")
+    return table, path
 
 
 def figure_data(results: Results, progress: Progress) -> tuple[FigureData, list[str]]:
@@ -68,7 +92,9 @@ def _read_data(results: Results, progress: Progress) -> FigureData:
     if [d.fingerprint for d in opened] != [d["fingerprint"] for d in config["data"]]:
         raise InputError(", ".join(sources), "the data that were evaluated", "changed data")
     left_out = {entry["recording"] for entry in results.summary["skipped"]}
-    recordings = [r for d in opened for r in d.responses if r.attrs["name"] not in left_out]
+    ablation = Ablation(**config.get("ablation", {}))
+    everything = ablation.recordings([r for d in opened for r in d.responses])
+    recordings = [r for r in everything if r.attrs["name"] not in left_out]
     spectra = _spectra(recordings, config, progress)
     example = stretch_example(spectra) if spectra is not None else None
     return FigureData(

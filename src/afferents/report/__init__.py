@@ -1,6 +1,7 @@
 """Table 1, Figures 7 to 13 and one self-contained page, from results alone."""
 
 from afferents.report.confusion import confusion_figure
+from afferents.report.differences import differences, runs_side_by_side
 from afferents.report.figure07 import FACTORS, StretchExample, figure07, stretch_example
 from afferents.report.figure08 import figure08
 from afferents.report.figure10 import figure10
@@ -29,6 +30,7 @@ __all__ = [
     "Table",
     "accuracy_by_speed",
     "confusion_figure",
+    "differences",
     "draw_overlay",
     "draw_pictures",
     "figure07",
@@ -40,6 +42,7 @@ __all__ = [
     "markers_figure",
     "responses_figure",
     "run_table",
+    "runs_side_by_side",
     "save_figure",
     "save_pictures",
     "speed_figure",

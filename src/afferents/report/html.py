@@ -11,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from afferents.core.files import write_aside
 from afferents.core.results import Results
+from afferents.report.differences import differences
 from afferents.report.labels import (
     PROTOCOL_TITLES,
     Summary,
@@ -85,6 +86,7 @@ def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence
         notes=notes,
         table1=table1(summary),
         by_speed=accuracy_by_speed(summary),
+        differences=differences(summary),
         leak_sentences=leak_sentences(summary),
         leaks=leak_table(summary),
         runs=run_table(summary),

@@ -144,3 +144,27 @@ def test_the_published_tracker_takes_its_order_from_throw_away(
     assert (np.diff(rest[:, 0]) > -1).all()
     places = set(zip(responses["row"].values, responses["column"].values, strict=True))
     assert len(places) == 361
+
+
+def test_less_of_the_data_beside_all_of_it(extracted, tmp_path, run):
+    """Ablations are options; runs of them stand in one table, and can be reported."""
+    options = ("--models", "sa-se", "--protocol", "published", "--quiet", "--json")
+    assert run("evaluate", extracted, "--out", tmp_path / "all", *options)[0] == 0
+    less = ("--textures", "1,3", "--speeds", "20..60:20", "--markers", 0.5, "--train-speeds", 1)
+    code, out, err = run("evaluate", extracted, "--out", tmp_path / "less", *options, *less)
+    assert code == 0, err
+    summary = json.loads(out)
+    assert (summary["textures"], summary["chance"]) == (["1", "3"], 0.5)
+    fold = json.loads(next(tmp_path.glob("less/folds/sa-se/*/*/20/fold.json")).read_text())
+    of_all = json.loads(next(tmp_path.glob("all/folds/sa-se/*/*/20/fold.json")).read_text())
+    assert 0 < fold["n_train"] <= of_all["n_train"] / 2
+    code, out, err = run("report", tmp_path / "all", tmp_path / "less", "--quiet")
+    assert code == 0, err
+    assert "--markers 0.5 --train-speeds 1" in (tmp_path / "all" / "runs.md").read_text()
+    assert "--train-speeds 1" in (tmp_path / "less" / "report.html").read_text()
+    code, _, err = run("evaluate", extracted, "--out", tmp_path / "all", *options, *less)
+    assert code == 2
+    assert "ablation" in err
+    code, _, err = run("report", tmp_path / "all", tmp_path / "all")
+    assert code == 2
+    assert "folders of different names" in err

@@ -1,0 +1,128 @@
+"""How sure an accuracy is, and the difference of two, by bootstrap over recordings and seeds."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.core.errors import InputError
+
+RESAMPLES = 2000
+
+Counts = NDArray[np.float64]
+"""Shape (recording, seed, 2): test samples named rightly, and all."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A 95% interval."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How much more accurate one is than another, and the 95% interval of that."""
+
+    mean: float
+    low: float
+    high: float
+
+    def describe(self) -> dict[str, Any]:
+        """Return it as the summary holds it."""
+        return {"difference": self.mean, "ci95": [self.low, self.high]}
+
+
+class Accuracy:
+    """Accuracies of one model under one protocol, by held-out speed, recording and seed.
+
+    Samples of one recording are anything but independent, and so are the predictions of one
+    training: both are drawn anew, whole, recordings and seeds each with replacement within each
+    held-out speed. The speeds are those of the experiment and stay.
+
+    Parameters
+    ----------
+    predictions
+        Columns held_out_speed_mm_s, recording, seed (may be missing for one), true_texture and
+        predicted_texture; one row a test sample.
+    """
+
+    def __init__(self, predictions: pd.DataFrame) -> None:
+        """Count once what is drawn from often."""
+        table = pd.DataFrame(
+            {
+                "speed": predictions["held_out_speed_mm_s"],
+                "recording": predictions["recording"].astype(str),
+                "seed": predictions.get("seed", 0),
+                "right": predictions["true_texture"] == predictions["predicted_texture"],
+            }
+        )
+        self.counts: dict[float, Counts] = {}
+        self.recordings: dict[float, list[str]] = {}
+        for speed, of_speed in table.groupby("speed"):
+            cube = of_speed.pivot_table(
+                "right", "recording", "seed", aggfunc=["sum", "count"], fill_value=0
+            )
+            self.recordings[float(str(speed))] = [str(name) for name in cube.index]
+            pair = [cube[counted].to_numpy(dtype=float) for counted in ("sum", "count")]
+            self.counts[float(str(speed))] = np.stack(pair, axis=-1)
+
+    def of(self, recordings: dict[float, list[str]]) -> "Accuracy":
+        """Return the accuracies of these recordings alone."""
+        part = object.__new__(Accuracy)
+        part.recordings = recordings
+        part.counts = {
+            speed: self.counts[speed][[self.recordings[speed].index(name) for name in names]]
+            for speed, names in recordings.items()
+        }
+        return part
+
+    def mean(self) -> float:
+        """Return the mean over held-out speeds."""
+        totals = [counts.sum(axis=(0, 1)) for counts in self.counts.values()]
+        return float(np.mean([right / n for right, n in totals]))
+
+    def resampled(self, seed: int = 0) -> NDArray[np.float64]:
+        """Return `RESAMPLES` means over speeds; the same seed draws the same recordings."""
+        rng, of_seeds = np.random.default_rng(seed), np.random.default_rng([seed, 1])
+        by_speed = []
+        for _, counts in sorted(self.counts.items()):
+            n, n_seeds, _ = counts.shape
+            recordings = rng.integers(0, n, (RESAMPLES, n))
+            seeds = of_seeds.integers(0, n_seeds, (RESAMPLES, n_seeds))
+            drawn = counts[recordings[:, :, None], seeds[:, None, :]].sum(axis=(1, 2))
+            by_speed.append(drawn[:, 0] / np.maximum(drawn[:, 1], 1))
+        return np.asarray(np.mean(by_speed, axis=0))
+
+
+def bootstrap_interval(accuracy: Accuracy, seed: int = 0) -> Interval:
+    """95% percentile interval of the mean over speeds of the accuracy."""
+    low, high = np.quantile(accuracy.resampled(seed), [0.025, 0.975])
+    return Interval(float(low), float(high))
+
+
+def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Difference:
+    """Compare two models, or protocols, on the recordings that both were tested on.
+
+    Each draw takes the same recordings for both, so what makes a recording hard for either
+    cancels; seeds are paired by their order.
+
+    Raises
+    ------
+    InputError
+        If they have no recording of a held-out speed in common.
+    """
+    common = {
+        speed: [name for name in names if name in set(other.recordings[speed])]
+        for speed, names in one.recordings.items()
+        if speed in other.recordings
+    }
+    common = {speed: names for speed, names in common.items() if names}
+    if not common:
+        raise InputError("a comparison", "recordings that both were tested on", "none")
+    a, b = one.of(common), other.of(common)
+    low, high = np.quantile(a.resampled(seed) - b.resampled(seed), [0.025, 0.975])
+    return Difference(a.mean() - b.mean(), float(low), float(high))

@@ -1,0 +1,137 @@
+"""Fewer textures, speeds, markers or training speeds: what a lab would have, of what there is."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.recording import LETTERS, folder_of, natural_order
+from afferents.core.responses import Responses
+from afferents.core.samples import Samples
+from afferents.evaluation import Fold
+
+_SPREAD = (0.7548776662466927, 0.5698402909980532)
+"""Steps of a sequence that fills the plane evenly at any length (Roberts 2018)."""
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """What of the data is used; all of it as it stands.
+
+    Attributes
+    ----------
+    textures
+        Names in the data, or the paper's letters; none for all.
+    speeds_mm_s
+        None for all.
+    markers
+        Share of the markers that tactile images show, evenly spread; the others are 0 in them,
+        as if their pins were missing.
+    train_speeds
+        At how many speeds each fold trains, evenly spread over those it has; None for all.
+    """
+
+    textures: tuple[str, ...] = ()
+    speeds_mm_s: tuple[float, ...] = ()
+    markers: float = 1.0
+    train_speeds: int | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse shares and numbers that make no sense."""
+        if not 0 < self.markers <= 1:
+            raise InputError("--markers", "a share above 0, up to 1", f"{self.markers:g}")
+        if self.train_speeds is not None and self.train_speeds < 1:
+            raise InputError("--train-speeds", "at least 1", f"{self.train_speeds}")
+
+    def describe(self) -> dict[str, Any]:
+        """Return what is left out, ready for JSON; empty where nothing is."""
+        usual = asdict(Ablation())
+        mine = {name: value for name, value in asdict(self).items() if value != usual[name]}
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in mine.items()}
+
+    def recordings(self, recordings: Sequence[Responses]) -> list[Responses]:
+        """Return the recordings of the textures and speeds that are used.
+
+        Raises
+        ------
+        InputError
+            If one of them is not in the data.
+        """
+        there = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+        speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+        textures = [_known_texture(name, there) for name in self.textures] or there
+        for speed in self.speeds_mm_s:
+            if speed not in speeds:
+                known = ", ".join(f"{v:g}" for v in speeds)
+                raise InputError("--speeds", f"some of {known} mm/s", f"{speed:g}")
+        wanted = self.speeds_mm_s or speeds
+        return [
+            r
+            for r in recordings
+            if str(r.attrs[dims.TEXTURE]) in textures and float(r.attrs[dims.SPEED]) in wanted
+        ]
+
+    def images(self, samples: Samples) -> Samples:
+        """Return samples whose images show some of the markers; others as they are."""
+        if self.markers == 1 or dims.ROW not in samples.dims:
+            return samples
+        row = np.arange(samples.sizes[dims.ROW])[:, None]
+        column = np.arange(samples.sizes[dims.COLUMN])
+        shown = (_SPREAD[0] * row + _SPREAD[1] * column) % 1 < self.markers
+        return samples.copy(data=samples.values * shown.astype(samples.dtype))
+
+    def fold(self, fold: Fold, samples: Samples) -> Fold:
+        """Return the fold with fewer speeds to train on.
+
+        Raises
+        ------
+        InputError
+            If it has not so many.
+        """
+        if self.train_speeds is None:
+            return fold
+        speeds = samples[dims.SPEED].values[fold.train]
+        there = np.unique(speeds)
+        if len(there) < self.train_speeds:
+            raise InputError(
+                "--train-speeds", f"at most {len(there)}, as each fold has", f"{self.train_speeds}"
+            )
+        places = np.linspace(0, len(there) - 1, self.train_speeds).round().astype(int)
+        return replace(fold, train=fold.train[np.isin(speeds, there[places])])
+
+
+def parse_speeds(text: str | None) -> tuple[float, ...]:
+    """Read speeds in mm/s: ``10,50,100``, or ``10..100:30`` for 10, 40, 70, 100.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    number = r"\s*(\d+(?:\.\d+)?)\s*"
+    speeds: list[float] = []
+    for part in (text or "").split(",") if text else ():
+        steps = re.fullmatch(rf"{number}\.\.{number}:{number}", part)
+        if steps:
+            first, last, step = map(float, steps.groups())
+            speeds += list(np.arange(first, last + step / 1e6, step)) if step > 0 else []
+        elif re.fullmatch(number, part):
+            speeds.append(float(part))
+        else:
+            speeds = []
+            break
+    if text and not speeds:
+        raise InputError("--speeds", "mm/s as in 10,50,100 or 10..100:30", f"'{text}'")
+    return tuple(float(v) for v in dict.fromkeys(speeds))
+
+
+def _known_texture(name: str, there: Sequence[str]) -> str:
+    if name in there:
+        return name
+    if name in tuple(LETTERS) and (folder := folder_of(name)) in there:
+        return folder
+    raise InputError("--textures", f"some of {', '.join(there)}", f"'{name}'")

@@ -1,0 +1,124 @@
+"""Less of the data: which recordings, markers and training speeds are left."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.protocol import PROTOCOLS
+from afferents.evaluation import LeaveOneSpeedOut
+from afferents.pipeline.ablation import Ablation, parse_speeds
+
+
+def recordings(textures=("0", "0.5", "3"), speeds=(10, 20, 30)):
+    return [
+        xr.Dataset(attrs={dims.TEXTURE: t, dims.SPEED: float(v), "name": f"{t}/{v}"})
+        for t in textures
+        for v in speeds
+    ]
+
+
+def images(n_speeds=6, side=19):
+    speed = np.repeat(np.arange(1, n_speeds + 1) * 10.0, 4)
+    n = len(speed)
+    on_sample = {
+        dims.SPEED: speed,
+        dims.TEXTURE: np.tile(["a", "b"], n // 2),
+        dims.RECORDING: np.array([f"{v}/{i % 2}" for i, v in enumerate(speed)]),
+    }
+    values = np.random.default_rng(0).uniform(1, 2, (n, side, side)).astype(np.float32)
+    coords = {name: (dims.SAMPLE, column) for name, column in on_sample.items()}
+    return xr.DataArray(values, dims=(dims.SAMPLE, dims.ROW, dims.COLUMN), coords=coords)
+
+
+def test_nothing_asked_changes_nothing():
+    samples, all_of_them = images(), Ablation()
+    assert all_of_them.describe() == {}
+    assert all_of_them.images(samples) is samples
+    fold = next(LeaveOneSpeedOut().folds(samples))
+    assert all_of_them.fold(fold, samples) is fold
+    assert len(all_of_them.recordings(recordings())) == 9
+
+
+def test_textures_go_by_letter_or_folder_and_speeds_by_number():
+    kept = Ablation(textures=("b", "3"), speeds_mm_s=(10, 30)).recordings(recordings())
+    assert [r.attrs["name"] for r in kept] == ["0.5/10", "0.5/30", "3/10", "3/30"]
+    words = Ablation(textures=("Linen",)).recordings(recordings(("Linen", "Canvas")))
+    assert len(words) == 3
+
+
+@given(share=st.floats(0.05, 1), side=st.integers(8, 25))
+def test_as_many_markers_are_shown_as_asked_and_all_over_the_skin(share, side):
+    samples = images(3, side)
+    shown = Ablation(markers=share).images(samples).values != 0
+    assert shown.mean() == pytest.approx(share, abs=0.08)
+    assert (shown == shown[0]).all()
+    if share >= 0.5:
+        quarter = side // 2
+        assert shown[0, :quarter, :quarter].mean() == pytest.approx(share, abs=0.25)
+
+
+def test_shown_markers_keep_their_values():
+    samples = images()
+    half = Ablation(markers=0.5).images(samples).values
+    np.testing.assert_array_equal(half[half != 0], samples.values[half != 0])
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_a_fold_trains_on_so_many_speeds_spread_over_its_own(n):
+    samples = images()
+    for protocol in PROTOCOLS.values():
+        for fold in LeaveOneSpeedOut(protocol).folds(samples):
+            less = Ablation(train_speeds=n).fold(fold, samples)
+            speeds = np.unique(samples[dims.SPEED].values[less.train])
+            assert len(speeds) == n
+            assert set(less.train) <= set(fold.train)
+            assert less.test is fold.test
+            if n >= 2:
+                there = samples[dims.SPEED].values[fold.train]
+                assert (speeds.min(), speeds.max()) == (there.min(), there.max())
+
+
+@pytest.mark.parametrize(
+    ("text", "speeds"),
+    [
+        (None, ()),
+        ("10,50", (10, 50)),
+        ("10..100:30", (10, 40, 70, 100)),
+        ("5, 10..20:2.5", (5, 10, 12.5, 15, 17.5, 20)),
+        ("10,10", (10,)),
+    ],
+)
+def test_speeds_are_read(text, speeds):
+    assert parse_speeds(text) == speeds
+
+
+@pytest.mark.parametrize(
+    ("ask", "sentence"),
+    [
+        (lambda: parse_speeds("10-100"), r"--speeds: expected mm/s as in .*found '10-100'"),
+        (lambda: parse_speeds("10..100:0"), "--speeds"),
+        (lambda: Ablation(markers=0), r"--markers: expected a share above 0, up to 1, found 0"),
+        (lambda: Ablation(train_speeds=0), "--train-speeds: expected at least 1"),
+        (
+            lambda: Ablation(textures=("z",)).recordings(recordings()),
+            r"--textures: expected some of 0, 0.5, 3, found 'z'",
+        ),
+        (
+            lambda: Ablation(speeds_mm_s=(15,)).recordings(recordings()),
+            r"--speeds: expected some of 10, 20, 30 mm/s, found 15",
+        ),
+        (
+            lambda: Ablation(train_speeds=9).fold(
+                next(LeaveOneSpeedOut().folds(images())), images()
+            ),
+            r"--train-speeds: expected at most 4, as each fold has, found 9",
+        ),
+    ],
+)
+def test_what_can_not_be_left_out_is_refused(ask, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ask()
