@@ -388,6 +388,22 @@ def report(
 
 
 @app.command()
+def status(
+    results: Annotated[Path, typer.Argument(help="Results folder of an evaluate, at work or not.")],
+    as_json: Json = False,
+) -> None:
+    """Show what an evaluation has done, what runs, what failed, and when it will end."""
+    from afferents.pipeline.status import STATES
+    from afferents.pipeline.status import status as look
+
+    found = look(results)
+    table = Table("model", "protocol", *STATES, box=None)
+    for row in found.rows:
+        table.add_row(*row)
+    _say(as_json, found.facts, table, *found.sentences)
+
+
+@app.command()
 def reproduce(
     out: Annotated[Path, typer.Argument(help="Folder for session, store, results and report.")],
     session: Annotated[

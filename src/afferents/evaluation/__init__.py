@@ -11,6 +11,15 @@ from afferents.evaluation.folds import (
 )
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
 from afferents.evaluation.splits import Fold, LeaveOneSpeedOut, number_in_recording
+from afferents.evaluation.standing import (
+    Standing,
+    State,
+    at_work,
+    plan,
+    planned_workers,
+    seconds_left,
+    standings,
+)
 from afferents.evaluation.summary import summarise
 
 __all__ = [
@@ -18,14 +27,21 @@ __all__ = [
     "FoldKey",
     "Leaks",
     "LeaveOneSpeedOut",
+    "Standing",
+    "State",
+    "at_work",
     "check_results_folder",
     "claim_results_folder",
     "find_leaks",
     "finished",
     "finished_keys",
     "number_in_recording",
+    "plan",
+    "planned_workers",
     "predictions_table",
     "refuse_leaks",
     "save_fold",
+    "seconds_left",
+    "standings",
     "summarise",
 ]

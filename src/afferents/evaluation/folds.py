@@ -18,6 +18,7 @@ from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
 from afferents.evaluation.splits import Fold
 
+FOLDS, PLAN = "folds", "plan.json"
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
 
 
@@ -34,7 +35,7 @@ class FoldKey:
         """Return the folder of this fold."""
         return (
             results
-            / "folds"
+            / FOLDS
             / self.model
             / self.protocol
             / f"seed-{self.seed}"
@@ -115,10 +116,15 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     if (results / CONFIG).is_file():
         earlier = read_json(results / CONFIG, "the configuration of an evaluation")
         require_same_config(results, "results", _without_paths(earlier), _without_paths(config))
-    elif results.exists() and (not results.is_dir() or any(results.iterdir())):
+    elif results.exists() and (not results.is_dir() or _foreign(results)):
         raise InputError(
             results, "a new, empty or results folder", "something else", "choose another --out"
         )
+
+
+def _foreign(results: Path) -> bool:
+    """Say whether a folder without finished folds holds other than what a run leaves at first."""
+    return any(path.name not in (PLAN, FOLDS) for path in results.iterdir())
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:

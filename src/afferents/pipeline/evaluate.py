@@ -1,6 +1,7 @@
 """Train and test every fold of every model family asked for; the numbers of Table 1."""
 
 import itertools
+import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,6 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 import torch
+from joblib import cpu_count
 from torch import nn
 
 from afferents import __version__
@@ -28,11 +30,13 @@ from afferents.evaluation import (
     Fold,
     FoldKey,
     LeaveOneSpeedOut,
+    at_work,
     check_results_folder,
     claim_results_folder,
     find_leaks,
     finished,
     finished_keys,
+    plan,
     predictions_table,
     refuse_leaks,
     save_fold,
@@ -163,6 +167,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     evaluation = replace(evaluation, skipped=skipped)
     check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
+    plan(evaluation.out, planned(evaluation, able, recordings), evaluation.workers or cpu_count())
     for (afferent, encoding), group in itertools.groupby(
         able, key=lambda family: (family.afferent, family.encoding)
     ):
@@ -170,6 +175,20 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         samples = evaluation.ablation.images(encode_all(recordings, *arguments))
         evaluate_group(evaluation, list(group), samples, progress)
     return summarise_folder(evaluation, recordings, left_out)
+
+
+def planned(
+    evaluation: Evaluation, families: Sequence[Family], recordings: Sequence[Responses]
+) -> list[FoldKey]:
+    """Name the folds of all families, protocols, seeds and speeds."""
+    speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    return [
+        FoldKey(family.name, protocol.name, seed, speed)
+        for family in families
+        for protocol in evaluation.protocols
+        for seed in evaluation.seeds
+        for speed in speeds
+    ]
 
 
 def skipped_recordings(
@@ -229,6 +248,14 @@ def splitter(protocol: Protocol, family: Family, seed: int) -> LeaveOneSpeedOut:
 
 def run_job(recipe: Recipe, job: Job, samples: Samples) -> FoldKey:
     """Train on one fold, test it once, save it; return its name."""
+    with at_work(recipe.out, job.key):
+        train_and_test(recipe, job, samples)
+    return job.key
+
+
+def train_and_test(recipe: Recipe, job: Job, samples: Samples) -> None:
+    """Do the work of a job."""
+    start = time.perf_counter()
     config = training_config(recipe.preset, job.family.encoding)
     learnt = learning_set(
         samples,
@@ -256,10 +283,10 @@ def run_job(recipe: Recipe, job: Job, samples: Samples) -> FoldKey:
         **trained.facts(),
         **computed_with(config),
     }
+    facts["job_seconds"] = round(time.perf_counter() - start, 3)
     table = predictions_table(job.key, samples, job.fold, probabilities, textures)
     claim_results_folder(recipe.out, recipe.config)
     save_fold(recipe.out, job.key, table, facts, leaks, lambda path: save_weights(model, path))
-    return job.key
 
 
 def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int) -> TrainedModel:

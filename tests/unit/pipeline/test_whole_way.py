@@ -168,3 +168,22 @@ def test_less_of_the_data_beside_all_of_it(extracted, tmp_path, run):
     code, _, err = run("report", tmp_path / "all", tmp_path / "all")
     assert code == 2
     assert "folders of different names" in err
+
+
+def test_status_tells_what_is_done_and_how_to_go_on(sounds, tmp_path, run):
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    run("extract", sounds, store, "--quiet")
+    run("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+    code, out, _ = run("status", results)
+    assert code == 0
+    assert "4 of 4 trainings are done." in out
+    shutil.rmtree(results / "folds/vib-te/nested/seed-0/40")
+    code, out, _ = run("status", results, "--json")
+    assert json.loads(out)["counts"] == {
+        "done": 3, "running": 0, "to do": 1, "failed": 0, "stopped": 0,
+    }  # fmt: skip
+    assert json.loads(out)["seconds_left"] > 0
+    assert "goes on where it stopped" in run("status", results)[1]
+    code, _, err = run("status", tmp_path)
+    assert code == 2
+    assert "a results folder that evaluate has begun" in err

@@ -1,0 +1,83 @@
+"""What an evaluation has done so far, in words and as a table."""
+
+import time
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from afferents.evaluation import (
+    FoldKey,
+    Standing,
+    State,
+    planned_workers,
+    seconds_left,
+    standings,
+)
+
+STATES: tuple[State, ...] = ("done", "running", "to do", "failed", "stopped")
+
+
+@dataclass(frozen=True)
+class Status:
+    """Jobs by model and protocol, sentences, and all of it for scripts."""
+
+    rows: list[tuple[str, ...]]
+    sentences: list[str]
+    facts: dict[str, Any]
+
+
+def status(results: Path) -> Status:
+    """Look at a results folder; nothing in it is touched.
+
+    Raises
+    ------
+    InputError
+        If no evaluation was begun there.
+    """
+    found = standings(results)
+    counts = Counter(standing.state for standing in found)
+    left = seconds_left(found, planned_workers(results))
+    facts = {
+        "counts": {state: counts[state] for state in STATES},
+        "seconds_left": left,
+        "jobs": [{**asdict(s.key), "state": s.state, "why": s.why} for s in found],
+    }
+    return Status(_rows(found), _sentences(found, counts, left), facts)
+
+
+def _rows(found: list[Standing]) -> list[tuple[str, ...]]:
+    """Return a row a model and protocol: the number of its jobs in each state."""
+    groups: dict[tuple[str, str], Counter[State]] = {}
+    for standing in found:
+        of_group = groups.setdefault((standing.key.model, standing.key.protocol), Counter())
+        of_group[standing.state] += 1
+    return [(*group, *(str(n[state] or "") for state in STATES)) for group, n in groups.items()]
+
+
+def _sentences(found: list[Standing], counts: Counter[State], left: float | None) -> list[str]:
+    said = [f"{counts['done']} of {len(found)} trainings are done."]
+    said += [f"Running: {_name(s.key)}, for {_duration(s.seconds or 0)}." for s in found
+             if s.state == "running"]  # fmt: skip
+    said += [f"Failed: {_name(s.key)}: {s.why}" for s in found if s.state == "failed"]
+    if counts["stopped"]:
+        said.append(f"{counts['stopped']} were stopped with their process: killed, or no memory.")
+    if counts["done"] == len(found):
+        return said
+    if not counts["running"]:
+        return [*said, "Nothing is running; the same evaluate command goes on where it stopped."]
+    if left is not None:
+        end = time.strftime("%H:%M on %d %b", time.localtime(time.time() + left))
+        said.append(f"Expected end: {end}, in {_duration(left)}.")
+    return said
+
+
+def _name(key: FoldKey) -> str:
+    return f"{key.model}, {key.protocol}, seed {key.seed}, {key.held_out_mm_s:g} mm/s held out"
+
+
+def _duration(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"

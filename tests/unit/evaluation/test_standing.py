@@ -1,0 +1,79 @@
+"""How far a run has come, told from its folder alone."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.core.files import write_json
+from afferents.evaluation import FoldKey, at_work, plan, seconds_left, standings
+
+KEYS = [FoldKey("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
+
+
+def finish(results: Path, key: FoldKey, seconds: float) -> None:
+    write_json(key.folder(results) / "fold.json", {"seconds": seconds, "job_seconds": seconds})
+
+
+def states(results: Path) -> list[str]:
+    return [standing.state for standing in standings(results)]
+
+
+def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
+    plan(tmp_path, KEYS, workers=2)
+    assert states(tmp_path) == ["to do"] * 4
+    with at_work(tmp_path, KEYS[1]):
+        assert states(tmp_path) == ["to do", "running", "to do", "to do"]
+        finish(tmp_path, KEYS[1], 3.0)
+    with pytest.raises(ValueError, match="no luck"), at_work(tmp_path, KEYS[2]):
+        raise ValueError("no luck")
+    assert states(tmp_path) == ["to do", "done", "failed", "to do"]
+    assert standings(tmp_path)[2].why == "no luck"
+    with at_work(tmp_path, KEYS[2]):
+        assert states(tmp_path)[2] == "running"
+    assert states(tmp_path)[2] == "to do"
+
+
+def test_a_killed_process_leaves_a_stopped_job(tmp_path):
+    plan(tmp_path, KEYS, workers=1)
+    code = (
+        "import os, sys; from pathlib import Path; from afferents.evaluation import *\n"
+        "with at_work(Path(sys.argv[1]), FoldKey('vib-te', 'nested', 0, 10.0)): os.kill("
+        "os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)
+    assert states(tmp_path) == ["stopped", "to do", "to do", "to do"]
+
+
+def test_a_mark_of_another_machine_is_believed(tmp_path):
+    plan(tmp_path, KEYS, workers=1)
+    mark = KEYS[0].folder(tmp_path).with_name("10.running")
+    write_json(mark, {"host": "far-away", "pid": os.getpid(), "since": 0.0})
+    assert states(tmp_path)[0] == "running"
+
+
+def test_what_is_left_is_what_others_took(tmp_path):
+    plan(tmp_path, KEYS, workers=2)
+    assert seconds_left(standings(tmp_path), 2) is None
+    finish(tmp_path, KEYS[0], 10.0)
+    finish(tmp_path, KEYS[1], 20.0)
+    assert seconds_left(standings(tmp_path), 2) == pytest.approx(15.0)
+
+
+def test_plans_add_up_once_something_is_kept(tmp_path):
+    plan(tmp_path, KEYS[:2], workers=1)
+    plan(tmp_path, KEYS[2:], workers=1)
+    assert len(standings(tmp_path)) == 2
+    write_json(tmp_path / "config.json", {})
+    plan(tmp_path, KEYS, workers=3)
+    assert len(standings(tmp_path)) == 4
+    assert json.loads((tmp_path / "plan.json").read_text())["workers"] == 3
+
+
+def test_a_folder_without_a_plan_is_refused(tmp_path):
+    with pytest.raises(InputError, match="a results folder that evaluate has begun"):
+        standings(tmp_path)
