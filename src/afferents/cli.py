@@ -319,6 +319,13 @@ def evaluate(
     fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
     bins: Annotated[int | None, typer.Option(help="Frequency bins that the network sees.")] = None,
     workers: Workers = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="Train on a Dask cluster instead, such as tcp://scheduler:8786."),
+    ] = None,
+    device: Annotated[
+        Literal["auto", "cpu", "cuda"], typer.Option(help="What the networks run on.")
+    ] = "auto",
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -363,6 +370,8 @@ def evaluate(
             ablation=ablation,
             options=options,
             workers=workers,
+            cluster=cluster,
+            device=device,
         )
         summary = run(evaluation, progress)
     _say(as_json, summary, to_rich(table1(summary)), f"Results: {out}")

@@ -1,6 +1,7 @@
 """Leave one speed out: folds, leakage, metrics and results on disk."""
 
 from afferents.evaluation.folds import (
+    PLAN,
     FoldKey,
     check_results_folder,
     claim_results_folder,
@@ -23,6 +24,7 @@ from afferents.evaluation.standing import (
 from afferents.evaluation.summary import summarise
 
 __all__ = [
+    "PLAN",
     "Fold",
     "FoldKey",
     "Leaks",

@@ -1,6 +1,6 @@
 """Folds on disk: each finished one is written whole, at once, and never trained again."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -89,13 +89,13 @@ def save_fold(
     predictions: pd.DataFrame,
     facts: Mapping[str, Any],
     leaks: Leaks,
-    save_weights: Callable[[Path], None],
+    weights: bytes,
 ) -> None:
-    """Write a fold's predictions, weights and facts, whole or not at all."""
+    """Write a fold's predictions, facts, and the content of its weights file; all or nothing."""
     with write_aside(key.folder(results)) as partial:
         partial.mkdir()
         predictions.to_parquet(partial / PREDICTIONS, compression="zstd", index=False)
-        save_weights(partial / WEIGHTS)
+        (partial / WEIGHTS).write_bytes(weights)
         write_json(partial / FOLD, {**asdict(key), **facts, "leaks": asdict(leaks)})
 
 

@@ -46,6 +46,14 @@ class DataSet:
     fingerprint: str
     simulated: bool
 
+    @property
+    def located(self) -> str:
+        """The source as any process finds it, wherever it was started."""
+        kind, colon, path = self.source.partition(":")
+        if self.kind == "fabricslide" and colon:
+            return f"{kind}:{Path(path).resolve()}"
+        return str(Path(self.source).resolve())
+
     def describe(self) -> dict[str, Any]:
         """Return what a results folder keeps of it."""
         return {

@@ -1,17 +1,14 @@
 """Train and test every fold of every model family asked for; the numbers of Table 1."""
 
 import itertools
-import time
+import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
-import numpy as np
-import torch
 from joblib import cpu_count
-from torch import nn
 
 from afferents import __version__
 from afferents.core import dims
@@ -24,41 +21,22 @@ from afferents.core.protocol import Protocol
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses
 from afferents.core.results import SCHEMA
-from afferents.core.samples import Samples, textures_of
 from afferents.encodings import SpectralEncoding
 from afferents.evaluation import (
-    Fold,
     FoldKey,
-    LeaveOneSpeedOut,
-    at_work,
     check_results_folder,
-    claim_results_folder,
-    find_leaks,
     finished,
     finished_keys,
     plan,
-    predictions_table,
-    refuse_leaks,
-    save_fold,
     summarise,
 )
-from afferents.models import CnnLstm, build
 from afferents.pipeline.ablation import Ablation
+from afferents.pipeline.cluster import on_cluster
 from afferents.pipeline.data import DataSet
-from afferents.pipeline.encode import encode_all, kept_part, require_support
-from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.pipeline.encode import kept_part, require_support
+from afferents.pipeline.job import Recipe, encoded, keep, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
-from afferents.training import (
-    Preset,
-    TrainedModel,
-    TrainingConfig,
-    computed_with,
-    predict,
-    save_weights,
-    train,
-    train_in_stages,
-    training_config,
-)
+from afferents.training import Device, Preset, training_config
 
 
 @dataclass(frozen=True)
@@ -79,6 +57,10 @@ class Evaluation:
         Recordings that no family uses, and why; found out when the evaluation begins.
     workers
         Processes side by side; None for one a core.
+    cluster
+        Address of a Dask scheduler whose workers do the trainings; None for this machine.
+    device
+        What the networks run on.
     """
 
     data: list[DataSet]
@@ -96,12 +78,29 @@ class Evaluation:
     options: Sequence[str] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     workers: int | None = None
+    cluster: str | None = None
+    device: Device = "auto"
+
+    @property
+    def recipe(self) -> Recipe:
+        """Return what every job is told."""
+        return Recipe(
+            self.out.resolve(),
+            json.dumps(self.config),
+            tuple(data.located for data in self.data),
+            tuple(sorted(self.without.items())),
+            self.cut,
+            self.preset,
+            self.device,
+            self.spectral,
+            self.ablation,
+        )
 
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder."""
         training = {
-            encoding: training_config(self.preset, encoding).model_dump()
+            encoding: training_config(self.preset, encoding).model_dump() | {"device": self.device}
             for encoding in get_args(Encoding)
         }
         return {
@@ -115,32 +114,6 @@ class Evaluation:
             "training": training,
             **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
         }
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """What all jobs share, light enough to be sent along with each."""
-
-    out: Path
-    config: dict[str, Any]
-    preset: Preset
-    spectral: SpectralEncoding
-
-
-@dataclass(frozen=True)
-class Job:
-    """One training: a family, a protocol, a seed and a fold."""
-
-    family: Family
-    protocol: Protocol
-    seed: int
-    rank: int
-    fold: Fold
-
-    @property
-    def key(self) -> FoldKey:
-        """Name of the job's fold in the results folder."""
-        return FoldKey(self.family.name, self.protocol.name, self.seed, self.fold.held_out_mm_s)
 
 
 def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
@@ -168,12 +141,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
     plan(evaluation.out, planned(evaluation, able, recordings), evaluation.workers or cpu_count())
-    for (afferent, encoding), group in itertools.groupby(
-        able, key=lambda family: (family.afferent, family.encoding)
-    ):
-        arguments = (afferent, encoding, evaluation.cut, evaluation.spectral, progress)
-        samples = evaluation.ablation.images(encode_all(recordings, *arguments))
-        evaluate_group(evaluation, list(group), samples, progress)
+    for _, group in itertools.groupby(able, key=lambda family: (family.afferent, family.encoding)):
+        evaluate_group(evaluation, list(group), recordings, progress)
     return summarise_folder(evaluation, recordings, left_out)
 
 
@@ -217,84 +186,48 @@ def skipped_recordings(
 
 
 def evaluate_group(
-    evaluation: Evaluation, families: Sequence[Family], samples: Samples, progress: Progress
+    evaluation: Evaluation,
+    families: Sequence[Family],
+    recordings: Sequence[Responses],
+    progress: Progress,
 ) -> None:
     """Train and test families that learn from the same samples, where not finished yet."""
-    all_jobs = [job for family in families for job in jobs(evaluation, family, samples)]
-    missing = [job for job in all_jobs if not finished(evaluation.out, job.key)]
-    recipe = Recipe(evaluation.out, evaluation.config, evaluation.preset, evaluation.spectral)
-    done = len(all_jobs) - len(missing)
+    keys = planned(evaluation, families, recordings)
+    missing = [key for key in keys if not finished(evaluation.out, key)]
+    done = len(keys) - len(missing)
     title = ", ".join(family.title for family in families)
-    with progress.task(title, len(all_jobs)) as mark:
+    outcomes = run_jobs(evaluation, families[0], missing, recordings, progress)
+    with progress.task(title, len(keys)) as mark:
         mark(done)
-        work = ((recipe, job, samples) for job in missing)
-        for key in side_by_side(run_job, work, evaluation.workers):
+        for key in outcomes:
             done += 1
             mark(done, f"{key.protocol}, {key.held_out_mm_s:g} mm/s held out")
 
 
-def jobs(evaluation: Evaluation, family: Family, samples: Samples) -> Iterator[Job]:
-    """Yield a family's jobs: protocol by protocol, seed by seed, held-out speeds ascending."""
-    for protocol, seed in itertools.product(evaluation.protocols, evaluation.seeds):
-        for rank, fold in enumerate(splitter(protocol, family, seed).folds(samples)):
-            fold = evaluation.ablation.fold(fold, samples)
-            yield Job(family, protocol, seed, rank, fold)
+def run_jobs(
+    evaluation: Evaluation,
+    family: Family,
+    keys: Sequence[FoldKey],
+    recordings: Sequence[Responses],
+    progress: Progress,
+) -> Iterator[FoldKey]:
+    """Run jobs of one kind of samples, here or on a cluster; yield the names of the finished.
 
-
-def splitter(protocol: Protocol, family: Family, seed: int) -> LeaveOneSpeedOut:
-    """Return the splitter of a family: published halves of spectra are drawn at random."""
-    return LeaveOneSpeedOut(protocol, random_halves=family.encoding == "spectral", seed=seed)
-
-
-def run_job(recipe: Recipe, job: Job, samples: Samples) -> FoldKey:
-    """Train on one fold, test it once, save it; return its name."""
-    with at_work(recipe.out, job.key):
-        train_and_test(recipe, job, samples)
-    return job.key
-
-
-def train_and_test(recipe: Recipe, job: Job, samples: Samples) -> None:
-    """Do the work of a job."""
-    start = time.perf_counter()
-    config = training_config(recipe.preset, job.family.encoding)
-    learnt = learning_set(
-        samples,
-        job.family,
-        job.protocol,
-        job.fold,
-        recipe.spectral.model_bins,
-        config,
-        np.random.default_rng([job.seed, job.rank]),
-    )
-    leaks = find_leaks(samples, job.fold, learnt.scaled_on)
-    if job.protocol.name == "nested":
-        refuse_leaks(leaks, job.fold)
-    torch.set_num_threads(1)
-    textures = textures_of(samples)
-    model = build(job.family.encoding, len(textures), tuple(learnt.values.shape[1:]), job.seed)
-    trained = fit(model, learnt, config, job.seed)
-    probabilities = predict(model, learnt.values, job.fold.test, learnt.scale, config)
-    facts = {
-        "validation_mm_s": job.fold.validation_mm_s,
-        "n_train": len(learnt.train),
-        "n_validation": len(learnt.validation),
-        "n_test": len(job.fold.test),
-        "scale": learnt.scale,
-        **trained.facts(),
-        **computed_with(config),
-    }
-    facts["job_seconds"] = round(time.perf_counter() - start, 3)
-    table = predictions_table(job.key, samples, job.fold, probabilities, textures)
-    claim_results_folder(recipe.out, recipe.config)
-    save_fold(recipe.out, job.key, table, facts, leaks, lambda path: save_weights(model, path))
-
-
-def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int) -> TrainedModel:
-    """Train a network on a fold, in stages where the recipe says so."""
-    arrays = (learnt.values, learnt.labels, learnt.train, learnt.validation)
-    if config.image_epochs and isinstance(model, CnnLstm):
-        return train_in_stages(model, *arrays, config, seed)
-    return train(model, *arrays, learnt.scale, config, seed)
+    Parameters
+    ----------
+    family
+        Any of them.
+    """
+    recipe = evaluation.recipe
+    if not keys:
+        return
+    if evaluation.cluster is not None:
+        for outcome in on_cluster(run_far_job, [(recipe, key) for key in keys], evaluation.cluster):
+            keep(recipe, outcome)
+            yield outcome.key
+        return
+    samples = encoded(recipe, family, recordings, progress)
+    yield from side_by_side(run_job, ((recipe, key, samples) for key in keys), evaluation.workers)
 
 
 def summarise_folder(

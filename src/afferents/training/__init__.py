@@ -1,12 +1,13 @@
 """One training loop and its configuration."""
 
-from afferents.training.config import Preset, TrainingConfig, training_config
+from afferents.training.config import Device, Preset, TrainingConfig, training_config
 from afferents.training.hardware import computed_with
 from afferents.training.loop import Epoch, TrainedModel, predict, train
 from afferents.training.staged import train_in_stages
-from afferents.training.weights import load_weights, save_weights
+from afferents.training.weights import load_weights, save_weights, weights_of
 
 __all__ = [
+    "Device",
     "Epoch",
     "Preset",
     "TrainedModel",
@@ -18,4 +19,5 @@ __all__ = [
     "train",
     "train_in_stages",
     "training_config",
+    "weights_of",
 ]

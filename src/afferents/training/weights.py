@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import nn
 
 from afferents.core.errors import InputError
@@ -12,9 +12,14 @@ from afferents.core.files import write_aside
 
 def save_weights(model: nn.Module, path: Path) -> None:
     """Write a network's weights and running statistics, whole or not at all."""
-    state = {name: value.cpu().contiguous() for name, value in model.state_dict().items()}
     with write_aside(path) as partial:
-        save_file(state, partial)
+        partial.write_bytes(weights_of(model))
+
+
+def weights_of(model: nn.Module) -> bytes:
+    """Return the content of a file of weights."""
+    state = {name: value.cpu().contiguous() for name, value in model.state_dict().items()}
+    return save(state)
 
 
 def load_weights(model: nn.Module, path: Path) -> None:

@@ -30,7 +30,7 @@ def save_all(root, data, accuracy_of):
         right = np.arange(len(true)) < accuracy_of[fold.held_out_mm_s] * len(true)
         probabilities = np.eye(2, dtype=np.float32)[np.where(right, true, 1 - true)]
         predictions = predictions_table(key, data, fold, probabilities, ["a", "b"])
-        save_fold(root, key, predictions, FACTS, LEAKS, lambda path: path.write_bytes(b"w"))
+        save_fold(root, key, predictions, FACTS, LEAKS, b"w")
         keys.append(key)
     return keys
 
@@ -55,14 +55,15 @@ def test_summary_and_predictions(tmp_path, samples):
     ]  # fmt: skip
 
 
-def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path):
+def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
     key = FoldKey("vib-te", "nested", 0, 10.0)
 
-    def fail(path):
+    def fail(path, content):
         raise OSError("disk full")
 
+    monkeypatch.setattr("afferents.evaluation.folds.write_json", fail)
     with pytest.raises(OSError, match="disk full"):
-        save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, fail)
+        save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, b"w")
     assert not finished(tmp_path, key)
     assert not [p for p in tmp_path.rglob("*") if p.is_file()]
 

@@ -1,0 +1,117 @@
+"""Jobs on a Dask cluster: any machines whose workers have this package and can read the data."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from afferents.core.errors import AfferentsError, InputError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Result = TypeVar("Result")
+
+ANSWER_S = 10
+"""A scheduler that does not answer for so long is not there."""
+WORKERS_S = 30
+"""How long a scheduler without workers is waited for."""
+SAME = ("afferents", "torch")
+"""Packages whose versions decide the numbers."""
+
+
+def on_cluster(
+    function: Callable[..., Result], jobs: Sequence[tuple[Any, ...]], address: str
+) -> Iterator[Result]:
+    """Call `function(*job)` for every job on some worker; yield the results as they come.
+
+    A worker that dies costs the job that it was at, which another one does anew.
+
+    Parameters
+    ----------
+    jobs
+        Light: they are sent as they are. What is large is read by the workers themselves.
+    address
+        Of the scheduler, such as ``tcp://scheduler:8786``.
+
+    Raises
+    ------
+    InputError
+        If there is no scheduler, no worker, or a worker without this package or with another
+        version of it.
+    AfferentsError
+        If a job killed several workers, or the cluster went away. Errors of `function` pass
+        through, and stop the jobs that wait.
+    """
+    with _client(address) as client:
+        from distributed import as_completed
+
+        _require_workers(client, address)
+        waiting = [client.submit(function, *job, pure=False) for job in jobs]
+        for future in as_completed(waiting):  # type: ignore[no-untyped-call]
+            yield _result(future)
+
+
+@contextmanager
+def _client(address: str) -> Iterator["Client"]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "--cluster", "Dask", "none installed", "pip install 'afferents[cluster]'"
+        ) from None
+    try:
+        client = Client(address, timeout=ANSWER_S)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:  # a timeout is an OSError
+        raise InputError(
+            "--cluster",
+            f"a Dask scheduler at {address}",
+            "none that answers",
+            "start one with 'dask scheduler', and workers with 'dask worker ADDRESS --nthreads 1'",
+        ) from error
+    try:
+        yield client
+    finally:
+        client.close()  # type: ignore[no-untyped-call]
+
+
+def _require_workers(client: "Client", address: str) -> None:
+    """Refuse a cluster without workers, or whose workers would not compute the same."""
+    with suppress(TimeoutError):
+        client.wait_for_workers(1, timeout=WORKERS_S)
+    for package in SAME:
+        here = _installed(package)
+        found = client.run(version, package, on_error="return")
+        if not found:
+            expected = f"at least one worker at {address}"
+            hint = f"start some with 'dask worker {address} --nthreads 1'"
+            raise InputError("--cluster", expected, "none", hint)
+        for worker, there in found.items():
+            if there != here:
+                raise InputError(
+                    f"worker {worker}",
+                    f"{package} {here}, as here",
+                    "none" if isinstance(there, Exception) else f"{there}",
+                    "install the same version there",
+                )
+
+
+def _installed(package: str) -> str:
+    return version(package)
+
+
+def _result(future: Any) -> Any:
+    """Return what a job came to, or say in one sentence what became of it."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        return future.result()
+    except KilledWorker as error:
+        raise AfferentsError(
+            "a training killed its worker several times (out of memory?); what is finished is "
+            "kept: run the same command again, with more memory a worker"
+        ) from error
+    except CancelledError as error:
+        raise AfferentsError(
+            "the cluster went away; what is finished is kept: run the same command again"
+        ) from error

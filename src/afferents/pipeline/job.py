@@ -1,0 +1,240 @@
+"""One training of an evaluation: on one fold, for one model, protocol and seed."""
+
+import itertools
+import json
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import torch
+from torch import nn
+
+from afferents.core.cut import Cut
+from afferents.core.errors import InputError
+from afferents.core.families import FAMILIES, Family
+from afferents.core.progress import Progress
+from afferents.core.protocol import PROTOCOLS, Protocol
+from afferents.core.responses import Responses
+from afferents.core.samples import Samples, textures_of
+from afferents.encodings import SpectralEncoding
+from afferents.evaluation import (
+    PLAN,
+    Fold,
+    FoldKey,
+    Leaks,
+    LeaveOneSpeedOut,
+    at_work,
+    claim_results_folder,
+    find_leaks,
+    predictions_table,
+    refuse_leaks,
+    save_fold,
+)
+from afferents.models import CnnLstm, build
+from afferents.pipeline.ablation import Ablation
+from afferents.pipeline.data import open_data
+from afferents.pipeline.encode import encode_all
+from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.training import (
+    Device,
+    Preset,
+    TrainedModel,
+    TrainingConfig,
+    computed_with,
+    predict,
+    train,
+    train_in_stages,
+    training_config,
+    weights_of,
+)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What all jobs share, light enough to be sent along with each.
+
+    Attributes
+    ----------
+    out
+        The results folder.
+    config_json
+        Its configuration; says which data, by fingerprint, and which recordings are skipped.
+    sources, without
+        Where the data are, for processes that read them themselves.
+    """
+
+    out: Path
+    config_json: str
+    sources: tuple[str, ...]
+    without: tuple[tuple[str, str], ...]
+    cut: Cut
+    preset: Preset
+    device: Device
+    spectral: SpectralEncoding
+    ablation: Ablation
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """The configuration of the results folder."""
+        return dict(json.loads(self.config_json))
+
+    def training(self, family: Family) -> TrainingConfig:
+        """Return how a family is trained."""
+        usual = training_config(self.preset, family.encoding)
+        return usual.model_copy(update={"device": self.device})
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a job leaves: one row a test sample, facts, leaks, and the content of a weights file."""
+
+    key: FoldKey
+    table: pd.DataFrame
+    facts: dict[str, Any]
+    leaks: Leaks
+    weights: bytes
+
+
+def run_job(recipe: Recipe, key: FoldKey, samples: Samples) -> FoldKey:
+    """Train on one fold, test it once, save it; return its name."""
+    with at_work(recipe.out, key):
+        keep(recipe, train_and_test(recipe, key, samples))
+    return key
+
+
+def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
+    """Do the same on another machine, which reads the data itself and sends the outcome back."""
+    same_files = (recipe.out / PLAN).is_file()
+    with at_work(recipe.out, key) if same_files else nullcontext():
+        return train_and_test(recipe, key, samples_of(recipe, like(FAMILIES[key.model])))
+
+
+def keep(recipe: Recipe, outcome: Outcome) -> None:
+    """Write an outcome to the results folder, whole or not at all."""
+    claim_results_folder(recipe.out, recipe.config)
+    save_fold(
+        recipe.out,
+        outcome.key,
+        outcome.table,
+        outcome.facts,
+        outcome.leaks,
+        outcome.weights,
+    )
+
+
+def train_and_test(recipe: Recipe, key: FoldKey, samples: Samples) -> Outcome:
+    """Train on one fold and test it once."""
+    start = time.perf_counter()
+    family, protocol = FAMILIES[key.model], PROTOCOLS[key.protocol]
+    config = recipe.training(family)
+    rank, fold = fold_of(recipe.ablation, key, samples)
+    learnt = learning_set(
+        samples,
+        family,
+        protocol,
+        fold,
+        recipe.spectral.model_bins,
+        config,
+        np.random.default_rng([key.seed, rank]),
+    )
+    leaks = find_leaks(samples, fold, learnt.scaled_on)
+    if protocol.name == "nested":
+        refuse_leaks(leaks, fold)
+    torch.set_num_threads(1)
+    textures = textures_of(samples)
+    model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
+    trained = fit(model, learnt, config, key.seed)
+    probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
+    facts = {
+        "validation_mm_s": fold.validation_mm_s,
+        "n_train": len(learnt.train),
+        "n_validation": len(learnt.validation),
+        "n_test": len(fold.test),
+        "scale": learnt.scale,
+        **trained.facts(),
+        **computed_with(config),
+        "job_seconds": round(time.perf_counter() - start, 3),
+    }
+    table = predictions_table(key, samples, fold, probabilities, textures)
+    return Outcome(key, table, facts, leaks, weights_of(model))
+
+
+def folds_of(
+    ablation: Ablation, family: Family, protocol: Protocol, seed: int, samples: Samples
+) -> Iterator[Fold]:
+    """Yield the folds of a family, held-out speeds ascending.
+
+    Published halves of spectra are drawn at random.
+    """
+    splitter = LeaveOneSpeedOut(protocol, random_halves=family.encoding == "spectral", seed=seed)
+    for fold in splitter.folds(samples):
+        yield ablation.fold(fold, samples)
+
+
+def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
+    """Return the fold that a key names, and its rank among its protocol's."""
+    folds = folds_of(ablation, FAMILIES[key.model], PROTOCOLS[key.protocol], key.seed, samples)
+    return next(
+        (rank, fold) for rank, fold in enumerate(folds) if fold.held_out_mm_s == key.held_out_mm_s
+    )
+
+
+def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int) -> TrainedModel:
+    """Train a network on a fold, in stages where the recipe says so."""
+    arrays = (learnt.values, learnt.labels, learnt.train, learnt.validation)
+    if config.image_epochs and isinstance(model, CnnLstm):
+        return train_in_stages(model, *arrays, config, seed)
+    return train(model, *arrays, learnt.scale, config, seed)
+
+
+def encoded(
+    recipe: Recipe, family: Family, recordings: Sequence[Responses], progress: Progress
+) -> Samples:
+    """Return the samples that a family learns from."""
+    samples = encode_all(
+        recordings, family.afferent, family.encoding, recipe.cut, recipe.spectral, progress
+    )
+    return recipe.ablation.images(samples)
+
+
+def like(family: Family) -> Family:
+    """Return the first family that learns from the same samples."""
+    alike = (f for f in FAMILIES.values() if (f.afferent, f.encoding) == _kind(family))
+    return next(alike)
+
+
+def _kind(family: Family) -> tuple[str, str]:
+    return family.afferent, family.encoding
+
+
+@lru_cache(maxsize=1)
+def samples_of(recipe: Recipe, family: Family) -> Samples:
+    """Read and encode the data in this process, once for jobs of one kind in a row.
+
+    Parameters
+    ----------
+    family
+        Any that learns from these samples; the same one for all that do.
+
+    Raises
+    ------
+    InputError
+        If the data are not those that the evaluation began with.
+    """
+    config, quiet = recipe.config, Progress(quiet=True)
+    data = open_data(list(recipe.sources), dict(recipe.without), keep_going=True, progress=quiet)
+    for found, expected in zip(data, config["data"], strict=True):
+        if found.fingerprint != expected["fingerprint"]:
+            raise InputError(
+                found.source, "the data that the evaluation began with", "changed data"
+            )
+    everything = recipe.ablation.recordings(list(itertools.chain(*(d.responses for d in data))))
+    skipped = set(config["skipped"])
+    recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    return encoded(recipe, family, recordings, quiet)

@@ -1,0 +1,152 @@
+"""A real Dask cluster over TCP: the same numbers as here, a killed worker, and what is refused."""
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from distributed import LocalCluster
+
+from afferents import cli
+from afferents.core.errors import AfferentsError, InputError
+from afferents.core.files import write_aside
+from afferents.pipeline.cluster import on_cluster
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Two processes of one thread, spoken to over TCP."""
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=None
+    ) as running:
+        yield running
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        printed = capsys.readouterr()
+        return stop.value.code or 0, printed.out, printed.err
+
+    return command
+
+
+@pytest.fixture
+def store(run, sounds, tmp_path):
+    assert run("extract", sounds, tmp_path / "s.zarr", "--quiet")[0] == 0
+    return tmp_path / "s.zarr"
+
+
+def evaluate(run, store, out, *more):
+    options = ("--models", "vib-te,vib-te-aug", "--protocol", "both", "--quiet", "--json", *more)
+    code, said, err = run("evaluate", store, "--out", out, *options)
+    assert code == 0, err
+    return json.loads(said)
+
+
+def test_a_cluster_gives_the_numbers_that_this_machine_gives(run, store, tmp_path, cluster):
+    here = evaluate(run, store, tmp_path / "here", "--workers", 1)
+    there = evaluate(run, store, tmp_path / "there", "--cluster", cluster.scheduler_address)
+    pd.testing.assert_frame_equal(
+        pd.read_parquet(tmp_path / "here" / "predictions.parquet"),
+        pd.read_parquet(tmp_path / "there" / "predictions.parquet"),
+        rtol=1e-5,
+    )
+    assert (
+        here["models"]["vib-te"]["nested"]["by_speed"]
+        == (there["models"]["vib-te"]["nested"]["by_speed"])
+    )
+    kept = tmp_path / "there" / "folds/vib-te/nested/seed-0/20/weights.safetensors"
+    same = tmp_path / "here" / "folds/vib-te/nested/seed-0/20/weights.safetensors"
+    assert kept.read_bytes() == same.read_bytes()
+
+
+def test_a_killed_worker_costs_its_job_alone(cluster, tmp_path):
+    """Ten jobs, of which the first to run is shot once; all come back, that one from another."""
+    killer = threading.Thread(target=shoot, args=(tmp_path / "pid",))
+    killer.start()
+    found = dict(on_cluster(square, [(n, str(tmp_path)) for n in range(10)],
+                            cluster.scheduler_address))  # fmt: skip
+    killer.join()
+    assert found == {n: n * n for n in range(10)}
+    assert len((tmp_path / "begun").read_text().split()) == 11
+
+
+def square(n, folder):
+    """Return n and its square; the first call of all says who it is, and waits to be shot."""
+    with (Path(folder) / "begun").open("a") as begun:
+        begun.write(f"{n}\n")
+    if n == 0 and not (Path(folder) / "pid").exists():
+        with write_aside(Path(folder) / "pid") as whole:
+            whole.write_text(str(os.getpid()))
+        time.sleep(60)
+    return n, n * n
+
+
+def shoot(pid):
+    while not pid.exists():
+        time.sleep(0.05)
+    os.kill(int(pid.read_text()), signal.SIGKILL)
+
+
+def test_errors_of_a_job_come_back_as_they_are(cluster):
+    with pytest.raises(InputError, match="a sample: expected sense, found none"):
+        list(on_cluster(complain, [("a sample",)], cluster.scheduler_address))
+
+
+def complain(where):
+    raise InputError(where, "sense", "none")
+
+
+def test_other_versions_are_refused(cluster, monkeypatch):
+    monkeypatch.setattr("afferents.pipeline.cluster._installed", lambda package: "0.0.1")
+    with pytest.raises(InputError, match=r"worker tcp://.*: expected afferents 0.0.1, as here"):
+        list(on_cluster(complain, [("",)], cluster.scheduler_address))
+
+
+def test_no_scheduler_and_no_workers_are_named(monkeypatch):
+    monkeypatch.setattr("afferents.pipeline.cluster.ANSWER_S", 0.5)
+    monkeypatch.setattr("afferents.pipeline.cluster.WORKERS_S", 0.5)
+    with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at tcp://"):
+        list(on_cluster(complain, [("",)], "tcp://127.0.0.1:1"))
+    with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at nonsense"):
+        list(on_cluster(complain, [("",)], "nonsense://x"))
+    with (
+        LocalCluster(n_workers=0, protocol="tcp", dashboard_address=None) as empty,
+        pytest.raises(InputError, match="at least one worker"),
+    ):
+        list(on_cluster(complain, [("",)], empty.scheduler_address))
+
+
+def test_a_store_that_changed_under_the_run_is_refused(run, store, tmp_path, cluster, monkeypatch):
+    from afferents.pipeline import evaluate as module
+
+    def changed(function, jobs, address):
+        settings = store / "zarr.json"
+        content = settings.read_text()
+        assert '"windowed"' in content
+        settings.write_text(content.replace('"windowed"', '"one-to-one"'))
+        return on_cluster(function, jobs, address)
+
+    monkeypatch.setattr(module, "on_cluster", changed)
+    code, _, err = run("evaluate", store, "--out", tmp_path / "r", "--models", "vib-te", "--quiet",
+                       "--cluster", cluster.scheduler_address)  # fmt: skip
+    assert code == 2
+    assert "the data that the evaluation began with" in err
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_job_that_kills_its_workers_is_named(cluster):
+    with pytest.raises(AfferentsError, match="killed its worker several times"):
+        list(on_cluster(die, [()], cluster.scheduler_address))
