@@ -44,7 +44,8 @@ class Tracker:
     sensor
         Gives the detector and the gate.
     rest_position
-        Markers of the rest frame in the order to keep, shape (n, 2), px.
+        Markers of the rest frame in the order to keep, shape (n, 2), px; None to find them in
+        the first frame that `step` gets, in the layout's order.
     rest_image
         The rest frame, which ``windowed`` measures the markers in; without it, the first frame
         that `step` gets must show them near their rest positions.
@@ -66,7 +67,7 @@ class Tracker:
     def __init__(
         self,
         sensor: Sensor,
-        rest_position: Positions,
+        rest_position: Positions | None = None,
         method: Method = "windowed",
         rest_image: GreyImage | None = None,
         levels: GreyImage | None = None,
@@ -76,12 +77,10 @@ class Tracker:
         self.sensor = sensor
         self._levels, self._present = levels, present
         self.method = method
-        self.rest_position = rest_position
         self._windowed: Windowed | None = None
-        if rest_image is not None:
-            self._start(rest_image)
-        self._expected = rest_position.copy()
-        self._neighbours = nearest_markers(rest_position)[1]
+        self._expected: Positions | None = None
+        if rest_position is not None:
+            self._begin(rest_position, rest_image)
 
     def step(self, image: GreyImage) -> Tracked:
         """Find the markers in the next frame.
@@ -90,7 +89,15 @@ class Tracker:
         ----------
         image
             Grey image (or what `levels` says), shape (height, width), uint8.
+
+        Raises
+        ------
+        InputError
+            If this is the first frame, no rest positions were given, and it does not show the
+            markers that the sensor file declares.
         """
+        if self._expected is None:
+            return self._find(image)
         if self.method == "windowed":
             return self._follow(image)
         blobs = detect(as_grey(image, self._levels), self.sensor)
@@ -103,7 +110,7 @@ class Tracker:
             position = np.where(detected[:, None], position, self._expected)
             self._expected = position
         else:
-            self._expected = self._expect(position)
+            self._expected = self._expect(position, self._expected)
         return Tracked(position, detected)
 
     @property
@@ -115,6 +122,25 @@ class Tracker:
     def audit(self) -> Audit:
         """How often identities were in danger; all zero but for ``windowed``."""
         return self._windowed.audit if self._windowed else Audit()
+
+    def _find(self, image: GreyImage) -> Tracked:
+        """Find the markers of the first frame, which is taken for the skin at rest."""
+        where, grey = "the first frame", as_grey(image, self._levels)
+        first = self.sensor.model_copy(update={"rest_frame": 0})
+        found = find_rest_markers(grey, first, where, self.method)
+        rest = order_markers(found, first, self.method, None, where)
+        self._present = rest.present
+        self._begin(rest.position, image)
+        position = np.where(rest.present[:, None], self.rest_position, np.nan)
+        return Tracked(position, rest.present)
+
+    def _begin(self, rest_position: Positions, rest_image: GreyImage | None) -> None:
+        """Take the rest positions over."""
+        self.rest_position = rest_position
+        if rest_image is not None:
+            self._start(rest_image)
+        self._expected = rest_position.copy()
+        self._neighbours = nearest_markers(rest_position)[1]
 
     def _start(self, image: GreyImage) -> None:
         """Measure the markers in the rest frame, or in the first one for want of it."""
@@ -130,14 +156,20 @@ class Tracker:
         assert self._windowed is not None
         return Tracked(*self._windowed.step(image))
 
-    def _expect(self, position: Positions) -> Positions:
-        """Say where each marker is now: as seen, or as its neighbours' displacement says."""
+    def _expect(self, position: Positions, before: Positions) -> Positions:
+        """Say where each marker is now: as seen, or as its neighbours' displacement says.
+
+        Parameters
+        ----------
+        before
+            Where they were expected in this frame.
+        """
         expected = position.copy()
         for lost in np.flatnonzero(np.isnan(position[:, 0])):
             around = self._neighbours[lost]
             moved = (position - self.rest_position)[around[~np.isnan(position[around, 0])]]
             carried = self.rest_position[lost] + np.median(moved, axis=0) if len(moved) else None
-            expected[lost] = self._expected[lost] if carried is None else carried
+            expected[lost] = before[lost] if carried is None else carried
         return expected
 
 

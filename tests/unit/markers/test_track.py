@@ -74,6 +74,20 @@ def test_a_tracker_steps_as_track_does(draw, video, free):
         np.testing.assert_array_equal(detected, tracks[dims.DETECTED][t])
 
 
+@pytest.mark.parametrize("method", ["windowed", "one-to-one", "published"])
+def test_a_tracker_finds_the_markers_in_its_first_frame(draw, video, square, method):
+    images = [draw(grid_3x4((1.5 * t, 0.5 * t))) for t in range(4)]
+    tracker = Tracker(square, method=method)
+    stepped = [tracker.step(image) for image in images]
+    tracks = track(video(images), square.model_copy(update={"rest_frame": 0}), method)
+    np.testing.assert_array_equal(
+        np.stack([found.position for found in stepped]), tracks[dims.POSITION]
+    )
+    assert all(found.detected.all() for found in stepped)
+    with pytest.raises(InputError, match=r"the first frame: expected 12 markers .* found 0"):
+        Tracker(square, method=method).step(draw([]))
+
+
 def test_a_single_marker_is_tracked(draw, video, free):
     images = [draw([[100 + t, 100]]) for t in range(3)] + [draw(np.zeros((0, 2)))]
     tracks = track(video([*images, draw([[103, 100]])]), free)
