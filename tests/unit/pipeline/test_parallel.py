@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -55,3 +56,18 @@ def test_the_environment_is_left_as_it_was():
     before = dict(os.environ)
     list(side_by_side(square, [(2,)], 2))
     assert dict(os.environ) == before
+
+
+KEPT = []
+
+
+def grow(n):
+    """Keep 350 MB from the second job on, and take long enough for anybody to look."""
+    KEPT.append(np.ones(44_000_000) if len(KEPT) == 1 else n)
+    time.sleep(1.1)
+    return os.getpid()
+
+
+def test_a_process_that_keeps_memory_is_kept():
+    pids = list(side_by_side(grow, [(n,) for n in range(8)], 2))
+    assert len(set(pids)) == 2
