@@ -29,6 +29,8 @@ def differences(summary: Summary) -> Table | None:
         for found in summary.get("comparisons", [])
         if _differ_in_one_thing(found["model"], found["than"])
     ]
+    pairs = list(dict.fromkeys(row[0].text for row in rows))
+    rows.sort(key=lambda row: pairs.index(row[0].text))
     rows += [
         (
             Cell(f"{model_title(model)}: what selection on the held-out speed adds"),

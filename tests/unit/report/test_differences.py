@@ -25,6 +25,16 @@ def test_pairs_that_differ_in_one_thing_and_selection_are_shown(summary):
     }
 
 
+def test_both_protocols_of_a_pair_stand_together(summary):
+    summary["comparisons"] = [
+        {"protocol": p, "model": m, "than": "sa-se", "difference": 0.0, "ci95": [0, 0]}
+        for p in ("nested", "published")
+        for m in ("ra-se", "sa-ste")
+    ]
+    shown = [row[0].text for row in differences(summary).rows]
+    assert shown == ["RA-SE over SA-SE"] * 2 + ["SA-STE over SA-SE"] * 2
+
+
 def test_results_from_before_there_were_differences_have_none(summary):
     assert differences(summary) is None
 
