@@ -88,29 +88,53 @@ class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
             If there are too few speeds (3 for `nested`, 2 for `published`), or none left to
             train on.
         """
-        labels = (samples[name].values for name in (dims.SPEED, dims.RECORDING, dims.TEXTURE))
-        yield from self._folds(*labels)
+        yield from self._folds(*_labels(samples))
+
+    def fold(self, samples: Samples, held_out_mm_s: float) -> tuple[int, Fold]:
+        """Return one of the folds, without the others, and its rank among them.
+
+        Raises
+        ------
+        InputError
+            As `folds`.
+        """
+        speeds, recordings, textures = _labels(samples)
+        ranked = self._ranked(speeds)
+        rank = ranked.index(held_out_mm_s)
+        return rank, self._fold(rank, ranked, speeds, recordings, textures)
 
     def _folds(
         self, speeds: NDArray[np.float64], recordings: NDArray[Any], textures: NDArray[Any]
     ) -> Iterator[Fold]:
+        ranked = self._ranked(speeds)
+        for rank in range(len(ranked)):
+            yield self._fold(rank, ranked, speeds, recordings, textures)
+
+    def _ranked(self, speeds: NDArray[np.float64]) -> tuple[float, ...]:
         ranked = tuple(float(v) for v in np.unique(speeds))
         if len(ranked) < 2:
             raise InputError("the data", "at least 2 speeds to hold one out", f"{len(ranked)}")
-        for rank, held_out in enumerate(ranked):
-            validation_speed = self.protocol.validation_speed(ranked, held_out)
-            held = speeds == held_out
-            if validation_speed == held_out:
-                validating = self._validating_half(recordings, textures, held, rank)
-                validation, test, train = held & validating, held & ~validating, ~held
-            else:
-                validation, test = speeds == validation_speed, held
-                train = ~held & ~validation
-            yield Fold(
-                held_out,
-                validation_speed,
-                *(np.flatnonzero(part) for part in (train, validation, test)),
-            )
+        return ranked
+
+    def _fold(
+        self,
+        rank: int,
+        ranked: tuple[float, ...],
+        speeds: NDArray[np.float64],
+        recordings: NDArray[Any],
+        textures: NDArray[Any],
+    ) -> Fold:
+        held_out = ranked[rank]
+        validation_speed = self.protocol.validation_speed(ranked, held_out)
+        held = speeds == held_out
+        if validation_speed == held_out:
+            validating = self._validating_half(recordings, textures, held, rank)
+            validation, test, train = held & validating, held & ~validating, ~held
+        else:
+            validation, test = speeds == validation_speed, held
+            train = ~held & ~validation
+        parts = (np.flatnonzero(part) for part in (train, validation, test))
+        return Fold(held_out, validation_speed, *parts)
 
     def _validating_half(
         self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int
@@ -132,6 +156,15 @@ def number_in_recording(recordings: NDArray[Any]) -> Indices:
     number = np.empty(len(recordings), dtype=np.int64)
     number[order] = np.arange(len(recordings)) - np.repeat(first, count)
     return number
+
+
+def _labels(samples: Samples) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return the speed, recording and texture of every sample."""
+    return (
+        samples[dims.SPEED].values,
+        samples[dims.RECORDING].values,
+        samples[dims.TEXTURE].values,
+    )
 
 
 def _required(groups: ArrayLike | None) -> ArrayLike:

@@ -32,7 +32,6 @@ def detect(image: GreyImage, sensor: Sensor) -> Positions:
     -------
     Positions
         Centres of the blobs, shape (n, 2), px, in no particular order; (0, 2) for none.
-
     """
     return find_markers(image, sensor.detector)[0]
 

@@ -364,12 +364,7 @@ def moved_as_one(position, rest, within):
     Where that is half of what `drop_strangers` allows, none can be a stranger, nor can two be on
     one blob, which are the two costlier checks.
     """
-    dx, dy, n = 0.0, 0.0, 0
-    for i in range(len(position)):
-        if not np.isnan(position[i, 0]):
-            dx += position[i, 0] - rest[i, 0]
-            dy += position[i, 1] - rest[i, 1]
-            n += 1
+    dx, dy, n = _summed_step(position, rest)
     dx, dy = dx / max(n, 1), dy / max(n, 1)
     farthest2 = 0.0
     for i in range(len(position)):
@@ -383,13 +378,20 @@ def moved_as_one(position, rest, within):
 @_kernel
 def common_step(position, last):
     """Return how far all markers that were found moved together, px."""
+    dx, dy, n = _summed_step(position, last)
+    return np.hypot(dx, dy) / n if n > 1 else 0.0
+
+
+@_kernel
+def _summed_step(position, since):
+    """Return the sum of the steps of all markers that were found, and their number."""
     dx, dy, n = 0.0, 0.0, 0
     for i in range(len(position)):
         if not np.isnan(position[i, 0]):
-            dx += position[i, 0] - last[i, 0]
-            dy += position[i, 1] - last[i, 1]
+            dx += position[i, 0] - since[i, 0]
+            dy += position[i, 1] - since[i, 1]
             n += 1
-    return np.hypot(dx, dy) / n if n > 1 else 0.0
+    return dx, dy, n
 
 
 @_kernel

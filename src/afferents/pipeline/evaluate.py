@@ -226,7 +226,7 @@ def run_jobs(
             keep(recipe, outcome)
             yield outcome.key
         return
-    samples = encoded(recipe, family, recordings, progress)
+    samples = encoded(recipe, family.afferent, family.encoding, recordings, progress)
     yield from side_by_side(run_job, ((recipe, key, samples) for key in keys), evaluation.workers)
 
 

@@ -3,7 +3,7 @@
 import itertools
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,9 +17,9 @@ from torch import nn
 
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES, Family
+from afferents.core.families import FAMILIES, Encoding, Family
 from afferents.core.progress import Progress
-from afferents.core.protocol import PROTOCOLS, Protocol
+from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
 from afferents.core.samples import Samples, textures_of
 from afferents.encodings import SpectralEncoding
@@ -111,8 +111,10 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Samples) -> FoldKey:
 def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
     """Do the same on another machine, which reads the data itself and sends the outcome back."""
     same_files = (recipe.out / PLAN).is_file()
+    family = FAMILIES[key.model]
     with at_work(recipe.out, key) if same_files else nullcontext():
-        return train_and_test(recipe, key, samples_of(recipe, like(FAMILIES[key.model])))
+        samples = samples_of(recipe, family.afferent, family.encoding)
+        return train_and_test(recipe, key, samples)
 
 
 def keep(recipe: Recipe, outcome: Outcome) -> None:
@@ -165,24 +167,15 @@ def train_and_test(recipe: Recipe, key: FoldKey, samples: Samples) -> Outcome:
     return Outcome(key, table, facts, leaks, weights_of(model))
 
 
-def folds_of(
-    ablation: Ablation, family: Family, protocol: Protocol, seed: int, samples: Samples
-) -> Iterator[Fold]:
-    """Yield the folds of a family, held-out speeds ascending.
+def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
+    """Return the fold that a key names, and its rank among its protocol's.
 
     Published halves of spectra are drawn at random.
     """
-    splitter = LeaveOneSpeedOut(protocol, random_halves=family.encoding == "spectral", seed=seed)
-    for fold in splitter.folds(samples):
-        yield ablation.fold(fold, samples)
-
-
-def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
-    """Return the fold that a key names, and its rank among its protocol's."""
-    folds = folds_of(ablation, FAMILIES[key.model], PROTOCOLS[key.protocol], key.seed, samples)
-    return next(
-        (rank, fold) for rank, fold in enumerate(folds) if fold.held_out_mm_s == key.held_out_mm_s
-    )
+    at_random = FAMILIES[key.model].encoding == "spectral"
+    splitter = LeaveOneSpeedOut(PROTOCOLS[key.protocol], random_halves=at_random, seed=key.seed)
+    rank, fold = splitter.fold(samples, key.held_out_mm_s)
+    return rank, ablation.fold(fold, samples)
 
 
 def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int) -> TrainedModel:
@@ -194,33 +187,20 @@ def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int
 
 
 def encoded(
-    recipe: Recipe, family: Family, recordings: Sequence[Responses], progress: Progress
+    recipe: Recipe,
+    afferent: str,
+    encoding: Encoding,
+    recordings: Sequence[Responses],
+    progress: Progress,
 ) -> Samples:
-    """Return the samples that a family learns from."""
-    samples = encode_all(
-        recordings, family.afferent, family.encoding, recipe.cut, recipe.spectral, progress
-    )
-    return recipe.ablation.images(samples)
-
-
-def like(family: Family) -> Family:
-    """Return the first family that learns from the same samples."""
-    alike = (f for f in FAMILIES.values() if (f.afferent, f.encoding) == _kind(family))
-    return next(alike)
-
-
-def _kind(family: Family) -> tuple[str, str]:
-    return family.afferent, family.encoding
+    """Return the samples that families of this afferent and encoding learn from."""
+    arguments = (afferent, encoding, recipe.cut, recipe.spectral, progress)
+    return recipe.ablation.images(encode_all(recordings, *arguments))
 
 
 @lru_cache(maxsize=1)
-def samples_of(recipe: Recipe, family: Family) -> Samples:
+def samples_of(recipe: Recipe, afferent: str, encoding: Encoding) -> Samples:
     """Read and encode the data in this process, once for jobs of one kind in a row.
-
-    Parameters
-    ----------
-    family
-        Any that learns from these samples; the same one for all that do.
 
     Raises
     ------
@@ -237,4 +217,4 @@ def samples_of(recipe: Recipe, family: Family) -> Samples:
     everything = recipe.ablation.recordings(list(itertools.chain(*(d.responses for d in data))))
     skipped = set(config["skipped"])
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
-    return encoded(recipe, family, recordings, quiet)
+    return encoded(recipe, afferent, encoding, recordings, quiet)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from afferents.channels import hold
 from afferents.core import dims
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.files import write_aside
+from afferents.core.files import read_json, write_aside
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
-from afferents.core.results import Results, load_results
+from afferents.core.results import SUMMARY, Results, load_results
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.pipeline.ablation import Ablation
@@ -66,7 +66,10 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
     InputError
         If there are no results in one of them, or two have the same name.
     """
-    runs = {folder.resolve().name: load_results(folder).summary for folder in folders}
+    runs = {
+        folder.resolve().name: read_json(folder / SUMMARY, "the summary of an evaluation")
+        for folder in folders
+    }
     if len(runs) < len(folders):
         raise InputError("RESULTS", "folders of different names", "one name twice", "rename one")
     if len(folders) == 1:

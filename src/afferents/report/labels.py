@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from afferents.core.families import FAMILIES
+from afferents.core.recording import LETTERS
 from afferents.report.published import published_textures
 
 ABSENT = "—"
@@ -44,7 +45,7 @@ def outcomes(summary: Summary) -> Iterator[tuple[str, str, dict[str, Any]]]:
 def texture_letter(texture: str) -> str | None:
     """Return the paper's letter (a to m) of a texture folder, None if it is none of the 13."""
     names = published_textures()
-    return "abcdefghijklm"[names.index(texture)] if texture in names else None
+    return LETTERS[names.index(texture)] if texture in names else None
 
 
 def texture_label(texture: str) -> str:

@@ -1,4 +1,5 @@
 import json
+import sys
 from fractions import Fraction
 
 import av
@@ -6,6 +7,8 @@ import cv2
 import numpy as np
 import pytest
 import soundfile
+
+from afferents import cli
 
 RATE_HZ, FPS, SECONDS = 8000, 90, 0.5
 STEADY_S = 0.17
@@ -61,6 +64,20 @@ def write_session(root, textures=(1, 2, 3), speeds=(20, 40, 60), seconds=SECONDS
     declared = {"sample_rate_hz": RATE_HZ, "steady_s": [STEADY_S, seconds], "simulated": True}
     (root / "session.json").write_text(json.dumps(declared))
     return root
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run a command line; return its exit code and what it printed, on stdout and stderr."""
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        printed = capsys.readouterr()
+        return stop.value.code or 0, printed.out, printed.err
+
+    return command
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import sys
 import threading
 import time
 from pathlib import Path
@@ -12,7 +11,6 @@ import pandas as pd
 import pytest
 from distributed import LocalCluster
 
-from afferents import cli
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import write_aside
 from afferents.pipeline.cluster import on_cluster
@@ -25,18 +23,6 @@ def cluster():
         n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=None
     ) as running:
         yield running
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        printed = capsys.readouterr()
-        return stop.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 @pytest.fixture

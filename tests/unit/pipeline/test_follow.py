@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import sys
 from fractions import Fraction
 
 import av
@@ -10,26 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents import cli
 from afferents.core import dims
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
 
 from .conftest import draw
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run a command line; return its exit code and what it printed."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        printed = capsys.readouterr()
-        return stop.value.code or 0, printed.out, printed.err
-
-    return command
 
 
 def shifted(video, px):

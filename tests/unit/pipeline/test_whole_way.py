@@ -13,23 +13,6 @@ import xarray as xr
 from afferents import cli
 
 
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run a command line; return (exit code, stdout, stderr)."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
-        try:
-            cli.main()
-            code = 0
-        except SystemExit as stop:
-            code = stop.code or 0
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return command
-
-
 @pytest.fixture(scope="module")
 def extracted(session, tmp_path_factory):
     """The small session's store, made once."""
