@@ -48,7 +48,7 @@ def on_cluster(
 
         _require_workers(client, address)
         waiting = [client.submit(function, *job, pure=False) for job in jobs]
-        for future in as_completed(waiting):  # type: ignore[no-untyped-call]
+        for future in as_completed(waiting, loop=client.loop):  # type: ignore[no-untyped-call]
             yield _result(future)
 
 
@@ -60,8 +60,8 @@ def _client(address: str) -> Iterator["Client"]:
         raise InputError(
             "--cluster", "Dask", "none installed", "pip install 'afferents[cluster]'"
         ) from None
-    try:
-        client = Client(address, timeout=ANSWER_S)  # type: ignore[no-untyped-call]
+    try:  # not as Dask's default: whatever else computes with Dask here is none of its business
+        client = Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:  # a timeout is an OSError
         raise InputError(
             "--cluster",

@@ -7,6 +7,7 @@ import threading
 import time
 from pathlib import Path
 
+import dask.base
 import pandas as pd
 import pytest
 from distributed import LocalCluster
@@ -20,7 +21,7 @@ from afferents.pipeline.cluster import on_cluster
 def cluster():
     """Two processes of one thread, spoken to over TCP."""
     with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=None
+        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=":0"
     ) as running:
         yield running
 
@@ -83,6 +84,17 @@ def shoot(pid):
     os.kill(int(pid.read_text()), signal.SIGKILL)
 
 
+def test_what_else_computes_with_dask_is_left_alone(cluster):
+    before = dask.base.get_scheduler()
+    with pytest.raises(InputError):
+        next(on_cluster(complain, [("",)], cluster.scheduler_address))
+    running = on_cluster(abs, [(-1,), (-2,)], cluster.scheduler_address)
+    assert next(running) in (1, 2)
+    assert dask.base.get_scheduler() is before
+    running.close()
+    assert dask.base.get_scheduler() is before
+
+
 def test_errors_of_a_job_come_back_as_they_are(cluster):
     with pytest.raises(InputError, match="a sample: expected sense, found none"):
         list(on_cluster(complain, [("a sample",)], cluster.scheduler_address))
@@ -106,10 +118,11 @@ def test_no_scheduler_and_no_workers_are_named(monkeypatch):
     with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at nonsense"):
         list(on_cluster(complain, [("",)], "nonsense://x"))
     with (
-        LocalCluster(n_workers=0, protocol="tcp", dashboard_address=None) as empty,
+        LocalCluster(n_workers=0, protocol="tcp", dashboard_address=":0") as empty,
         pytest.raises(InputError, match="at least one worker"),
     ):
         list(on_cluster(complain, [("",)], empty.scheduler_address))
+    assert dask.base.get_scheduler() is None
 
 
 def test_a_store_that_changed_under_the_run_is_refused(run, store, tmp_path, cluster, monkeypatch):
