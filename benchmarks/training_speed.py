@@ -1,79 +1,204 @@
 """Training samples a second of the three networks, in the loop that `evaluate` uses.
 
-    python benchmarks/training_speed.py [--threads 2] [--repeats 3]
+    python benchmarks/training_speed.py [--repeats 3] [--keras PYTHON]
 
-Random samples of the published shapes, 13 textures, batches of 64: shuffling, gathering,
-forward, backward, Adam and the epoch's bookkeeping; validation is one batch. The precisions take
-turns, so that what else the machine does falls on both. Prints a table in Markdown.
+Random samples of the published shapes, 13 textures, batches of 64: shuffling, gathering, forward,
+backward, Adam, and after every epoch a validation on an eighth as many samples. As `evaluate`
+does, as many processes of one thread as there are cores train a fold each; their rates are added
+up. With --keras, an interpreter that has Keras and TensorFlow, the same networks run in Keras'
+`fit` with all cores; all ways take turns. Prints tables in Markdown.
 """
 
 import argparse
 import platform
 import statistics
+import subprocess
+import time
+from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import torch
+import torch.nn.functional as F  # noqa: N812
+from joblib import cpu_count
+from torch.utils.flop_counter import FlopCounterMode
 
 from afferents.core.families import Encoding
-from afferents.models import build
+from afferents.models import build, l2_penalty
+from afferents.pipeline.parallel import side_by_side
 from afferents.training import TrainingConfig, train
 from afferents.training.config import Precision
-from afferents.training.hardware import has_bfloat16
+from afferents.training.hardware import has_bfloat16, to_channels_last
 
-BATCH, TEXTURES = 64, 13
-CASES: list[tuple[str, Encoding, tuple[int, ...], int]] = [
-    ("SpatialNet", "spatial", (19, 19), 10),
-    ("CnnLstm", "spatiotemporal", (10, 19, 19), 2),
-    ("VibrationNet", "spectral", (1, 200), 10),
+BATCH, TEXTURES, EPOCHS = 64, 13, 4
+
+
+class Case(NamedTuple):
+    """A network, the shape of its samples, and batches an epoch."""
+
+    network: str
+    encoding: Encoding
+    shape: tuple[int, ...]
+    batches: int
+
+
+CASES = [
+    Case("SpatialNet", "spatial", (19, 19), 40),
+    Case("CnnLstm", "spatiotemporal", (10, 19, 19), 6),
+    Case("VibrationNet", "spectral", (1, 200), 60),
 ]
-PRECISIONS: tuple[Precision, ...] = ("float32", "bfloat16")
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--threads", type=int, default=torch.get_num_threads())
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--keras", help="a Python that has Keras and TensorFlow")
     arguments = parser.parse_args()
-    torch.set_num_threads(arguments.threads)
-    print(f"{machine()}\n\nMedian of {arguments.repeats} (lowest to highest), samples/s.\n")
-    print("| network | float32 | bfloat16 |\n|---|---|---|")
-    for name, encoding, shape, steps in CASES:
-        rates: dict[Precision, list[float]] = {precision: [] for precision in PRECISIONS}
-        for _ in range(arguments.repeats):
-            for precision in PRECISIONS:
-                rates[precision].append(samples_a_second(encoding, shape, steps, precision))
-        cells = (f"{statistics.median(r):.0f} ({min(r):.0f}-{max(r):.0f})" for r in rates.values())
-        print(f"| {name} | {' | '.join(cells)} |", flush=True)
-
-
-def samples_a_second(
-    encoding: Encoding, shape: tuple[int, ...], steps: int, precision: Precision
-) -> float:
-    """Train two epochs of `steps` batches and return the second's rate."""
-    n = BATCH * steps
-    values = torch.randn(n + BATCH, *shape)
-    labels = torch.randint(TEXTURES, (n + BATCH,))
-    config = TrainingConfig(
-        learning_rate=1e-3, batch_size=BATCH, patience=2, max_epochs=2, precision=precision
+    precision: Precision = "bfloat16" if has_bfloat16(device()) else "float32"
+    print(f"{machine()}, {precision}\n\nMedian of {arguments.repeats}.\n")
+    print(
+        "| network | one process, samples/s | a process a core, samples/s | times one | Keras, "
+        "samples/s | times Keras | share of matrix products | loop over bare step |\n"
+        + "|---" * 8
+        + "|"
     )
-    model = build(encoding, TEXTURES, shape)
-    training, validation = np.arange(n), np.arange(n, n + BATCH)
+    for case in CASES:
+        rates = defaultdict(list)
+        for _ in range(arguments.repeats):
+            rates["one"].append(side_by_side_rate(case, precision, 1))
+            rates["all"].append(side_by_side_rate(case, precision, cpu_count()))
+            if arguments.keras:
+                rates["keras"].append(keras_rate(arguments.keras, case))
+            for name, rate in bare_rates(case, precision).items():
+                rates[name].append(rate)
+        median = defaultdict(
+            lambda: float("nan"), {k: statistics.median(v) for k, v in rates.items()}
+        )
+        print(
+            f"| {case.network} | {median['one']:.0f} | {median['all']:.0f} "
+            f"| {median['all'] / median['one']:.2f} | {median['keras']:.0f} "
+            f"| {median['all'] / median['keras']:.2f} | {median['one'] / median['ceiling']:.2f} "
+            f"| {median['step'] / median['loop']:.2f} |",
+            flush=True,
+        )
+
+
+def side_by_side_rate(case: Case, precision: Precision, workers: int) -> float:
+    """Train as many folds at once as there are workers; return their samples a second, summed."""
+    # One worker more than jobs: with a single one `side_by_side` stays in this process.
+    jobs = [(case, precision)] * workers
+    return sum(side_by_side(loop_rate, jobs, max(2, workers)))
+
+
+def loop_rate(case: Case, precision: Precision) -> float:
+    """Train a few epochs in this process; return the samples a second of all but the first."""
+    torch.set_num_threads(1)
+    n, n_validation = BATCH * case.batches, BATCH * case.batches // 8
+    values = torch.randn(n + n_validation, *case.shape)
+    labels = torch.randint(TEXTURES, (n + n_validation,))
+    config = TrainingConfig(
+        learning_rate=1e-3, batch_size=BATCH, patience=EPOCHS, max_epochs=EPOCHS,
+        precision=precision,
+    )  # fmt: skip
+    model = build(case.encoding, TEXTURES, case.shape)
+    training, validation = np.arange(n), np.arange(n, n + n_validation)
     trained = train(model, values, labels, training, validation, 1.0, config, seed=0)
-    return n / trained.history[-1].seconds
+    return n / statistics.median(epoch.seconds for epoch in trained.history[1:])
+
+
+def bare_rates(case: Case, precision: Precision) -> dict[str, float]:
+    """Return samples a second of one process: bare steps, the loop, and matrix products alone."""
+    return next(side_by_side(bare_rates_here, [(case, precision)], 2))
+
+
+def bare_rates_here(case: Case, precision: Precision) -> dict[str, float]:
+    """Do so in this process.
+
+    A bare step is forward, backward and Adam on one batch that lies ready. The loop is timed
+    without its validation. The matrix products are as many floating-point operations as the
+    convolutions and dense layers of a step have, in one square product of 2048.
+    """
+    torch.set_num_threads(1)
+    where = device()
+    model = to_channels_last(build(case.encoding, TEXTURES, case.shape).to(where))
+    optimiser = torch.optim.Adam(
+        [p for p in model.parameters() if p.requires_grad], eps=1e-7, fused=True
+    )
+    batch = torch.randn(BATCH, *case.shape, device=where)
+    labels = torch.randint(TEXTURES, (BATCH,), device=where)
+    dtype = torch.bfloat16 if precision == "bfloat16" else torch.float32
+
+    def step() -> None:
+        with torch.autocast(where.type, dtype=torch.bfloat16, enabled=precision == "bfloat16"):
+            logits = model(batch)
+        loss = F.cross_entropy(logits.float(), labels) + l2_penalty(model)
+        optimiser.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        optimiser.step()
+
+    with FlopCounterMode(display=False) as counter:
+        step()
+    square = torch.randn(2048, 2048, dtype=dtype, device=where)
+    product_s = seconds_of(lambda: square @ square, 5)
+    flops_a_second = 2 * 2048**3 / product_s
+    return {
+        "step": BATCH / seconds_of(step, case.batches),
+        "loop": loop_rate_without_validation(case, precision),
+        "ceiling": flops_a_second * BATCH / counter.get_total_flops(),
+    }
+
+
+def loop_rate_without_validation(case: Case, precision: Precision) -> float:
+    """Return samples a second of the loop, its validation a single sample."""
+    n = BATCH * case.batches
+    values, labels = torch.randn(n + 1, *case.shape), torch.randint(TEXTURES, (n + 1,))
+    config = TrainingConfig(
+        learning_rate=1e-3, batch_size=BATCH, patience=EPOCHS, max_epochs=EPOCHS,
+        precision=precision,
+    )  # fmt: skip
+    model = build(case.encoding, TEXTURES, case.shape)
+    trained = train(model, values, labels, np.arange(n), np.array([n]), 1.0, config, seed=0)
+    return n / statistics.median(epoch.seconds for epoch in trained.history[1:])
+
+
+def seconds_of(action: Callable[[], object], times: int) -> float:
+    """Return the mean seconds of an action, after one call that does not count."""
+    action()
+    synchronise()
+    start = time.perf_counter()
+    for _ in range(times):
+        action()
+    synchronise()
+    return (time.perf_counter() - start) / times
+
+
+def synchronise() -> None:
+    """Wait for the GPU, where there is one."""
+    if torch.cuda.is_available():
+        torch.cuda.synchronize()
+
+
+def keras_rate(python: str, case: Case) -> float:
+    """Let another interpreter fit the same network with Keras."""
+    script = Path(__file__).with_name("keras_speed.py")
+    sizes = (case.batches, BATCH * case.batches // 8, EPOCHS)
+    command = [python, str(script), case.encoding, *map(str, sizes)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return float(done.stdout.split()[-1])
+
+
+def device() -> torch.device:
+    """Return the GPU where there is one."""
+    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
 
 
 def machine() -> str:
-    """Name processor or GPU, cores, threads and versions."""
-    if torch.cuda.is_available():
-        device, native = torch.cuda.get_device_name(), has_bfloat16(torch.device("cuda"))
-    else:
-        device, native = processor(), has_bfloat16(torch.device("cpu"))
-    return (
-        f"{device}, {torch.get_num_threads()} threads, PyTorch {torch.__version__}, "
-        f"Python {platform.python_version()}, bfloat16 {'native' if native else 'emulated'}"
-    )
+    """Name processor or GPU, cores and versions."""
+    name = torch.cuda.get_device_name() if torch.cuda.is_available() else processor()
+    return f"{name}, PyTorch {torch.__version__}, Python {platform.python_version()}"
 
 
 def processor() -> str:

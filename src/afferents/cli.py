@@ -314,6 +314,9 @@ def evaluate(
     train_speeds: Annotated[
         int | None, typer.Option(help="Speeds that each fold trains on [default: all it has].")
     ] = None,
+    held_out: Annotated[
+        str | None, typer.Option(help="Hold out only these speeds in turn, mm/s [default: all].")
+    ] = None,
     window_s: Annotated[float | None, typer.Option(help="Vibration window, s.")] = None,
     stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
     fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
@@ -345,6 +348,7 @@ def evaluate(
         "--speeds": speeds,
         "--markers": markers if markers != 1 else None,
         "--train-speeds": train_speeds,
+        "--held-out": held_out,
         "--window-s": window_s,
         "--stride-s": stride_s,
         "--fft-points": fft_points,
@@ -368,6 +372,7 @@ def evaluate(
             may_leave_out=models == "all",
             keep_going=keep_going,
             ablation=ablation,
+            held_out=parse_speeds(held_out, "--held-out"),
             options=options,
             workers=workers,
             cluster=cluster,

@@ -104,8 +104,8 @@ class Ablation:
         return replace(fold, train=fold.train[np.isin(speeds, there[places])])
 
 
-def parse_speeds(text: str | None) -> tuple[float, ...]:
-    """Read speeds in mm/s: ``10,50,100``, or ``10..100:30`` for 10, 40, 70, 100.
+def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...]:
+    """Read the speeds in mm/s of an option: ``10,50,100``, or ``10..100:30`` for 10, 40, 70, 100.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def parse_speeds(text: str | None) -> tuple[float, ...]:
             speeds = []
             break
     if text and not speeds:
-        raise InputError("--speeds", "mm/s as in 10,50,100 or 10..100:30", f"'{text}'")
+        raise InputError(option, "mm/s as in 10,50,100 or 10..100:30", f"'{text}'")
     return tuple(float(v) for v in dict.fromkeys(speeds))
 
 

@@ -51,6 +51,8 @@ class Evaluation:
         Whether recordings that can't be encoded are skipped instead of refused.
     ablation
         What of the data is used.
+    held_out
+        Speeds that are held out in turn, mm/s; none for all. The others are trained on still.
     options
         The command's further options, for the report to name.
     skipped
@@ -75,6 +77,7 @@ class Evaluation:
     may_leave_out: bool = False
     keep_going: bool = False
     ablation: Ablation = field(default_factory=Ablation)
+    held_out: Sequence[float] = ()
     options: Sequence[str] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     workers: int | None = None
@@ -149,8 +152,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
 def planned(
     evaluation: Evaluation, families: Sequence[Family], recordings: Sequence[Responses]
 ) -> list[FoldKey]:
-    """Name the folds of all families, protocols, seeds and speeds."""
-    speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    """Name the folds of all families, protocols, seeds and speeds to be held out."""
+    speeds = held_out_speeds(evaluation, recordings)
     return [
         FoldKey(family.name, protocol.name, seed, speed)
         for family in families
@@ -158,6 +161,22 @@ def planned(
         for seed in evaluation.seeds
         for speed in speeds
     ]
+
+
+def held_out_speeds(evaluation: Evaluation, recordings: Sequence[Responses]) -> list[float]:
+    """Return the speeds that are held out in turn, mm/s.
+
+    Raises
+    ------
+    InputError
+        If one is asked for that no recording has.
+    """
+    there = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    for speed in evaluation.held_out:
+        if speed not in there:
+            some = ", ".join(f"{s:g}" for s in there)
+            raise InputError("--held-out", f"some of {some} mm/s", f"{speed:g}")
+    return [speed for speed in there if speed in evaluation.held_out or not evaluation.held_out]
 
 
 def skipped_recordings(
@@ -235,10 +254,13 @@ def summarise_folder(
     recordings: Sequence[Responses],
     left_out: Sequence[str],
 ) -> dict[str, Any]:
-    """Summarise every model, protocol and seed of the folder whose folds are all finished."""
-    speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    """Summarise every model, protocol and seed of the folder whose folds are all finished.
+
+    Folds of other speeds than those to be held out are not looked at.
+    """
+    speeds = held_out_speeds(evaluation, recordings)
     textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
-    keys = finished_keys(evaluation.out)
+    keys = [key for key in finished_keys(evaluation.out) if key.held_out_mm_s in speeds]
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,

@@ -153,6 +153,23 @@ def test_less_of_the_data_beside_all_of_it(extracted, tmp_path, run):
     assert "folders of different names" in err
 
 
+def test_some_speeds_alone_are_held_out(sounds, tmp_path, run):
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    run("extract", sounds, store, "--quiet")
+    options = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+    code, out, err = run(*options, "--held-out", "20,60")
+    assert code == 0, err
+    assert list(json.loads(out)["models"]["vib-te"]["nested"]["by_speed"]) == ["20", "60"]
+    assert json.loads(out)["options"] == ["--held-out", "20,60"]
+    fold = results / "folds/vib-te/nested/seed-0/20/fold.json"
+    before = fold.stat().st_mtime_ns
+    assert len(json.loads(run(*options)[1])["models"]["vib-te"]["nested"]["by_speed"]) == 4
+    assert fold.stat().st_mtime_ns == before, "what is finished was trained again"
+    code, _, err = run(*options, "--held-out", "25")
+    assert code == 2
+    assert "--held-out: expected some of 20, 30, 40, 60 mm/s, found 25" in err
+
+
 def test_status_tells_what_is_done_and_how_to_go_on(sounds, tmp_path, run):
     store, results = tmp_path / "s.zarr", tmp_path / "r"
     run("extract", sounds, store, "--quiet")
