@@ -13,7 +13,7 @@ from joblib import cpu_count
 from afferents import __version__
 from afferents.core import dims
 from afferents.core.cut import Cut
-from afferents.core.errors import AfferentsError
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.families import Encoding, Family
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
