@@ -294,7 +294,10 @@ def evaluate(
     models: Annotated[str, typer.Option(help="'all' or a comma-separated list.")] = "all",
     protocol: Annotated[str, typer.Option(help="nested, published or both.")] = "nested",
     preset: Annotated[
-        Literal["quick", "paper"], typer.Option(help="Training recipe: 'paper' as published.")
+        Literal["quick", "fast", "paper"],
+        typer.Option(
+            help="Training recipe: 'paper' as published, 'fast' nearly as good, 'quick' to try."
+        ),
     ] = "quick",
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(min=0, help="First seed.")] = 0,
@@ -425,8 +428,10 @@ def reproduce(
     ] = None,
     sensor: SensorName = "tip_b",
     preset: Annotated[
-        Literal["quick", "paper"],
-        typer.Option(help="Of simulation and training: minutes, or days as the paper's."),
+        Literal["quick", "fast", "paper"],
+        typer.Option(
+            help="Of training and simulation: minutes, hours with all recordings, days as the paper."
+        ),
     ] = "quick",
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(min=0, help="Of simulation and training.")] = 0,

@@ -17,6 +17,7 @@ from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
 from afferents.pipeline.write_report import write_report
+from afferents.training import Preset
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Reproduction:
     out: Path
     session: Path | None
     sensor: Sensor
-    preset: SimulationPreset
+    preset: Preset
     cut: Cut = "all"
     seed: int = 0
     workers: int | None = None
@@ -91,5 +92,6 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
 
 def _simulated(reproduction: Reproduction, progress: Progress) -> Path:
     session = reproduction.out / "session"
-    simulation = simulation_of(session, reproduction.preset, seed=reproduction.seed)
+    size: SimulationPreset = "quick" if reproduction.preset == "quick" else "paper"
+    simulation = simulation_of(session, size, seed=reproduction.seed)
     return simulate_session(simulation, reproduction.workers, progress)

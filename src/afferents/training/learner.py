@@ -6,6 +6,7 @@ import torch
 import torch.nn.functional as F  # noqa: N812
 from torch import Tensor, nn
 from torch.nn.modules.batchnorm import _BatchNorm
+from torch.optim.lr_scheduler import OneCycleLR
 
 from afferents.models import l2_penalty
 from afferents.training.config import TrainingConfig
@@ -16,14 +17,19 @@ from afferents.training.hardware import autocast
 class Learner:
     """Adam on cross-entropy plus the L2 term of a network's marked kernels."""
 
-    def __init__(self, model: nn.Module, config: TrainingConfig, device: torch.device) -> None:
-        """Prepare to train `model`, which lies on `device` already."""
+    def __init__(
+        self, model: nn.Module, config: TrainingConfig, device: torch.device, n_steps: int
+    ) -> None:
+        """Prepare to train `model`, which lies on `device` already, for at most so many steps."""
         self.model = model
         self.device = device
         self.precision = autocast(config, device)
         trainable = [p for p in model.parameters() if p.requires_grad]
         rate = config.learning_rate
         self.optimiser = torch.optim.Adam(trainable, lr=rate, eps=1e-7, fused=True)
+        self.cycle = (
+            OneCycleLR(self.optimiser, rate, total_steps=n_steps + 1) if config.one_cycle else None
+        )
         self.statistics = WarmUp(model) if config.warm_up_statistics else None
 
     def learn(self, data: Data, batches: Iterable[Tensor]) -> tuple[float, float]:
@@ -38,6 +44,8 @@ class Learner:
             self.optimiser.zero_grad(set_to_none=True)
             loss.backward()  # type: ignore[no-untyped-call]
             self.optimiser.step()
+            if self.cycle:
+                self.cycle.step()
             tally.add(logits, loss, labels)
         if self.statistics:
             self.statistics.rest()

@@ -49,6 +49,8 @@ class TrainedModel:
     history: tuple[Epoch, ...]
     best_epoch: int
     """Number of the first epoch with the highest validation accuracy."""
+    passes: int
+    """Samples that went forward and backward, of all epochs; in stages also single frames."""
     seconds: float
 
     def facts(self) -> dict[str, Any]:
@@ -56,6 +58,7 @@ class TrainedModel:
         return {
             "epochs": len(self.history),
             "best_epoch": self.best_epoch,
+            "passes": self.passes,
             "validation_accuracy": self.history[self.best_epoch - 1].validation_accuracy,
             "seconds": round(self.seconds, 3),
             "history": [asdict(epoch) for epoch in self.history],
@@ -117,11 +120,14 @@ def train(
     to_channels_last(model.to(device))
     data = Data(values, labels, scale, device)
     with _seeded(seed, device):
-        learner = Learner(model, config, device)
-        epochs = _epochs(learner, data, _indices(train_index), _indices(validation_index), config)
+        training, validation = _indices(train_index), _indices(validation_index)
+        n_steps = config.max_epochs * len(split(training, config.batch_size))
+        learner = Learner(model, config, device, n_steps)
+        epochs = _epochs(learner, data, training, validation, config)
         history, best, weights = _until_no_better(epochs, model, config, progress)
     model.load_state_dict(weights)
-    return TrainedModel(model, tuple(history), best.number, time.perf_counter() - start)
+    passes = len(history) * len(train_index)
+    return TrainedModel(model, tuple(history), best.number, passes, time.perf_counter() - start)
 
 
 @torch.inference_mode()

@@ -5,6 +5,8 @@ of every frame is worked out once, and the LSTMs and dense layers learn from tha
 tenth of a run, and the second stage next to nothing. Not the published recipe.
 """
 
+import time
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -52,6 +54,7 @@ def train_in_stages(
     model, values, labels, train_index, validation_index, config, seed
         As for `train`; values are (n_runs, frame, row, column) and not scaled.
     """
+    start = time.perf_counter()
     n_frames = values.shape[1]
     images = values.flatten(0, 1)
     of_frame = labels.repeat_interleave(n_frames)
@@ -61,7 +64,7 @@ def train_in_stages(
     spatial = build("spatial", int(labels.max()) + 1, tuple(values.shape[2:]), seed)
     image_stack = cast("SpatialNet", spatial).image
     image_stack.load_state_dict(model.image.state_dict())
-    train(
+    of_images = train(
         spatial,
         images,
         of_frame,
@@ -85,7 +88,12 @@ def train_in_stages(
         config,
         seed,
     )
-    return TrainedModel(model, trained.history, trained.best_epoch, trained.seconds)
+    return replace(
+        trained,
+        model=model,
+        passes=of_images.passes + trained.passes,
+        seconds=time.perf_counter() - start,
+    )
 
 
 def _frames_of(runs: NDArray[np.int64], n_frames: int, a_run: int) -> NDArray[np.int64]:

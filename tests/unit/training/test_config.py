@@ -28,8 +28,16 @@ def test_quick_sees_fewer_samples_for_fewer_epochs(encoding):
     assert quick.patience < quick.max_epochs
 
 
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_fast_goes_one_cycle_over_fewer_samples(encoding):
+    fast, paper = training_config("fast", encoding), training_config("paper", encoding)
+    assert (fast.one_cycle, paper.one_cycle) == (True, False)
+    assert fast.patience == fast.max_epochs < paper.patience
+    assert fast.training_samples is not None
+
+
 def test_an_unknown_preset_is_refused():
-    with pytest.raises(InputError, match="--preset: expected paper or quick, found 'slow'"):
+    with pytest.raises(InputError, match="--preset: expected quick, fast or paper, found 'slow'"):
         training_config("slow", "spatial")
 
 
@@ -44,6 +52,7 @@ def test_an_unknown_preset_is_refused():
         {"precision": "float16"},
         {"device": "tpu"},
         {"epochs": 3},
+        {"one_cycle": True, "max_epochs": 4},
     ],
 )
 def test_contradictions_are_refused_when_built(wrong):

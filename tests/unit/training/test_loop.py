@@ -11,9 +11,9 @@ from torch import nn
 from afferents.core.errors import AfferentsError, InputError
 from afferents.models import build, l2_penalty
 from afferents.training import Epoch, predict, train
-from afferents.training.data import split
+from afferents.training.data import Data, split
 from afferents.training.hardware import autocast, choose_device, has_bfloat16
-from afferents.training.learner import WarmUp
+from afferents.training.learner import Learner, WarmUp
 
 
 @pytest.mark.parametrize(
@@ -29,6 +29,29 @@ def test_every_network_learns_a_separable_problem(encoding, shape, make_problem,
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
     assert accuracy > 0.9
     assert accuracy == pytest.approx(trained.history[trained.best_epoch - 1].validation_accuracy)
+
+
+def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
+    problem = make_problem((10, 10))
+    cycle = {"one_cycle": True, "max_epochs": 5, "patience": 5, "learning_rate": 1e-2}
+    config = config.model_copy(update={**cycle, "batch_size": 16})
+    data = Data(problem.values, problem.labels, 1.0, torch.device("cpu"))
+    batches = split(torch.from_numpy(problem.train), 16)
+    learner = Learner(build("spatial", 3, (10, 10)), config, torch.device("cpu"), 5 * len(batches))
+    rates = []
+    for _ in range(5):
+        for batch in batches:
+            rates.append(learner.optimiser.param_groups[0]["lr"])
+            learner.learn(data, [batch])
+    highest = int(np.argmax(rates))
+    assert rates[highest] == pytest.approx(1e-2, rel=0.05)
+    assert 0 < highest < len(rates) / 2
+    assert (np.diff(rates[: highest + 1]) > 0).all()
+    assert (np.diff(rates[highest:]) < 0).all()
+    assert rates[-1] < 1e-4
+    trained = train(build("spatial", 3, (10, 10)), *problem, 1.0, config, seed=0)
+    assert trained.passes == trained.facts()["passes"] == 5 * len(problem.train)
+    assert trained.history[-1].validation_accuracy > 0.9
 
 
 class Scripted(nn.Module):

@@ -25,6 +25,8 @@ def test_it_learns_and_leaves_one_whole_network(make_problem, config):
     probabilities = predict(model, problem.values, problem.validation, 1.0, config)
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
     assert accuracy > 0.8
+    n = len(problem.train)
+    assert trained.passes == n * len(trained.history) + 2 * n * 6
     # What was judged on features is what the whole network says of the runs.
     assert accuracy == trained.history[trained.best_epoch - 1].validation_accuracy
 
