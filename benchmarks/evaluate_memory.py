@@ -1,10 +1,11 @@
-"""Peak memory of `evaluate` on a store of the paper's size, 130 recordings of 5000 frames.
+"""Time and peak memory of `evaluate` on a store of the paper's size, 130 recordings of 5000 frames.
 
-Random marker data and sound are written to a store, then the real command runs on it in a
-process of its own, for a few folds of each model: its memory peaks while the samples are joined
-and in the first fold, and is the same in every other.
+Random marker data and sound are written to a store, then the real command runs on it with its
+worker processes, two held-out speeds for each model: memory peaks while the samples are joined and
+in the first folds, and is the same in all others; so is the time of `fast`, which always goes as
+many epochs.
 
-    python benchmarks/evaluate_memory.py FOLDER [--models sa-se,sa-ste] [--folds 2]
+    python benchmarks/evaluate_memory.py FOLDER [--models sa-se,sa-ste] [--held-out 40,60]
 """
 
 import argparse
@@ -12,11 +13,14 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import psutil
 import xarray as xr
 
+from afferents.core.families import FAMILIES
 from afferents.core.recording import Recording
 from afferents.core.responses import label
 from afferents.core.store import create_store, has_responses, write_responses
@@ -61,34 +65,37 @@ def write_store(store: Path) -> None:
                 write_responses(store, random_responses(texture, speed, rng))
 
 
-def peak_gb(process: subprocess.Popen[bytes]) -> float:
-    """Return the largest resident memory of a process so far (Linux), 0 once it has ended."""
-    status = Path(f"/proc/{process.pid}/status").read_text()
-    _, found, rest = status.partition("VmHWM:")
-    return int(rest.split()[0]) * 1024 / 1e9 if found else 0.0
+def memory_gb(process: psutil.Process) -> float:
+    """Return the memory of a process and all its children; what they share counts once (Linux)."""
+    total = 0
+    for each in [process, *process.children(recursive=True)]:
+        with suppress(psutil.NoSuchProcess):
+            total += each.memory_full_info().pss
+    return total / 1e9
 
 
 def main() -> None:
-    """Run the command until enough folds are finished; print its peak memory."""
+    """Run the command for each model, then print its time and its peak memory."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--models", default="sa-se,sa-ste")
-    parser.add_argument("--folds", type=int, default=2, help="stop after so many folds a model")
+    parser.add_argument("--models", default=",".join(FAMILIES))
+    parser.add_argument("--held-out", default="40,60")
+    parser.add_argument("--preset", default="fast")
     arguments = parser.parse_args()
     store = arguments.folder / "random.zarr"
     write_store(store)
+    print("| model | seconds | peak memory, GB |\n|---|---|---|")
     for model in arguments.models.split(","):
         results = arguments.folder / f"results-{model}-{os.getpid()}"
         command = ["evaluate", str(store), "--out", str(results), "--models", model, "--quiet"]
-        start = "import sys; from afferents.cli import main; main()"
-        with subprocess.Popen([sys.executable, "-c", start, *command]) as process:
-            peak = 0.0
-            while process.poll() is None:
-                peak = max(peak, peak_gb(process))
-                if len(list(results.glob("folds/*/*/*/*/fold.json"))) >= arguments.folds:
-                    process.terminate()
+        command += ["--preset", arguments.preset, "--held-out", arguments.held_out]
+        began, peak = time.perf_counter(), 0.0
+        with subprocess.Popen([sys.executable, "-m", "afferents", *command]) as run:
+            while run.poll() is None:
+                with suppress(psutil.NoSuchProcess):
+                    peak = max(peak, memory_gb(psutil.Process(run.pid)))
                 time.sleep(0.5)
-        print(f"{model}: peak {peak:.2f} GB over {arguments.folds} folds", flush=True)
+        print(f"| {model} | {time.perf_counter() - began:.0f} | {peak:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

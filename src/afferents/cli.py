@@ -429,9 +429,7 @@ def reproduce(
     sensor: SensorName = "tip_b",
     preset: Annotated[
         Literal["quick", "fast", "paper"],
-        typer.Option(
-            help="Of training and simulation: minutes, hours with all recordings, days as the paper."
-        ),
+        typer.Option(help="Of training and simulation: minutes, hours, or days as the paper."),
     ] = "quick",
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(min=0, help="Of simulation and training.")] = 0,

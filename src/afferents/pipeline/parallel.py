@@ -1,9 +1,12 @@
 """Jobs side by side: processes of one thread each, on the cores of this machine."""
 
 import os
+import threading
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import joblib
@@ -46,7 +49,7 @@ def side_by_side(
     options["mmap_mode"] = "c"  # as if it were the process's own, which PyTorch asks for
     with _environment(_KEEP_MEMORY), joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
-        results = pool(joblib.delayed(_call)(function, *job) for job in jobs)
+        results = pool(joblib.delayed(_call)(os.getpid(), function, *job) for job in jobs)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
                 yield result
@@ -60,14 +63,28 @@ def side_by_side(
                 results.close()
 
 
-def _call(function: Callable[..., Result], *job: Any) -> Result:
-    """Do a job in a process that may keep its memory.
+def _call(caller: int, function: Callable[..., Result], *job: Any) -> Result:
+    """Do a job in a process that may keep its memory, and ends with the one that called.
 
     Where psutil is installed, loky takes a process that has grown by 300 MB for a leak, and
     starts another; ours hold on to what they freed, and map samples, on purpose.
     """
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
+    if os.getppid() == caller:
+        _end_with(caller)
     return function(*job)
+
+
+@lru_cache
+def _end_with(caller: int) -> None:
+    """End this process soon after its caller; one that is killed can't tell its workers to stop."""
+
+    def watch() -> None:
+        while os.getppid() == caller:
+            time.sleep(1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

@@ -126,10 +126,10 @@ _FAST: dict[Encoding, TrainingConfig] = {
         frames_a_run=4,
     ),
     "spectral": TrainingConfig(
-        learning_rate=1e-3,
+        learning_rate=2e-3,
         one_cycle=True,
-        patience=6,
-        max_epochs=6,
+        patience=5,
+        max_epochs=5,
         training_samples=28_000,
         validation_samples=2000,
     ),

@@ -2,9 +2,13 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from afferents.core.errors import AfferentsError, InputError
@@ -50,6 +54,35 @@ def test_an_error_stays_what_it_was(workers):
 def test_a_process_that_died_is_one_sentence():
     with pytest.raises(AfferentsError, match=r"a worker process died .* fewer --workers"):
         list(side_by_side(die, [(0,), (1,)], 2))
+
+
+def say_who_and_sleep(path):
+    path.write_text(str(os.getpid()))
+    time.sleep(120)
+
+
+def test_workers_end_with_a_caller_that_was_killed(tmp_path):
+    here = Path(__file__)
+    script = (
+        f"import sys; sys.path.insert(0, {str(here.parent)!r}); import {here.stem} as here\n"
+        "from pathlib import Path; from afferents.pipeline.parallel import side_by_side\n"
+        "jobs = [(Path(sys.argv[1]) / name,) for name in 'ab']\n"
+        "list(side_by_side(here.say_who_and_sleep, jobs, 2))"
+    )
+    caller = subprocess.Popen([sys.executable, "-c", script, str(tmp_path)])
+    wait_for(lambda: all((tmp_path / n).exists() and (tmp_path / n).read_text() for n in "ab"))
+    workers = [int((tmp_path / name).read_text()) for name in "ab"]
+    caller.kill()
+    caller.wait()
+    wait_for(lambda: not any(psutil.pid_exists(worker) for worker in workers))
+
+
+def wait_for(condition):
+    for _ in range(600):
+        if condition():
+            return
+        time.sleep(0.1)
+    pytest.fail("it did not come within a minute")
 
 
 def test_the_environment_is_left_as_it_was():

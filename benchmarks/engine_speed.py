@@ -1,0 +1,63 @@
+"""How long the same trainings take in one process, in one a core, and on a Dask cluster.
+
+    python benchmarks/engine_speed.py [--jobs 8] [--repeats 3]
+
+Each job trains `SpatialNet` on random images in one thread, as a fold of `evaluate` does. The
+cluster is a `LocalCluster` of as many processes as there are cores, spoken to over TCP; like
+the processes of this machine it is warm: it has done a job each before the clock starts. The ways
+take turns. Prints a table in Markdown.
+"""
+
+import argparse
+import statistics
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+
+from distributed import LocalCluster
+from joblib import cpu_count
+from training_speed import CASES, loop_rate, machine
+
+from afferents.pipeline.cluster import on_cluster
+from afferents.pipeline.parallel import side_by_side
+
+Job = tuple[object, ...]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--jobs", type=int, default=8)
+    parser.add_argument("--repeats", type=int, default=3)
+    arguments = parser.parse_args()
+    jobs: list[Job] = [(CASES[0], "float32")] * arguments.jobs
+    cores = cpu_count()
+    with LocalCluster(
+        n_workers=cores, threads_per_worker=1, processes=True, protocol="tcp",
+        dashboard_address=":0",
+    ) as cluster:  # fmt: skip
+        ways: dict[str, Callable[[list[Job]], Iterable[float]]] = {
+            "one process": lambda some: side_by_side(loop_rate, some, 1),
+            f"{cores} processes": lambda some: side_by_side(loop_rate, some, cores),
+            f"Dask, {cores} processes": lambda some: on_cluster(
+                loop_rate, some, cluster.scheduler_address
+            ),
+        }
+        seconds: dict[str, list[float]] = defaultdict(list)
+        for way in ways.values():
+            list(way(jobs[:cores]))
+        for _ in range(arguments.repeats):
+            for name, way in ways.items():
+                start = time.perf_counter()
+                list(way(jobs))
+                seconds[name].append(time.perf_counter() - start)
+    print(f"{machine()}\n\n{arguments.jobs} jobs, median of {arguments.repeats}.\n")
+    print("| way | seconds | times one process |\n|---|---|---|")
+    alone = statistics.median(seconds["one process"])
+    for name, found in seconds.items():
+        median = statistics.median(found)
+        print(f"| {name} | {median:.1f} | {alone / median:.2f} |")
+
+
+if __name__ == "__main__":
+    main()

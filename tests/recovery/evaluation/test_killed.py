@@ -1,0 +1,101 @@
+"""An evaluation that is shot again and again ends with the table of one that never was."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import psutil
+import pytest
+import soundfile
+
+KILLS = 20
+RATE_HZ = 8000
+
+
+def write_sounds(root):
+    """Three textures at four speeds, three seconds of sound each, no video."""
+    for texture in (1, 2, 3):
+        for speed in (20, 30, 40, 60):
+            folder = root / str(texture) / str(speed)
+            folder.mkdir(parents=True)
+            at_s = np.arange(3 * RATE_HZ) / RATE_HZ
+            noise = np.random.default_rng([texture, speed]).normal(size=len(at_s))
+            sound = 0.1 * texture * np.sin(2 * np.pi * texture * speed / 10 * at_s) + 0.05 * noise
+            soundfile.write(folder / "audio.wav", np.stack([sound, sound], axis=1), RATE_HZ)
+    declared = {"sample_rate_hz": RATE_HZ, "steady_s": [0.1, 3.0]}
+    (root / "session.json").write_text(json.dumps(declared))
+
+
+def command(store, out):
+    """Two models, two protocols, four speeds, three seeds: 48 trainings."""
+    options = ("--models", "vib-te,vib-te-aug", "--protocol", "both", "--seeds", "3", "--quiet")
+    start = (sys.executable, "-m", "afferents", "evaluate", store, "--out", out, "--workers", "2")
+    return [*map(str, start), *options]
+
+
+def shoot(run, rng):
+    """Kill the run or, every other time, one of its workers; return which."""
+    workers = [
+        child
+        for child in psutil.Process(run.pid).children(recursive=True)
+        if "loky" in " ".join(child.cmdline()) and "resource_tracker" not in child.cmdline()[-1]
+    ]
+    if workers and rng.random() < 0.5:
+        rng.choice(workers).kill()
+        return "a worker"
+    os.kill(run.pid, signal.SIGKILL)
+    return "the run"
+
+
+def table(out):
+    """Return the predictions, in an order of their own, and the summary's models."""
+    predictions = pd.read_parquet(out / "predictions.parquet")
+    by = ["model", "protocol", "seed", "held_out_speed_mm_s", "recording", "start_s"]
+    models = json.loads((out / "summary.json").read_text())["models"]
+    for protocols in models.values():
+        for found in protocols.values():
+            del found["seconds"]
+    return predictions.sort_values(by, ignore_index=True), models
+
+
+@pytest.mark.slow
+def test_the_table_is_the_same_however_often_it_was_shot(tmp_path):
+    write_sounds(tmp_path / "session")
+    store = tmp_path / "s.zarr"
+    extract = (sys.executable, "-m", "afferents", "extract", tmp_path / "session", store, "--quiet")
+    subprocess.run(list(map(str, extract)), check=True)
+    subprocess.run(command(store, tmp_path / "calm"), check=True)
+    rng = random.Random(0)
+    shot = []
+    finished_before = 0
+    for _ in range(KILLS):
+        run = subprocess.Popen(command(store, tmp_path / "shot"), stderr=subprocess.PIPE, text=True)
+        time.sleep(rng.uniform(1, 16))
+        if run.poll() is not None:
+            break
+        shot.append(shoot(run, rng))
+        _, said = run.communicate(timeout=60)  # once none of its processes is left
+        if shot[-1] == "a worker":
+            assert run.returncode != 0
+            assert "a worker process died" in said
+            assert "Traceback" not in said
+        finished = sum(1 for _ in Path(tmp_path / "shot").rglob("fold.json"))
+        assert finished >= finished_before, "what was finished is lost"
+        finished_before = finished
+    assert len(shot) == KILLS, f"it was done after {len(shot)} shots"
+    assert {"a worker", "the run"} == set(shot)
+    subprocess.run(command(store, tmp_path / "shot"), check=True)
+    (found, models), (expected, expected_models) = (
+        table(tmp_path / "shot"),
+        table(tmp_path / "calm"),
+    )
+    pd.testing.assert_frame_equal(found, expected)
+    assert models == expected_models
+    assert not list((tmp_path / "shot").rglob("*.partial*"))
