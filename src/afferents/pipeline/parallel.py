@@ -6,7 +6,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
 from typing import Any, TypeVar
 
 import joblib
@@ -45,11 +44,16 @@ def side_by_side(
     AfferentsError
         If a process died. Errors of `function` pass through, and stop the jobs that wait.
     """
-    options = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": "n_jobs"}
+    options: dict[str, Any] = {
+        "return_as": "generator_unordered",
+        "batch_size": 1,
+        "pre_dispatch": "n_jobs",
+    }
     options["mmap_mode"] = "c"  # as if it were the process's own, which PyTorch asks for
+    options |= {"initializer": _prepare, "initargs": (os.getpid(),)}
     with _environment(_KEEP_MEMORY), joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
-        results = pool(joblib.delayed(_call)(os.getpid(), function, *job) for job in jobs)
+        results = pool(joblib.delayed(function)(*job) for job in jobs)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
                 yield result
@@ -63,21 +67,14 @@ def side_by_side(
                 results.close()
 
 
-def _call(caller: int, function: Callable[..., Result], *job: Any) -> Result:
-    """Do a job in a process that may keep its memory, and ends with the one that called.
+def _prepare(caller: int) -> None:
+    """Let a new process keep its memory, and end soon after the one that called.
 
     Where psutil is installed, loky takes a process that has grown by 300 MB for a leak, and
-    starts another; ours hold on to what they freed, and map samples, on purpose.
+    starts another; ours hold on to what they freed, and map samples, on purpose. And who is killed
+    can't tell its workers to stop.
     """
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
-    if os.getppid() == caller:
-        _end_with(caller)
-    return function(*job)
-
-
-@lru_cache
-def _end_with(caller: int) -> None:
-    """End this process soon after its caller; one that is killed can't tell its workers to stop."""
 
     def watch() -> None:
         while os.getppid() == caller:
