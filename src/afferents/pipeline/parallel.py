@@ -1,11 +1,12 @@
 """Jobs side by side: processes of one thread each, on the cores of this machine."""
 
+import ctypes
 import os
+import sys
 import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import joblib
@@ -16,13 +17,8 @@ from afferents.core.errors import AfferentsError
 
 Result = TypeVar("Result")
 
-_KEEP_MEMORY = {
-    "MALLOC_MMAP_THRESHOLD_": str(8 << 30),
-    "MALLOC_TRIM_THRESHOLD_": str(16 << 30),
-    "MALLOC_TOP_PAD_": str(256 << 20),
-}
-"""For glibc, which gives freed memory back at once, while training asks for as much again at
-every step. Read when a process starts."""
+_TRIM_THRESHOLD, _TOP_PAD, _MMAP_THRESHOLD = -1, -2, -3
+"""Options of glibc's mallopt(3)."""
 
 
 def side_by_side(
@@ -51,7 +47,7 @@ def side_by_side(
     }
     options["mmap_mode"] = "c"  # as if it were the process's own, which PyTorch asks for
     options |= {"initializer": _prepare, "initargs": (os.getpid(),)}
-    with _environment(_KEEP_MEMORY), joblib.parallel_config("loky", inner_max_num_threads=1):
+    with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
         results = pool(joblib.delayed(function)(*job) for job in jobs)
         try:
@@ -75,6 +71,7 @@ def _prepare(caller: int) -> None:
     can't tell its workers to stop.
     """
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
+    keep_freed_memory()
 
     def watch() -> None:
         while os.getppid() == caller:
@@ -84,13 +81,14 @@ def _prepare(caller: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-@contextmanager
-def _environment(variables: dict[str, str]) -> Iterator[None]:
-    """Set variables for the processes started inside, but not those that the user set."""
-    added = {name: value for name, value in variables.items() if name not in os.environ}
-    os.environ.update(added)
-    try:
-        yield
-    finally:
-        for name in added:
-            os.environ.pop(name, None)
+def keep_freed_memory() -> None:
+    """Let this process hold on to memory that it frees, where the C library is glibc.
+
+    Training asks for as much again at every step. glibc would give it back each time, and on a
+    Dask worker, which is told to, that doubles the time of a step.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
+    if mallopt:
+        mallopt(_TRIM_THRESHOLD, 2**31 - 1)
+        mallopt(_TOP_PAD, 2**28)
+        mallopt(_MMAP_THRESHOLD, 2**30)
