@@ -16,11 +16,10 @@ from collections.abc import Callable, Iterable
 
 from distributed import LocalCluster
 from joblib import cpu_count
-from training_speed import CASES, Case, loop_rate, machine
+from training_speed import CASES, loop_rate, machine
 
 from afferents.pipeline.cluster import on_cluster
-from afferents.pipeline.parallel import keep_freed_memory, side_by_side
-from afferents.training.config import Precision
+from afferents.pipeline.parallel import side_by_side
 
 Job = tuple[object, ...]
 
@@ -41,7 +40,7 @@ def main() -> None:
             "one process": lambda some: side_by_side(loop_rate, some, 1),
             f"{cores} processes": lambda some: side_by_side(loop_rate, some, cores),
             f"Dask, {cores} processes": lambda some: on_cluster(
-                far_loop_rate, some, cluster.scheduler_address
+                loop_rate, some, cluster.scheduler_address
             ),
         }
         seconds: dict[str, list[float]] = defaultdict(list)
@@ -58,12 +57,6 @@ def main() -> None:
     for name, found in seconds.items():
         median = statistics.median(found)
         print(f"| {name} | {median:.1f} | {alone / median:.2f} |")
-
-
-def far_loop_rate(case: Case, precision: Precision) -> float:
-    """Train as a job on a cluster does."""
-    keep_freed_memory()
-    return loop_rate(case, precision)
 
 
 if __name__ == "__main__":

@@ -93,10 +93,14 @@ def side_by_side_rate(case: Case, precision: Precision, workers: int) -> float:
     return sum(side_by_side(loop_rate, jobs, max(2, workers)))
 
 
-def loop_rate(case: Case, precision: Precision) -> float:
-    """Train a few epochs in this process; return the samples a second of all but the first."""
+def loop_rate(case: Case, precision: Precision, n_validation: int | None = None) -> float:
+    """Train a few epochs in this process; return the samples a second of all but the first.
+
+    Validates on an eighth as many samples as it trains on, or on `n_validation`.
+    """
     torch.set_num_threads(1)
-    n, n_validation = BATCH * case.batches, BATCH * case.batches // 8
+    n = BATCH * case.batches
+    n_validation = n_validation or n // 8
     values = torch.randn(n + n_validation, *case.shape)
     labels = torch.randint(TEXTURES, (n + n_validation,))
     config = TrainingConfig(
@@ -144,7 +148,7 @@ def bare_rates_here(case: Case, precision: Precision) -> dict[str, float]:
     flops_a_second = 2 * 2048**3 / product_s
     return {
         "step": BATCH / seconds_of(step, case.batches),
-        "loop": loop_rate_without_validation(case, precision),
+        "loop": loop_rate(case, precision, n_validation=1),
         "ceiling": flops_a_second / operations_a_sample(case),
     }
 
@@ -156,19 +160,6 @@ def operations_a_sample(case: Case) -> float:
         outcome: torch.Tensor = model(torch.randn(BATCH, *case.shape, device="meta"))
         outcome.sum().backward()  # type: ignore[no-untyped-call]
     return counter.get_total_flops() / BATCH
-
-
-def loop_rate_without_validation(case: Case, precision: Precision) -> float:
-    """Return samples a second of the loop, its validation a single sample."""
-    n = BATCH * case.batches
-    values, labels = torch.randn(n + 1, *case.shape), torch.randint(TEXTURES, (n + 1,))
-    config = TrainingConfig(
-        learning_rate=1e-3, batch_size=BATCH, patience=EPOCHS, max_epochs=EPOCHS,
-        precision=precision,
-    )  # fmt: skip
-    model = build(case.encoding, TEXTURES, case.shape)
-    trained = train(model, values, labels, np.arange(n), np.array([n]), 1.0, config, seed=0)
-    return n / statistics.median(epoch.seconds for epoch in trained.history[1:])
 
 
 def seconds_of(action: Callable[[], object], times: int) -> float:

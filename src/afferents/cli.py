@@ -296,7 +296,7 @@ def evaluate(
     preset: Annotated[
         Literal["quick", "fast", "paper"],
         typer.Option(
-            help="Training recipe: 'paper' as published, 'fast' nearly as good, 'quick' to try."
+            help="Training recipe: 'paper' as published, 'fast' a shorter road, 'quick' to try."
         ),
     ] = "quick",
     cut: CutName = "all",

@@ -64,10 +64,7 @@ class Ablation:
         there = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
         speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
         textures = [_known_texture(name, there) for name in self.textures] or there
-        for speed in self.speeds_mm_s:
-            if speed not in speeds:
-                known = ", ".join(f"{v:g}" for v in speeds)
-                raise InputError("--speeds", f"some of {known} mm/s", f"{speed:g}")
+        require_speeds(self.speeds_mm_s, speeds, "--speeds")
         wanted = self.speeds_mm_s or speeds
         return [
             r
@@ -127,6 +124,20 @@ def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...
     if text and not speeds:
         raise InputError(option, "mm/s as in 10,50,100 or 10..100:30", f"'{text}'")
     return tuple(float(v) for v in dict.fromkeys(speeds))
+
+
+def require_speeds(wanted: Sequence[float], there: Sequence[float], option: str) -> None:
+    """Refuse speeds, mm/s, that an option asks for and no recording has.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for speed in wanted:
+        if speed not in there:
+            known = ", ".join(f"{v:g}" for v in there)
+            raise InputError(option, f"some of {known} mm/s", f"{speed:g}")
 
 
 def _known_texture(name: str, there: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from afferents.core.errors import AfferentsError, InputError
+from afferents.pipeline.parallel import keep_freed_memory
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -47,9 +48,15 @@ def on_cluster(
         from distributed import as_completed
 
         _require_workers(client, address)
-        waiting = [client.submit(function, *job, pure=False) for job in jobs]
+        waiting = [client.submit(_keeping_memory, function, *job, pure=False) for job in jobs]
         for future in as_completed(waiting, loop=client.loop):  # type: ignore[no-untyped-call]
             yield _result(future)
+
+
+def _keeping_memory(function: Callable[..., Result], *job: Any) -> Result:
+    """Do a job on a worker, which Dask has told to give freed memory back at once."""
+    keep_freed_memory()
+    return function(*job)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from joblib import cpu_count
 from afferents import __version__
 from afferents.core import dims
 from afferents.core.cut import Cut
-from afferents.core.errors import AfferentsError, InputError
+from afferents.core.errors import AfferentsError
 from afferents.core.families import Encoding, Family
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
@@ -30,7 +30,7 @@ from afferents.evaluation import (
     plan,
     summarise,
 )
-from afferents.pipeline.ablation import Ablation
+from afferents.pipeline.ablation import Ablation, require_speeds
 from afferents.pipeline.cluster import on_cluster
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import kept_part, require_support
@@ -172,10 +172,7 @@ def held_out_speeds(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         If one is asked for that no recording has.
     """
     there = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
-    for speed in evaluation.held_out:
-        if speed not in there:
-            some = ", ".join(f"{s:g}" for s in there)
-            raise InputError("--held-out", f"some of {some} mm/s", f"{speed:g}")
+    require_speeds(evaluation.held_out, there, "--held-out")
     return [speed for speed in there if speed in evaluation.held_out or not evaluation.held_out]
 
 

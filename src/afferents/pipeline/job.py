@@ -41,7 +41,6 @@ from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data
 from afferents.pipeline.encode import encode_all
 from afferents.pipeline.learning import LearningSet, learning_set
-from afferents.pipeline.parallel import keep_freed_memory
 from afferents.training import (
     Device,
     Preset,
@@ -111,7 +110,6 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Samples) -> FoldKey:
 
 def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
     """Do the same on another machine, which reads the data itself and sends the outcome back."""
-    keep_freed_memory()
     same_files = (recipe.out / PLAN).is_file()
     family = FAMILIES[key.model]
     with at_work(recipe.out, key) if same_files else nullcontext():

@@ -44,9 +44,10 @@ def side_by_side(
         "return_as": "generator_unordered",
         "batch_size": 1,
         "pre_dispatch": "n_jobs",
+        "mmap_mode": "c",  # as if it were the process's own, which PyTorch asks for
+        "initializer": _prepare,
+        "initargs": (os.getpid(),),
     }
-    options["mmap_mode"] = "c"  # as if it were the process's own, which PyTorch asks for
-    options |= {"initializer": _prepare, "initargs": (os.getpid(),)}
     with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
         results = pool(joblib.delayed(function)(*job) for job in jobs)

@@ -150,7 +150,7 @@ def training_config(preset: Preset, encoding: Encoding) -> TrainingConfig:
 
     One thing differs from it, unless `warm_up_statistics` is set to False: see `WarmUp`.
 
-    `fast` is a shorter road to about the same accuracy: neighbouring frames are nearly equal, so it
+    `fast` is a shorter road, meant for about the same accuracy: frames are nearly equal, so it
     takes some of them, few epochs with a rate that rises and falls once, and trains the CNN-LSTM in
     stages. Found on simulated recordings of a seed that no published number is of; accuracy and
     passes beside `paper`'s are in docs/results.md.
