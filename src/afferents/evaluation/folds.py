@@ -42,6 +42,11 @@ class FoldKey:
             / f"{self.held_out_mm_s:g}"
         )
 
+    def __str__(self) -> str:
+        """Return it in words."""
+        speed = f"{self.held_out_mm_s:g} mm/s held out"
+        return f"{self.model}, {self.protocol}, seed {self.seed}, {speed}"
+
 
 def finished(results: Path, key: FoldKey) -> bool:
     """Tell whether a fold is there: present means complete."""

@@ -3,8 +3,8 @@
 import itertools
 import json
 import time
-from collections.abc import Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +16,7 @@ import torch
 from torch import nn
 
 from afferents.core.cut import Cut
-from afferents.core.errors import InputError
+from afferents.core.errors import AfferentsError, InputError, LeakageError
 from afferents.core.families import FAMILIES, Encoding, Family
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
@@ -47,6 +47,7 @@ from afferents.training import (
     TrainedModel,
     TrainingConfig,
     computed_with,
+    is_out_of_memory,
     predict,
     train,
     train_in_stages,
@@ -136,23 +137,19 @@ def train_and_test(recipe: Recipe, key: FoldKey, samples: Samples) -> Outcome:
     family, protocol = FAMILIES[key.model], PROTOCOLS[key.protocol]
     config = recipe.training(family)
     rank, fold = fold_of(recipe.ablation, key, samples)
-    learnt = learning_set(
-        samples,
-        family,
-        protocol,
-        fold,
-        recipe.spectral.model_bins,
-        config,
-        np.random.default_rng([key.seed, rank]),
-    )
-    leaks = find_leaks(samples, fold, learnt.scaled_on)
-    if protocol.name == "nested":
-        refuse_leaks(leaks, fold)
-    torch.set_num_threads(1)
-    textures = textures_of(samples)
-    model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
-    trained = fit(model, learnt, config, key.seed)
-    probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
+    rng = np.random.default_rng([key.seed, rank])
+    with _naming(key):
+        learnt = learning_set(
+            samples, family, protocol, fold, recipe.spectral.model_bins, config, rng
+        )
+        leaks = find_leaks(samples, fold, learnt.scaled_on)
+        if protocol.name == "nested":
+            refuse_leaks(leaks, fold)
+        torch.set_num_threads(1)
+        textures = textures_of(samples)
+        model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
+        trained = fit(model, learnt, config, key.seed)
+        probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
     facts = {
         "validation_mm_s": fold.validation_mm_s,
         "n_train": len(learnt.train),
@@ -165,6 +162,24 @@ def train_and_test(recipe: Recipe, key: FoldKey, samples: Samples) -> Outcome:
     }
     table = predictions_table(key, samples, fold, probabilities, textures)
     return Outcome(key, table, facts, leaks, weights_of(model))
+
+
+@contextmanager
+def _naming(key: FoldKey) -> Iterator[None]:
+    """Say in an error which training it was."""
+    try:
+        yield
+    except LeakageError:
+        raise
+    except AfferentsError as error:
+        raise AfferentsError(f"{key}: {error}") from error
+    except (MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
+        raise AfferentsError(
+            f"{key}: out of memory; what is finished is kept: run the same command again with "
+            "fewer --workers, or where there is more"
+        ) from error
 
 
 def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fold]:

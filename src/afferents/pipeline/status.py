@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from afferents.evaluation import (
-    FoldKey,
     Standing,
     State,
     planned_workers,
@@ -57,9 +56,9 @@ def _rows(found: list[Standing]) -> list[tuple[str, ...]]:
 
 def _sentences(found: list[Standing], counts: Counter[State], left: float | None) -> list[str]:
     said = [f"{counts['done']} of {len(found)} trainings are done."]
-    said += [f"Running: {_name(s.key)}, for {_duration(s.seconds or 0)}." for s in found
+    said += [f"Running: {s.key}, for {_duration(s.seconds or 0)}." for s in found
              if s.state == "running"]  # fmt: skip
-    said += [f"Failed: {_name(s.key)}: {s.why}" for s in found if s.state == "failed"]
+    said += [f"Failed: {s.key}: {s.why}" for s in found if s.state == "failed"]
     if counts["stopped"]:
         said.append(f"{counts['stopped']} were stopped with their process: killed, or no memory.")
     if counts["done"] == len(found):
@@ -70,10 +69,6 @@ def _sentences(found: list[Standing], counts: Counter[State], left: float | None
         end = time.strftime("%H:%M on %d %b", time.localtime(time.time() + left))
         said.append(f"Expected end: {end}, in {_duration(left)}.")
     return said
-
-
-def _name(key: FoldKey) -> str:
-    return f"{key.model}, {key.protocol}, seed {key.seed}, {key.held_out_mm_s:g} mm/s held out"
 
 
 def _duration(seconds: float) -> str:

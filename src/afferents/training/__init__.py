@@ -1,7 +1,7 @@
 """One training loop and its configuration."""
 
 from afferents.training.config import Device, Preset, TrainingConfig, training_config
-from afferents.training.hardware import computed_with
+from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.loop import Epoch, TrainedModel, predict, train
 from afferents.training.staged import train_in_stages
 from afferents.training.weights import load_weights, save_weights, weights_of
@@ -13,6 +13,7 @@ __all__ = [
     "TrainedModel",
     "TrainingConfig",
     "computed_with",
+    "is_out_of_memory",
     "load_weights",
     "predict",
     "save_weights",

@@ -23,6 +23,12 @@ def choose_device(config: TrainingConfig) -> torch.device:
     return torch.device("cuda" if available and config.device != "cpu" else "cpu")
 
 
+def is_out_of_memory(error: Exception) -> bool:
+    """Tell whether an error says that memory is short, of the GPU or of the machine."""
+    short = isinstance(error, MemoryError | torch.OutOfMemoryError)
+    return short or "can't allocate memory" in str(error)
+
+
 def has_bfloat16(device: torch.device) -> bool:
     """Return whether the device multiplies bfloat16 natively; emulation would be slower."""
     if device.type == "cuda":

@@ -1,0 +1,43 @@
+"""A training that goes wrong says which it was, and why."""
+
+import numpy as np
+import pytest
+import torch
+
+from afferents.core.errors import AfferentsError
+from afferents.evaluation import FoldKey
+from afferents.pipeline import job
+
+ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
+
+
+def test_samples_that_are_no_numbers(run, sounds, tmp_path, monkeypatch):
+    store = tmp_path / "store"
+    assert run("extract", sounds, store, "--quiet")[0] == 0
+    learning_set = job.learning_set
+
+    def with_a_hole(*arguments):
+        learnt = learning_set(*arguments)
+        learnt.values[learnt.train[0]] = np.nan
+        return learnt
+
+    monkeypatch.setattr(job, "learning_set", with_a_hole)
+    code, _, said = run("evaluate", store, "--out", tmp_path / "results", *ASKED)
+    assert code == 2
+    assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said
+
+
+@pytest.mark.parametrize("ask", [lambda: torch.empty(10**15), lambda: np.empty(10**16)])
+def test_memory_that_is_short(ask):
+    """The errors of the real allocators, whatever they are called."""
+    key = FoldKey("ra-se", "nested", 1, 10.0)
+    with (
+        pytest.raises(AfferentsError, match=r"ra-se, nested, seed 1, 10 mm/s .* out of memory"),
+        job._naming(key),
+    ):
+        ask()
+
+
+def test_other_errors_stay_what_they_are():
+    with pytest.raises(RuntimeError, match="ours"), job._naming(FoldKey("ra-se", "nested", 1, 10)):
+        raise RuntimeError("ours")
