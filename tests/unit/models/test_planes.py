@@ -78,7 +78,7 @@ def test_maps_and_gradients_are_the_plain_ones(kind, n, height, width, seed):
     for a, b in zip(learnt(layers, samples, wanted), expected, strict=True):
         assert a.shape == b.shape
         # A ReLU or a pool may tip over. A bias before a normalisation has no gradient but rounding.
-        assert size(a - b) < 1e-2 * size(b) + 1e-4 * strongest
+        assert size(a - b) < 1e-2 * size(b) + 1e-3 * strongest
     layers.eval(), plain.eval()
     features = plain(samples.double())
     assert size(layers(samples) - features) < 1e-4 * size(features)
