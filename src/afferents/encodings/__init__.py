@@ -8,6 +8,7 @@ from afferents.encodings.spectral import (
     amplitude_spectrum,
     require_window,
     spectral_samples,
+    without_mean,
 )
 
 __all__ = [
@@ -23,4 +24,5 @@ __all__ = [
     "stretch_spectrum",
     "stretched_copies",
     "tactile_images",
+    "without_mean",
 ]

@@ -119,6 +119,12 @@ def amplitude_spectrum(
     return np.asarray(2.0 / length * np.abs(spectrum), dtype=np.float32)
 
 
+def without_mean(windows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return windows (..., time) with their means taken off, the same however they lay."""
+    windows = np.ascontiguousarray(windows)  # the order of the sum depends on the layout
+    return windows - windows.mean(axis=-1, keepdims=True)
+
+
 def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEncoding) -> Samples:
     """Encode vibration `(audio_time, channel)` as spectra `(sample, channel, frequency)`.
 
@@ -149,7 +155,7 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
     starts = window_starts(len(signal), length, stride, encoding.windows)
     cut = np.lib.stride_tricks.sliding_window_view(signal, length, axis=0)[starts]
     if encoding.remove_mean:
-        cut = cut - cut.mean(axis=-1, keepdims=True)
+        cut = without_mean(cut)
     spectra = amplitude_spectrum(cut, points, encoding.kept_bins)
     frequency = np.arange(spectra.shape[-1]) * rate / points
     begin = (starts + kept.start) / rate

@@ -3,7 +3,7 @@
 from afferents.markers.detect import Positions, detect
 from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.grid import Grid, assign_grid, published_grid
-from afferents.markers.lens import undistorted
+from afferents.markers.lens import undistort, undistorted
 from afferents.markers.quality import TrackingQuality, describe, measure_quality
 from afferents.markers.rest import Method, rest_image
 from afferents.markers.sensor import (
@@ -40,5 +40,6 @@ __all__ = [
     "rest_image",
     "rest_positions",
     "track",
+    "undistort",
     "undistorted",
 ]

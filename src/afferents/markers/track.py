@@ -77,6 +77,7 @@ class Tracker:
         self.sensor = sensor
         self._levels, self._present = levels, present
         self.method = method
+        self.grid: Grid | None = None
         self._windowed: Windowed | None = None
         self._expected: Positions | None = None
         if rest_position is not None:
@@ -129,7 +130,7 @@ class Tracker:
         first = self.sensor.model_copy(update={"rest_frame": 0})
         found = find_rest_markers(grey, first, where, self.method)
         rest = order_markers(found, first, self.method, None, where)
-        self._present = rest.present
+        self._present, self.grid = rest.present, rest.grid
         self._begin(rest.position, image)
         position = np.where(rest.present[:, None], self.rest_position, np.nan)
         return Tracked(position, rest.present)

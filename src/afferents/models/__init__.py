@@ -2,6 +2,7 @@
 
 from afferents.models.build import build
 from afferents.models.cnn_lstm import CnnLstm
+from afferents.models.deployed import Deployed, Stepping
 from afferents.models.layers import (
     L2,
     ParameterCount,
@@ -15,8 +16,10 @@ from afferents.models.vibration import VibrationNet
 __all__ = [
     "L2",
     "CnnLstm",
+    "Deployed",
     "ParameterCount",
     "SpatialNet",
+    "Stepping",
     "VibrationNet",
     "build",
     "count_parameters",

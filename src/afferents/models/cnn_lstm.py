@@ -72,7 +72,15 @@ class CnnLstm(nn.Module):
 
     def forward(self, runs: Tensor) -> Tensor:
         """Return logits (batch, n_classes) of runs (batch, frame, row, column)."""
-        features = self.image(runs.flatten(0, 1).unsqueeze(1))
-        states, _ = self.lstm(features.unflatten(0, runs.shape[:2]))
-        logits: Tensor = self.dense(states[:, -1])
+        logits: Tensor = self.dense(self.features(runs))
         return logits
+
+    def features(self, runs: Tensor) -> Tensor:
+        """Return what enters the dense layers, shape (batch, 10)."""
+        of_frames = self.image(runs.flatten(0, 1).unsqueeze(1))
+        return self.after(of_frames.unflatten(0, runs.shape[:2]))
+
+    def after(self, of_frames: Tensor) -> Tensor:
+        """Return the same of what the image stack made of the frames, (batch, frame, feature)."""
+        last: Tensor = self.lstm(of_frames)[0][:, -1]
+        return last

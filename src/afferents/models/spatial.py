@@ -84,8 +84,13 @@ class SpatialNet(nn.Module):
 
     def forward(self, images: Tensor) -> Tensor:
         """Return logits (batch, n_classes) of images (batch, row, column), px or px/frame."""
-        logits: Tensor = self.dense(self.image(images.unsqueeze(1)))
+        logits: Tensor = self.dense(self.features(images))
         return logits
+
+    def features(self, images: Tensor) -> Tensor:
+        """Return what enters the dense layers, shape (batch, `image_features`)."""
+        features: Tensor = self.image(images.unsqueeze(1))
+        return features
 
 
 def image_stack() -> ImageOrSpectrumStack:

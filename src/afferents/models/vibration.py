@@ -101,8 +101,13 @@ class VibrationNet(nn.Module):
 
     def forward(self, spectra: Tensor) -> Tensor:
         """Return logits (batch, n_classes) of spectra (batch, channel, frequency)."""
-        logits: Tensor = self.dense(self.spectrum(spectra.unsqueeze(2)))
+        logits: Tensor = self.dense(self.features(spectra))
         return logits
+
+    def features(self, spectra: Tensor) -> Tensor:
+        """Return what enters the dense layers, shape (batch, feature)."""
+        features: Tensor = self.spectrum(spectra.unsqueeze(2))
+        return features
 
 
 def _convolution(n_channels: int, padding: str) -> nn.Conv2d:

@@ -9,7 +9,7 @@ from afferents.recordings.session import (
     read_session,
     session_file,
 )
-from afferents.recordings.video import VideoFile, open_video
+from afferents.recordings.video import VideoFile, luma_of, open_video
 
 __all__ = [
     "Facts",
@@ -21,6 +21,7 @@ __all__ = [
     "WavFile",
     "check_recording",
     "facts",
+    "luma_of",
     "open_video",
     "read_fabricslide",
     "read_session",

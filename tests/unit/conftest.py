@@ -15,26 +15,29 @@ STEADY_S = 0.17
 PITCH_PX, RADIUS_PX = 22.0, 6.5
 
 
-def draw(shift_px):
-    """A 640 x 480 frame of 19 x 19 white discs, all shifted right by `shift_px`."""
+def draw(shift_px, covered=()):
+    """A 640 x 480 frame of 19 x 19 white discs, all shifted right, without the `covered`."""
     image = np.zeros((480, 640), dtype=np.uint8)
     places = (np.arange(19) - 9) * PITCH_PX
-    for x in places + 320 + shift_px:
-        for y in places + 240:
+    for number, (x, y) in enumerate((x, y) for x in places + 320 + shift_px for y in places + 240):
+        if number not in covered:
             centre = (round(x * 256), round(y * 256))
             cv2.circle(image, centre, round(RADIUS_PX * 256), 255, -1, cv2.LINE_AA, 8)
     return image
 
 
-def write_video(path, shifts_px):
+def write_video(path, shifts_px, covered=()):
+    """One frame a shift; `covered` are the discs that each leaves out."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=FPS, options={"crf": "18"})
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         stream.time_base = Fraction(1, FPS)
-        for shift in shifts_px:
-            frame = av.VideoFrame.from_ndarray(draw(shift), format="gray")
+        for i, shift in enumerate(shifts_px):
+            image = draw(shift, covered[i] if len(covered) else ())
+            frame = av.VideoFrame.from_ndarray(image, format="gray")
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
+    return path
 
 
 def write_condition(folder, texture, speed, seconds, video):
@@ -91,6 +94,11 @@ def sounds(tmp_path_factory):
     """Three textures at four speeds, three seconds of audio each, no video."""
     root = tmp_path_factory.mktemp("sessions") / "sounds"
     return write_session(root, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+
+
+@pytest.fixture(scope="session")
+def make_video():
+    return write_video
 
 
 @pytest.fixture(scope="session")

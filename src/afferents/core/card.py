@@ -1,0 +1,171 @@
+"""The card of a trained model: all that must be known to feel with it, and how far to trust it.
+
+It lies beside the weights as `model.json`, and in the metadata of an exported ONNX file.
+"""
+
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from afferents.core.errors import InputError
+from afferents.core.families import FAMILIES, Family
+
+FORMAT, SCHEMA = "afferents model", 1
+CARD, WEIGHTS = "model.json", "weights.safetensors"
+METADATA = "afferents"
+"""Key of the card in an ONNX file's metadata."""
+
+
+class Score(BaseModel):
+    """What an evaluation found of models of this family: accuracy at speeds held out.
+
+    Attributes
+    ----------
+    mean_accuracy, ci95
+        Over held-out speeds, from 0 to 1, with a 95% interval.
+    worst_accuracy, worst_mm_s
+        At the worst of them.
+    same_data
+        Whether the evaluation learnt from the data that the model learnt from.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    protocol: str
+    preset: str
+    seeds: tuple[int, ...]
+    mean_accuracy: float
+    ci95: tuple[float, float]
+    worst_accuracy: float
+    worst_mm_s: float
+    same_data: bool
+
+    def said(self) -> str:
+        """Return it in words."""
+        low, high = (100 * bound for bound in self.ci95)
+        other = "" if self.same_data else ", learnt from other data"
+        return (
+            f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at speeds held out "
+            f"({self.protocol}, {self.preset}{other}), "
+            f"{100 * self.worst_accuracy:.1f}% at {self.worst_mm_s:g} mm/s"
+        )
+
+
+class Card(BaseModel):
+    """What a trained model is.
+
+    Attributes
+    ----------
+    family
+        Row of Table 1, such as ``ra-ste``.
+    textures
+        Names of the classes, in order.
+    shape
+        Of one image (row, column) or spectrum (channel, frequency).
+    frames
+        Images in a run; 1 but for the spatio-temporal families.
+    scale
+        Inputs are divided by it (in the network that is exported).
+    temperature
+        Logits are divided by it: probabilities then are right as often as they say, at a speed
+        that the weights have not seen (Guo et al., ICML 2017).
+    evidence_per_s
+        How many samples' worth of log-probabilities a second of touch is: neighbouring frames
+        are nearly the same, and no news.
+    sensor
+        The sensor file's content, for images.
+    fps_hz, sample_rate_hz
+        Of the camera (images) or the microphone (spectra).
+    spectral
+        Parameters of the spectra; see `encodings.SpectralEncoding`.
+    validated_on_mm_s, validation_accuracy
+        The whole speed that chose the weights, temperature and limit, and the accuracy at it.
+    scores
+        Of an evaluation at held-out speeds; empty where there was none.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    format: Literal["afferents model"] = "afferents model"
+    schema_version: int = SCHEMA
+    family: str
+    textures: tuple[str, ...] = Field(min_length=2)
+    shape: tuple[int, ...]
+    frames: int = Field(default=1, ge=1)
+    scale: float = Field(gt=0)
+    temperature: float = Field(default=1.0, gt=0)
+    evidence_per_s: float = Field(default=1.0, gt=0)
+    sensor: dict[str, Any] | None = None
+    fps_hz: float | None = Field(default=None, gt=0)
+    sample_rate_hz: float | None = Field(default=None, gt=0)
+    spectral: dict[str, Any] | None = None
+    preset: str
+    seed: int
+    learnt_from_mm_s: tuple[float, ...]
+    validated_on_mm_s: float
+    validation_accuracy: float
+    data: tuple[dict[str, Any], ...]
+    scores: tuple[Score, ...] = ()
+    versions: dict[str, str]
+
+    @model_validator(mode="after")
+    def _has_what_its_family_needs(self) -> Self:
+        if self.schema_version != SCHEMA:
+            raise ValueError(f"schema_version must be {SCHEMA}")
+        if self.family not in FAMILIES:
+            raise ValueError(f"family must be one of {', '.join(FAMILIES)}")
+        needed = ("sample_rate_hz", "spectral") if self.is_vibration else ("fps_hz", "sensor")
+        for name in needed:
+            if getattr(self, name) is None:
+                raise ValueError(f"{name} must be given for {self.family}")
+        return self
+
+    @property
+    def of_family(self) -> Family:
+        """Its row of Table 1."""
+        return FAMILIES[self.family]
+
+    @property
+    def is_vibration(self) -> bool:
+        """Whether it feels by spectra, not by images."""
+        return self.of_family.encoding == "spectral"
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it learnt from simulated recordings."""
+        return any(data.get("simulated") for data in self.data)
+
+    def said(self) -> list[str]:
+        """Return in sentences what it is and how far it has been tested."""
+        speeds = ", ".join(f"{v:g}" for v in self.learnt_from_mm_s)
+        kind = "simulated recordings" if self.simulated else "recordings"
+        return [
+            f"{self.of_family.title}: {len(self.textures)} textures, learnt from "
+            f"{sum(int(data.get('n_recordings', 0)) for data in self.data)} {kind} "
+            f"at {speeds} mm/s (preset {self.preset}).",
+            f"At {self.validated_on_mm_s:g} mm/s, which chose weights and temperature and nothing "
+            f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
+            *(f"Evaluated: {score.said()}." for score in self.scores),
+            *([] if self.scores else ["Not evaluated at speeds held out."]),
+        ]
+
+
+def read_card(text: str, where: object) -> Card:
+    """Read a card from JSON.
+
+    Raises
+    ------
+    InputError
+        If it is none, or of another version of the package that changed its form.
+    """
+    try:
+        return Card.model_validate_json(text)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        key = ".".join(str(part) for part in fault["loc"])
+        raise InputError(
+            where,
+            "the card of a model as 'afferents train' writes it",
+            f"{key + ': ' if key else ''}{fault['msg'].removeprefix('Value error, ')}",
+            "train or export it again with this version",
+        ) from error

@@ -1,0 +1,59 @@
+"""From events to percepts, one at a time, without a thread of its own: the core of the stream."""
+
+from collections.abc import Sequence
+
+from afferents.core.errors import InputError
+from afferents.live.events import Begin, Channel, Event, Picture, Sound
+from afferents.live.hearing import Hearing
+from afferents.live.network import Network
+from afferents.live.percept import Percept
+from afferents.live.sense import Sense
+from afferents.live.sight import Sight
+
+
+class Feeler:
+    """Models that feel, by sight, by hearing, or both.
+
+    Events may come in pieces of any size: percepts are the same. Memory does not grow.
+
+    Parameters
+    ----------
+    networks
+        One or more, of one sensor.
+    audio_offset_s
+        The microphone's clock is ahead of the camera's by this much, s.
+
+    Raises
+    ------
+    InputError
+        If there is none, or two learnt from different sensors, rates or spectra.
+    """
+
+    def __init__(self, networks: Sequence[Network], audio_offset_s: float = 0.0) -> None:
+        """Prepare for the first frame and the first sample."""
+        if not networks:
+            raise InputError("--model", "at least one model", "none")
+        images = [network for network in networks if not network.card.is_vibration]
+        vibration = [network for network in networks if network.card.is_vibration]
+        self.sight = Sight(images) if images else None
+        self.hearing = Hearing(vibration, audio_offset_s) if vibration else None
+
+    @property
+    def senses(self) -> dict[Channel, Sense]:
+        """The senses that its models have."""
+        both: dict[Channel, Sense | None] = {"video": self.sight, "audio": self.hearing}
+        return {channel: sense for channel, sense in both.items() if sense is not None}
+
+    def feed(self, event: Event) -> list[Percept]:
+        """Take in an event; return what it makes the models feel."""
+        if isinstance(event, Picture):
+            return self.sight.see(event) if self.sight else []
+        if isinstance(event, Sound):
+            return self.hearing.hear(event) if self.hearing else []
+        sense = self.senses.get(event.channel)
+        if sense is None:
+            return []
+        if isinstance(event, Begin):
+            sense.begin(event)
+            return []
+        return sense.suffer(event)

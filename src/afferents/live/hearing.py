@@ -1,0 +1,77 @@
+"""From vibration to percepts, by RA-II."""
+
+from afferents.core.errors import InputError
+from afferents.encodings import SpectralEncoding
+from afferents.live.events import Begin, Sound
+from afferents.live.network import Network
+from afferents.live.percept import Percept
+from afferents.live.sense import Sense
+from afferents.live.spectra import Spectra, Spectrum
+
+JUMP_S = 0.002
+"""Sound whose time is off by more than this from the samples' count has lost some."""
+
+
+class Hearing(Sense):
+    """Models that feel by one microphone, or other vibration channels.
+
+    Parameters
+    ----------
+    networks
+        One or more.
+    offset_s
+        The microphone's clock is ahead of the camera's by this much, s.
+
+    Raises
+    ------
+    InputError
+        If they learnt from different rates or spectra.
+    """
+
+    def __init__(self, networks: list[Network], offset_s: float = 0.0) -> None:
+        """Wait for the first window to fill."""
+        card = networks[0].card
+        super().__init__("audio", networks, card.sample_rate_hz)
+        form = (card.sample_rate_hz, card.spectral, card.shape)
+        for other in networks[1:]:
+            if (other.card.sample_rate_hz, other.card.spectral, other.card.shape) != form:
+                raise InputError(
+                    other.path, f"the sample rate and spectra of {networks[0].path}", "others"
+                )
+        self.encoding = SpectralEncoding.model_validate(card.spectral)
+        self.offset_s = offset_s
+        self.spectrum: Spectrum | None = None
+        self._spectra = Spectra(self.encoding, self.rate_hz, card.shape[0])
+        self._next_s: float | None = None
+
+    def begin(self, event: Begin) -> None:
+        """Wait for the first window of another recording."""
+        self._spectra.skip()
+        self._next_s = None
+        super().begin(event)
+
+    def skip(self) -> None:
+        """Begin anew: samples are missing before the next one."""
+        self._spectra.skip()
+        super().skip()
+
+    def hear(self, sound: Sound) -> list[Percept]:
+        """Take in some samples."""
+        time_s = sound.time_s - self.offset_s
+        self.counters.samples += len(sound.samples)
+        if self._next_s is not None and abs(gap_s := time_s - self._next_s) > JUMP_S:
+            self.counters.lost_samples += max(0, round(gap_s * self.rate_hz))
+            self.skip()
+        self.now_s = self._next_s = time_s + len(sound.samples) / self.rate_hz
+        late = self.is_late(self.now_s, sound.arrived_s)
+        ready = self._spectra.feed(time_s, sound.samples)
+        if ready:
+            self.spectrum = ready[-1]
+        if ready and late:
+            return self.without("stalled")
+        percepts = [
+            judge.feel(spectrum.amplitude, spectrum.end_s, self.encoding.stride_s, sound.arrived_s)
+            for spectrum in ready
+            for judge in self.judges
+        ]
+        return [percept for percept in percepts if percept]

@@ -1,0 +1,96 @@
+"""What is felt: one message a sample, with everything that tells how far to trust it."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Literal
+
+State = Literal["texture", "unknown", "waiting", "stalled"]
+
+
+@dataclass
+class Counters:
+    """What went wrong since the stream began.
+
+    Attributes
+    ----------
+    frames, samples
+        Taken in.
+    dropped, lost_samples
+        Missing, as the clocks tell.
+    doubled, torn, late
+        Frames that came twice, came in part, or came so late that they tell of the past.
+    troubles
+        Everything that sources said.
+    """
+
+    frames: int = 0
+    samples: int = 0
+    dropped: int = 0
+    lost_samples: int = 0
+    doubled: int = 0
+    torn: int = 0
+    late: int = 0
+    troubles: int = 0
+
+    def copy(self) -> "Counters":
+        """Return them as they are now."""
+        return replace(self)
+
+
+@dataclass(frozen=True)
+class Percept:
+    """What a model feels at one time.
+
+    Attributes
+    ----------
+    model
+        Its family, such as ``ra-ste``.
+    state
+        ``texture``; ``unknown`` where nothing that was learnt fits; ``waiting`` before there is
+        enough to feel; ``stalled`` where the source went silent or lags: nothing fresh is known.
+    time_s
+        End of the touch that it tells of, on the video's clock, s.
+    texture
+        The likeliest; None unless the state is ``texture``.
+    probabilities
+        Of each texture, from this sample alone, calibrated; empty if nothing fresh is known.
+    strangeness
+        Above 1 nothing that was learnt fits.
+    evidence
+        Of each texture, from all of the touch so far.
+    sure_after_s
+        How long the touch took until one texture had 95% of the evidence; None before that.
+    latency_ms
+        From the arrival of the sample's last frame or sound to this percept.
+    markers_found
+        Share of the markers seen in the frame; None for vibration.
+    counters
+        See `Counters`.
+    troubles
+        What sources said since the model's last percept.
+    truth
+        What is touched, where the source knows.
+    """
+
+    model: str
+    state: State
+    time_s: float
+    texture: str | None = None
+    probabilities: Mapping[str, float] = field(default_factory=dict)
+    strangeness: float | None = None
+    evidence: Mapping[str, float] = field(default_factory=dict)
+    sure_after_s: float | None = None
+    latency_ms: float | None = None
+    markers_found: float | None = None
+    counters: Counters = field(default_factory=Counters)
+    troubles: tuple[str, ...] = ()
+    truth: str | None = None
+
+    @property
+    def fresh(self) -> bool:
+        """Whether it tells of what is touched now."""
+        return self.state in ("texture", "unknown")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it ready for JSON."""
+        return {**asdict(self), "fresh": self.fresh}

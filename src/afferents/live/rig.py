@@ -1,0 +1,154 @@
+"""The simulated rig as a running sensor: drum after drum, recorded while the one before plays."""
+
+import multiprocessing
+import tempfile
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from afferents.core.recording import LETTERS, folder_of
+from afferents.live.events import Begin, Channel, Event, Picture, Sound
+from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo
+from afferents.pipeline.drums import texture_name
+from afferents.recordings import WavFile, open_video
+from afferents.rig import AUDIO, VIDEO, Rig, bumped_surface, record
+
+RUN_S = 10.0
+"""Length of a run, s."""
+SPEEDS_MM_S = (20, 30, 40, 50, 60, 70, 80, 90)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One drum at one speed."""
+
+    texture: str
+    speed_mm_s: float
+
+    def said(self) -> str:
+        """Return it in words."""
+        return f"{self.texture} mm at {self.speed_mm_s:g} mm/s"
+
+
+class RigShow:
+    """Runs of the rig one after another, each recorded as mp4 and wav before it plays.
+
+    Parameters
+    ----------
+    texture, speed_mm_s
+        What every run is of; None to draw a drum and a speed for each.
+    seed
+        Of the draws and the simulation.
+    """
+
+    def __init__(
+        self, texture: str | None = None, speed_mm_s: float | None = None, seed: int = 0
+    ) -> None:
+        """Begin to record the first run."""
+        self._texture = None if texture is None else texture_name(texture, {})
+        self._speed_mm_s = speed_mm_s
+        self._seed = seed
+        self._folder = tempfile.TemporaryDirectory(prefix="afferents-rig-")
+        self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+        self._lock = threading.Lock()
+        self._runs: dict[int, Future[Path]] = {}
+        self._begins_s: dict[int, float] = {}
+        self.pace = Pace()
+
+    def drawn(self, number: int) -> Run:
+        """Return what run of that number is of."""
+        rng = np.random.default_rng([self._seed, number])
+        texture = self._texture or folder_of(LETTERS[rng.integers(len(LETTERS))])
+        speed = self._speed_mm_s or float(SPEEDS_MM_S[rng.integers(len(SPEEDS_MM_S))])
+        return Run(texture, speed)
+
+    def take(self, number: int) -> tuple[Path, float]:
+        """Return the folder of a run once it is recorded, and when it begins to play, s.
+
+        The next is then begun. A run begins when the one before ends, or when it is ready.
+        """
+        with self._lock:
+            for n in (number, number + 1):
+                if n not in self._runs:
+                    run, folder = self.drawn(n), Path(self._folder.name) / f"{n}"
+                    self._runs[n] = self._pool.submit(_recorded, folder, run, self._seed + n)
+            for old in [n for n in self._runs if n < number - 1]:
+                del self._runs[old]
+            future = self._runs[number]
+        folder = future.result()
+        with self._lock:
+            if number not in self._begins_s:
+                before_s = self._begins_s.get(number - 1, -RUN_S) + RUN_S
+                self._begins_s[number] = max(before_s, self.pace.now_s())
+            return folder, self._begins_s[number]
+
+    def close(self) -> None:
+        """Stop, and remove what was recorded."""
+        self.pace.closed.set()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._folder.cleanup()
+
+
+def _recorded(folder: Path, run: Run, seed: int) -> Path:
+    """Record a run in a process of its own."""
+    rig = Rig()
+    surface = bumped_surface(float(run.texture), rig.drum)
+    record(rig, folder, run.texture, surface, run.speed_mm_s, RUN_S, seed)
+    return folder
+
+
+class _Rigged:
+    """What plays runs one after another."""
+
+    keeps_time = True
+    channel: Channel
+
+    def __init__(self, show: RigShow) -> None:
+        self._show = show
+
+    def close(self) -> None:
+        """Stop."""
+        self._show.close()
+
+    def events(self) -> Iterator[Event]:
+        """Yield what happens in run after run."""
+        number = 0
+        while not self._show.pace.closed.is_set():
+            folder, begin_s = self._show.take(number)
+            yield Begin(self.channel, begin_s, self._show.drawn(number).said())
+            yield from self._play(folder, begin_s)
+            number += 1
+
+    def _play(self, folder: Path, begin_s: float) -> Iterator[Event]:
+        raise NotImplementedError
+
+
+class RigVideo(_Rigged):
+    """The rig's camera."""
+
+    channel: Channel = "video"
+    rate_hz = 90.0
+
+    def _play(self, folder: Path, begin_s: float) -> Iterator[Event]:
+        pace = self._show.pace.after(begin_s)
+        for event in ReplayedVideo(open_video(folder / VIDEO), pace).events():
+            assert isinstance(event, Picture)
+            frame = event.frame._replace(time_s=event.frame.time_s + begin_s)
+            yield event._replace(frame=frame)
+
+
+class RigSound(_Rigged):
+    """The rig's microphone."""
+
+    channel: Channel = "audio"
+    rate_hz = 44_100.0
+
+    def _play(self, folder: Path, begin_s: float) -> Iterator[Event]:
+        pace = self._show.pace.after(begin_s)
+        for event in ReplayedSound(WavFile(folder / AUDIO), pace).events():
+            assert isinstance(event, Sound)
+            yield event._replace(time_s=event.time_s + begin_s)

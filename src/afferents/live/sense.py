@@ -1,0 +1,73 @@
+"""What sight and hearing share: their models, what went wrong, and how far behind they are."""
+
+from afferents.live.events import Begin, Channel, Trouble
+from afferents.live.judge import Judge
+from afferents.live.network import Network
+from afferents.live.percept import Counters, Percept, State
+
+LATE_S = 0.1
+"""What lags more than this behind the quickest arrival tells of the past."""
+_FORGET = 0.001
+"""The quickest arrival is forgotten by this share of the time gone by: clocks drift."""
+
+
+class Sense:
+    """The models that feel by one channel.
+
+    Parameters
+    ----------
+    channel
+        Which.
+    networks
+        The models.
+    rate_hz
+        Frames or samples a second that they learnt from.
+    """
+
+    def __init__(self, channel: Channel, networks: list[Network], rate_hz: float | None) -> None:
+        """Begin with nothing."""
+        assert rate_hz is not None
+        self.channel = channel
+        self.rate_hz = rate_hz
+        self.counters = Counters()
+        self.judges = [Judge(network, self.counters) for network in networks]
+        self.now_s = 0.0
+        self.keeps_time = True
+        self._quickest: tuple[float, float] | None = None
+
+    def begin(self, event: Begin) -> None:
+        """Forget all but the counters: another recording begins."""
+        self.now_s, self._quickest = event.time_s, None
+        for judge in self.judges:
+            judge.begin()
+            judge.truth = event.truth
+
+    def skip(self) -> None:
+        """Begin anew: what comes next does not follow what came before."""
+        for judge in self.judges:
+            judge.network.skip()
+
+    def suffer(self, trouble: Trouble, state: State = "stalled") -> list[Percept]:
+        """Say what went wrong, and that nothing fresh is known."""
+        self.counters.troubles += 1
+        self.skip()
+        for judge in self.judges:
+            judge.suffer(trouble.what)
+        return self.without(state)
+
+    def without(self, state: State) -> list[Percept]:
+        """Let all models say that nothing fresh is known."""
+        return [judge.without(state, self.now_s) for judge in self.judges]
+
+    def is_late(self, time_s: float, arrived_s: float) -> bool:
+        """Tell whether what was taken at `time_s` came too late to tell of now; count it."""
+        if not self.keeps_time:
+            return False
+        lead = arrived_s - time_s
+        if self._quickest is not None:
+            quickest, since_s = self._quickest
+            lead = min(lead, quickest + _FORGET * (arrived_s - since_s))
+        self._quickest = lead, arrived_s
+        late = arrived_s - time_s - lead > LATE_S
+        self.counters.late += late
+        return late

@@ -1,0 +1,100 @@
+"""From frames to percepts, by SA-I and RA-I."""
+
+from afferents.core.dims import SA1
+from afferents.core.errors import InputError
+from afferents.live.events import Begin, Picture, Trouble
+from afferents.live.images import Felt, Images
+from afferents.live.network import Network
+from afferents.live.percept import Percept
+from afferents.live.sense import Sense
+from afferents.markers import Sensor
+
+MISSING = 1.5
+"""Frames farther apart than this multiple of their period have lost others between them."""
+DOUBLED = 0.25
+"""A frame that comes within this share of the period is the one before once more."""
+
+
+class Sight(Sense):
+    """Models of one sensor that feel by its camera.
+
+    Parameters
+    ----------
+    networks
+        One or more.
+
+    Raises
+    ------
+    InputError
+        If they learnt from different sensors or frame rates.
+    """
+
+    def __init__(self, networks: list[Network]) -> None:
+        """Wait for the rest frame."""
+        card = networks[0].card
+        super().__init__("video", networks, card.fps_hz)
+        for other in networks[1:]:
+            if (other.card.sensor, other.card.fps_hz) != (card.sensor, card.fps_hz):
+                raise InputError(
+                    other.path, f"the sensor and frame rate of {networks[0].path}", "others"
+                )
+        self.sensor = Sensor.model_validate(card.sensor)
+        self.felt: Felt | None = None
+        self.picture: Picture | None = None
+        self._images = Images(self.sensor)
+        self._last_s: float | None = None
+
+    def begin(self, event: Begin) -> None:
+        """Wait for the rest frame of another recording."""
+        self._images.begin()
+        self._last_s = None
+        super().begin(event)
+
+    def skip(self) -> None:
+        """Begin anew: frames are missing before the next one."""
+        self._images.skip()
+        super().skip()
+
+    def see(self, picture: Picture) -> list[Percept]:
+        """Take in a frame."""
+        self.counters.frames += 1
+        if picture.torn:
+            self.counters.torn += 1
+            self.skip()
+            return []
+        if self._comes_twice(picture.time_s):
+            self.counters.doubled += 1
+            return []
+        self.now_s = picture.time_s + 1 / self.rate_hz
+        self.picture = picture
+        try:
+            felt = self.felt = self._images.feed(picture.frame)
+        except InputError as error:
+            self._images.begin()
+            return self.suffer(Trouble("video", picture.time_s, str(error)), "waiting")
+        late = self.is_late(picture.time_s, picture.arrived_s)
+        if felt is None:
+            return []
+        return self.without("stalled") if late else self._feel(felt, picture.arrived_s)
+
+    def _feel(self, felt: Felt, arrived_s: float) -> list[Percept]:
+        percepts = []
+        for judge in self.judges:
+            image = felt.sa1 if judge.card.of_family.afferent == SA1 else felt.ra1
+            if image is not None:
+                found = float(felt.detected.mean())
+                percept = judge.feel(image, self.now_s, 1 / self.rate_hz, arrived_s, found)
+                percepts += [percept] if percept else []
+        return percepts
+
+    def _comes_twice(self, time_s: float) -> bool:
+        """Tell whether a frame is the last once more; count those missing before it."""
+        last = self._last_s
+        periods = 1.0 if last is None else (time_s - last) * self.rate_hz
+        if periods < DOUBLED:
+            return True
+        if periods > MISSING:
+            self.counters.dropped += round(periods) - 1
+            self.skip()
+        self._last_s = time_s
+        return False

@@ -1,0 +1,147 @@
+"""A stream of percepts from running sources."""
+
+import heapq
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from afferents.core.errors import InputError
+from afferents.live.events import Channel, Event, Source, Trouble
+from afferents.live.feeler import Feeler
+from afferents.live.mailbox import Mailbox
+from afferents.live.network import Network
+from afferents.live.percept import Percept
+from afferents.live.sense import Sense
+
+SILENT_S = 0.5
+"""A source that says nothing for so long is stalled; and nobody waits longer for a message."""
+RATE_TOLERANCE = 0.1
+"""How far a source's frame rate may lie from what the model learnt from, as a share of it."""
+
+
+def stream(
+    sources: Sequence[Source], models: Sequence[Path | Network], audio_offset_s: float = 0.0
+) -> Iterator[Percept]:
+    """Feel with models as sources run; ends when all sources have ended.
+
+    A source that keeps time (a camera, a microphone, a replay at some speed) runs in a thread of
+    its own, and whatever can't be followed is dropped and counted. Otherwise events are taken in
+    the order of their times, none is lost, and the percepts are the same at every run.
+
+    Parameters
+    ----------
+    sources
+        At most one video and one audio source.
+    models
+        Exported models, read or as paths.
+    audio_offset_s
+        The microphone's clock is ahead of the camera's by this much, s.
+
+    Yields
+    ------
+    Percept
+        At every frame and every stride of the vibration; where none comes, every half second
+        that there is none, and why. Stop early by closing the generator.
+
+    Raises
+    ------
+    InputError
+        If a model has no source, or one of another rate.
+    """
+    networks = [m if isinstance(m, Network) else Network(Path(m)) for m in models]
+    feeler = Feeler(networks, audio_offset_s)
+    yield from run(sources, feeler)
+
+
+def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
+    """Feed sources to a feeler; see `stream`."""
+    check_sources(sources, feeler)
+    used = [source for source in sources if source.channel in feeler.senses]
+    for source in used:
+        feeler.senses[source.channel].keeps_time = source.keeps_time
+    try:
+        if any(source.keeps_time for source in used):
+            yield from _as_it_comes(used, feeler)
+        else:
+            for event in heapq.merge(*(source.events() for source in used), key=_end_s):
+                yield from feeler.feed(event)
+    finally:
+        for source in used:
+            source.close()
+
+
+def check_sources(sources: Sequence[Source], feeler: Feeler) -> None:
+    """Refuse sources that the models can't feel by.
+
+    Raises
+    ------
+    InputError
+        If a sense has no source or two, or the rate is another than the models learnt from.
+    """
+    for channel, sense in feeler.senses.items():
+        fitting = [source for source in sources if source.channel == channel]
+        if len(fitting) != 1:
+            models = ", ".join(judge.card.family for judge in sense.judges)
+            found = f"{len(fitting) or 'none'}"
+            raise InputError(f"--{channel}", f"one source for {models}", found)
+        _check_rate(fitting[0], sense)
+
+
+def _check_rate(source: Source, sense: Sense) -> None:
+    unit, tolerance = ("frames/s", RATE_TOLERANCE) if source.channel == "video" else ("Hz", 0.0)
+    if abs(source.rate_hz - sense.rate_hz) > tolerance * sense.rate_hz:
+        raise InputError(
+            f"--{source.channel}",
+            f"{sense.rate_hz:g} {unit}, as the model learnt from",
+            f"{source.rate_hz:g}",
+            "use a source of that rate, or train a model for this one",
+        )
+
+
+def _end_s(event: Event) -> float:
+    """Return when an event was over, for the order of events."""
+    return event.time_s
+
+
+def _as_it_comes(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
+    mailbox = Mailbox()
+    watches = {s.channel: _Watch(feeler.senses[s.channel]) for s in sources}
+    for source in sources:
+        mailbox.take_from(source)
+    while True:
+        try:
+            event = mailbox.get(SILENT_S / 5)
+        except EOFError:
+            return
+        if event is not None:
+            percepts = feeler.feed(event)
+            watches[event.channel].heard(percepts)
+            yield from percepts
+        for watch in watches.values():
+            yield from watch.silence()
+
+
+class _Watch:
+    """Sees that nobody takes an old percept for a fresh one."""
+
+    def __init__(self, sense: Sense) -> None:
+        self._sense = sense
+        self._event_s = self._said_s = time.monotonic()
+
+    def heard(self, percepts: list[Percept]) -> None:
+        """Something came from the source."""
+        self._event_s = time.monotonic()
+        if percepts:
+            self._said_s = self._event_s
+
+    def silence(self) -> list[Percept]:
+        """Return what is to be said where nothing was said for long."""
+        now_s = time.monotonic()
+        if now_s - self._said_s < SILENT_S:
+            return []
+        self._said_s = now_s
+        if now_s - self._event_s < SILENT_S:
+            return self._sense.without("waiting")
+        channel: Channel = self._sense.channel
+        what = f"{channel}: nothing for {now_s - self._event_s:.1f} s"
+        return self._sense.suffer(Trouble(channel, self._sense.now_s, what))

@@ -1,0 +1,119 @@
+"""A trained network made ready to feel with: probabilities that mean something, and 'unknown'.
+
+Strangeness is how far a sample lies from all that was learnt: the smallest Mahalanobis distance
+of its last features to a class's mean, with one covariance for all classes (Lee et al., NeurIPS
+2018), over the distance that few known samples exceed. Above 1 nothing that was learnt fits.
+"""
+
+from typing import cast
+
+import torch
+from torch import Tensor, nn
+
+from afferents.models.cnn_lstm import CnnLstm
+
+KNOWN = 0.95
+"""Share of samples, of textures known at a speed not learnt from, whose strangeness is below 1."""
+_RIDGE = 1e-2
+"""Share of the mean variance that is added to the covariance: dead features have none."""
+
+
+class Deployed(nn.Module):
+    """Probabilities and strangeness of samples.
+
+    Parameters
+    ----------
+    network
+        One of the paper's.
+    n_classes
+        Number of textures.
+    scale
+        Samples are divided by it.
+    """
+
+    def __init__(self, network: nn.Module, n_classes: int, scale: float) -> None:
+        """Start with temperature 1, and nothing known."""
+        super().__init__()
+        self.network = network
+        self.scale = scale
+        n_features = self.last.in_features
+        self.register_buffer("temperature", torch.ones(()))
+        self.register_buffer("means", torch.zeros(n_classes, n_features))
+        self.register_buffer("whitening", torch.eye(n_features))
+        self.register_buffer("limit", torch.ones(()))
+
+    @property
+    def last(self) -> nn.Linear:
+        """The layer that gives the logits."""
+        return cast("nn.Linear", cast("nn.Sequential", self.network.dense)[-1])
+
+    @property
+    def to_last(self) -> nn.Module:
+        """The dense layers before it."""
+        return cast("nn.Sequential", self.network.dense)[:-1]
+
+    def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
+        """Return probabilities (batch, n_classes) and strangeness (batch,)."""
+        return self.outcome(self.last_features(samples))
+
+    def last_features(self, samples: Tensor) -> Tensor:
+        """Return what enters the last layer, shape (batch, feature)."""
+        features: Tensor = self.to_last(self.network.features(samples * (1 / self.scale)))  # type: ignore[operator]
+        return features
+
+    def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
+        """Return probabilities and strangeness of what enters the last layer."""
+        probabilities = (self.last(features) / self.temperature).softmax(1)
+        off = (features.unsqueeze(1) - self.means) @ self.whitening
+        distance = off.square().sum(2).min(1).values.sqrt()
+        return probabilities, distance / self.limit
+
+    @torch.no_grad()
+    def know(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
+        """Learn what is known from last features of training samples, and of unseen ones the limit.
+
+        Parameters
+        ----------
+        features, labels
+            Of training samples, (n, feature) and (n,).
+        unseen
+            Last features of samples that were not learnt from, (m, feature).
+        """
+        n_classes = self.last.out_features
+        means = torch.stack([features[labels == c].mean(0) for c in range(n_classes)])
+        within = (features - means[labels]).double()
+        covariance = within.T @ within / len(within)
+        ridge = _RIDGE * covariance.diagonal().mean() * torch.eye(len(covariance))
+        inverse = torch.linalg.inv(covariance + ridge)
+        self.means = means
+        self.whitening = torch.linalg.cholesky(inverse).float()
+        self.limit = torch.ones(())
+        self.limit = torch.quantile(self.outcome(unseen)[1], KNOWN)
+
+
+class Stepping(nn.Module):
+    """A deployed CNN-LSTM frame by frame: what the image stack made of earlier frames is kept.
+
+    The same as `Deployed` on the run, a tenth of the work.
+    """
+
+    def __init__(self, deployed: Deployed) -> None:
+        """Take over a deployed CNN-LSTM."""
+        super().__init__()
+        self.deployed = deployed
+
+    def forward(self, image: Tensor, past: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Return probabilities, strangeness, and `past` for the next frame.
+
+        Parameters
+        ----------
+        image
+            (1, row, column).
+        past
+            Features of the frames before it, (1, n_frames - 1, feature).
+        """
+        whole, network = self.deployed, cast("CnnLstm", self.deployed.network)
+        newest = network.image((image * (1 / whole.scale)).unsqueeze(1))
+        of_frames = torch.cat([past, newest.unsqueeze(1)], 1)
+        probabilities, strangeness = whole.outcome(whole.to_last(network.after(of_frames)))
+        return probabilities, strangeness, of_frames[:, 1:]

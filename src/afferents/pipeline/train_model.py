@@ -1,0 +1,308 @@
+"""One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
+
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from scipy.special import log_softmax
+from torch import Tensor
+
+from afferents import __version__
+from afferents.core import dims
+from afferents.core.card import CARD, WEIGHTS, Card, Score, read_card
+from afferents.core.cut import Cut
+from afferents.core.errors import InputError
+from afferents.core.evidence import Evidence
+from afferents.core.families import Family
+from afferents.core.files import write_aside
+from afferents.core.progress import Progress
+from afferents.core.protocol import PROTOCOLS
+from afferents.core.results import load_results
+from afferents.core.samples import Samples, textures_of
+from afferents.core.store import store_config
+from afferents.encodings import FRAMES, SpectralEncoding
+from afferents.evaluation import Fold
+from afferents.models import Deployed, build
+from afferents.pipeline.data import DataSet
+from afferents.pipeline.encode import encode_all, require_support
+from afferents.pipeline.job import fit
+from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.training import Device, Preset, load_weights, save_weights, training_config
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_BATCH = 256
+_LEAST = 1e-12
+_EVIDENCE_PER_S = np.geomspace(0.05, 100, 45)
+
+
+@dataclass(frozen=True)
+class Training:
+    """What is trained and how.
+
+    Attributes
+    ----------
+    results
+        Results folder whose scores the card is to carry; None for 'not evaluated'.
+    """
+
+    data: list[DataSet]
+    family: Family
+    preset: Preset
+    cut: Cut
+    spectral: SpectralEncoding
+    seed: int = 0
+    results: Path | None = None
+    device: Device = "auto"
+
+
+def train_model(training: Training, out: Path, progress: Progress) -> Card:
+    """Train a model and write its folder, whole or not at all; return its card.
+
+    The weights learn from all speeds but the middle one, which stops the training, sets the
+    temperature, how much evidence a second of touch is, and from where on a touch is unknown:
+    what a speed never learnt from needs, not what was learnt by heart.
+
+    Raises
+    ------
+    InputError
+        If something else stands at `out`, the data don't support the family or have fewer than
+        two speeds, or the results folder holds no finished evaluation of the family.
+    AfferentsError
+        If the loss is no longer a number.
+    """
+    _check_free(out)
+    recordings = [responses for data in training.data for responses in data.responses]
+    require_support([training.family], recordings, may_leave_out=False)
+    scores = scores_of(training) if training.results else ()
+    family = training.family
+    samples = encode_all(
+        recordings, family.afferent, family.encoding, training.cut, training.spectral, progress
+    )
+    fold = all_but_the_middle(samples)
+    with progress.task("training", 1) as mark:
+        deployed, learnt = trained_on(training, samples, fold)
+        mark(1)
+    calibration = calibrate(deployed, learnt, fold, samples)
+    card = Card(
+        family=family.name,
+        textures=tuple(textures_of(samples)),
+        shape=tuple(learnt.values.shape[-2:]),
+        frames=FRAMES if family.encoding == "spatiotemporal" else 1,
+        scale=learnt.scale,
+        preset=training.preset,
+        seed=training.seed,
+        learnt_from_mm_s=_speeds_of(samples, fold.train),
+        validated_on_mm_s=fold.validation_mm_s,
+        data=tuple(data.describe() for data in training.data),
+        scores=scores,
+        versions={"afferents": __version__, "torch": version("torch")},
+        **calibration._asdict(),
+        **_felt_with(training),
+    )
+    with write_aside(out) as partial:
+        partial.mkdir()
+        save_weights(deployed, partial / WEIGHTS)
+        (partial / CARD).write_text(card.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    return card
+
+
+def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deployed, LearningSet]:
+    """Train on a fold; return the network to be deployed, and what it learnt from."""
+    family = training.family
+    config = training_config(training.preset, family.encoding)
+    config = config.model_copy(update={"device": training.device})
+    rng = np.random.default_rng(training.seed)
+    bins = training.spectral.model_bins
+    learnt = learning_set(samples, family, PROTOCOLS["nested"], fold, bins, config, rng)
+    torch.set_num_threads(1)
+    n_classes = len(textures_of(samples))
+    network = build(family.encoding, n_classes, tuple(learnt.values.shape[1:]), training.seed)
+    fit(network, learnt, config, training.seed)
+    return Deployed(network.cpu(), n_classes, learnt.scale).eval(), learnt
+
+
+class Calibration(NamedTuple):
+    """What the speed says that nothing was learnt from; see `Card`."""
+
+    temperature: float
+    evidence_per_s: float
+    validation_accuracy: float
+
+
+@torch.no_grad()
+def calibrate(deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samples) -> Calibration:
+    """Set a network's temperature and what it knows, in place."""
+    train, held = torch.from_numpy(learnt.train), torch.from_numpy(fold.validation)
+    unseen = _last_features(deployed, learnt.values, held)
+    deployed.know(_last_features(deployed, learnt.values, train), learnt.labels[train], unseen)
+    labels = learnt.labels[held].numpy()
+    temperature = best_temperature(deployed.last(unseen).double().numpy(), labels)
+    deployed.temperature = torch.tensor(temperature)
+    probabilities = deployed.outcome(unseen)[0].double().numpy()
+    recording = samples[dims.RECORDING].values[fold.validation]
+    stop_s = samples[dims.STOP].values[fold.validation]
+    return Calibration(
+        temperature,
+        best_evidence(probabilities, labels, recording, stop_s),
+        float((probabilities.argmax(1) == labels).mean()),
+    )
+
+
+def _check_free(out: Path) -> None:
+    if out.exists() and not (out / CARD).is_file():
+        raise InputError(out, "a new folder, or a model's", "something else of that name")
+
+
+def load_model(folder: Path) -> tuple[Card, Deployed]:
+    """Read a model's folder.
+
+    Raises
+    ------
+    InputError
+        If it is none, or one of its files is damaged.
+    """
+    path = folder / CARD
+    if not path.is_file():
+        raise InputError(folder, f"a model's folder with {CARD}", "none", "run 'afferents train'")
+    card = read_card(path.read_text(encoding="utf-8"), path)
+    shape = (card.frames, *card.shape) if card.frames > 1 else card.shape
+    network = build(card.of_family.encoding, len(card.textures), shape)
+    deployed = Deployed(network, len(card.textures), card.scale)
+    load_weights(deployed, folder / WEIGHTS)
+    return card, deployed.eval()
+
+
+def all_but_the_middle(samples: Samples) -> Fold:
+    """Return the fold that trains on all speeds but the middle one, and tests nothing.
+
+    Raises
+    ------
+    InputError
+        If there is one speed only.
+    """
+    speed = samples[dims.SPEED].values
+    speeds = np.unique(speed)
+    if len(speeds) < 2:
+        raise InputError(
+            "the data", "at least 2 speeds, one of them to validate with", f"{len(speeds)}"
+        )
+    middle = float(speeds[len(speeds) // 2])
+    train, validation = np.flatnonzero(speed != middle), np.flatnonzero(speed == middle)
+    return Fold(middle, middle, train, validation, np.empty(0, dtype=np.int64))
+
+
+def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:
+    """Return what enters the last layer for some samples, (n, feature)."""
+    parts = torch.split(index, _BATCH)
+    return torch.cat([deployed.last_features(values.index_select(0, part)) for part in parts])
+
+
+def best_temperature(logits: Floats, labels: Indices) -> float:
+    """Return the temperature under which the true textures are most likely.
+
+    Parameters
+    ----------
+    logits, labels
+        Of samples not learnt from, (n, n_classes) and (n,).
+    """
+
+    def surprise(log_temperature: float) -> float:
+        logs = log_softmax(logits / np.exp(log_temperature), axis=1)
+        return -float(logs[np.arange(len(labels)), labels].mean())
+
+    return float(np.exp(minimize_scalar(surprise, bounds=(-3, 5), method="bounded").x))
+
+
+def best_evidence(
+    probabilities: Floats, labels: Indices, recording: NDArray[Any], stop_s: Floats
+) -> float:
+    """Return how many samples' worth of evidence a second is (`Evidence`).
+
+    That under which the true textures are most likely, whenever one looks.
+
+    Parameters
+    ----------
+    probabilities, labels, recording, stop_s
+        Of samples not learnt from, recording by recording in the order of time.
+    """
+    every_s = _stride(stop_s, recording)
+    surprise = np.zeros(len(_EVIDENCE_PER_S))
+    for i, per_s in enumerate(_EVIDENCE_PER_S):
+        for name in np.unique(recording):
+            evidence = Evidence(probabilities.shape[1], float(per_s))
+            for k in np.flatnonzero(recording == name):
+                evidence.add(float(stop_s[k]), probabilities[k], every_s)
+                surprise[i] -= np.log(max(evidence.probabilities[labels[k]], _LEAST))
+    return float(_EVIDENCE_PER_S[surprise.argmin()])
+
+
+def _stride(stop_s: Floats, recording: NDArray[Any]) -> float:
+    """Return the usual time between samples of one recording, s."""
+    steps = np.diff(stop_s)[recording[1:] == recording[:-1]]
+    return float(np.median(steps)) if len(steps) else 1.0
+
+
+def _speeds_of(samples: Samples, index: Indices) -> tuple[float, ...]:
+    """Return the speeds of some samples, ascending, mm/s."""
+    return tuple(float(v) for v in np.unique(samples[dims.SPEED].values[index]))
+
+
+def scores_of(training: Training) -> tuple[Score, ...]:
+    """Return what a results folder says of the family, `nested` first.
+
+    Raises
+    ------
+    InputError
+        If it says nothing of it.
+    """
+    assert training.results is not None
+    summary = load_results(training.results).summary
+    found = summary["models"].get(training.family.name, {})
+    if not found:
+        raise InputError(
+            training.results,
+            f"a finished evaluation of {training.family.name}",
+            f"of {', '.join(summary['models']) or 'nothing'}",
+            "evaluate it there, or leave out --results",
+        )
+    fingerprints = [data["fingerprint"] for data in summary["data"]]
+    same = fingerprints == [data.fingerprint for data in training.data]
+    return tuple(
+        Score(
+            protocol=protocol,
+            preset=summary["preset"],
+            seeds=tuple(entry["seeds"]),
+            mean_accuracy=entry["mean_accuracy"],
+            ci95=tuple(entry["ci95"]),
+            worst_accuracy=entry["by_speed"][entry["worst_speed"]],
+            worst_mm_s=float(entry["worst_speed"]),
+            same_data=same,
+        )
+        for protocol, entry in sorted(found.items())
+    )
+
+
+def _felt_with(training: Training) -> dict[str, Any]:
+    """Return what the card says of the sensor: of camera and markers, or of the microphone.
+
+    Raises
+    ------
+    InputError
+        If stores were extracted with different sensor files.
+    """
+    first = training.data[0].responses[0]
+    if training.family.encoding == "spectral":
+        rate = float(first[dims.RA2].attrs[dims.SAMPLE_RATE])
+        return {"sample_rate_hz": rate, "spectral": training.spectral.model_dump()}
+    sensors = [store_config(Path(data.source))["sensor"] for data in training.data]
+    if any(sensor != sensors[0] for sensor in sensors):
+        raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
+    step_s = float(np.median(np.diff(first[dims.TIME].values)))
+    return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}

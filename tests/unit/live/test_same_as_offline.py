@@ -1,0 +1,170 @@
+"""What runs live is what was evaluated: inputs bit by bit, and outputs to 1e-5."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.channels import hold
+from afferents.core import dims
+from afferents.core.families import FAMILIES
+from afferents.core.store import open_responses
+from afferents.encodings import SpectralEncoding, spectral_samples, tactile_images
+from afferents.live import Feeler, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream
+from afferents.live.images import Images
+from afferents.live.spectra import Spectra
+from afferents.markers import load_sensor
+from afferents.pipeline.data import SPECTRAL
+from afferents.pipeline.encode import encode
+from afferents.pipeline.extract import responses_of
+from afferents.pipeline.train_model import load_model
+from afferents.recordings import WavFile, open_video, read_session
+
+
+def live_images(video, sensor):
+    """SA-I and RA-I images by frame number."""
+    images = Images(sensor)
+    felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
+    return {i: f.sa1 for i, f in felt.items()}, {
+        i: f.ra1 for i, f in felt.items() if f.ra1 is not None
+    }
+
+
+@pytest.mark.parametrize("losing", [False, True])
+def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rng):
+    """Also where markers are lost now and then."""
+    sensor = load_sensor("tip_b")
+    recording = read_session(session).recordings[4]
+    if losing:
+        shift = 3 * np.sin(np.arange(60) / 4) * (np.arange(60) > 12)
+        covered = [rng.choice(361, 12) if i > 14 else [] for i in range(60)]
+        video = open_video(make_video(tmp_path / "lost.mp4", shift, covered))
+        recording = replace(recording, video=video, audio=None)
+    responses = responses_of(recording, sensor)
+    assert bool(responses[dims.SA1][sensor.rest_frame :].isnull().any()) == losing
+    slow, rapid = live_images(recording.video, sensor)
+    for live, name in ((slow, dims.SA1), (rapid, dims.RA1)):
+        stored = responses[name].astype(np.float32)
+        offline = tactile_images(hold(stored))
+        assert set(live) == set(range(min(live), len(offline)))
+        for i, image in live.items():
+            np.testing.assert_array_equal(image, offline[i])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    n=st.integers(900, 4000),
+    sizes=st.lists(st.integers(1, 1500), min_size=1, max_size=8),
+    window=st.sampled_from([600, 601, 750]),
+    stride=st.integers(1, 900),
+    points=st.sampled_from([None, 1024]),
+    n_channels=st.integers(1, 3),
+    remove_mean=st.booleans(),
+)
+def test_spectra_are_those_of_the_encoding_for_any_chunks(
+    n, sizes, window, stride, points, n_channels, remove_mean
+):
+    rate = 1000.0
+    signal = np.random.default_rng(n).normal(size=(n, n_channels)).astype(np.float32)
+    encoding = SpectralEncoding(
+        window_s=window / rate,
+        stride_s=stride / rate,
+        fft_points=points,
+        remove_mean=remove_mean,
+    )
+    labels = {dims.TEXTURE: "a", dims.SPEED: 1.0, "name": "a/1", dims.SAMPLE_RATE: rate}
+    vibration = xr.DataArray(signal, dims=(dims.AUDIO_TIME, dims.CHANNEL), attrs=labels)
+    offline = spectral_samples(vibration, slice(0, n), encoding)
+    spectra = Spectra(encoding, rate, n_channels)
+    found, done, turn = [], 0, 0
+    while done < n:
+        size = sizes[turn % len(sizes)]
+        found += spectra.feed(done / rate, signal[done : done + size])
+        done, turn = done + size, turn + 1
+    live = np.array([spectrum.amplitude for spectrum in found])
+    np.testing.assert_array_equal(live, offline.values[..., : encoding.model_bins])
+    ends = [spectrum.end_s for spectrum in found]
+    np.testing.assert_allclose(ends, offline[dims.STOP].values, atol=1e-9)
+
+
+def stored(store, recording):
+    return next(r for r in open_responses(store) if r.attrs["name"] == recording.name)
+
+
+def said(percepts, model):
+    """Probabilities and strangeness by time in ms, of one model."""
+    return {
+        round(1000 * p.time_s): np.array([*p.probabilities.values(), p.strangeness])
+        for p in percepts
+        if p.model == model and p.probabilities
+    }
+
+
+@torch.no_grad()
+def said_offline(model, responses, family, cut_s):
+    """By the end of each sample, from the model's folder and PyTorch."""
+    _, deployed = load_model(model.with_suffix(""))
+    kept = responses.assign_attrs(steady_s=f"[{cut_s}, 1000]")
+    samples = encode(kept, family.afferent, family.encoding, "all", SPECTRAL["store"])
+    values = samples.values
+    if family.encoding == "spectral":
+        values = values[..., : SPECTRAL["store"].model_bins]
+    found = torch.column_stack(deployed(torch.from_numpy(np.ascontiguousarray(values)))).numpy()
+    stop_ms = np.round(1000 * samples[dims.STOP].values).astype(int)
+    return dict(zip(stop_ms.tolist(), found, strict=True))
+
+
+@pytest.mark.parametrize("name", ["sa-se", "ra-ste"])
+def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name):
+    recording = read_session(session).recordings[5]
+    source = ReplayedVideo(recording.video, Pace(math.inf))
+    live = said(stream([source], [models[name]]), name)
+    responses = next(
+        r for r in open_responses(stores["video"]) if r.attrs["name"] == recording.name
+    )
+    offline = said_offline(models[name], responses, FAMILIES[name], cut_s=0)
+    assert set(offline) <= set(live)
+    assert len(offline) == (35 if name == "sa-se" else 3)
+    for stop, expected in offline.items():
+        np.testing.assert_allclose(live[stop], expected, rtol=1e-5, atol=1e-5)
+
+
+def test_percepts_of_sound_are_the_offline_ones(sounds, stores, models):
+    recording = read_session(sounds).recordings[7]
+    source = ReplayedSound(WavFile(recording.audio.path), Pace(math.inf))
+    live = said(stream([source], [models["vib-te-aug"]]), "vib-te-aug")
+    responses = next(
+        r for r in open_responses(stores["audio"]) if r.attrs["name"] == recording.name
+    )
+    offline = said_offline(models["vib-te-aug"], responses, FAMILIES["vib-te-aug"], 0)
+    assert set(offline) == set(live)
+    assert len(offline) == 5
+    for stop, expected in offline.items():
+        np.testing.assert_allclose(live[stop], expected, rtol=1e-5, atol=1e-5)
+
+
+@settings(max_examples=15, deadline=None)
+@given(sizes=st.lists(st.integers(1, 9000), min_size=1, max_size=6))
+def test_percepts_do_not_depend_on_the_chunks(sounds, models, sizes):
+    audio = read_session(sounds).recordings[3].audio
+    signal = audio.read().values
+
+    def felt(sizes):
+        feeler, done, turn, percepts = Feeler([Network(models["vib-te-aug"])]), 0, 0, []
+        while done < len(signal):
+            part = signal[done : done + sizes[turn % len(sizes)]]
+            percepts += feeler.feed(Sound(done / audio.sample_rate_hz, part, 0.0))
+            done, turn = done + len(part), turn + 1
+        return percepts
+
+    whole, chunked = felt([len(signal)]), felt(sizes)
+    assert len(whole) == len(chunked) == 5
+    for a, b in zip(whole, chunked, strict=True):
+        assert (a.time_s, a.texture) == (pytest.approx(b.time_s), b.texture)
+        assert a.probabilities == b.probabilities
+        assert a.evidence == pytest.approx(b.evidence)
