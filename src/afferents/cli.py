@@ -421,6 +421,117 @@ def status(
 
 
 @app.command()
+def train(
+    data: Annotated[str, typer.Argument(help="Extracted store, or fabricslide:PATH.")],
+    out: Annotated[Path, typer.Argument(help="Folder of the model to write.")],
+    model: Annotated[str, typer.Option("--model", help="One of Table 1, such as ra-ste.")],
+    results: Annotated[
+        Path | None, typer.Option(help="Results folder whose scores the model's card carries.")
+    ] = None,
+    preset: Annotated[
+        Literal["quick", "fast", "paper"], typer.Option(help="Training recipe, as of evaluate.")
+    ] = "fast",
+    cut: CutName = "all",
+    seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
+    device: Annotated[
+        Literal["auto", "cpu", "cuda"], typer.Option(help="What the network trains on.")
+    ] = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Train one model to feel with, on all speeds but the one that calibrates it."""
+    from afferents.pipeline.data import SPECTRAL, open_data
+    from afferents.pipeline.train_model import Training, train_model
+
+    chosen = families(model)
+    if len(chosen) != 1:
+        raise InputError("--model", "one model", f"'{model}'")
+    with Progress(quiet or as_json) as progress:
+        opened = open_data([data], progress=progress)
+        spectral = SPECTRAL[opened[0].kind]
+        training = Training(opened, chosen[0], preset, cut, spectral, seed, results, device)
+        card = train_model(training, out, progress)
+    _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
+
+
+@app.command()
+def export(
+    model: Annotated[Path, typer.Argument(help="Folder of a trained model.")],
+    out: Annotated[Path, typer.Argument(help="File to write, such as model.onnx.")],
+    as_json: Json = False,
+) -> None:
+    """Write a trained model as one ONNX file that carries its card."""
+    from afferents.pipeline.export import export_model
+
+    card = export_model(model, out)
+    _say(as_json, card.model_dump(mode="json"), *card.said(), f"ONNX: {out}")
+
+
+@app.command()
+def live(
+    model: Annotated[
+        list[Path] | None,
+        typer.Option(help="Exported model; several feel side by side [default: the rig's own]."),
+    ] = None,
+    video: Annotated[
+        str | None, typer.Option(help="camera:0, replay:SESSION/3/50, rig or rig:g/50.")
+    ] = None,
+    audio: Annotated[
+        str | None, typer.Option(help="mic:default, replay:SESSION/3/50, rig or rig:g/50.")
+    ] = None,
+    speed: Annotated[str, typer.Option(help="Of replays: 1 for true speed, 8, or max.")] = "1",
+    exposure_ms: Annotated[
+        float | None, typer.Option(help="Exposure time of the camera [default: as it is].")
+    ] = None,
+    audio_offset_ms: Annotated[
+        float, typer.Option(help="The microphone's clock is ahead of the camera's by this.")
+    ] = 0.0,
+    web: Annotated[
+        bool, typer.Option("--web", help="Serve a page instead of drawing here.")
+    ] = False,
+    host: Annotated[str, typer.Option(help="Address that the page is served at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Its port.")] = 8800,
+    token: Annotated[
+        str | None, typer.Option(help="Word that visitors must give; needed off this machine.")
+    ] = None,
+    lsl: Annotated[bool, typer.Option("--lsl", help="Give percepts out by LSL as well.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print percepts as JSON lines.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Feel texture as it slides: models on a running camera, microphone, replay or the rig."""
+    from afferents.live import Feeler, Network, open_sources
+    from afferents.live.outlets import give_out
+
+    with Progress(quiet or as_json) as progress:
+        paths = model or _rig_models(video, audio, progress)
+    feeler = Feeler([Network(path) for path in paths], audio_offset_ms / 1000)
+    sources = open_sources(video, audio, feeler, _speed(speed), exposure_ms)
+    give_out(sources, feeler, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
+
+
+def _rig_models(video: str | None, audio: str | None, progress: Progress) -> list[Path]:
+    """Return models that go with the simulated rig, where no others are given."""
+    from afferents.pipeline.demo_models import demo_models
+
+    asked = [source for source in (video, audio) if source is not None]
+    if not asked or any(not source.startswith("rig") for source in asked):
+        raise InputError(
+            "--model", "an exported model (only the rig's own can be had without)", "none",
+            "run 'afferents train' and 'afferents export' first",
+        )  # fmt: skip
+    both = demo_models(Path("out/live"), progress)
+    kinds = {"ra-ste": video, "vib-te-aug": audio}
+    return [path for path in both if kinds[path.stem] is not None]
+
+
+def _speed(text: str) -> float:
+    try:
+        return float("inf") if text == "max" else float(text)
+    except ValueError:
+        raise InputError("--speed", "a factor above 0, or 'max'", f"'{text}'") from None
+
+
+@app.command()
 def reproduce(
     out: Annotated[Path, typer.Argument(help="Folder for session, store, results and report.")],
     session: Annotated[

@@ -66,7 +66,8 @@ class Evidence:
         self._last_s = time_s
         if self._since_s is None:
             self._since_s = time_s - lasts_s
-        self._sum += self._per_s * max(new_s, 0) * np.log(np.maximum(probabilities, _LEAST))
+        lasting_s = -MEMORY_S * math.expm1(-max(new_s, 0) / MEMORY_S)  # of which some has faded
+        self._sum += self._per_s * lasting_s * np.log(np.maximum(probabilities, _LEAST))
         now = self.probabilities
         if int(now.argmax()) != self._leader:
             self._leader, self._sure_s = int(now.argmax()), None

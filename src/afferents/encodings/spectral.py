@@ -122,7 +122,7 @@ def amplitude_spectrum(
 def without_mean(windows: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return windows (..., time) with their means taken off, the same however they lay."""
     windows = np.ascontiguousarray(windows)  # the order of the sum depends on the layout
-    return windows - windows.mean(axis=-1, keepdims=True)
+    return np.asarray(windows - windows.mean(axis=-1, keepdims=True))
 
 
 def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEncoding) -> Samples:

@@ -39,6 +39,7 @@ class Hearing(Sense):
                     other.path, f"the sample rate and spectra of {networks[0].path}", "others"
                 )
         self.encoding = SpectralEncoding.model_validate(card.spectral)
+        self.every_s = self.encoding.stride_s
         self.offset_s = offset_s
         self.spectrum: Spectrum | None = None
         self._spectra = Spectra(self.encoding, self.rate_hz, card.shape[0])
@@ -70,7 +71,7 @@ class Hearing(Sense):
         if ready and late:
             return self.without("stalled")
         percepts = [
-            judge.feel(spectrum.amplitude, spectrum.end_s, self.encoding.stride_s, sound.arrived_s)
+            judge.feel(spectrum.amplitude, spectrum.end_s, self.every_s, sound.arrived_s)
             for spectrum in ready
             for judge in self.judges
         ]

@@ -16,7 +16,7 @@ from afferents.live.events import Channel, Event, Sound, Trouble
 CHUNK_S = 0.01
 AGAIN_S = 1.0
 """A microphone that vanished is looked for this often, s."""
-SILENT_S = 0.5
+SILENT_S = 2.0
 """One that gives nothing for so long has vanished: sound cards never pause."""
 FOLLOW = 0.01
 """Share by which the count of samples follows the clock of the converter, a chunk."""

@@ -29,6 +29,7 @@ class Sense:
         assert rate_hz is not None
         self.channel = channel
         self.rate_hz = rate_hz
+        self.every_s = 1 / rate_hz
         self.counters = Counters()
         self.judges = [Judge(network, self.counters) for network in networks]
         self.now_s = 0.0

@@ -83,7 +83,7 @@ class Sight(Sense):
             image = felt.sa1 if judge.card.of_family.afferent == SA1 else felt.ra1
             if image is not None:
                 found = float(felt.detected.mean())
-                percept = judge.feel(image, self.now_s, 1 / self.rate_hz, arrived_s, found)
+                percept = judge.feel(image, self.now_s, self.every_s, arrived_s, found)
                 percepts += [percept] if percept else []
         return percepts
 

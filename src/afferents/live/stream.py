@@ -137,7 +137,7 @@ class _Watch:
     def silence(self) -> list[Percept]:
         """Return what is to be said where nothing was said for long."""
         now_s = time.monotonic()
-        if now_s - self._said_s < SILENT_S:
+        if now_s - self._said_s < max(SILENT_S, 2 * self._sense.every_s):
             return []
         self._said_s = now_s
         if now_s - self._event_s < SILENT_S:

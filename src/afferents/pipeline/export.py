@@ -15,8 +15,8 @@ from afferents.core.files import write_aside
 from afferents.models import CnnLstm, Deployed, Stepping
 from afferents.pipeline.train_model import load_model
 
-AGREES = 1e-5
-"""The file's outputs must be the model's to this, on samples drawn at random."""
+AGREES = 1e-4
+"""The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""
 _TRIALS = 8
 
 
@@ -47,7 +47,7 @@ def export_model(folder: Path, out: Path) -> Card:
         model = onnx.load(str(partial))
         onnx.helper.set_model_props(model, {METADATA: card.model_dump_json()})
         onnx.save(model, str(partial))
-        _check(module, sample, names[0], partial)
+        _check(module, sample, names[0], card.scale, partial)
     return card
 
 
@@ -83,7 +83,11 @@ def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], names: Names, pa
 
 @torch.inference_mode()
 def _check(
-    module: nn.Module, sample: tuple[torch.Tensor, ...], inputs: list[str], path: Path
+    module: nn.Module,
+    sample: tuple[torch.Tensor, ...],
+    inputs: list[str],
+    scale: float,
+    path: Path,
 ) -> None:
     """Let file and model say something of the same random samples."""
     import onnxruntime
@@ -91,7 +95,8 @@ def _check(
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     rng = np.random.default_rng(0)
     for _ in range(_TRIALS):
-        trial = [rng.exponential(size=part.shape).astype(np.float32) for part in sample]
+        trial = [rng.exponential(0.2, part.shape).astype(np.float32) for part in sample]
+        trial[0] *= scale
         expected = module(*map(torch.from_numpy, trial))
         found = session.run(None, dict(zip(inputs, trial, strict=True)))
         for a, b in zip(found, expected, strict=True):

@@ -1,0 +1,66 @@
+"""Where percepts go: a page, the terminal, JSON lines, LSL."""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+
+from afferents.live.events import Source
+from afferents.live.feeler import Feeler
+from afferents.live.lsl import published
+from afferents.live.percept import Percept
+from afferents.live.stream import check_sources, run
+from afferents.live.terminal import show
+
+Address = tuple[str, int, str | None]
+"""Host, port and token of the page."""
+
+
+def give_out(
+    sources: Sequence[Source],
+    feeler: Feeler,
+    web: Address | None = None,
+    lsl: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Feel, and give out what is felt, until the sources end.
+
+    Parameters
+    ----------
+    sources, feeler
+        As for `stream.run`.
+    web
+        Where a page is served; None for the terminal.
+    lsl
+        Whether LSL outlets are opened as well.
+    as_json
+        Whether percepts are printed as JSON lines.
+
+    Raises
+    ------
+    InputError
+        As `stream.run`; if packages are missing, or the page can't be served there.
+    """
+    check_sources(sources, feeler)
+    percepts: Iterator[Percept] = run(sources, feeler)
+    if lsl:
+        networks = [judge.network for sense in feeler.senses.values() for judge in sense.judges]
+        percepts = published(percepts, networks)
+    if as_json:
+        percepts = _printed(percepts)
+    if web is not None:
+        from afferents.live.web.server import serve
+
+        serve(percepts, feeler, *web)
+    elif as_json:
+        for _ in percepts:
+            pass
+    else:
+        show(percepts)
+
+
+def _printed(percepts: Iterator[Percept]) -> Iterator[Percept]:
+    """Print percepts as they pass, one JSON object a line."""
+    for percept in percepts:
+        sys.stdout.write(json.dumps(percept.to_dict()) + "\n")
+        sys.stdout.flush()
+        yield percept

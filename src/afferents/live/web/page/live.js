@@ -1,0 +1,204 @@
+// Draws what the server sends: a greeting with the models, then states and pictures.
+
+import { colour, drawMap, drawSpectrum } from "./draw.js";
+
+const STALE_S = 1; // older than that nothing is shown as if it were now
+const HISTORY = 600; // columns of the history, one a message
+const MOST = 20; // textures shown until all are asked for
+
+const $ = (id) => document.getElementById(id);
+const make = (tag, properties = {}, ...children) => {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+};
+
+let paused = false, marked = true, state = null, picture = null, saidAt = 0;
+const models = new Map();
+
+function greet(hello) {
+  models.clear();
+  $("models").replaceChildren(...hello.models.map((model) => {
+    const view = modelView(model);
+    models.set(model.model, view);
+    return view.article;
+  }));
+}
+
+function modelView(model) {
+  const view = { model, all: model.textures.length <= MOST, rows: new Map() };
+  view.felt = make("p", { className: "felt", textContent: "…" });
+  view.trouble = make("p", { className: "trouble" });
+  view.counts = make("p", { className: "counts" });
+  view.bars = make("div", { className: "bars", role: "list", tabIndex: 0 });
+  view.bars.setAttribute("aria-label", `Textures by ${model.title}`);
+  for (const texture of model.textures) view.rows.set(texture, row(texture));
+  view.history = make("canvas", { className: "history", width: HISTORY, height: model.textures.length });
+  view.history.setAttribute("role", "img");
+  view.history.setAttribute("aria-label", `Evidence of ${model.title} over the last half minute`);
+  const heading = make("h2", {}, model.title);
+  if (!view.all) {
+    const button = make("button", { textContent: `All ${model.textures.length}` });
+    button.setAttribute("aria-pressed", "false");
+    button.onclick = () => {
+      view.all = !view.all;
+      button.setAttribute("aria-pressed", view.all);
+    };
+    heading.append(button);
+  }
+  const legend = make("p", { className: "legend" });
+  legend.innerHTML = '<i style="background:var(--all)"></i>evidence of the touch so far '
+    + '<i style="background:var(--now)"></i>this moment alone';
+  const about = make("details", {}, make("summary", { textContent: "About this model" }),
+    ...model.said.map((sentence) => make("p", { textContent: sentence })));
+  view.article = make("article", {}, heading, view.felt, view.trouble, view.bars, legend,
+    view.history, view.counts, about);
+  return view;
+}
+
+function row(texture) {
+  const parts = { name: make("span", { textContent: texture }), all: make("div", { className: "all" }),
+    now: make("div", { className: "now" }), share: make("span", { className: "share" }) };
+  parts.track = make("div", { className: "track" }, parts.all, parts.now);
+  parts.cells = [parts.name, parts.track, parts.share];
+  return parts;
+}
+
+function showModel(view, percept) {
+  const fresh = percept.fresh && percept.age_s < STALE_S;
+  view.article.classList.toggle("stale", !fresh);
+  const ranked = [...view.model.textures].sort((a, b) => percept.evidence[b] - percept.evidence[a]);
+  const leader = ranked[0], share = Math.round(100 * percept.evidence[leader]);
+  const sure = percept.sure_after_s === null ? "" : `, sure after ${percept.sure_after_s.toFixed(1)} s`;
+  let felt = `${leader}`, how = `${share}%${sure}`;
+  if (!fresh) [felt, how] = [percept.state === "waiting" ? "waiting" : "nothing fresh", ""];
+  else if (percept.state === "unknown") [felt, how] = ["unknown", "like nothing it has learnt"];
+  view.felt.replaceChildren(felt, " ", make("small", { textContent: how }));
+  view.felt.dataset.felt = felt;
+  if (percept.troubles.length) view.trouble.textContent = percept.troubles.at(-1);
+  else if (fresh) view.trouble.textContent = "";
+  const shown = new Set(view.all ? ranked : ranked.slice(0, MOST));
+  const cells = [];
+  for (const [texture, parts] of view.rows) {
+    if (!shown.has(texture)) continue;
+    const now = percept.probabilities[texture] ?? 0;
+    parts.all.style.width = `${100 * percept.evidence[texture]}%`;
+    parts.now.style.width = `${100 * now}%`;
+    parts.share.textContent = `${Math.round(100 * percept.evidence[texture])}%`;
+    cells.push(...parts.cells);
+  }
+  if (view.bars.childElementCount !== cells.length || !view.all) view.bars.replaceChildren(...cells);
+  drawHistory(view, fresh ? percept.evidence : null);
+  view.counts.textContent = counted(percept);
+  return `${view.model.title}: ${felt} ${how}`;
+}
+
+function counted(percept) {
+  const { frames, samples, ...faults } = percept.counters;
+  const parts = percept.latency_ms === null ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to percept`];
+  if (percept.markers_found !== null) parts.push(`${Math.round(100 * percept.markers_found)}% of the markers seen`);
+  for (const [name, n] of Object.entries(faults)) if (n) parts.push(`${n} ${name.replace("_", " ")}`);
+  return parts.join(" · ");
+}
+
+function drawHistory(view, evidence) {
+  const canvas = view.history, context = canvas.getContext("2d");
+  context.globalCompositeOperation = "copy";
+  context.drawImage(canvas, -1, 0);
+  context.globalCompositeOperation = "source-over";
+  view.model.textures.forEach((texture, y) => {
+    context.fillStyle = evidence ? colour(evidence[texture]) : "#888";
+    context.fillRect(canvas.width - 1, y, 1, 1);
+  });
+}
+
+function showSight(sight) {
+  $("camera").hidden = $("maps").hidden = !sight;
+  if (!sight) return;
+  $("frames").textContent = `${sight.rate_hz} frames/s`;
+  if (!sight.sa1) return;
+  for (const name of ["sa1", "ra1"]) {
+    const most = sight[name] ? drawMap($(name), sight[name]) : 0;
+    $(`${name}-scale`).textContent = sight[name] ? `0 to ${most.toFixed(1)} px` : "";
+  }
+}
+
+async function showPicture() {
+  if (!picture || !state?.sight?.markers) return;
+  const image = await createImageBitmap(picture);
+  const canvas = document.querySelector("#camera canvas"), context = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [image.width, image.height];
+  context.drawImage(image, 0, 0);
+  image.close();
+  if (!marked) return;
+  context.strokeStyle = "#ffb000";
+  context.lineWidth = 1.5;
+  context.beginPath();
+  for (const [x, y] of state.sight.markers) {
+    if (x < 0) continue;
+    context.moveTo(x + 9, y);
+    context.arc(x, y, 9, 0, 7);
+  }
+  context.stroke();
+}
+
+function showHearing(hearing) {
+  $("sound").hidden = !hearing;
+  if (!hearing) return;
+  $("samples").textContent = `${hearing.rate_hz} samples/s`;
+  if (!hearing.amplitude) return;
+  const canvas = document.querySelector("#sound canvas");
+  const comb = drawSpectrum(canvas, hearing.amplitude, hearing.step_hz, getComputedStyle(document.body).color);
+  $("comb").textContent = comb ? `harmonics of ${comb.toFixed(1)} Hz are marked ▾` : "no clear harmonics";
+}
+
+function show() {
+  if (!state || paused) return;
+  const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
+  showSight(state.sight);
+  showHearing(state.hearing);
+  const truth = state.percepts.map((p) => p.truth).find(Boolean);
+  $("truth").textContent = truth ? `the simulated rig now turns drum ${truth}` : "";
+  if (state.ended) $("link").textContent = state.ended;
+  if (performance.now() - saidAt > 2000) {
+    saidAt = performance.now();
+    $("said").textContent = said.join("; ");
+  }
+}
+
+function connect() {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  const socket = new WebSocket(`${scheme}://${location.host}/feel${location.search}`);
+  socket.binaryType = "blob";
+  socket.onopen = () => { $("link").textContent = "live"; };
+  socket.onmessage = ({ data }) => {
+    if (data instanceof Blob) {
+      picture = data;
+      if (!paused) showPicture();
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.type === "hello") greet(message);
+    else state = message, show();
+  };
+  socket.onclose = () => {
+    $("link").textContent = "connection lost, trying again…";
+    for (const view of models.values()) view.article.classList.add("stale");
+    setTimeout(connect, 1000);
+  };
+}
+
+function press(button, value) {
+  button.setAttribute("aria-pressed", value);
+  return value;
+}
+const pause = () => { paused = press($("pause"), !paused); };
+const mark = () => { marked = press($("mark"), !marked); };
+$("pause").onclick = pause;
+$("mark").onclick = mark;
+addEventListener("keydown", (event) => {
+  if (event.target.closest("button, summary, a") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === " ") { event.preventDefault(); pause(); }
+  if (event.key === "m") mark();
+});
+connect();

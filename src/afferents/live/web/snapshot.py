@@ -1,0 +1,123 @@
+"""What the page draws: the newest of everything, as JSON and as a picture."""
+
+import time
+from typing import Any
+
+import cv2
+import numpy as np
+
+from afferents.live.feeler import Feeler
+from afferents.live.percept import Percept
+
+_QUALITY = 70
+"""Of the JPEG, per cent."""
+_DIGITS = 4
+
+
+class Rate:
+    """How often something happens, Hz, over the last second or so."""
+
+    def __init__(self) -> None:
+        """Start counting."""
+        self._since_s, self._n, self._before, self.hz = time.monotonic(), 0, 0, 0.0
+
+    def seen(self, total: int) -> float:
+        """Return the rate, given how often it has happened in all."""
+        elapsed_s = time.monotonic() - self._since_s
+        if elapsed_s >= 1:
+            self.hz = (total - self._before) / elapsed_s
+            self._since_s, self._before = time.monotonic(), total
+        return self.hz
+
+
+class Snapshots:
+    """The newest percept of every model, and what the senses have in hand.
+
+    Parameters
+    ----------
+    feeler
+        Written by the stream's thread; only read here.
+    """
+
+    def __init__(self, feeler: Feeler) -> None:
+        """Nothing is felt yet."""
+        self._feeler = feeler
+        self._percepts: dict[str, tuple[Percept, float]] = {}
+        self._frames, self._samples = Rate(), Rate()
+        self.ended: str | None = None
+
+    def take(self, percept: Percept) -> None:
+        """Keep a percept until the next of its model."""
+        self._percepts[percept.model] = percept, time.monotonic()
+
+    def hello(self) -> dict[str, Any]:
+        """Return what does not change: the models."""
+        return {
+            "type": "hello",
+            "models": [
+                {
+                    "model": judge.card.family,
+                    "title": judge.card.of_family.title,
+                    "textures": judge.card.textures,
+                    "said": judge.card.said(),
+                    "channel": channel,
+                }
+                for channel, sense in self._feeler.senses.items()
+                for judge in sense.judges
+            ],
+        }
+
+    def state(self) -> dict[str, Any]:
+        """Return the newest of everything but the picture."""
+        now_s = time.monotonic()
+        return {
+            "type": "state",
+            "ended": self.ended,
+            "percepts": [
+                {**percept.to_dict(), "age_s": round(now_s - taken_s, 3)}
+                for percept, taken_s in list(self._percepts.values())
+            ],
+            "sight": self._sight(),
+            "hearing": self._hearing(),
+        }
+
+    def _sight(self) -> dict[str, Any] | None:
+        sight = self._feeler.sight
+        if sight is None:
+            return None
+        felt, picture = sight.felt, sight.picture
+        content: dict[str, Any] = {"rate_hz": round(self._frames.seen(sight.counters.frames), 1)}
+        if felt is not None and picture is not None:
+            content |= {
+                "size": picture.frame.luma.shape[::-1],
+                "markers": _numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
+                "sa1": _numbers(felt.sa1, _DIGITS),
+                "ra1": None if felt.ra1 is None else _numbers(felt.ra1, _DIGITS),
+            }
+        return content
+
+    def _hearing(self) -> dict[str, Any] | None:
+        hearing = self._feeler.hearing
+        if hearing is None:
+            return None
+        content: dict[str, Any] = {"rate_hz": round(self._samples.seen(hearing.counters.samples))}
+        if (spectrum := hearing.spectrum) is not None:
+            points = hearing.encoding.fft_points or hearing.encoding.window_s * hearing.rate_hz
+            content |= {
+                "amplitude": [float(f"{a:.4g}") for a in spectrum.amplitude.mean(axis=0)],
+                "step_hz": hearing.rate_hz / points,
+            }
+        return content
+
+    def jpeg(self) -> bytes | None:
+        """Return the newest camera picture; None before there is one."""
+        sight = self._feeler.sight
+        if sight is None or sight.picture is None:
+            return None
+        options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+        _, encoded = cv2.imencode(".jpg", sight.picture.frame.image, options)
+        return bytes(encoded)
+
+
+def _numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
+    return list(np.round(values.astype(float), digits).tolist())

@@ -1,0 +1,201 @@
+"""What goes wrong with sources is said, nothing reaches across it, nothing old passes as new."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from afferents.core.recording import Frame
+from afferents.live import (
+    Begin,
+    Camera,
+    Feeler,
+    Network,
+    Pace,
+    Picture,
+    ReplayedSound,
+    ReplayedVideo,
+    Sound,
+    Trouble,
+    stream,
+)
+from afferents.live.mailbox import WAITING_PICTURES, Mailbox
+from afferents.recordings import WavFile, read_session
+
+
+@pytest.fixture
+def pictures(session):
+    video = read_session(session).recordings[5].video
+    return list(ReplayedVideo(video, Pace(math.inf)).events())
+
+
+@pytest.fixture
+def chunks(sounds):
+    audio = WavFile(read_session(sounds).recordings[5].audio.path)
+    return list(ReplayedSound(audio, Pace(math.inf)).events())
+
+
+@pytest.fixture
+def seeing(models):
+    feeler = Feeler([Network(models["ra-ste"])])
+    feeler.sight.keeps_time = False
+    return feeler
+
+
+@pytest.fixture
+def hearing(models):
+    feeler = Feeler([Network(models["vib-te-aug"])])
+    feeler.hearing.keeps_time = False
+    return feeler
+
+
+def fed(feeler, events):
+    return [percept for event in events for percept in feeler.feed(event)]
+
+
+FIRST = 10 + 1 + 9
+"""Rest frame, one before RA-I, nine before a run of ten is full."""
+
+
+def test_a_run_of_ten_never_spans_a_missing_frame(seeing, pictures):
+    lost = 30
+    percepts = fed(seeing, pictures[:lost] + pictures[lost + 1 :])
+    times = {round(p.time_s * 90) - 1 for p in percepts}
+    assert times == {*range(FIRST, lost), *range(lost + 11, 45)}
+    assert percepts[-1].counters.dropped == 1
+
+
+def test_doubled_frames_change_nothing(seeing, models, pictures):
+    twice = [p for picture in pictures for p in (picture, picture._replace(arrived_s=1.0))]
+    again = Feeler([Network(models["ra-ste"])])
+    again.sight.keeps_time = False
+    plain, doubled = fed(again, pictures), fed(seeing, twice)
+    assert [p.probabilities for p in plain] == [p.probabilities for p in doubled]
+    assert doubled[-1].counters.doubled == len(pictures) - 1
+
+
+def test_torn_frames_are_not_felt(seeing, pictures):
+    pictures[25] = pictures[25]._replace(torn=True)
+    percepts = fed(seeing, pictures)
+    assert percepts[-1].counters.torn == 1
+    assert {round(p.time_s * 90) - 1 for p in percepts} == {*range(FIRST, 25), *range(36, 45)}
+
+
+def test_no_window_spans_lost_sound(hearing, chunks):
+    percepts = fed(hearing, chunks[:120] + chunks[130:])
+    assert [round(p.time_s, 3) for p in percepts] == [1.0, 2.3, 2.8]
+    assert percepts[-1].counters.lost_samples == 800
+
+
+def test_what_comes_late_is_not_fresh(models, pictures):
+    feeler = Feeler([Network(models["ra-ste"])])
+    late = [
+        p._replace(arrived_s=p.time_s + (0.5 if i >= 30 else 0)) for i, p in enumerate(pictures)
+    ]
+    percepts = fed(feeler, late)
+    assert [p.fresh for p in percepts] == [round(p.time_s * 90) - 1 < 30 for p in percepts]
+    assert percepts[-1].state == "stalled"
+    assert percepts[-1].probabilities == {}
+
+
+def test_clocks_that_drift_are_not_late(models, pictures):
+    feeler = Feeler([Network(models["ra-ste"])])
+    drifting = [p._replace(arrived_s=1.0002 * p.time_s) for p in pictures]
+    assert all(p.fresh for p in fed(feeler, drifting))
+
+
+def test_a_picture_without_markers_is_said_until_they_are_there(seeing, pictures):
+    black = Frame(0.0, np.zeros((480, 640), np.uint8))
+    blind = [Picture(black._replace(time_s=i / 90), 0.0) for i in range(40)]
+    percepts = fed(seeing, blind)
+    assert {p.state for p in percepts} == {"waiting"}
+    assert "markers" in percepts[0].troubles[0]
+    later = [p._replace(frame=p.frame._replace(time_s=p.time_s + 40 / 90)) for p in pictures]
+    assert fed(seeing, later)[-1].fresh
+
+
+def test_another_recording_begins_anew(seeing, pictures):
+    first = fed(seeing, pictures)
+    again = fed(seeing, [Begin("video", 0.0, "g at 50 mm/s"), *pictures])
+    assert [p.probabilities for p in first] == [p.probabilities for p in again]
+    assert [p.evidence for p in first] == [p.evidence for p in again]
+    assert again[0].truth == "g at 50 mm/s"
+
+
+def test_trouble_of_one_sense_leaves_the_other(models, pictures, chunks):
+    both = Feeler([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+    said = both.feed(Trouble("audio", 0.0, "unplugged"))
+    assert [(p.model, p.state, p.troubles) for p in said] == [
+        ("vib-te-aug", "stalled", ("unplugged",))
+    ]
+    both.sight.keeps_time = False
+    assert all(p.fresh for p in fed(both, pictures))
+
+
+class Stopping:
+    """A source that keeps time, and stops for a while."""
+
+    channel, rate_hz, keeps_time = "video", 90.0, True
+
+    def __init__(self, pictures, silent_s):
+        self.pictures, self.silent_s = pictures, silent_s
+
+    def events(self):
+        start = time.monotonic()
+        for i, picture in enumerate(self.pictures):
+            if i == 30:
+                time.sleep(self.silent_s)
+            time.sleep(max(0, start + picture.time_s - time.monotonic()))
+            yield picture._replace(arrived_s=time.monotonic())
+
+    def close(self):
+        self.pictures = []
+
+
+def test_a_silent_source_is_stalled(models, pictures):
+    percepts = list(stream([Stopping(pictures, 1.3)], [models["sa-se"]]))
+    stalled = [p for p in percepts if not p.fresh]
+    assert any("nothing for" in t for p in stalled for t in p.troubles)
+    assert all(p.texture is None and p.probabilities == {} for p in stalled)
+
+
+def test_who_is_too_slow_skips_the_oldest_pictures(pictures):
+    mailbox = Mailbox()
+    for picture in pictures[:20]:
+        mailbox._put(picture)
+        mailbox._put(Sound(picture.time_s, np.zeros((1, 1), np.float32), 0.0))
+    kept = list(mailbox._events)
+    assert [e for e in kept if isinstance(e, Picture)] == pictures[20 - WAITING_PICTURES : 20]
+    assert sum(isinstance(e, Sound) for e in kept) == 20
+
+
+def test_an_error_of_a_source_reaches_who_takes_its_events():
+    class Breaking:
+        channel = "video"
+
+        def events(self):
+            raise ValueError("broken")
+            yield
+
+    mailbox = Mailbox()
+    mailbox.take_from(Breaking())
+    with pytest.raises(ValueError, match="broken"):
+        mailbox.get(5)
+
+
+def test_a_camera_that_is_slow_vanishes_and_comes_back():
+    """Through FFmpeg's own virtual camera: 15 frames a second for 1.4 s, again and again."""
+    device = "testsrc2=size=640x480:rate=15:duration=1.4,realtime"
+    camera = Camera(device, 90, 640, 480, driver="lavfi")
+    pictures, said = [], []
+    for event in camera.events():
+        (pictures if isinstance(event, Picture) else said).append(event)
+        if len(said) == 3:
+            camera.close()
+    assert "asked 90 frames/s, got 15" in said[0].what
+    assert "no more frames" in said[1].what
+    assert len(pictures) > 30
+    times = np.diff([p.time_s for p in pictures[:15]])
+    np.testing.assert_allclose(times, 1 / 15, atol=0.03)
+    assert pictures[-1].frame.luma.shape == (480, 640)

@@ -1,0 +1,160 @@
+"""A model's card says what it is, its probabilities are calibrated, and the file says the same."""
+
+import json
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.core.card import read_card
+from afferents.core.evidence import MEMORY_S, Evidence
+from afferents.live import Network
+from afferents.models import Deployed, build
+from afferents.pipeline.train_model import best_evidence, best_temperature, load_model
+
+
+def test_the_card_says_what_it_learnt_from(models):
+    card = Network(models["ra-ste"]).card
+    assert (card.family, card.textures, card.shape, card.frames) == (
+        "ra-ste", ("1", "2", "3"), (19, 19), 10,
+    )  # fmt: skip
+    assert card.learnt_from_mm_s == (20, 60)
+    assert card.validated_on_mm_s == 40
+    assert (card.fps_hz, card.sample_rate_hz, card.simulated) == (90, None, True)
+    assert card.sensor["name"] == "tip_b"
+    assert card.said()[-1] == "Not evaluated at speeds held out."
+    sound = Network(models["vib-te-aug"]).card
+    assert (sound.sample_rate_hz, sound.shape, sound.sensor) == (8000, (1, 200), None)
+    folder = models["ra-ste"].with_suffix("")
+    assert read_card((folder / "model.json").read_text(), folder) == card
+
+
+def test_the_file_says_what_the_folder_says(models, rng):
+    for name, path in models.items():
+        card, deployed = load_model(path.with_suffix(""))
+        network = Network(path)
+        shape = (card.frames + 3, *card.shape)
+        samples = rng.exponential(0.2 * card.scale, size=shape).astype(np.float32)
+        for i, sample in enumerate(samples):
+            outcome = network.feel(sample)
+            if i + 1 < card.frames:
+                assert outcome is None
+                continue
+            run = samples[i + 1 - card.frames : i + 1] if card.frames > 1 else sample
+            with torch.no_grad():
+                probabilities, strangeness = deployed(torch.from_numpy(run[None]))
+            np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
+            assert outcome.strangeness == pytest.approx(float(strangeness[0]), rel=1e-4), name
+
+
+def test_scores_are_those_of_the_results(run, stores, tmp_path):
+    results, store = tmp_path / "results", stores["audio"]
+    asked = ("--models", "vib-te", "--workers", 1, "--quiet")
+    assert run("evaluate", store, "--out", results, *asked)[0] == 0
+    code, out, _ = run(
+        "train", store, tmp_path / "m", "--model", "vib-te", "--preset", "quick",
+        "--results", results, "--json",
+    )  # fmt: skip
+    assert code == 0
+    (score,) = json.loads(out)["scores"]
+    entry = json.loads((results / "summary.json").read_text())["models"]["vib-te"]["nested"]
+    assert score["mean_accuracy"] == entry["mean_accuracy"]
+    assert score["same_data"] is True
+    code, out, _ = run("export", tmp_path / "m", tmp_path / "m.onnx")
+    assert code == 0
+    assert "at speeds held out (nested, quick)" in out.replace("\n", " ")
+
+
+def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
+    def refused(*arguments):
+        code, _, said = run("train", *arguments, "--quiet")
+        assert code == 2
+        return said
+
+    store = stores["audio"]
+    assert "--model: expected one model" in refused(store, tmp_path / "m", "--model", "all")
+    assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
+    (tmp_path / "taken").mkdir()
+    said = refused(store, tmp_path / "taken", "--model", "vib-te")
+    assert "a new folder, or a model's" in said
+    said = refused(store, tmp_path / "m", "--model", "vib-te", "--results", tmp_path / "taken")
+    assert "a results folder" in said
+    one = make_session(tmp_path / "one", speeds=(20,), seconds=3.0, video=False)
+    assert run("extract", one, tmp_path / "one.zarr", "--quiet")[0] == 0
+    said = refused(tmp_path / "one.zarr", tmp_path / "m", "--model", "vib-te")
+    assert "at least 2 speeds" in said
+    assert not (tmp_path / "m").exists()
+    assert run("export", tmp_path / "taken", tmp_path / "x.onnx")[0] == 2
+
+
+@settings(max_examples=20, deadline=None)
+@given(true=st.floats(0.3, 4), seed=st.integers(0, 99))
+def test_the_temperature_is_found(true, seed):
+    """Labels drawn from known probabilities, logits too hot or too cold by a known factor."""
+    rng = np.random.default_rng(seed)
+    logits = rng.normal(size=(8000, 5)) * 2
+    powers = np.exp(logits)
+    shares = (powers / powers.sum(1, keepdims=True)).cumsum(1)
+    labels = (rng.random((8000, 1)) > shares).sum(1).clip(max=4)
+    assert best_temperature(true * logits, labels) == pytest.approx(true, rel=0.1)
+
+
+def test_evidence_of_independent_samples_counts_in_full_and_of_copies_not(rng):
+    n, every_s = 400, 0.02
+    labels = rng.integers(0, 3, 60)
+    logits = rng.normal(size=(60, n, 3)) + 0.5 * np.eye(3)[labels][:, None]
+    copies = np.repeat(logits[:, ::20], 20, axis=1)
+    found = []
+    for given_logits in (logits, copies):
+        # the logits' own posterior: normal noise of variance 1, means 0.5 apart
+        powers = np.exp(0.5 * given_logits)
+        shares = (powers / powers.sum(2, keepdims=True)).reshape(-1, 3)
+        recording = np.repeat(np.arange(60), n)
+        stop_s = np.tile((1 + np.arange(n)) * every_s, 60)
+        found.append(best_evidence(shares, np.repeat(labels, n), recording, stop_s))
+    assert found[0] == pytest.approx(1 / every_s, rel=0.35)
+    assert found[1] < 0.15 * found[0]
+
+
+@settings(deadline=None)
+@given(cut=st.lists(st.integers(1, 30), min_size=1, max_size=10))
+def test_evidence_does_not_depend_on_how_often_it_is_looked_at(cut):
+    """The same opinion, told in finer or coarser steps of time, adds up to the same."""
+    opinion = np.array([0.5, 0.3, 0.2])
+    step = 0.01
+    fine, coarse = Evidence(3, 2.0), Evidence(3, 2.0)
+    for k in range(1, sum(cut) + 1):
+        fine.add(k * step, opinion, step)
+    at = 0
+    for n in cut:
+        at += n
+        coarse.add(at * step, opinion, n * step)
+    np.testing.assert_allclose(fine.probabilities, coarse.probabilities, atol=1e-9)
+
+
+def test_evidence_fades_and_is_sure_in_time():
+    evidence = Evidence(2, 10.0)
+    for k in range(1, 11):
+        evidence.add(k / 10, np.array([0.9, 0.1]), 0.1)
+    assert evidence.sure_after_s == pytest.approx(0.2)
+    leading = evidence.probabilities
+    evidence.fade(1 + 3 * MEMORY_S)
+    assert leading[0] > evidence.probabilities[0] > 0.5
+    evidence.reset()
+    assert evidence.probabilities.tolist() == [0.5, 0.5]
+    assert evidence.sure_after_s is None
+
+
+def test_strange_is_what_lies_far_from_all_that_was_learnt(rng):
+    network = build("spatial", 4, (19, 19), seed=0).eval()
+    deployed = Deployed(network, 4, 1.0).eval()
+    labels = torch.arange(800) % 4
+    means = 6 * torch.eye(16)[:4]
+    known = means[labels] + torch.randn(800, 16, generator=torch.manual_seed(0))
+    deployed.know(known[:400], labels[:400], known[400:])
+    strangeness = deployed.outcome(known[400:])[1]
+    assert float((strangeness > 1).float().mean()) == pytest.approx(0.05, abs=0.005)
+    far = torch.full((1, 16), 9.0)
+    assert float(deployed.outcome(far)[1]) > 2
