@@ -37,6 +37,11 @@ class Evidence:
         self._leader = -1
 
     @property
+    def logs(self) -> NDArray[np.float64]:
+        """Their logarithms, but for a constant, shape (n_classes,)."""
+        return self._sum.copy()
+
+    @property
     def probabilities(self) -> NDArray[np.float64]:
         """What all evidence says, shape (n_classes,)."""
         powers = np.exp(self._sum - self._sum.max())

@@ -48,7 +48,7 @@ class Camera:
     """
 
     channel: Channel = "video"
-    keeps_time = True
+    speed = 1.0
 
     def __init__(
         self,

@@ -90,13 +90,14 @@ class Source(Protocol):
         What it gives.
     rate_hz
         Frames or samples a second that it was asked for, or has.
-    keeps_time
-        Whether its events come when they happen, and are lost if nobody takes them.
+    speed
+        Seconds of its clock in a second: 1 for what happens now, so that events are lost if nobody
+        takes them in time; infinite for a recording that waits to be taken.
     """
 
     channel: Channel
     rate_hz: float
-    keeps_time: bool
+    speed: float
 
     def events(self) -> Iterator[Event]:
         """Yield what happens, in order, until the source ends or is closed."""

@@ -44,7 +44,7 @@ class Microphone:
     """
 
     channel: Channel = "audio"
-    keeps_time = True
+    speed = 1.0
 
     def __init__(self, device: str, rate_hz: float, n_channels: int = 1) -> None:
         """Open it."""

@@ -70,7 +70,7 @@ class _Played:
 
     def __init__(self, pace: Pace) -> None:
         self._pace = pace
-        self.keeps_time = not math.isinf(pace.speed)
+        self.speed = pace.speed
 
     def close(self) -> None:
         """Stop."""

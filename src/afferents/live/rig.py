@@ -104,7 +104,7 @@ def _recorded(folder: Path, run: Run, seed: int) -> Path:
 class _Rigged:
     """What plays runs one after another."""
 
-    keeps_time = True
+    speed = 1.0
     channel: Channel
 
     def __init__(self, show: RigShow) -> None:

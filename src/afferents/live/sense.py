@@ -1,5 +1,7 @@
 """What sight and hearing share: their models, what went wrong, and how far behind they are."""
 
+import math
+
 from afferents.live.events import Begin, Channel, Trouble
 from afferents.live.judge import Judge
 from afferents.live.network import Network
@@ -33,7 +35,7 @@ class Sense:
         self.counters = Counters()
         self.judges = [Judge(network, self.counters) for network in networks]
         self.now_s = 0.0
-        self.keeps_time = True
+        self.speed = 1.0
         self._quickest: tuple[float, float] | None = None
 
     def begin(self, event: Begin) -> None:
@@ -62,13 +64,14 @@ class Sense:
 
     def is_late(self, time_s: float, arrived_s: float) -> bool:
         """Tell whether what was taken at `time_s` came too late to tell of now; count it."""
-        if not self.keeps_time:
+        if math.isinf(self.speed):
             return False
-        lead = arrived_s - time_s
+        due_s = time_s / self.speed
+        lead = arrived_s - due_s
         if self._quickest is not None:
             quickest, since_s = self._quickest
             lead = min(lead, quickest + _FORGET * (arrived_s - since_s))
         self._quickest = lead, arrived_s
-        late = arrived_s - time_s - lead > LATE_S
+        late = arrived_s - due_s - lead > LATE_S
         self.counters.late += late
         return late

@@ -1,6 +1,7 @@
 """A stream of percepts from running sources."""
 
 import heapq
+import math
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -24,9 +25,9 @@ def stream(
 ) -> Iterator[Percept]:
     """Feel with models as sources run; ends when all sources have ended.
 
-    A source that keeps time (a camera, a microphone, a replay at some speed) runs in a thread of
-    its own, and whatever can't be followed is dropped and counted. Otherwise events are taken in
-    the order of their times, none is lost, and the percepts are the same at every run.
+    A source with a finite speed (a camera, a microphone, a paced replay) runs in a thread of its
+    own, and whatever can't be followed is dropped and counted. Otherwise events are taken in the
+    order of their times, none is lost, and the percepts are the same at every run.
 
     Parameters
     ----------
@@ -58,9 +59,9 @@ def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
     check_sources(sources, feeler)
     used = [source for source in sources if source.channel in feeler.senses]
     for source in used:
-        feeler.senses[source.channel].keeps_time = source.keeps_time
+        feeler.senses[source.channel].speed = source.speed
     try:
-        if any(source.keeps_time for source in used):
+        if any(math.isfinite(source.speed) for source in used):
             yield from _as_it_comes(used, feeler)
         else:
             for event in heapq.merge(*(source.events() for source in used), key=_end_s):

@@ -38,7 +38,6 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 _BATCH = 256
-_LEAST = 1e-12
 _EVIDENCE_PER_S = np.geomspace(0.05, 100, 45)
 
 
@@ -212,12 +211,12 @@ def best_temperature(logits: Floats, labels: Indices) -> float:
     logits, labels
         Of samples not learnt from, (n, n_classes) and (n,).
     """
-
-    def surprise(log_temperature: float) -> float:
-        logs = log_softmax(logits / np.exp(log_temperature), axis=1)
-        return -float(logs[np.arange(len(labels)), labels].mean())
-
-    return float(np.exp(minimize_scalar(surprise, bounds=(-3, 5), method="bounded").x))
+    found = minimize_scalar(
+        lambda log_temperature: _surprise(logits / np.exp(log_temperature), labels),
+        bounds=(-3, 5),
+        method="bounded",
+    )
+    return float(np.exp(found.x))
 
 
 def best_evidence(
@@ -233,14 +232,19 @@ def best_evidence(
         Of samples not learnt from, recording by recording in the order of time.
     """
     every_s = _stride(stop_s, recording)
-    surprise = np.zeros(len(_EVIDENCE_PER_S))
-    for i, per_s in enumerate(_EVIDENCE_PER_S):
-        for name in np.unique(recording):
-            evidence = Evidence(probabilities.shape[1], float(per_s))
-            for k in np.flatnonzero(recording == name):
-                evidence.add(float(stop_s[k]), probabilities[k], every_s)
-                surprise[i] -= np.log(max(evidence.probabilities[labels[k]], _LEAST))
-    return float(_EVIDENCE_PER_S[surprise.argmin()])
+    logs = np.empty_like(probabilities)
+    for name in np.unique(recording):
+        evidence = Evidence(probabilities.shape[1], per_s=1.0)
+        for k in np.flatnonzero(recording == name):
+            evidence.add(float(stop_s[k]), probabilities[k], every_s)
+            logs[k] = evidence.logs
+    surprise = [_surprise(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
+    return float(_EVIDENCE_PER_S[np.argmin(surprise)])
+
+
+def _surprise(logits: Floats, labels: Indices) -> float:
+    """Return the mean of -log p of the true textures."""
+    return -float(log_softmax(logits, axis=1)[np.arange(len(labels)), labels].mean())
 
 
 def _stride(stop_s: Floats, recording: NDArray[Any]) -> float:

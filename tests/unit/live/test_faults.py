@@ -39,14 +39,14 @@ def chunks(sounds):
 @pytest.fixture
 def seeing(models):
     feeler = Feeler([Network(models["ra-ste"])])
-    feeler.sight.keeps_time = False
+    feeler.sight.speed = math.inf
     return feeler
 
 
 @pytest.fixture
 def hearing(models):
     feeler = Feeler([Network(models["vib-te-aug"])])
-    feeler.hearing.keeps_time = False
+    feeler.hearing.speed = math.inf
     return feeler
 
 
@@ -69,7 +69,7 @@ def test_a_run_of_ten_never_spans_a_missing_frame(seeing, pictures):
 def test_doubled_frames_change_nothing(seeing, models, pictures):
     twice = [p for picture in pictures for p in (picture, picture._replace(arrived_s=1.0))]
     again = Feeler([Network(models["ra-ste"])])
-    again.sight.keeps_time = False
+    again.sight.speed = math.inf
     plain, doubled = fed(again, pictures), fed(seeing, twice)
     assert [p.probabilities for p in plain] == [p.probabilities for p in doubled]
     assert doubled[-1].counters.doubled == len(pictures) - 1
@@ -129,14 +129,14 @@ def test_trouble_of_one_sense_leaves_the_other(models, pictures, chunks):
     assert [(p.model, p.state, p.troubles) for p in said] == [
         ("vib-te-aug", "stalled", ("unplugged",))
     ]
-    both.sight.keeps_time = False
+    both.sight.speed = math.inf
     assert all(p.fresh for p in fed(both, pictures))
 
 
 class Stopping:
-    """A source that keeps time, and stops for a while."""
+    """A source that stops for a while."""
 
-    channel, rate_hz, keeps_time = "video", 90.0, True
+    channel, rate_hz, speed = "video", 90.0, 1.0
 
     def __init__(self, pictures, silent_s):
         self.pictures, self.silent_s = pictures, silent_s

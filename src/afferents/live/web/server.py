@@ -54,7 +54,10 @@ def serve(
     snapshots = Snapshots(feeler)
     bound = _bound(host, port)
     config = uvicorn.Config(
-        application(snapshots, host, token), log_level="warning", ws_max_size=1 << 16
+        application(snapshots, host, token),
+        log_level="warning",
+        ws_max_size=1 << 16,
+        timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
     )
     server = uvicorn.Server(config)
     failed: list[AfferentsError] = []
