@@ -468,6 +468,24 @@ def export(
 
 
 @app.command()
+def align(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Touches of something smooth: folders of mp4 and wav.")
+    ],
+    sensor: SensorName = "tip_b",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure how far the microphone's clock is ahead of the camera's."""
+    from afferents.markers import load_sensor
+    from afferents.pipeline.align import align as measure
+
+    with Progress(quiet or as_json) as progress:
+        found = measure(recordings, load_sensor(sensor), progress)
+    _say(as_json, found._asdict(), *found.said())
+
+
+@app.command()
 def live(
     model: Annotated[
         list[Path] | None,

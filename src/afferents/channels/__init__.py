@@ -4,8 +4,9 @@ A lost marker is NaN in every channel until `hold` fills it.
 """
 
 from afferents.channels.lost import hold
+from afferents.channels.offset import Offset, measure_offset
 from afferents.channels.ra1 import marker_speed, ra1
 from afferents.channels.ra2 import ra2
 from afferents.channels.sa1 import sa1
 
-__all__ = ["hold", "marker_speed", "ra1", "ra2", "sa1"]
+__all__ = ["Offset", "hold", "marker_speed", "measure_offset", "ra1", "ra2", "sa1"]

@@ -28,6 +28,10 @@ class InputError(AfferentsError):
         remedy = f"; {do}" if do else ""
         super().__init__(f"{where}: expected {expected}, found {found}{remedy}")
 
+    def at(self, where: object) -> "InputError":
+        """Return the same, found elsewhere: of a file, where the error knew of its content only."""
+        return InputError(where, *self._parts[1:])
+
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str, str]]:
         """Come back from another process as what it was."""
         return InputError, self._parts

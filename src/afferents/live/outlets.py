@@ -40,8 +40,17 @@ def give_out(
     InputError
         As `stream.run`; if packages are missing, or the page can't be served there.
     """
-    check_sources(sources, feeler)
-    percepts: Iterator[Percept] = run(sources, feeler)
+    try:
+        check_sources(sources, feeler)
+        _give_out(run(sources, feeler), feeler, web, lsl, as_json)
+    finally:
+        for source in sources:
+            source.close()
+
+
+def _give_out(
+    percepts: Iterator[Percept], feeler: Feeler, web: Address | None, lsl: bool, as_json: bool
+) -> None:
     if lsl:
         networks = [judge.network for sense in feeler.senses.values() for judge in sense.judges]
         percepts = published(percepts, networks)

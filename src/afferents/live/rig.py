@@ -1,11 +1,12 @@
 """The simulated rig as a running sensor: drum after drum, recorded while the one before plays."""
 
 import multiprocessing
+import shutil
 import tempfile
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing.pool import AsyncResult
 from pathlib import Path
 
 import numpy as np
@@ -52,10 +53,12 @@ class RigShow:
         self._texture = None if texture is None else texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
         self._seed = seed
-        self._folder = tempfile.TemporaryDirectory(prefix="afferents-rig-")
-        self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+        self._folder = tempfile.TemporaryDirectory(
+            prefix="afferents-rig-", ignore_cleanup_errors=True
+        )
+        self._process = multiprocessing.get_context("spawn").Pool(1)
         self._lock = threading.Lock()
-        self._runs: dict[int, Future[Path]] = {}
+        self._runs: dict[int, AsyncResult[Path]] = {}
         self._begins_s: dict[int, float] = {}
         self.pace = Pace()
 
@@ -74,12 +77,13 @@ class RigShow:
         with self._lock:
             for n in (number, number + 1):
                 if n not in self._runs:
-                    run, folder = self.drawn(n), Path(self._folder.name) / f"{n}"
-                    self._runs[n] = self._pool.submit(_recorded, folder, run, self._seed + n)
+                    asked = (self._folder_of(n), self.drawn(n), self._seed + n)
+                    self._runs[n] = self._process.apply_async(_recorded, asked)
             for old in [n for n in self._runs if n < number - 1]:
                 del self._runs[old]
-            future = self._runs[number]
-        folder = future.result()
+                shutil.rmtree(self._folder_of(old), ignore_errors=True)
+            recorded = self._runs[number]
+        folder = recorded.get()
         with self._lock:
             if number not in self._begins_s:
                 before_s = self._begins_s.get(number - 1, -RUN_S) + RUN_S
@@ -89,8 +93,11 @@ class RigShow:
     def close(self) -> None:
         """Stop, and remove what was recorded."""
         self.pace.closed.set()
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._process.terminate()
         self._folder.cleanup()
+
+    def _folder_of(self, number: int) -> Path:
+        return Path(self._folder.name) / f"{number}"
 
 
 def _recorded(folder: Path, run: Run, seed: int) -> Path:

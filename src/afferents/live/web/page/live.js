@@ -51,8 +51,10 @@ function modelView(model) {
     + '<i style="background:var(--now)"></i>this moment alone';
   const about = make("details", {}, make("summary", { textContent: "About this model" }),
     ...model.said.map((sentence) => make("p", { textContent: sentence })));
+  const [first, last] = [model.textures[0], model.textures.at(-1)];
+  const time = make("p", { className: "legend", textContent: `evidence over the last half minute, ${first} at the top to ${last}` });
   view.article = make("article", {}, heading, view.felt, view.trouble, view.bars, legend,
-    view.history, view.counts, about);
+    view.history, time, view.counts, about);
   return view;
 }
 

@@ -1,0 +1,127 @@
+"""How far the microphone's clock is ahead of the camera's, from a touch that both have felt.
+
+Camera and microphone feel the same skin. While it is pressed and begins to slide, what the
+microphone hears below 40 Hz is very nearly a linear function of the skin's main motions, of their
+speeds and accelerations; the delay under which it is so most nearly is the offset. A touch of a
+smooth surface, or a tap, serves best: the hum of a regular texture looks the same a period later.
+
+Places and accelerations stand beside the speeds since gel and amplifier shift phases; the price is
+a flat maximum, so that one touch tells the offset to 1 to 3 ms. Several of one set-up tell more.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, resample, sosfiltfilt
+
+from afferents.core.errors import InputError
+
+Floats = NDArray[np.float64]
+
+RATE_HZ = 1000.0
+BAND_HZ = (2.0, 40.0)
+"""What both feel: the camera nothing above half its frame rate, the gel little below."""
+MOTIONS = 3
+"""Main motions of the skin: along the slide, across it, and outwards."""
+BEFORE_S, AFTER_S = 0.3, 1.3
+"""How much is used before and after the touch begins."""
+FARTHEST_S = 0.1
+STEP_S = 0.001
+LEAST_EXPLAINED = 0.9
+
+
+class Offset(NamedTuple):
+    """A measured offset.
+
+    Attributes
+    ----------
+    seconds
+        What the camera sees at t, the microphone hears at t + `seconds`.
+    explained
+        Share of the sound's variance that the skin's motion explains under it.
+    """
+
+    seconds: float
+    explained: float
+
+
+def measure_offset(
+    time_s: Floats, position: Floats, sound: NDArray[np.floating], sample_rate_hz: float
+) -> Offset:
+    """Measure the offset of two clocks.
+
+    Parameters
+    ----------
+    time_s
+        When the frames were taken, (n_frames,), s, from the rest frame on.
+    position
+        Of the markers, (n_frames, n_markers, 2), px; those lost at times (NaN) are not used.
+    sound
+        Of the sensor, (n_samples,), from the start of the audio on.
+    sample_rate_hz
+        Its rate, Hz.
+
+    Raises
+    ------
+    InputError
+        If there is no touch, or its sound is not that of the skin's motion.
+    """
+    moved = _main_motions(position)
+    touch_s = _beginning(time_s, moved)
+    time, motion = _motion(time_s, moved, touch_s)
+    n = round(len(sound) * RATE_HZ / sample_rate_hz)
+    heard = _filtered(resample(np.asarray(sound, np.float64), n))
+    delays = np.arange(-FARTHEST_S, FARTHEST_S + STEP_S / 2, STEP_S)
+    basis, _ = np.linalg.qr(motion)
+    explained = np.array([_explained(basis, heard, time + delay) for delay in delays])
+    best = int(explained[1:-1].argmax()) + 1
+    if explained[best] < LEAST_EXPLAINED or best in (1, len(delays) - 2):
+        raise InputError(
+            "the recording",
+            f"a touch within {1000 * FARTHEST_S:g} ms of its sound, of which the skin's motion "
+            f"explains {100 * LEAST_EXPLAINED:g}%",
+            f"{100 * explained[best]:.0f}%",
+            "tap the fingertip with something smooth",
+        )
+    before, at, after = explained[best - 1 : best + 2]
+    aside = (before - after) / (2 * (before - 2 * at + after))
+    return Offset(float(delays[best] + STEP_S * aside), float(at))
+
+
+def _main_motions(position: Floats) -> Floats:
+    """Return the course of the skin's main motions, (n_frames, MOTIONS), px."""
+    seen = np.isfinite(position).all(axis=(0, 2))
+    if not seen.any():
+        raise InputError("the recording", "markers that are seen all the time", "none")
+    flat = position[:, seen].reshape(len(position), -1)
+    flat = flat - flat[0]
+    _, _, shapes = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)
+    return np.asarray(flat @ shapes[:MOTIONS].T)
+
+
+def _beginning(time_s: Floats, moved: Floats) -> float:
+    """Return when the touch begins: the skin has gone a tenth of its way."""
+    way = np.linalg.norm(moved, axis=1)
+    return float(time_s[np.argmax(way > way.max() / 10)])
+
+
+def _motion(time_s: Floats, moved: Floats, touch_s: float) -> tuple[Floats, Floats]:
+    """Return times around the touch, and places, speeds and accelerations there, in the band."""
+    course = CubicSpline(time_s, moved)
+    time = np.arange(time_s[0], time_s[-1], 1 / RATE_HZ)
+    used = (time > touch_s - BEFORE_S) & (time < touch_s + AFTER_S)
+    motion = np.concatenate([_filtered(course(time, order)) for order in range(3)], axis=1)[used]
+    return time[used], motion / motion.std(axis=0)
+
+
+def _filtered(signal: Floats) -> Floats:
+    band = butter(2, BAND_HZ, "bandpass", fs=RATE_HZ, output="sos")
+    return np.asarray(sosfiltfilt(band, signal, axis=0))
+
+
+def _explained(basis: Floats, heard: Floats, time: Floats) -> float:
+    """Return the share of the sound at some times that lies in the basis, (n, k)."""
+    there = np.interp(time, np.arange(len(heard)) / RATE_HZ, heard)
+    return float(np.square(basis.T @ there).sum() / np.square(there).sum())
