@@ -102,6 +102,8 @@ class ReplayedVideo(_Played):
             if self._pace.closed.is_set():
                 return
             yield Picture(frame, time.monotonic())
+            # A camera's next frame does not come while this one is felt: nor is it decoded.
+            self._pace.wait(frame.time_s + 0.5 / self.rate_hz)
 
 
 class ReplayedSound(_Played):

@@ -9,7 +9,7 @@ from afferents.live.percept import Percept
 from afferents.live.sense import Sense
 from afferents.markers import Sensor
 
-MISSING = 1.5
+MISSING = 1.7
 """Frames farther apart than this multiple of their period have lost others between them."""
 DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""

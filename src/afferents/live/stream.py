@@ -4,9 +4,11 @@ import heapq
 import math
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 from afferents.core.errors import InputError
+from afferents.live.ahead import read_ahead
 from afferents.live.events import Channel, Event, Source, Trouble
 from afferents.live.feeler import Feeler
 from afferents.live.mailbox import Mailbox
@@ -64,8 +66,10 @@ def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
         if any(math.isfinite(source.speed) for source in used):
             yield from _as_it_comes(used, feeler)
         else:
-            for event in heapq.merge(*(source.events() for source in used), key=_end_s):
-                yield from feeler.feed(event)
+            with ExitStack() as threads:
+                events = [threads.enter_context(read_ahead(source.events())) for source in used]
+                for event in heapq.merge(*events, key=_end_s):
+                    yield from feeler.feed(event)
     finally:
         for source in used:
             source.close()

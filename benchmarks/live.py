@@ -1,0 +1,229 @@
+"""Feeling live: how soon after a frame or sound a percept is there, how fast, in how much memory.
+
+    python benchmarks/live.py                       # latency of every model, and the whole chain
+    python benchmarks/live.py --hours 8             # memory over hours of frames and sound
+    python benchmarks/live.py --session S STORE MODEL_DIR...  # live and offline confusion, alike?
+
+The first two need no models: networks that have learnt nothing take as long. A recording of the
+rig is replayed at 90 frames/s; everything runs on one core, the decoder too, whose time is not
+counted: a frame's clock starts when it lies decoded in memory, a window's when its last sample
+has come.
+"""
+
+import argparse
+import math
+import os
+import platform
+import resource
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from afferents import __version__
+from afferents.core import dims
+from afferents.core.card import CARD, WEIGHTS, Card
+from afferents.core.families import FAMILIES
+from afferents.core.store import open_responses
+from afferents.encodings import SpectralEncoding
+from afferents.live import (
+    Feeler,
+    Network,
+    Pace,
+    Picture,
+    ReplayedSound,
+    ReplayedVideo,
+    Sound,
+    run,
+    stream,
+)
+from afferents.markers import load_sensor
+from afferents.models import Deployed, build
+from afferents.pipeline.encode import encode
+from afferents.pipeline.export import export_model
+from afferents.pipeline.train_model import load_model
+from afferents.recordings import WavFile, open_video
+from afferents.rig import Rig, bumped_surface, record
+from afferents.training import save_weights
+
+SECONDS = 20.0
+SETTLED = 180
+"""Percepts that are not counted at first: caches fill, files are read."""
+
+
+def main() -> None:
+    """Print a table for docs/performance.md."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--hours", type=float)
+    parser.add_argument("--session", nargs="+", metavar="PATH")
+    arguments = parser.parse_args()
+    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
+    if arguments.session:
+        session, store, *models = map(Path, arguments.session)
+        confusion(session, store, models)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        recording = Path(folder) / "3" / "50"
+        record(Rig(), recording, "3", bumped_surface(3.0, Rig().drum), 50.0, SECONDS, seed=1)
+        models = {name: untrained(name, Path(folder)) for name in FAMILIES}
+        if arguments.hours:
+            memory(recording, models, arguments.hours)
+        else:
+            latency(recording, models)
+            whole_chain(recording, models)
+
+
+def untrained(name: str, folder: Path) -> Path:
+    """Export a network of a family with random weights."""
+    family, encoding = FAMILIES[name], SpectralEncoding()
+    vibration = family.encoding == "spectral"
+    shape = (1, encoding.model_bins) if vibration else (19, 19)
+    frames = 10 if family.encoding == "spatiotemporal" else 1
+    network = build(family.encoding, 13, (frames, *shape) if frames > 1 else shape)
+    card = Card(
+        family=name,
+        textures=tuple(f"{i / 2:g}" for i in range(13)),
+        shape=shape,
+        frames=frames,
+        scale=1.0,
+        sensor=None if vibration else load_sensor("tip_b").model_dump(mode="json"),
+        fps_hz=None if vibration else 90.0,
+        sample_rate_hz=44100.0 if vibration else None,
+        spectral=encoding.model_dump() if vibration else None,
+        preset="none",
+        seed=0,
+        learnt_from_mm_s=(),
+        validated_on_mm_s=0,
+        validation_accuracy=0,
+        data=(),
+        versions={"afferents": __version__},
+    )
+    model = folder / name
+    model.mkdir()
+    (model / CARD).write_text(card.model_dump_json())
+    save_weights(Deployed(network, 13, 1.0), model / WEIGHTS)
+    export_model(model, folder / f"{name}.onnx")
+    return folder / f"{name}.onnx"
+
+
+def sources(recording: Path, speed: float) -> list[ReplayedVideo | ReplayedSound]:
+    """Both channels of a recording, at a pace."""
+    pace = Pace(speed)
+    return [
+        ReplayedVideo(open_video(recording / "video.mp4"), pace),
+        ReplayedSound(WavFile(recording / "audio.wav"), pace),
+    ]
+
+
+def latency(recording: Path, models: dict[str, Path]) -> None:
+    """Every model alone, at true speed, on one core."""
+    torch.set_num_threads(1)
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})
+    print("| model | p50, ms | p99, ms | longest, ms | percepts | dropped |")
+    print("|---|---|---|---|---|---|")
+    for name, path in models.items():
+        percepts = list(stream(sources(recording, 1.0), [path]))
+        felt = [p.latency_ms for p in percepts if p.latency_ms is not None]
+        felt = felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:]
+        middle, high = np.percentile(felt, [50, 99])
+        dropped = percepts[-1].counters.dropped
+        title = FAMILIES[name].title
+        print(
+            f"| {title} | {middle:.2f} | {high:.2f} | {max(felt):.2f} | {len(felt)} | {dropped} |"
+        )
+    os.sched_setaffinity(0, cores)
+
+
+def whole_chain(recording: Path, models: dict[str, Path]) -> None:
+    """Video and sound from their files to percepts, as fast as it goes."""
+    for names in (["ra-se"], ["ra-ste"], ["ra-ste", "vib-te-aug"], list(models)):
+        seconds = []
+        for _ in range(3):
+            start = time.perf_counter()
+            for _ in stream(sources(recording, math.inf), [models[name] for name in names]):
+                pass
+            seconds.append(time.perf_counter() - start)
+        speed = SECONDS / float(np.median(seconds))
+        print(f"- {', '.join(names)}: {speed:.1f} times real time, decoding included")
+
+
+def memory(recording: Path, models: dict[str, Path], hours: float) -> None:
+    """Feed the same seconds again and again, as if they went on; print the memory in use."""
+    feeler = Feeler([Network(models["ra-ste"]), Network(models["vib-te-aug"])])
+    for sense in feeler.senses.values():
+        sense.speed = math.inf
+    video, sound = sources(recording, math.inf)
+    frames = [e.frame for e in video.events() if isinstance(e, Picture)][200:380]
+    chunks = [e.samples for e in sound.events() if isinstance(e, Sound)][300:500]
+    n = round(hours * 3600 / 2)
+    for turn in range(n):
+        for i, frame in enumerate(frames):
+            feeler.feed(Picture(frame._replace(time_s=2 * turn + i / 90), 0.0))
+        for i, samples in enumerate(chunks):
+            feeler.feed(Sound(2 * turn + i / 100, samples, 0.0))
+        if turn % max(1, n // 8) == 0 or turn == n - 1:
+            print(f"{2 * (turn + 1) / 3600:6.2f} h: {resident_mb():.1f} MB resident", flush=True)
+    print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.1f} MB")
+
+
+def resident_mb() -> float:
+    """Memory in use now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 1e6
+
+
+def confusion(session: Path, store: Path, models: list[Path]) -> None:
+    """Compare live with offline on every recording of a session, sample by sample."""
+    for folder in models:
+        card, deployed = load_model(folder)
+        family = card.of_family
+        live, offline, largest = Counter(), Counter(), 0.0
+        for responses in open_responses(store):
+            spectral = SpectralEncoding(**card.spectral) if card.spectral else SpectralEncoding()
+            samples = encode(responses, family.afferent, family.encoding, "all", spectral)
+            said = felt_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
+            texture = responses.attrs[dims.TEXTURE]
+            stops = samples[dims.STOP].values
+            for start in range(0, len(stops), 256):
+                part = samples.values[start : start + 256]
+                part = part[..., : spectral.model_bins] if card.is_vibration else part
+                with torch.no_grad():
+                    expected = deployed(torch.from_numpy(np.ascontiguousarray(part)))[0].numpy()
+                for stop, p in zip(stops[start : start + 256], expected, strict=True):
+                    q = said[place(stop, responses, card)]
+                    largest = max(largest, float(np.abs(p - q).max()))
+                    offline[texture, card.textures[int(p.argmax())]] += 1
+                    live[texture, card.textures[int(q.argmax())]] += 1
+        share = sum(n for (a, b), n in live.items() if a == b) / sum(live.values())
+        alike = "identical" if live == offline else "DIFFERENT"
+        print(
+            f"- {family.title}: {sum(live.values())} samples, {100 * share:.1f}% named rightly, "
+            f"confusion live and offline {alike}, probabilities within {largest:.1e}"
+        )
+
+
+def place(stop_s: float, responses: object, card: Card) -> int:
+    """Return what tells a sample in both ways: its last frame's number, or its end in ms."""
+    if card.is_vibration:
+        return round(1000 * stop_s)
+    time_s = responses[dims.TIME].values  # type: ignore[index]
+    return int(np.searchsorted(time_s, stop_s - 1e-6)) - 1
+
+
+def felt_live(recording: Path, model: Path, card: Card) -> dict[int, np.ndarray]:
+    """Return the probabilities that a stream gives, by `place`."""
+    found = {}
+    feeler = Feeler([Network(model)])
+    for percept in run(sources(recording, math.inf), feeler):
+        if percept.probabilities:
+            key = round(1000 * percept.time_s) if card.is_vibration else percept.counters.frames - 1
+            found[key] = np.array(list(percept.probabilities.values()))
+    return found
+
+
+if __name__ == "__main__":
+    main()
