@@ -5,7 +5,7 @@ OUT ?= out/demo
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo test lint slow clean
+.PHONY: install demo live test lint slow clean
 
 install: $(VENV)/.installed
 
@@ -17,6 +17,9 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 
 demo: install
 	$(BIN)/afferents reproduce $(OUT)
+
+live: install
+	$(BIN)/afferents live --video rig --audio rig --web
 
 lint: install
 	$(BIN)/ruff format --check .

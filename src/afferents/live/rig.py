@@ -44,15 +44,21 @@ class RigShow:
         What every run is of; None to draw a drum and a speed for each.
     seed
         Of the draws and the simulation.
+    run_s
+        Length of a run, s.
     """
 
     def __init__(
-        self, texture: str | None = None, speed_mm_s: float | None = None, seed: int = 0
+        self,
+        texture: str | None = None,
+        speed_mm_s: float | None = None,
+        seed: int = 0,
+        run_s: float = RUN_S,
     ) -> None:
         """Begin to record the first run."""
         self._texture = None if texture is None else texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
-        self._seed = seed
+        self._seed, self._run_s = seed, run_s
         self._folder = tempfile.TemporaryDirectory(
             prefix="afferents-rig-", ignore_cleanup_errors=True
         )
@@ -77,7 +83,7 @@ class RigShow:
         with self._lock:
             for n in (number, number + 1):
                 if n not in self._runs:
-                    asked = (self._folder_of(n), self.drawn(n), self._seed + n)
+                    asked = (self._folder_of(n), self.drawn(n), self._run_s, self._seed + n)
                     self._runs[n] = self._process.apply_async(_recorded, asked)
             for old in [n for n in self._runs if n < number - 1]:
                 del self._runs[old]
@@ -86,7 +92,7 @@ class RigShow:
         folder = recorded.get()
         with self._lock:
             if number not in self._begins_s:
-                before_s = self._begins_s.get(number - 1, -RUN_S) + RUN_S
+                before_s = self._begins_s.get(number - 1, -self._run_s) + self._run_s
                 self._begins_s[number] = max(before_s, self.pace.now_s())
             return folder, self._begins_s[number]
 
@@ -100,11 +106,11 @@ class RigShow:
         return Path(self._folder.name) / f"{number}"
 
 
-def _recorded(folder: Path, run: Run, seed: int) -> Path:
+def _recorded(folder: Path, run: Run, seconds: float, seed: int) -> Path:
     """Record a run in a process of its own."""
     rig = Rig()
     surface = bumped_surface(float(run.texture), rig.drum)
-    record(rig, folder, run.texture, surface, run.speed_mm_s, RUN_S, seed)
+    record(rig, folder, run.texture, surface, run.speed_mm_s, seconds, seed)
     return folder
 
 

@@ -1,0 +1,44 @@
+"""The rig as a running sensor: runs one after another on one clock, and nothing left behind."""
+
+import itertools
+
+import numpy as np
+
+from afferents.live import Begin, Picture, RigShow, RigSound, RigVideo, Sound
+
+RUN_S = 2.0
+
+
+def test_runs_follow_one_another():
+    show = RigShow("g", 50, seed=3, run_s=RUN_S)
+    try:
+        events = list(itertools.islice(RigVideo(show).events(), 220))
+        begins = [e for e in events if isinstance(e, Begin)]
+        assert [b.truth for b in begins] == ["3 mm at 50 mm/s"] * 2
+        pictures = [e for e in events if isinstance(e, Picture)]
+        first = [p for p in pictures if p.time_s < begins[1].time_s]
+        assert len(first) == 180
+        assert begins[1].time_s >= RUN_S
+        steps = np.diff([p.time_s for p in first])
+        np.testing.assert_allclose(steps, 1 / 90, atol=0.007)
+        # Frames come when they are due.
+        arrived = np.diff([p.arrived_s for p in first])
+        assert abs(arrived.sum() - steps.sum()) < 0.1
+        sound = list(itertools.islice(RigSound(show).events(), 150))
+        assert sum(len(e.samples) for e in sound if isinstance(e, Sound)) == 149 * 441
+        folder = show._folder_of(0).parent
+        assert folder.is_dir()
+    finally:
+        show.close()
+    assert not folder.exists()
+
+
+def test_drums_and_speeds_are_drawn_anew():
+    show = RigShow(seed=1)
+    try:
+        runs = {show.drawn(n) for n in range(40)}
+        assert len({run.texture for run in runs}) > 8
+        assert len({run.speed_mm_s for run in runs}) > 5
+        assert show.drawn(7) == show.drawn(7)
+    finally:
+        show.close()
