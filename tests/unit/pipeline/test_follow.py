@@ -13,7 +13,7 @@ from afferents.core import dims
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
 
-from .conftest import draw
+from ...conftest import draw
 
 
 def shifted(video, px):
