@@ -4,6 +4,7 @@ import os
 import platform
 import shutil
 import sys
+from ctypes.util import find_library
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, requires, version
 from types import ModuleType
@@ -15,6 +16,7 @@ from afferents import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""
+EXTRAS = ("live", "lsl", "cluster")
 NATIVE = ("cv2", "soundfile")
 """Modules that need libraries of the system, so that one that is installed may still not work."""
 
@@ -35,7 +37,7 @@ def diagnose() -> tuple[list[tuple[str, str]], list[str]]:
         ("free disk here", f"{shutil.disk_usage('.').free / 1e9:.0f} GB"),
         *_codecs(missing),
     ]
-    return rows + packages, missing
+    return rows + packages + _extras(), missing
 
 
 def _imported(name: str, missing: list[str]) -> ModuleType | None:
@@ -78,6 +80,35 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
             missing.append(f"{requirement} is needed, {found} found; pip install '{requirement}'")
         rows.append((requirement.name, found))
     return rows
+
+
+def _extras() -> list[tuple[str, str]]:
+    """Return which optional extras are there; none of them is missed."""
+    return [(f"extra {extra}", _extra(extra)) for extra in EXTRAS]
+
+
+def _extra(extra: str) -> str:
+    needed = [
+        requirement.name
+        for requirement in map(Requirement, requires("afferents") or [])
+        if requirement.marker
+        and requirement.marker.evaluate({"extra": extra})
+        and not requirement.marker.evaluate({"extra": ""})
+    ]
+    absent = [name for name in needed if not _is_installed(name)]
+    if absent:
+        return f"not there ({', '.join(absent)}); pip install 'afferents[{extra}]'"
+    if extra == "live" and find_library("portaudio") is None:
+        return "there, but for microphones (no PortAudio library)"
+    return "there"
+
+
+def _is_installed(package: str) -> bool:
+    try:
+        version(package)
+    except PackageNotFoundError:
+        return False
+    return True
 
 
 def _codecs(missing: list[str]) -> list[tuple[str, str]]:

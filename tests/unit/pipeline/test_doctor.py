@@ -54,3 +54,20 @@ def test_a_package_that_is_not_installed_is_named_with_its_remedy(monkeypatch):
 def test_memory_is_unknown_off_posix(monkeypatch):
     monkeypatch.delattr(os, "sysconf")
     assert dict(doctor.diagnose()[0])["memory"] == "unknown"
+
+
+def test_an_extra_that_is_not_there_is_said_but_not_missed(monkeypatch):
+    def installed(name):
+        if name == "onnxruntime":
+            raise PackageNotFoundError(name)
+        return real(name)
+
+    real = doctor.version
+    monkeypatch.setattr(doctor, "version", installed)
+    rows, missing = doctor.diagnose()
+    assert dict(rows)["extra live"].startswith("not there (onnxruntime); pip install 'afferents[")
+    assert dict(rows)["extra cluster"] == "there"
+    assert missing == []
+    monkeypatch.setattr(doctor, "version", real)
+    monkeypatch.setattr(doctor, "find_library", lambda name: None)
+    assert "no PortAudio library" in dict(doctor.diagnose()[0])["extra live"]
