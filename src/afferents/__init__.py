@@ -92,6 +92,8 @@ __all__ = [  # noqa: RUF022  the pipeline in paper order
 
 
 def __getattr__(name: str) -> Any:
+    if name == "live":
+        return import_module("afferents.live")
     if name in _HOME:
         return getattr(import_module(f"afferents.{_HOME[name]}"), name)
     raise AttributeError(f"module 'afferents' has no attribute '{name}'")

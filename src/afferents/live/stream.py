@@ -22,8 +22,11 @@ RATE_TOLERANCE = 0.1
 """How far a source's frame rate may lie from what the model learnt from, as a share of it."""
 
 
+Model = str | Path | Network
+
+
 def stream(
-    sources: Sequence[Source], models: Sequence[Path | Network], audio_offset_s: float = 0.0
+    sources: Sequence[Source], models: Model | Sequence[Model], audio_offset_s: float = 0.0
 ) -> Iterator[Percept]:
     """Feel with models as sources run; ends when all sources have ended.
 
@@ -36,7 +39,7 @@ def stream(
     sources
         At most one video and one audio source.
     models
-        Exported models, read or as paths.
+        An exported model or several, read or as paths.
     audio_offset_s
         The microphone's clock is ahead of the camera's by this much, s.
 
@@ -51,7 +54,8 @@ def stream(
     InputError
         If a model has no source, or one of another rate.
     """
-    networks = [m if isinstance(m, Network) else Network(Path(m)) for m in models]
+    several = [models] if isinstance(models, str | Path | Network) else models
+    networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
     feeler = Feeler(networks, audio_offset_s)
     yield from run(sources, feeler)
 

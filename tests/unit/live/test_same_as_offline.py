@@ -10,6 +10,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import afferents
 from afferents.channels import hold
 from afferents.core import dims
 from afferents.core.families import FAMILIES
@@ -123,7 +124,7 @@ def said_offline(model, responses, family, cut_s):
 def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name):
     recording = read_session(session).recordings[5]
     source = ReplayedVideo(recording.video, Pace(math.inf))
-    live = said(stream([source], [models[name]]), name)
+    live = said(afferents.live.stream([source], models[name]), name)
     responses = next(
         r for r in open_responses(stores["video"]) if r.attrs["name"] == recording.name
     )
