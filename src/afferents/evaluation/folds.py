@@ -42,6 +42,11 @@ class FoldKey:
             / f"{self.held_out_mm_s:g}"
         )
 
+    def aside(self, results: Path) -> Path:
+        """Return the file in which this fold's training is put aside."""
+        folder = self.folder(results)
+        return folder.with_name(f"{folder.name}.aside")
+
     def __str__(self) -> str:
         """Return it in words."""
         speed = f"{self.held_out_mm_s:g} mm/s held out"

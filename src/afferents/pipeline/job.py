@@ -44,6 +44,7 @@ from afferents.pipeline.learning import LearningSet, learning_set
 from afferents.training import (
     Device,
     Preset,
+    PutAside,
     TrainedModel,
     TrainingConfig,
     computed_with,
@@ -104,8 +105,10 @@ class Outcome:
 
 def run_job(recipe: Recipe, key: FoldKey, samples: Samples) -> FoldKey:
     """Train on one fold, test it once, save it; return its name."""
+    aside = PutAside(key.aside(recipe.out))
     with at_work(recipe.out, key):
-        keep(recipe, train_and_test(recipe, key, samples))
+        keep(recipe, train_and_test(recipe, key, samples, aside))
+        aside.path.unlink(missing_ok=True)
     return key
 
 
@@ -131,8 +134,16 @@ def keep(recipe: Recipe, outcome: Outcome) -> None:
     )
 
 
-def train_and_test(recipe: Recipe, key: FoldKey, samples: Samples) -> Outcome:
-    """Train on one fold and test it once."""
+def train_and_test(
+    recipe: Recipe, key: FoldKey, samples: Samples, aside: PutAside | None = None
+) -> Outcome:
+    """Train on one fold and test it once.
+
+    Parameters
+    ----------
+    aside
+        Where a long training is put aside now and then.
+    """
     start = time.perf_counter()
     family, protocol = FAMILIES[key.model], PROTOCOLS[key.protocol]
     config = recipe.training(family)
@@ -148,7 +159,7 @@ def train_and_test(recipe: Recipe, key: FoldKey, samples: Samples) -> Outcome:
         torch.set_num_threads(1)
         textures = textures_of(samples)
         model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
-        trained = fit(model, learnt, config, key.seed)
+        trained = fit(model, learnt, config, key.seed, aside)
         probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
     facts = {
         "validation_mm_s": fold.validation_mm_s,
@@ -193,12 +204,18 @@ def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fo
     return rank, ablation.fold(fold, samples)
 
 
-def fit(model: nn.Module, learnt: LearningSet, config: TrainingConfig, seed: int) -> TrainedModel:
+def fit(
+    model: nn.Module,
+    learnt: LearningSet,
+    config: TrainingConfig,
+    seed: int,
+    aside: PutAside | None = None,
+) -> TrainedModel:
     """Train a network on a fold, in stages where the recipe says so."""
     arrays = (learnt.values, learnt.labels, learnt.train, learnt.validation)
     if config.image_epochs and isinstance(model, CnnLstm):
         return train_in_stages(model, *arrays, config, seed)
-    return train(model, *arrays, learnt.scale, config, seed)
+    return train(model, *arrays, learnt.scale, config, seed, aside=aside)
 
 
 def encoded(

@@ -1,8 +1,10 @@
 """One training loop and its configuration."""
 
+from afferents.training.aside import PutAside
 from afferents.training.config import Device, Preset, TrainingConfig, training_config
+from afferents.training.course import Epoch
 from afferents.training.hardware import computed_with, is_out_of_memory
-from afferents.training.loop import Epoch, TrainedModel, predict, train
+from afferents.training.loop import TrainedModel, predict, train
 from afferents.training.staged import train_in_stages
 from afferents.training.weights import load_weights, save_weights, weights_of
 
@@ -10,6 +12,7 @@ __all__ = [
     "Device",
     "Epoch",
     "Preset",
+    "PutAside",
     "TrainedModel",
     "TrainingConfig",
     "computed_with",

@@ -1,6 +1,7 @@
 """A network and its optimiser: one pass over batches to learn, or to judge."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import torch
 import torch.nn.functional as F  # noqa: N812
@@ -31,6 +32,25 @@ class Learner:
             OneCycleLR(self.optimiser, rate, total_steps=n_steps + 1) if config.one_cycle else None
         )
         self.statistics = WarmUp(model) if config.warm_up_statistics else None
+
+    def standing(self) -> dict[str, Any]:
+        """Return where the schedules are, ready for JSON; see `go_on`."""
+        group = self.optimiser.param_groups[0]
+        return {
+            "rate": group["lr"],
+            "betas": group["betas"],
+            "cycle": self.cycle.last_epoch if self.cycle else 0,
+            "steps": self.statistics.steps if self.statistics else 0,
+        }
+
+    def go_on(self, standing: Mapping[str, Any]) -> None:
+        """Put the schedules where they were."""
+        group = self.optimiser.param_groups[0]
+        group["lr"], group["betas"] = standing["rate"], tuple(standing["betas"])
+        if self.cycle:
+            self.cycle.last_epoch = standing["cycle"]
+        if self.statistics:
+            self.statistics.steps = standing["steps"]
 
     def learn(self, data: Data, batches: Iterable[Tensor]) -> tuple[float, float]:
         """Take one step for each batch of indices; return mean loss and accuracy."""

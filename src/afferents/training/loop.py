@@ -17,28 +17,14 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.core.errors import AfferentsError, InputError
+from afferents.training.aside import PutAside
 from afferents.training.config import TrainingConfig
+from afferents.training.course import Course, Epoch
 from afferents.training.data import Data, gather, split
 from afferents.training.hardware import autocast, choose_device, to_channels_last
 from afferents.training.learner import Learner
 
 EVALUATION_BATCH = 256
-
-Weights = dict[str, Tensor]
-
-
-@dataclass(frozen=True)
-class Epoch:
-    """What one epoch came to. Losses are cross-entropy plus the L2 term, as Keras logs them."""
-
-    number: int
-    """From 1."""
-    loss: float
-    accuracy: float
-    """Over the epoch's training batches, with dropout, as they came."""
-    validation_loss: float
-    validation_accuracy: float
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -75,6 +61,7 @@ def train(
     config: TrainingConfig,
     seed: int,
     progress: Callable[[Epoch], None] | None = None,
+    aside: PutAside | None = None,
 ) -> TrainedModel:
     """Train a network in place until its validation accuracy no longer rises.
 
@@ -105,6 +92,8 @@ def train(
         Of the order of the samples and of dropout.
     progress
         Called after every epoch.
+    aside
+        Where the training is put aside now and then, and taken up from; None for nowhere.
 
     Raises
     ------
@@ -123,11 +112,23 @@ def train(
         training, validation = _indices(train_index), _indices(validation_index)
         n_steps = config.max_epochs * len(split(training, config.batch_size))
         learner = Learner(model, config, device, n_steps)
-        epochs = _epochs(learner, data, training, validation, config)
-        history, best, weights = _until_no_better(epochs, model, config, progress)
-    model.load_state_dict(weights)
-    passes = len(history) * len(train_index)
-    return TrainedModel(model, tuple(history), best.number, passes, time.perf_counter() - start)
+        about = {
+            **{"seed": seed, "train": len(training), "validation": len(validation)},
+            **{"scale": scale, "config": config.model_dump(), "torch": torch.__version__},
+        }
+        course = aside.resume(learner, about) if aside else Course()
+        for epoch in _epochs(learner, data, training, validation, config, len(course.history)):
+            course.add(epoch, model)
+            if progress:
+                progress(epoch)
+            if course.is_over(config.patience):
+                break
+            if aside:
+                aside.save(learner, course, about)
+    model.load_state_dict(course.weights)
+    passes = len(course.history) * len(train_index)
+    seconds = course.seconds + time.perf_counter() - start
+    return TrainedModel(model, tuple(course.history), course.best_epoch, passes, seconds)
 
 
 @torch.inference_mode()
@@ -167,10 +168,15 @@ def predict(
 
 
 def _epochs(
-    learner: Learner, data: Data, training: Tensor, validation: Tensor, config: TrainingConfig
+    learner: Learner,
+    data: Data,
+    training: Tensor,
+    validation: Tensor,
+    config: TrainingConfig,
+    done: int,
 ) -> Iterator[Epoch]:
-    """Train an epoch whenever the next one is asked for."""
-    for number in range(1, config.max_epochs + 1):
+    """Train an epoch whenever the next one is asked for; so many are done already."""
+    for number in range(done + 1, config.max_epochs + 1):
         start = time.perf_counter()
         order = training[torch.randperm(len(training))]
         learnt = learner.learn(data, split(order, config.batch_size))
@@ -181,30 +187,6 @@ def _epochs(
                 "that are NaN or infinite, or lower the learning rate"
             )
         yield Epoch(number, *learnt, *judged, time.perf_counter() - start)
-
-
-def _until_no_better(
-    epochs: Iterator[Epoch],
-    model: nn.Module,
-    config: TrainingConfig,
-    progress: Callable[[Epoch], None] | None,
-) -> tuple[list[Epoch], Epoch, Weights]:
-    """Return the epochs up to `patience` after the best one, the best, and its weights."""
-    best = next(epochs)
-    history, weights = [best], _copy(model)
-    if progress:
-        progress(best)
-    while len(history) - best.number < config.patience and (epoch := next(epochs, None)):
-        history.append(epoch)
-        if epoch.validation_accuracy > best.validation_accuracy:
-            best, weights = epoch, _copy(model)
-        if progress:
-            progress(epoch)
-    return history, best, weights
-
-
-def _copy(model: nn.Module) -> Weights:
-    return {name: value.clone() for name, value in model.state_dict().items()}
 
 
 def _indices(index: NDArray[np.int64]) -> Tensor:

@@ -1,0 +1,80 @@
+"""A training that was stopped goes on from where it was put aside, to the same weights."""
+
+import copy
+
+import pytest
+import torch
+
+from afferents.models import build
+from afferents.training import PutAside, train
+
+
+class StoppedHereError(Exception):
+    pass
+
+
+def stop_after(n):
+    def progress(epoch):
+        if epoch.number == n:
+            raise StoppedHereError
+
+    return progress
+
+
+def fates(trained):
+    return [(e.number, e.loss, e.accuracy, e.validation_accuracy) for e in trained.history]
+
+
+@pytest.mark.parametrize("one_cycle", [False, True])
+@pytest.mark.parametrize("stops", [(2,), (3, 5)])
+@pytest.mark.parametrize(
+    ("encoding", "shape"), [("spatial", (10, 10)), ("spatiotemporal", (4, 8, 8))]
+)
+def test_who_is_stopped_ends_where_others_end(
+    encoding, shape, stops, one_cycle, make_problem, config, tmp_path
+):
+    problem = make_problem(shape, noise=3.0)
+    config = config.model_copy(
+        update={"one_cycle": one_cycle, "max_epochs": 6, "patience": 6, "batch_size": 16}
+    )
+    aside = PutAside(tmp_path / "fold.aside", every_s=0)
+    whole = train(build(encoding, 3, shape, 1), *problem, 1.0, config, 5)
+    for stop in stops:
+        with pytest.raises(StoppedHereError):
+            train(build(encoding, 3, shape, 1), *problem, 1.0, config, 5, stop_after(stop), aside)
+    seen = []
+    again = train(
+        build(encoding, 3, shape, 1), *problem, 1.0, config, 5, lambda e: seen.append(e.number),
+        aside,
+    )  # fmt: skip
+    assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
+    assert fates(again) == fates(whole)
+    assert again.best_epoch == whole.best_epoch
+    assert again.passes == whole.passes
+    for (name, a), b in zip(
+        again.model.state_dict().items(), whole.model.state_dict().values(), strict=True
+    ):
+        assert torch.equal(a, b), name
+
+
+def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net, config, tmp_path):
+    aside = PutAside(tmp_path / "fold.aside", every_s=0)
+    with pytest.raises(StoppedHereError):
+        train(copy.deepcopy(small_net), *problem, 1.0, config, 0, stop_after(3), aside)
+    assert aside.path.is_file()
+    seen = []
+    train(
+        copy.deepcopy(small_net), *problem, 1.0, config, 1, lambda e: seen.append(e.number), aside
+    )
+    assert seen[0] == 1
+    aside.path.write_bytes(aside.path.read_bytes()[:1000])
+    seen.clear()
+    train(
+        copy.deepcopy(small_net), *problem, 1.0, config, 1, lambda e: seen.append(e.number), aside
+    )
+    assert seen[0] == 1
+
+
+def test_short_trainings_are_not_put_aside(problem, small_net, config, tmp_path):
+    train(small_net, *problem, 1.0, config, 0, aside=PutAside(tmp_path / "fold.aside"))
+    assert list(tmp_path.iterdir()) == []
