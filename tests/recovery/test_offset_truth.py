@@ -50,6 +50,10 @@ def test_sound_of_something_else_is_refused():
     other = touch(4, 0.02)[2]
     with pytest.raises(InputError, match="tap the fingertip with something smooth"):
         measure_offset(time_s, position, other, rate)
+    with pytest.raises(InputError, match=r"at least 1 s of video and audio, found 0.13 s"):
+        measure_offset(time_s[:13], position[:13], sound, rate)
+    with pytest.raises(InputError, match=r"at least 1 s of video and audio, found 0.00 s"):
+        measure_offset(time_s, position, sound[:10], rate)
     position[50, :, 0] = np.nan
     with pytest.raises(InputError, match="markers that are seen all the time, found none"):
         measure_offset(time_s, position, sound, rate)

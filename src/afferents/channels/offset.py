@@ -29,6 +29,8 @@ BEFORE_S, AFTER_S = 0.3, 1.3
 """How much is used before and after the touch begins."""
 FARTHEST_S = 0.1
 STEP_S = 0.001
+LEAST_S = 1.0
+"""In less, anything is explained by so many motions."""
 LEAST_EXPLAINED = 0.9
 
 
@@ -68,9 +70,17 @@ def measure_offset(
     InputError
         If there is no touch, or its sound is not that of the skin's motion.
     """
+    ends_s = min(float(time_s[-1]) if len(time_s) else 0.0, len(sound) / sample_rate_hz)
+    if len(time_s) < 2 or ends_s - time_s[0] < LEAST_S:
+        raise InputError(
+            "the recording", f"at least {LEAST_S:g} s of video and audio", f"{ends_s:.2f} s"
+        )
     moved = _main_motions(position)
     touch_s = _beginning(time_s, moved)
     time, motion = _motion(time_s, moved, touch_s)
+    if len(time) < LEAST_S * RATE_HZ:
+        found = f"{len(time) / RATE_HZ:.2f} s round it"
+        raise InputError("the recording", f"a touch with {LEAST_S:g} s of it", found)
     n = round(len(sound) * RATE_HZ / sample_rate_hz)
     heard = _filtered(resample(np.asarray(sound, np.float64), n))
     delays = np.arange(-FARTHEST_S, FARTHEST_S + STEP_S / 2, STEP_S)

@@ -32,6 +32,7 @@ class Evidence:
         """Forget all: another touch begins."""
         self._sum = np.zeros(self._n_classes)
         self._last_s: float | None = None
+        self._faded_s: float | None = None
         self._since_s: float | None = None
         self._sure_s: float | None = None
         self._leader = -1
@@ -49,7 +50,10 @@ class Evidence:
 
     @property
     def sure_after_s(self) -> float | None:
-        """Time from the beginning of the touch until one texture had 95%; None before that."""
+        """Time from the beginning of the touch until one texture had 95%; None before that.
+
+        A touch begins with the first sample, or when another texture takes over from a sure one.
+        """
         if self._sure_s is None or self._since_s is None:
             return None
         return self._sure_s - self._since_s
@@ -75,11 +79,14 @@ class Evidence:
         self._sum += self._per_s * lasting_s * np.log(np.maximum(probabilities, _LEAST))
         now = self.probabilities
         if int(now.argmax()) != self._leader:
+            if self._sure_s is not None:  # something else is touched now
+                self._since_s = time_s - lasts_s
             self._leader, self._sure_s = int(now.argmax()), None
         if now[self._leader] >= SURE and self._sure_s is None:
             self._sure_s = time_s
 
     def fade(self, time_s: float) -> None:
         """Forget some, for the time since the last sample."""
-        if self._last_s is not None and time_s > self._last_s:
-            self._sum *= math.exp((self._last_s - time_s) / MEMORY_S)
+        if self._faded_s is not None and time_s > self._faded_s:
+            self._sum *= math.exp((self._faded_s - time_s) / MEMORY_S)
+        self._faded_s = time_s

@@ -88,11 +88,12 @@ class Camera:
                     last_s = picture.time_s
                     yield picture
                     yield from self._slowness(picture)
-            except (av.FFmpegError, OSError, InputError) as error:
+            except (av.FFmpegError, cv2.error, OSError, InputError) as error:
                 reason = getattr(error, "strerror", None) or str(error)
                 yield Trouble("video", last_s, f"camera {self._device}: lost ({reason})")
             else:
                 yield Trouble("video", last_s, f"camera {self._device}: no more frames")
+            time.sleep(AGAIN_S)
 
     def _reopened(self) -> Iterator[Picture] | None:
         try:

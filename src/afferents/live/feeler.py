@@ -33,6 +33,10 @@ class Feeler:
         """Prepare for the first frame and the first sample."""
         if not networks:
             raise InputError("--model", "at least one model", "none")
+        names = [network.card.family for network in networks]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError("--model", "one model of a family", f"several of {name}")
         images = [network for network in networks if not network.card.is_vibration]
         vibration = [network for network in networks if network.card.is_vibration]
         self.sight = Sight(images) if images else None

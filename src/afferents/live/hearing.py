@@ -1,5 +1,7 @@
 """From vibration to percepts, by RA-II."""
 
+from pydantic import ValidationError
+
 from afferents.core.errors import InputError
 from afferents.encodings import SpectralEncoding
 from afferents.live.events import Begin, Sound
@@ -38,7 +40,7 @@ class Hearing(Sense):
                 raise InputError(
                     other.path, f"the sample rate and spectra of {networks[0].path}", "others"
                 )
-        self.encoding = SpectralEncoding.model_validate(card.spectral)
+        self.encoding = _encoding(networks[0])
         self.every_s = self.encoding.stride_s
         self.offset_s = offset_s
         self.spectrum: Spectrum | None = None
@@ -76,3 +78,11 @@ class Hearing(Sense):
             for judge in self.judges
         ]
         return [percept for percept in percepts if percept]
+
+
+def _encoding(network: Network) -> SpectralEncoding:
+    try:
+        return SpectralEncoding.model_validate(network.card.spectral)
+    except ValidationError as error:
+        wanted, found = "a card with spectra of this version", error.errors()[0]["msg"]
+        raise InputError(network.path, wanted, found, "train the model again") from error

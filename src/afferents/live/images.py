@@ -74,12 +74,13 @@ class Images:
         Raises
         ------
         InputError
-            If the rest frame does not show the sensor's markers.
+            If the rest frame does not show the sensor's markers, or is of another size.
         """
         self._n += 1
         if self._n <= self.sensor.rest_frame:
             return None
         if self._tracker is None:
+            self._check_size(frame)
             self._tracker = Tracker(self.sensor, levels=frame.levels)
         position, detected = self._tracker.step(frame.luma)
         slow = self._displacement(position, self._tracker.rest_position)
@@ -92,6 +93,13 @@ class Images:
             position,
             detected,
         )
+
+    def _check_size(self, frame: Frame) -> None:
+        found = frame.luma.shape[::-1]
+        wanted = (self.sensor.width or found[0], self.sensor.height or found[1])
+        if found != wanted:
+            expected = f"{wanted[0]} x {wanted[1]} px, as sensor '{self.sensor.name}' says"
+            raise InputError("the pictures", expected, f"{found[0]} x {found[1]} px")
 
     def _displacement(self, position: Positions, rest: Positions) -> NDArray[np.float64]:
         """Return SA-I (Eq. 1), as `channels.sa1` computes it."""

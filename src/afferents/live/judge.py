@@ -62,7 +62,7 @@ class Judge:
         outcome = self.network.feel(sample)
         if outcome is None:
             return None
-        unknown = outcome.strangeness > 1
+        unknown = not (outcome.strangeness <= 1 and np.isfinite(outcome.probabilities).all())
         if unknown:
             self._evidence.fade(time_s)
         else:

@@ -4,11 +4,11 @@ import threading
 import time
 from collections import deque
 
-from afferents.live.events import Event, Picture, Source
+from afferents.live.events import Channel, Event, Picture, Source
 
 WAITING_PICTURES = 4
 """More frames than that are not kept waiting: who is too slow skips the oldest."""
-WAITING_SOUNDS = 1000
+WAITING_SOUNDS = 20
 
 
 class Mailbox:
@@ -20,6 +20,8 @@ class Mailbox:
         self._changed = threading.Condition()
         self._open = 0
         self._errors: list[BaseException] = []
+        self.last_s: dict[Channel, float] = {}
+        """When each channel's last event came."""
 
     def take_from(self, source: Source) -> None:
         """Let a thread of its own take what a source gives."""
@@ -60,9 +62,10 @@ class Mailbox:
 
     def _put(self, event: Event) -> None:
         with self._changed:
-            same = [e for e in self._events if type(e) is type(event)]
+            same = [i for i, e in enumerate(self._events) if type(e) is type(event)]
             most = WAITING_PICTURES if isinstance(event, Picture) else WAITING_SOUNDS
             if len(same) >= most:
-                self._events.remove(same[0])
+                del self._events[same[0]]
             self._events.append(event)
+            self.last_s[event.channel] = time.monotonic()
             self._changed.notify()

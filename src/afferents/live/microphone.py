@@ -18,6 +18,8 @@ AGAIN_S = 1.0
 """A microphone that vanished is looked for this often, s."""
 SILENT_S = 2.0
 """One that gives nothing for so long has vanished: sound cards never pause."""
+LOST_S = 0.02
+"""A clock that is off by more than this from the count tells of lost samples."""
 FOLLOW = 0.01
 """Share by which the count of samples follows the clock of the converter, a chunk."""
 
@@ -61,6 +63,7 @@ class Microphone:
     def close(self) -> None:
         """Let it go."""
         self._closed = True
+        self._stream.close(ignore_errors=True)
 
     def events(self) -> Iterator[Event]:
         """Yield its sound; `Trouble` when samples are lost, when it vanishes or comes back."""
@@ -79,7 +82,7 @@ class Microphone:
                     count = SampleClock(self.rate_hz)
                 yield Sound(count.read(len(samples), taken_s, arrived_s), samples, arrived_s)
         finally:
-            self._stream.close()
+            self.close()
 
     def _reopen(self) -> None:
         """Try once to open it again; PortAudio must be told to look for devices."""
@@ -115,6 +118,8 @@ class Microphone:
 
     def _hear(self, samples: NDArray[np.float32], _: int, times: Any, status: Any) -> None:
         """Take samples from PortAudio's own thread: copy, leave them, go."""
+        if self._closed:
+            return
         taken_s = float(times.inputBufferAdcTime)
         lost = bool(status.input_overflow)
         self._chunks.put((samples.copy(), taken_s, time.monotonic(), lost))
@@ -132,11 +137,18 @@ class SampleClock:
         self._clock = HostClock()
         self.next_s = 0.0
         self._begun = False
+        self._taken_s: float | None = None
 
     def read(self, n: int, taken_s: float, arrived_s: float) -> float:
         """Return when the first of the next n samples was taken, on the monotonic clock, s."""
-        stamp = self._clock.read(taken_s, arrived_s)
-        begin_s = self.next_s + FOLLOW * (stamp - self.next_s) if self._begun else stamp
+        if self._taken_s is not None and taken_s <= self._taken_s:  # a converter without a clock
+            stamp = arrived_s - n / self._rate_hz if not self._begun else self.next_s
+        else:
+            stamp = self._clock.read(taken_s, arrived_s)
+        self._taken_s = taken_s
+        off_s = stamp - self.next_s
+        counts = self._begun and abs(off_s) < LOST_S
+        begin_s = self.next_s + FOLLOW * off_s if counts else stamp
         self._begun = True
         self.next_s = begin_s + n / self._rate_hz
         return begin_s

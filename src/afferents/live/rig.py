@@ -2,6 +2,7 @@
 
 import multiprocessing
 import shutil
+import signal
 import tempfile
 import threading
 from collections.abc import Iterator
@@ -55,14 +56,16 @@ class RigShow:
         seed: int = 0,
         run_s: float = RUN_S,
     ) -> None:
-        """Begin to record the first run."""
+        """Prepare a process that records."""
         self._texture = None if texture is None else texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
         self._seed, self._run_s = seed, run_s
         self._folder = tempfile.TemporaryDirectory(
             prefix="afferents-rig-", ignore_cleanup_errors=True
         )
-        self._process = multiprocessing.get_context("spawn").Pool(1)
+        # Ctrl-C is for the one who started it all.
+        ignore = (signal.SIGINT, signal.SIG_IGN)
+        self._process = multiprocessing.get_context("spawn").Pool(1, signal.signal, ignore)
         self._lock = threading.Lock()
         self._runs: dict[int, AsyncResult[Path]] = {}
         self._begins_s: dict[int, float] = {}

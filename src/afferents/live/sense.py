@@ -1,6 +1,7 @@
 """What sight and hearing share: their models, what went wrong, and how far behind they are."""
 
 import math
+import time
 
 from afferents.live.events import Begin, Channel, Trouble
 from afferents.live.judge import Judge
@@ -66,6 +67,9 @@ class Sense:
         """Tell whether what was taken at `time_s` came too late to tell of now; count it."""
         if math.isinf(self.speed):
             return False
+        if time.monotonic() - arrived_s > LATE_S:  # it has waited here
+            self.counters.late += 1
+            return True
         due_s = time_s / self.speed
         lead = arrived_s - due_s
         if self._quickest is not None:

@@ -1,5 +1,7 @@
 """From frames to percepts, by SA-I and RA-I."""
 
+from pydantic import ValidationError
+
 from afferents.core.dims import SA1
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Picture, Trouble
@@ -38,7 +40,7 @@ class Sight(Sense):
                 raise InputError(
                     other.path, f"the sensor and frame rate of {networks[0].path}", "others"
                 )
-        self.sensor = Sensor.model_validate(card.sensor)
+        self.sensor = _sensor(networks[0])
         self.felt: Felt | None = None
         self.picture: Picture | None = None
         self._images = Images(self.sensor)
@@ -60,6 +62,7 @@ class Sight(Sense):
         self.counters.frames += 1
         if picture.torn:
             self.counters.torn += 1
+            self._last_s = picture.time_s
             self.skip()
             return []
         if self._comes_twice(picture.time_s):
@@ -75,7 +78,10 @@ class Sight(Sense):
         late = self.is_late(picture.time_s, picture.arrived_s)
         if felt is None:
             return []
-        return self.without("stalled") if late else self._feel(felt, picture.arrived_s)
+        if late:
+            super().skip()  # the networks have not seen it; RA-I has
+            return self.without("stalled")
+        return self._feel(felt, picture.arrived_s)
 
     def _feel(self, felt: Felt, arrived_s: float) -> list[Percept]:
         percepts = []
@@ -98,3 +104,11 @@ class Sight(Sense):
             self.skip()
         self._last_s = time_s
         return False
+
+
+def _sensor(network: Network) -> Sensor:
+    try:
+        return Sensor.model_validate(network.card.sensor)
+    except ValidationError as error:
+        wanted, found = "a card with a sensor file of this version", error.errors()[0]["msg"]
+        raise InputError(network.path, wanted, found, "train the model again") from error

@@ -43,8 +43,25 @@ def open_sources(
     InputError
         If a name is none of these, or what it names is not there.
     """
-    pace, shows = Pace(speed), dict[str, RigShow]()
     opened: list[Source] = []
+    try:
+        _open(opened, video, audio, feeler, Pace(speed), exposure_ms)
+    except BaseException:
+        for source in opened:
+            source.close()
+        raise
+    return opened
+
+
+def _open(
+    opened: list[Source],
+    video: str | None,
+    audio: str | None,
+    feeler: Feeler,
+    pace: Pace,
+    exposure_ms: float | None,
+) -> None:
+    shows: dict[str, RigShow] = {}
     if feeler.sight is not None and video is not None:
         kind, _, name = video.partition(":")
         sensor = feeler.sight.sensor
@@ -69,7 +86,6 @@ def open_sources(
             opened.append(RigSound(shows[name] if name in shows else _show(name)))
         else:
             raise InputError("--audio", AUDIO_SOURCES, f"'{audio}'")
-    return opened
 
 
 def _show(name: str) -> RigShow:

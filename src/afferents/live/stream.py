@@ -5,11 +5,12 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from operator import attrgetter
 from pathlib import Path
 
 from afferents.core.errors import InputError
 from afferents.live.ahead import read_ahead
-from afferents.live.events import Channel, Event, Source, Trouble
+from afferents.live.events import Channel, Source, Trouble
 from afferents.live.feeler import Feeler
 from afferents.live.mailbox import Mailbox
 from afferents.live.network import Network
@@ -55,27 +56,30 @@ def stream(
         If a model has no source, or one of another rate.
     """
     several = [models] if isinstance(models, str | Path | Network) else models
-    networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
-    feeler = Feeler(networks, audio_offset_s)
-    yield from run(sources, feeler)
+    try:
+        networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
+        yield from run(sources, Feeler(networks, audio_offset_s))
+    finally:
+        for source in sources:
+            source.close()
 
 
 def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
     """Feed sources to a feeler; see `stream`."""
-    check_sources(sources, feeler)
     used = [source for source in sources if source.channel in feeler.senses]
-    for source in used:
-        feeler.senses[source.channel].speed = source.speed
     try:
+        check_sources(sources, feeler)
+        for source in used:
+            feeler.senses[source.channel].speed = source.speed
         if any(math.isfinite(source.speed) for source in used):
             yield from _as_it_comes(used, feeler)
         else:
             with ExitStack() as threads:
                 events = [threads.enter_context(read_ahead(source.events())) for source in used]
-                for event in heapq.merge(*events, key=_end_s):
+                for event in heapq.merge(*events, key=attrgetter("time_s")):
                     yield from feeler.feed(event)
     finally:
-        for source in used:
+        for source in sources:
             source.close()
 
 
@@ -107,11 +111,6 @@ def _check_rate(source: Source, sense: Sense) -> None:
         )
 
 
-def _end_s(event: Event) -> float:
-    """Return when an event was over, for the order of events."""
-    return event.time_s
-
-
 def _as_it_comes(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
     mailbox = Mailbox()
     watches = {s.channel: _Watch(feeler.senses[s.channel]) for s in sources}
@@ -124,10 +123,10 @@ def _as_it_comes(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]
             return
         if event is not None:
             percepts = feeler.feed(event)
-            watches[event.channel].heard(percepts)
             yield from percepts
-        for watch in watches.values():
-            yield from watch.silence()
+            watches[event.channel].heard(percepts)
+        for channel, watch in watches.items():
+            yield from watch.silence(mailbox.last_s.get(channel))
 
 
 class _Watch:
@@ -135,22 +134,28 @@ class _Watch:
 
     def __init__(self, sense: Sense) -> None:
         self._sense = sense
-        self._event_s = self._said_s = time.monotonic()
+        self._begun_s = self._said_s = time.monotonic()
 
     def heard(self, percepts: list[Percept]) -> None:
-        """Something came from the source."""
-        self._event_s = time.monotonic()
+        """Percepts were given out."""
         if percepts:
-            self._said_s = self._event_s
+            self._said_s = time.monotonic()
 
-    def silence(self) -> list[Percept]:
-        """Return what is to be said where nothing was said for long."""
+    def silence(self, last_s: float | None) -> list[Percept]:
+        """Return what is to be said where nothing was said for long.
+
+        Parameters
+        ----------
+        last_s
+            When the source last gave something, whether it was taken already or not.
+        """
         now_s = time.monotonic()
         if now_s - self._said_s < max(SILENT_S, 2 * self._sense.every_s):
             return []
         self._said_s = now_s
-        if now_s - self._event_s < SILENT_S:
+        silent_s = now_s - (self._begun_s if last_s is None else last_s)
+        if silent_s < SILENT_S:
             return self._sense.without("waiting")
         channel: Channel = self._sense.channel
-        what = f"{channel}: nothing for {now_s - self._event_s:.1f} s"
+        what = f"{channel}: nothing for {silent_s:.1f} s"
         return self._sense.suffer(Trouble(channel, self._sense.now_s, what))

@@ -20,7 +20,7 @@ def show(percepts: Iterable[Percept]) -> None:
     """Draw percepts as they come, until they end."""
     latest: dict[str, Percept] = {}
     drawn_s = 0.0
-    with Live(console=Console(highlight=False), auto_refresh=False) as screen:
+    with Live(console=Console(highlight=False, markup=False), auto_refresh=False) as screen:
         for percept in percepts:
             latest[percept.model] = percept
             if time.monotonic() - drawn_s > EVERY_S:
@@ -29,7 +29,7 @@ def show(percepts: Iterable[Percept]) -> None:
 
 
 def _drawn(percept: Percept) -> RenderableType:
-    table = Table(box=None, show_header=False, title=_title(percept), title_justify="left")
+    table = Table(box=None, show_header=False, title=Text(_title(percept)), title_justify="left")
     likeliest = sorted(percept.evidence, key=percept.evidence.__getitem__, reverse=True)[:_MOST]
     for texture in percept.evidence:
         if texture not in likeliest:

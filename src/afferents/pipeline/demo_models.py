@@ -19,7 +19,7 @@ DEMO_STORE = Path("out/demo/session.zarr")
 
 
 def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> list[Path]:
-    """Return exported models of the simulated rig; those there are kept.
+    """Return exported models of the simulated rig; kept where both are there.
 
     Parameters
     ----------

@@ -184,7 +184,7 @@ def all_but_the_middle(samples: Samples) -> Fold:
     Raises
     ------
     InputError
-        If there is one speed only.
+        If there is one speed only, or a texture at the middle one alone.
     """
     speed = samples[dims.SPEED].values
     speeds = np.unique(speed)
@@ -194,6 +194,11 @@ def all_but_the_middle(samples: Samples) -> Fold:
         )
     middle = float(speeds[len(speeds) // 2])
     train, validation = np.flatnonzero(speed != middle), np.flatnonzero(speed == middle)
+    texture = samples[dims.TEXTURE].values
+    only_there = sorted(set(texture[validation]) - set(texture[train]))
+    if only_there:
+        found = f"none of {', '.join(map(str, only_there))}"
+        raise InputError("the data", f"every texture at another speed than {middle:g} mm/s", found)
     return Fold(middle, middle, train, validation, np.empty(0, dtype=np.int64))
 
 

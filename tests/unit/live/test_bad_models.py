@@ -79,11 +79,14 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
 def test_models_that_do_not_go_together(tmp_path, models):
     with pytest.raises(InputError, match="--model: expected at least one model, found none"):
         Feeler([])
+    with pytest.raises(InputError, match="expected one model of a family, found several of sa-se"):
+        Feeler([Network(models["sa-se"]), Network(models["sa-se"])])
     sensor = {**Network(models["ra-ste"]).card.sensor, "name": "another"}
     other = Network(changed(models["ra-ste"], tmp_path / "o.onnx", sensor=sensor))
     with pytest.raises(InputError, match=r"o.onnx: expected the sensor and frame rate of .*sa-se"):
         Feeler([Network(models["sa-se"]), other])
-    slower = Network(changed(models["vib-te-aug"], tmp_path / "s.onnx", sample_rate_hz=4000))
+    fields = {"sample_rate_hz": 4000, "family": "vib-te"}
+    slower = Network(changed(models["vib-te-aug"], tmp_path / "s.onnx", **fields))
     with pytest.raises(InputError, match=r"s.onnx: expected the sample rate and spectra of"):
         Feeler([Network(models["vib-te-aug"]), slower])
     free = {**sensor, "layout": "free", "rows": None, "columns": None}
@@ -143,3 +146,18 @@ def test_samples_are_counted_after_the_converter_s_clock(rng):
     np.testing.assert_allclose(steps[100:], 0.01, atol=5e-5)
     off = read - (true + 0.03)
     assert np.ptp(off[500:]) < 1e-3
+
+
+def test_samples_that_were_lost_without_a_word_are_a_gap():
+    clock, n = SampleClock(44_100), 441
+    times = [0.01 * i + (0.05 if i >= 30 else 0) for i in range(60)]
+    read = np.array([clock.read(n, t, t + 0.02) for t in times])
+    steps = np.diff(read)
+    assert steps[29] == pytest.approx(0.06, abs=2e-3)
+    np.testing.assert_allclose(np.delete(steps, 29), 0.01, atol=1e-3)
+
+
+def test_a_converter_without_a_clock_is_counted():
+    clock = SampleClock(44_100)
+    read = np.array([clock.read(441, 0.0, 5 + 0.01 * i) for i in range(100)])
+    np.testing.assert_allclose(np.diff(read), 0.01)

@@ -20,7 +20,7 @@ from afferents.live import (
     Trouble,
     stream,
 )
-from afferents.live.mailbox import WAITING_PICTURES, Mailbox
+from afferents.live.mailbox import WAITING_PICTURES, WAITING_SOUNDS, Mailbox
 from afferents.recordings import WavFile, read_session
 
 
@@ -90,18 +90,34 @@ def test_no_window_spans_lost_sound(hearing, chunks):
 
 def test_what_comes_late_is_not_fresh(models, pictures):
     feeler = Feeler([Network(models["ra-ste"])])
-    late = [
-        p._replace(arrived_s=p.time_s + (0.5 if i >= 30 else 0)) for i, p in enumerate(pictures)
-    ]
+    now_s = time.monotonic()
+    arrivals = [now_s + p.time_s + (0.5 if i >= 30 else 0) for i, p in enumerate(pictures)]
+    late = [p._replace(arrived_s=at) for p, at in zip(pictures, arrivals, strict=True)]
     percepts = fed(feeler, late)
     assert [p.fresh for p in percepts] == [round(p.time_s * 90) - 1 < 30 for p in percepts]
     assert percepts[-1].state == "stalled"
     assert percepts[-1].probabilities == {}
 
 
+def test_what_has_waited_here_is_not_fresh(models, pictures):
+    feeler = Feeler([Network(models["ra-ste"])])
+    waited = [p._replace(arrived_s=time.monotonic() - 0.2 + p.time_s / 1e6) for p in pictures]
+    assert {p.state for p in fed(feeler, waited)} == {"stalled"}
+
+
+def test_a_run_of_ten_never_spans_a_late_frame(models, pictures):
+    feeler = Feeler([Network(models["ra-ste"])])
+    now_s = time.monotonic()
+    late = [now_s + p.time_s + (0.5 if i in (24, 25) else 0) for i, p in enumerate(pictures)]
+    events = [p._replace(arrived_s=at) for p, at in zip(pictures, late, strict=True)]
+    fresh = {round(p.time_s * 90) - 1 for p in fed(feeler, events) if p.fresh}
+    assert fresh == {*range(FIRST, 24), *range(35, 45)}
+
+
 def test_clocks_that_drift_are_not_late(models, pictures):
     feeler = Feeler([Network(models["ra-ste"])])
-    drifting = [p._replace(arrived_s=1.0002 * p.time_s) for p in pictures]
+    now_s = time.monotonic()
+    drifting = [p._replace(arrived_s=now_s + 1.0002 * p.time_s) for p in pictures]
     assert all(p.fresh for p in fed(feeler, drifting))
 
 
@@ -160,14 +176,24 @@ def test_a_silent_source_is_stalled(models, pictures):
     assert all(p.texture is None and p.probabilities == {} for p in stalled)
 
 
+def test_a_slow_listener_is_no_silent_source(models, pictures):
+    """Who takes half a second over a percept drops frames; the source was never silent."""
+    source = Stopping(pictures * 1, 0.0)
+    said = []
+    for percept in stream([source], [models["sa-se"]]):
+        said.append(percept)
+        time.sleep(0.6)
+    assert not any("nothing for" in trouble for p in said for trouble in p.troubles)
+
+
 def test_who_is_too_slow_skips_the_oldest_pictures(pictures):
     mailbox = Mailbox()
-    for picture in pictures[:20]:
+    for picture in pictures[:30]:
         mailbox._put(picture)
         mailbox._put(Sound(picture.time_s, np.zeros((1, 1), np.float32), 0.0))
     kept = list(mailbox._events)
-    assert [e for e in kept if isinstance(e, Picture)] == pictures[20 - WAITING_PICTURES : 20]
-    assert sum(isinstance(e, Sound) for e in kept) == 20
+    assert [e for e in kept if isinstance(e, Picture)] == pictures[30 - WAITING_PICTURES : 30]
+    assert sum(isinstance(e, Sound) for e in kept) == WAITING_SOUNDS
 
 
 def test_an_error_of_a_source_reaches_who_takes_its_events():

@@ -47,9 +47,11 @@ class Running:
         command = [sys.executable, "-m", "afferents", "live", "--web", "--port", "0"]
         sources = ["--video", f"replay:{recording}", "--audio", f"replay:{recording}"]
         self.process = subprocess.Popen(
-            [*command, *sources, *map(str, arguments)], stdout=subprocess.PIPE, text=True
+            [*command, *sources, *map(str, arguments)], stderr=subprocess.PIPE, text=True
         )
-        self.url = self.process.stdout.readline().removeprefix("Page: ").strip()
+        said = iter(self.process.stderr.readline, "")
+        page = next(line for line in said if line.startswith("Page: "))
+        self.url = page.removeprefix("Page: ").strip()
 
     def socket(self, query="", **options):
         address = self.url.replace("http", "ws", 1).split("?")[0].rstrip("/")

@@ -85,6 +85,16 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     assert run("extract", one, tmp_path / "one.zarr", "--quiet")[0] == 0
     said = refused(tmp_path / "one.zarr", tmp_path / "m", "--model", "vib-te")
     assert "at least 2 speeds" in said
+    middle = make_session(
+        tmp_path / "two", textures=(1, 2), speeds=(20, 60), seconds=3.0, video=False
+    )
+    make_session(middle, textures=(1, 2, 3), speeds=(40,), seconds=3.0, video=False)
+    declared = json.loads((middle / "session.json").read_text())
+    declared["holes"] = [["3", 20], ["3", 60]]
+    (middle / "session.json").write_text(json.dumps(declared))
+    assert run("extract", middle, tmp_path / "two.zarr", "--quiet")[0] == 0
+    said = refused(tmp_path / "two.zarr", tmp_path / "m", "--model", "vib-te")
+    assert "every texture at another speed than 40 mm/s, found none of 3" in said
     assert not (tmp_path / "m").exists()
     assert run("export", tmp_path / "taken", tmp_path / "x.onnx")[0] == 2
 
@@ -142,6 +152,15 @@ def test_evidence_fades_and_is_sure_in_time():
     leading = evidence.probabilities
     evidence.fade(1 + 3 * MEMORY_S)
     assert leading[0] > evidence.probabilities[0] > 0.5
+    in_steps = Evidence(2, 10.0)
+    for k in range(1, 11):
+        in_steps.add(k / 10, np.array([0.9, 0.1]), 0.1)
+    for k in range(1, 91):
+        in_steps.fade(1 + 3 * MEMORY_S * k / 90)
+    np.testing.assert_allclose(in_steps.probabilities, evidence.probabilities)
+    for k in range(1, 40):
+        evidence.add(20 + k / 10, np.array([0.05, 0.95]), 0.1)
+    assert evidence.sure_after_s < 1.5  # of another touch, not since the beginning
     evidence.reset()
     assert evidence.probabilities.tolist() == [0.5, 0.5]
     assert evidence.sure_after_s is None

@@ -12,9 +12,9 @@ from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
-from afferents.core.errors import AfferentsError, InputError
+from afferents.core.errors import InputError
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
 from afferents.live.web.snapshot import Snapshots
@@ -46,8 +46,8 @@ def serve(
     InputError
         If the address is not this machine's own and there is no token; if it is taken; if
         packages are missing.
-    AfferentsError
-        If the stream can't go on.
+    Exception
+        Whatever ended the stream.
     """
     check_address(host, token)
     uvicorn = _uvicorn()
@@ -60,22 +60,22 @@ def serve(
         timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
     )
     server = uvicorn.Server(config)
-    failed: list[AfferentsError] = []
+    failed: list[BaseException] = []
 
     def feel() -> None:
         try:
             for percept in percepts:
                 snapshots.take(percept)
             snapshots.ended = "the source has ended"
-        except AfferentsError as error:
+        except BaseException as error:  # noqa: BLE001  raised when the server has stopped
             failed.append(error)
             server.should_exit = True
 
     threading.Thread(target=feel, name="afferents-stream", daemon=True).start()
     shown = f"[{host}]" if ":" in host else host
-    query = "" if token is None else f"/?token={token}"
-    sys.stdout.write(f"Page: http://{shown}:{bound.getsockname()[1]}{query}\n")
-    sys.stdout.flush()
+    query = "" if token is None else f"/?token={quote(token, safe='')}"
+    sys.stderr.write(f"Page: http://{shown}:{bound.getsockname()[1]}{query}\n")
+    sys.stderr.flush()
     server.run(sockets=[bound])
     if failed:
         raise failed[0]
@@ -135,7 +135,7 @@ def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
         await _attend(visitor, snapshots)
 
     # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
-    own = ["127.0.0.1", "localhost", "[::1]"] if is_loopback(host) else ["*"]
+    own = ["127.0.0.1", "localhost", "[::1]", host] if is_loopback(host) else ["*"]
     return Starlette(
         routes=[
             Route("/", page),

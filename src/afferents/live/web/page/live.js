@@ -126,13 +126,13 @@ function showSight(sight) {
 }
 
 async function showPicture() {
-  if (!picture || !state?.sight?.markers) return;
+  if (!picture) return;
   const image = await createImageBitmap(picture);
   const canvas = document.querySelector("#camera canvas"), context = canvas.getContext("2d");
   [canvas.width, canvas.height] = [image.width, image.height];
   context.drawImage(image, 0, 0);
   image.close();
-  if (!marked) return;
+  if (!marked || !state?.sight?.markers) return;
   context.strokeStyle = "#ffb000";
   context.lineWidth = 1.5;
   context.beginPath();
