@@ -8,7 +8,7 @@ from afferents.live.events import Channel, Event, Picture, Source
 
 WAITING_PICTURES = 4
 """More frames than that are not kept waiting: who is too slow skips the oldest."""
-WAITING_SOUNDS = 20
+WAITING_SOUNDS = 100
 
 
 class Mailbox:

@@ -188,12 +188,14 @@ def test_a_slow_listener_is_no_silent_source(models, pictures):
 
 def test_who_is_too_slow_skips_the_oldest_pictures(pictures):
     mailbox = Mailbox()
-    for picture in pictures[:30]:
-        mailbox._put(picture)
-        mailbox._put(Sound(picture.time_s, np.zeros((1, 1), np.float32), 0.0))
+    silence = np.zeros((1, 1), np.float32)
+    for i in range(WAITING_SOUNDS + 20):
+        mailbox._put(pictures[i % 40])
+        mailbox._put(Sound(i, silence, 0.0))
     kept = list(mailbox._events)
-    assert [e for e in kept if isinstance(e, Picture)] == pictures[30 - WAITING_PICTURES : 30]
-    assert sum(isinstance(e, Sound) for e in kept) == WAITING_SOUNDS
+    newest = [pictures[i % 40] for i in range(WAITING_SOUNDS + 20)][-WAITING_PICTURES:]
+    assert [e for e in kept if isinstance(e, Picture)] == newest
+    assert [e.time_s for e in kept if isinstance(e, Sound)] == list(range(20, WAITING_SOUNDS + 20))
 
 
 def test_an_error_of_a_source_reaches_who_takes_its_events():
