@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES, Family
 
-FORMAT, SCHEMA = "afferents model", 1
+SCHEMA = 1
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 METADATA = "afferents"
 """Key of the card in an ONNX file's metadata."""
@@ -129,6 +129,19 @@ class Card(BaseModel):
     def is_vibration(self) -> bool:
         """Whether it feels by spectra, not by images."""
         return self.of_family.encoding == "spectral"
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the exported network's inputs, the sample first."""
+        if self.is_vibration:
+            return ("spectrum",)
+        return ("image", "past") if self.frames > 1 else ("image",)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of its outputs, in their order."""
+        said = ("probabilities", "strangeness")
+        return (*said, "next_past") if self.frames > 1 else said
 
     @property
     def simulated(self) -> bool:

@@ -1,6 +1,7 @@
 """What sources give: pictures, sound, and what went wrong with them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -106,3 +107,13 @@ class Source(Protocol):
     def close(self) -> None:
         """Let go of the device; `events` then ends."""
         ...
+
+
+@contextmanager
+def let_go(sources: Iterable[Source]) -> Iterator[None]:
+    """Close sources afterwards, whatever happens."""
+    try:
+        yield
+    finally:
+        for source in sources:
+            source.close()

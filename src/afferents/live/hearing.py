@@ -1,13 +1,10 @@
 """From vibration to percepts, by RA-II."""
 
-from pydantic import ValidationError
-
-from afferents.core.errors import InputError
 from afferents.encodings import SpectralEncoding
 from afferents.live.events import Begin, Sound
 from afferents.live.network import Network
 from afferents.live.percept import Percept
-from afferents.live.sense import Sense
+from afferents.live.sense import Sense, require_alike
 from afferents.live.spectra import Spectra, Spectrum
 
 JUMP_S = 0.002
@@ -34,13 +31,8 @@ class Hearing(Sense):
         """Wait for the first window to fill."""
         card = networks[0].card
         super().__init__("audio", networks, card.sample_rate_hz)
-        form = (card.sample_rate_hz, card.spectral, card.shape)
-        for other in networks[1:]:
-            if (other.card.sample_rate_hz, other.card.spectral, other.card.shape) != form:
-                raise InputError(
-                    other.path, f"the sample rate and spectra of {networks[0].path}", "others"
-                )
-        self.encoding = _encoding(networks[0])
+        require_alike(networks, ("sample_rate_hz", "spectral", "shape"), "sample rate and spectra")
+        self.encoding = networks[0].part(SpectralEncoding, card.spectral, "spectra")
         self.every_s = self.encoding.stride_s
         self.offset_s = offset_s
         self.spectrum: Spectrum | None = None
@@ -78,11 +70,3 @@ class Hearing(Sense):
             for judge in self.judges
         ]
         return [percept for percept in percepts if percept]
-
-
-def _encoding(network: Network) -> SpectralEncoding:
-    try:
-        return SpectralEncoding.model_validate(network.card.spectral)
-    except ValidationError as error:
-        wanted, found = "a card with spectra of this version", error.errors()[0]["msg"]
-        raise InputError(network.path, wanted, found, "train the model again") from error

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
-from afferents.markers import Grid, Positions, Sensor, Tracker, undistort
+from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undistort
 
 Image = NDArray[np.float32]
 
@@ -80,7 +80,7 @@ class Images:
         if self._n <= self.sensor.rest_frame:
             return None
         if self._tracker is None:
-            self._check_size(frame)
+            check_size("the pictures", frame.luma.shape[::-1], self.sensor)
             self._tracker = Tracker(self.sensor, levels=frame.levels)
         position, detected = self._tracker.step(frame.luma)
         slow = self._displacement(position, self._tracker.rest_position)
@@ -93,13 +93,6 @@ class Images:
             position,
             detected,
         )
-
-    def _check_size(self, frame: Frame) -> None:
-        found = frame.luma.shape[::-1]
-        wanted = (self.sensor.width or found[0], self.sensor.height or found[1])
-        if found != wanted:
-            expected = f"{wanted[0]} x {wanted[1]} px, as sensor '{self.sensor.name}' says"
-            raise InputError("the pictures", expected, f"{found[0]} x {found[1]} px")
 
     def _displacement(self, position: Positions, rest: Positions) -> NDArray[np.float64]:
         """Return SA-I (Eq. 1), as `channels.sa1` computes it."""

@@ -136,20 +136,18 @@ class SampleClock:
         self._rate_hz = rate_hz
         self._clock = HostClock()
         self.next_s = 0.0
-        self._begun = False
         self._taken_s: float | None = None
 
     def read(self, n: int, taken_s: float, arrived_s: float) -> float:
         """Return when the first of the next n samples was taken, on the monotonic clock, s."""
-        if self._taken_s is not None and taken_s <= self._taken_s:  # a converter without a clock
-            stamp = arrived_s - n / self._rate_hz if not self._begun else self.next_s
-        else:
+        first = self._taken_s is None
+        if self._taken_s is None or taken_s > self._taken_s:
             stamp = self._clock.read(taken_s, arrived_s)
+        else:  # a converter without a clock
+            stamp = self.next_s
         self._taken_s = taken_s
         off_s = stamp - self.next_s
-        counts = self._begun and abs(off_s) < LOST_S
-        begin_s = self.next_s + FOLLOW * off_s if counts else stamp
-        self._begun = True
+        begin_s = stamp if first or abs(off_s) >= LOST_S else self.next_s + FOLLOW * off_s
         self.next_s = begin_s + n / self._rate_hz
         return begin_s
 

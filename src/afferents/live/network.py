@@ -1,13 +1,17 @@
 """A model as exported: one ONNX file that says what it needs and feels one sample at a time."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ValidationError
 
 from afferents.core.card import METADATA, Card, read_card
 from afferents.core.errors import InputError
+from afferents.core.extras import import_extra
+
+Part = TypeVar("Part", bound=BaseModel)
 
 
 class Outcome(NamedTuple):
@@ -58,12 +62,10 @@ class Network:
 
     def _check(self) -> None:
         shapes = {i.name: tuple(i.shape) for i in self._session.get_inputs()}
-        name = "spectrum" if self.card.is_vibration else "image"
         outputs = {o.name for o in self._session.get_outputs()}
-        steps = self.card.frames > 1
-        names = {name, "past"} if steps else {name}
-        wanted = {"probabilities", "strangeness", *({"next_past"} if steps else ())}
-        if set(shapes) != names or shapes[name] != (1, *self.card.shape) or outputs != wanted:
+        name, wanted = self.card.inputs[0], self.card.outputs
+        fits = set(shapes) == set(self.card.inputs) and outputs == set(wanted)
+        if not fits or shapes[name] != (1, *self.card.shape):
             raise InputError(
                 self.path,
                 f"the input {name} (1, {', '.join(map(str, self.card.shape))}) and the outputs "
@@ -72,7 +74,21 @@ class Network:
                 "export the model again",
             )
         self._input = name
-        self._past = np.zeros(shapes["past"], np.float32) if steps else None
+        self._past = np.zeros(shapes["past"], np.float32) if "past" in shapes else None
+
+    def part(self, kind: type[Part], content: object, what: str) -> Part:
+        """Return a part of its card as what it stands for.
+
+        Raises
+        ------
+        InputError
+            If it is of another version of the package.
+        """
+        try:
+            return kind.model_validate(content)
+        except ValidationError as error:
+            wanted, found = f"a card with {what} of this version", error.errors()[0]["msg"]
+            raise InputError(self.path, wanted, found, "train the model again") from error
 
     def skip(self) -> None:
         """Begin a new run of images: what comes next does not follow what came before."""
@@ -99,12 +115,7 @@ class Network:
 
 
 def _session(path: Path) -> Any:
-    try:
-        import onnxruntime
-    except ImportError as error:
-        raise InputError(
-            "live", "the packages of the extra 'live'", str(error), "pip install 'afferents[live]'"
-        ) from error
+    onnxruntime = import_extra("live", "live", "onnxruntime")
     if not path.is_file():
         there = "a folder" if path.is_dir() else "no such file"
         hint = "run 'afferents export' on it first" if path.is_dir() else ""

@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 
-from afferents.live.events import Source
+from afferents.live.events import Source, let_go
 from afferents.live.feeler import Feeler
 from afferents.live.lsl import published
 from afferents.live.percept import Percept
@@ -40,12 +40,9 @@ def give_out(
     InputError
         As `stream.run`; if packages are missing, or the page can't be served there.
     """
-    try:
-        check_sources(sources, feeler)
+    with let_go(sources):
+        check_sources(sources, feeler)  # before anything is opened for the percepts
         _give_out(run(sources, feeler), feeler, web, lsl, as_json)
-    finally:
-        for source in sources:
-            source.close()
 
 
 def _give_out(

@@ -34,14 +34,7 @@ class Pace:
         self.speed = speed
         self._lock = threading.Lock()
         self._start_s: float | None = None
-        self._root, self._begin_s = self, 0.0
         self.closed = threading.Event()
-
-    def after(self, begin_s: float) -> "Pace":
-        """Return the pace of what begins later by so much, s, after the same beginning."""
-        later = Pace(self.speed)
-        later._root, later._begin_s, later.closed = self._root, begin_s, self.closed
-        return later
 
     def now_s(self) -> float:
         """Return the recording's time now, s; 0 before it began."""
@@ -50,14 +43,13 @@ class Pace:
                 return 0.0
             return (time.monotonic() - self._start_s) * self.speed
 
-    def wait(self, time_s: float) -> None:
-        """Sleep until the recording's time has come."""
-        if math.isinf(self.speed):
-            return
-        until_s = self._root._start(self._begin_s + time_s)
-        self.closed.wait(max(0.0, until_s - time.monotonic()))
+    def wait(self, time_s: float) -> bool:
+        """Sleep until the recording's time has come; tell whether it goes on then."""
+        if not math.isinf(self.speed):
+            self.closed.wait(max(0.0, self._due_s(time_s) - time.monotonic()))
+        return not self.closed.is_set()
 
-    def _start(self, time_s: float) -> float:
+    def _due_s(self, time_s: float) -> float:
         """Return when a time of the recording comes, on the monotonic clock."""
         with self._lock:
             if self._start_s is None:
@@ -68,8 +60,8 @@ class Pace:
 class _Played:
     """What plays at a pace."""
 
-    def __init__(self, pace: Pace) -> None:
-        self._pace = pace
+    def __init__(self, pace: Pace, begin_s: float) -> None:
+        self._pace, self._begin_s = pace, begin_s
         self.speed = pace.speed
 
     def close(self) -> None:
@@ -86,24 +78,26 @@ class ReplayedVideo(_Played):
         Decoded while it plays.
     pace
         Shared with what plays along.
+    begin_s
+        When it begins, on the clock of all that plays at this pace, s.
     """
 
     channel: Channel = "video"
 
-    def __init__(self, video: Video, pace: Pace) -> None:
-        super().__init__(pace)
+    def __init__(self, video: Video, pace: Pace, begin_s: float = 0.0) -> None:
+        super().__init__(pace, begin_s)
         self._video = video
         self.rate_hz = video.fps_hz
 
     def events(self) -> Iterator[Event]:
         """Yield its frames when they are due."""
         for frame in self._video.frames():
-            self._pace.wait(frame.time_s)
-            if self._pace.closed.is_set():
+            time_s = self._begin_s + frame.time_s
+            if not self._pace.wait(time_s):
                 return
-            yield Picture(frame, time.monotonic())
+            yield Picture(frame._replace(time_s=time_s), time.monotonic())
             # A camera's next frame does not come while this one is felt: nor is it decoded.
-            self._pace.wait(frame.time_s + 0.5 / self.rate_hz)
+            self._pace.wait(time_s + 0.5 / self.rate_hz)
 
 
 class ReplayedSound(_Played):
@@ -113,14 +107,14 @@ class ReplayedSound(_Played):
     ----------
     audio
         Read while it plays.
-    pace
-        Shared with what plays along.
+    pace, begin_s
+        As for `ReplayedVideo`.
     """
 
     channel: Channel = "audio"
 
-    def __init__(self, audio: WavFile, pace: Pace) -> None:
-        super().__init__(pace)
+    def __init__(self, audio: WavFile, pace: Pace, begin_s: float = 0.0) -> None:
+        super().__init__(pace, begin_s)
         if audio.channel >= audio.n_channels:
             found = f"{audio.n_channels} channel(s)"
             raise InputError(audio.path, f"the sensor on channel {audio.channel + 1}", found)
@@ -133,13 +127,12 @@ class ReplayedSound(_Played):
         with soundfile.SoundFile(str(self._audio.path)) as file:
             chunk = max(1, round(CHUNK_S * self.rate_hz))
             for block in file.blocks(chunk, dtype="float32", always_2d=True):
-                begin_s, n = n / self.rate_hz, n + len(block)
-                self._pace.wait(n / self.rate_hz)
-                if self._pace.closed.is_set():
+                time_s, n = self._begin_s + n / self.rate_hz, n + len(block)
+                if not self._pace.wait(self._begin_s + n / self.rate_hz):
                     return
                 channel = self._audio.channel
                 samples = np.ascontiguousarray(block[:, channel : channel + 1])
-                yield Sound(begin_s, samples, time.monotonic())
+                yield Sound(time_s, samples, time.monotonic())
 
 
 def recorded(path: Path, name: str) -> Path:

@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from afferents.core.recording import LETTERS, folder_of
-from afferents.live.events import Begin, Channel, Event, Picture, Sound
+from afferents.live.events import Begin, Channel, Event, Source
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo
 from afferents.pipeline.drums import texture_name
 from afferents.recordings import WavFile, open_video
 from afferents.rig import AUDIO, VIDEO, Rig, bumped_surface, record
+from afferents.rig.microphone import SAMPLE_RATE_HZ
 
 RUN_S = 10.0
 """Length of a run, s."""
@@ -136,10 +137,10 @@ class _Rigged:
         while not self._show.pace.closed.is_set():
             folder, begin_s = self._show.take(number)
             yield Begin(self.channel, begin_s, self._show.drawn(number).said())
-            yield from self._play(folder, begin_s)
+            yield from self._player(folder, begin_s).events()
             number += 1
 
-    def _play(self, folder: Path, begin_s: float) -> Iterator[Event]:
+    def _player(self, folder: Path, begin_s: float) -> Source:
         raise NotImplementedError
 
 
@@ -147,24 +148,17 @@ class RigVideo(_Rigged):
     """The rig's camera."""
 
     channel: Channel = "video"
-    rate_hz = 90.0
+    rate_hz = Rig().camera.fps_hz
 
-    def _play(self, folder: Path, begin_s: float) -> Iterator[Event]:
-        pace = self._show.pace.after(begin_s)
-        for event in ReplayedVideo(open_video(folder / VIDEO), pace).events():
-            assert isinstance(event, Picture)
-            frame = event.frame._replace(time_s=event.frame.time_s + begin_s)
-            yield event._replace(frame=frame)
+    def _player(self, folder: Path, begin_s: float) -> Source:
+        return ReplayedVideo(open_video(folder / VIDEO), self._show.pace, begin_s)
 
 
 class RigSound(_Rigged):
     """The rig's microphone."""
 
     channel: Channel = "audio"
-    rate_hz = 44_100.0
+    rate_hz = float(SAMPLE_RATE_HZ)
 
-    def _play(self, folder: Path, begin_s: float) -> Iterator[Event]:
-        pace = self._show.pace.after(begin_s)
-        for event in ReplayedSound(WavFile(folder / AUDIO), pace).events():
-            assert isinstance(event, Sound)
-            yield event._replace(time_s=event.time_s + begin_s)
+    def _player(self, folder: Path, begin_s: float) -> Source:
+        return ReplayedSound(WavFile(folder / AUDIO), self._show.pace, begin_s)

@@ -2,7 +2,9 @@
 
 import math
 import time
+from collections.abc import Sequence
 
+from afferents.core.errors import InputError
 from afferents.live.events import Begin, Channel, Trouble
 from afferents.live.judge import Judge
 from afferents.live.network import Network
@@ -79,3 +81,17 @@ class Sense:
         late = arrived_s - due_s - lead > LATE_S
         self.counters.late += late
         return late
+
+
+def require_alike(networks: Sequence[Network], fields: Sequence[str], what: str) -> None:
+    """Refuse models whose cards differ in some fields.
+
+    Raises
+    ------
+    InputError
+        Naming the first that differs from the first of all.
+    """
+    first, *others = networks
+    for other in others:
+        if any(getattr(other.card, name) != getattr(first.card, name) for name in fields):
+            raise InputError(other.path, f"the {what} of {first.path}", "others")

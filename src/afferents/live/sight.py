@@ -1,14 +1,12 @@
 """From frames to percepts, by SA-I and RA-I."""
 
-from pydantic import ValidationError
-
 from afferents.core.dims import SA1
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Picture, Trouble
 from afferents.live.images import Felt, Images
 from afferents.live.network import Network
 from afferents.live.percept import Percept
-from afferents.live.sense import Sense
+from afferents.live.sense import Sense, require_alike
 from afferents.markers import Sensor
 
 MISSING = 1.7
@@ -35,12 +33,8 @@ class Sight(Sense):
         """Wait for the rest frame."""
         card = networks[0].card
         super().__init__("video", networks, card.fps_hz)
-        for other in networks[1:]:
-            if (other.card.sensor, other.card.fps_hz) != (card.sensor, card.fps_hz):
-                raise InputError(
-                    other.path, f"the sensor and frame rate of {networks[0].path}", "others"
-                )
-        self.sensor = _sensor(networks[0])
+        require_alike(networks, ("sensor", "fps_hz"), "sensor and frame rate")
+        self.sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
         self.felt: Felt | None = None
         self.picture: Picture | None = None
         self._images = Images(self.sensor)
@@ -104,11 +98,3 @@ class Sight(Sense):
             self.skip()
         self._last_s = time_s
         return False
-
-
-def _sensor(network: Network) -> Sensor:
-    try:
-        return Sensor.model_validate(network.card.sensor)
-    except ValidationError as error:
-        wanted, found = "a card with a sensor file of this version", error.errors()[0]["msg"]
-        raise InputError(network.path, wanted, found, "train the model again") from error

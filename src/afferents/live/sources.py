@@ -5,12 +5,13 @@ from pathlib import Path
 
 from afferents.core.errors import InputError
 from afferents.live.camera import Camera
-from afferents.live.events import Source
+from afferents.live.events import Source, let_go
 from afferents.live.feeler import Feeler
 from afferents.live.microphone import Microphone
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo, recorded
 from afferents.live.rig import RigShow, RigSound, RigVideo
 from afferents.recordings import WavFile, open_video
+from afferents.recordings.session import AUDIO, VIDEO
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50 or rig"
 AUDIO_SOURCES = "mic:default, replay:SESSION/3/50 or rig"
@@ -47,9 +48,8 @@ def open_sources(
     try:
         _open(opened, video, audio, feeler, Pace(speed), exposure_ms)
     except BaseException:
-        for source in opened:
-            source.close()
-        raise
+        with let_go(opened):
+            raise
     return opened
 
 
@@ -69,7 +69,7 @@ def _open(
             size = (sensor.width or 640, sensor.height or 480)
             opened.append(Camera(name or "0", feeler.sight.rate_hz, *size, exposure_ms))
         elif kind == "replay":
-            file = open_video(recorded(Path(name), "video.mp4"))
+            file = open_video(recorded(Path(name), VIDEO))
             opened.append(ReplayedVideo(file, pace))
         elif kind == "rig":
             opened.append(RigVideo(shows.setdefault(name, _show(name))))
@@ -81,7 +81,7 @@ def _open(
             n_channels = feeler.hearing.judges[0].card.shape[0]
             opened.append(Microphone(name or "default", feeler.hearing.rate_hz, n_channels))
         elif kind == "replay":
-            opened.append(ReplayedSound(WavFile(recorded(Path(name), "audio.wav")), pace))
+            opened.append(ReplayedSound(WavFile(recorded(Path(name), AUDIO)), pace))
         elif kind == "rig":
             opened.append(RigSound(shows[name] if name in shows else _show(name)))
         else:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from afferents.core.errors import InputError
 from afferents.live.ahead import read_ahead
-from afferents.live.events import Channel, Source, Trouble
+from afferents.live.events import Channel, Source, Trouble, let_go
 from afferents.live.feeler import Feeler
 from afferents.live.mailbox import Mailbox
 from afferents.live.network import Network
@@ -56,18 +56,15 @@ def stream(
         If a model has no source, or one of another rate.
     """
     several = [models] if isinstance(models, str | Path | Network) else models
-    try:
+    with let_go(sources):
         networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
         yield from run(sources, Feeler(networks, audio_offset_s))
-    finally:
-        for source in sources:
-            source.close()
 
 
 def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
     """Feed sources to a feeler; see `stream`."""
     used = [source for source in sources if source.channel in feeler.senses]
-    try:
+    with let_go(sources):
         check_sources(sources, feeler)
         for source in used:
             feeler.senses[source.channel].speed = source.speed
@@ -78,9 +75,6 @@ def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
                 events = [threads.enter_context(read_ahead(source.events())) for source in used]
                 for event in heapq.merge(*events, key=attrgetter("time_s")):
                     yield from feeler.feed(event)
-    finally:
-        for source in sources:
-            source.close()
 
 
 def check_sources(sources: Sequence[Source], feeler: Feeler) -> None:

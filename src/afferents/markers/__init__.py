@@ -14,7 +14,14 @@ from afferents.markers.sensor import (
     load_sensor,
     packaged_sensors,
 )
-from afferents.markers.track import Tracked, Tracker, ordered_rest, rest_positions, track
+from afferents.markers.track import (
+    Tracked,
+    Tracker,
+    check_size,
+    ordered_rest,
+    rest_positions,
+    track,
+)
 
 __all__ = [
     "BlobDetector",
@@ -28,6 +35,7 @@ __all__ = [
     "Tracker",
     "TrackingQuality",
     "assign_grid",
+    "check_size",
     "describe",
     "detect",
     "estimate_detector",

@@ -182,7 +182,7 @@ def rest_positions(video: Video, sensor: Sensor) -> Positions:
     InputError
         As `track` does.
     """
-    _check_size(video, sensor)
+    check_size(video.path, (video.width, video.height), sensor)
     return find_rest_markers(rest_image(video, sensor.rest_frame), sensor, video.path)
 
 
@@ -194,7 +194,7 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
     InputError
         As `track` does.
     """
-    _check_size(video, sensor)
+    check_size(video.path, (video.width, video.height), sensor)
     image = rest_image(video, sensor.rest_frame)
     found = find_rest_markers(image, sensor, video.path, "windowed")
     rest = order_markers(found, sensor, "windowed", None, video.path)
@@ -246,7 +246,7 @@ def track(
         If the video is of another size than the sensor file says, ends before the rest frame,
         or does not show the markers that the sensor file declares.
     """
-    _check_size(video, sensor)
+    check_size(video.path, (video.width, video.height), sensor)
     time_s: list[float] = []
     change: list[float] = []
     tracked: list[Tracked] = []
@@ -301,13 +301,18 @@ def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
         stopped.append(str(error))
 
 
-def _check_size(video: Video, sensor: Sensor) -> None:
-    """Refuse a video to which the lengths in the sensor file do not apply."""
-    size = (video.width, video.height)
-    declared = (sensor.width or video.width, sensor.height or video.height)
+def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
+    """Refuse pictures (width, height) to which the lengths in the sensor file do not apply.
+
+    Raises
+    ------
+    InputError
+        Naming both sizes.
+    """
+    declared = (sensor.width or size[0], sensor.height or size[1])
     if size != declared:
         raise InputError(
-            video.path,
+            where,
             f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
             f"{size[0]} x {size[1]} px",
             "turn the video, or calibrate anew"

@@ -12,6 +12,7 @@ from afferents.core.errors import InputError
 from afferents.core.progress import Progress
 from afferents.markers import Sensor, track
 from afferents.recordings import WavFile, open_video
+from afferents.recordings.session import AUDIO, VIDEO
 
 
 class Alignment(NamedTuple):
@@ -55,8 +56,8 @@ def align(folders: Sequence[Path], sensor: Sensor, progress: Progress) -> Alignm
 
 
 def _offset(folder: Path, sensor: Sensor) -> Offset:
-    tracks = track(open_video(folder / "video.mp4"), sensor)
-    audio = WavFile(folder / "audio.wav")
+    tracks = track(open_video(folder / VIDEO), sensor)
+    audio = WavFile(folder / AUDIO)
     felt = tracks.isel({dims.TIME: slice(sensor.rest_frame, None)})
     try:
         return measure_offset(

@@ -72,10 +72,7 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
         requirement = Requirement(line)
         if requirement.marker and not requirement.marker.evaluate({"extra": ""}):
             continue
-        try:
-            found = version(requirement.name)
-        except PackageNotFoundError:
-            found = "missing"
+        found = _installed(requirement.name) or "missing"
         if found == "missing" or not requirement.specifier.contains(found, prereleases=True):
             missing.append(f"{requirement} is needed, {found} found; pip install '{requirement}'")
         rows.append((requirement.name, found))
@@ -95,7 +92,7 @@ def _extra(extra: str) -> str:
         and requirement.marker.evaluate({"extra": extra})
         and not requirement.marker.evaluate({"extra": ""})
     ]
-    absent = [name for name in needed if not _is_installed(name)]
+    absent = [name for name in needed if _installed(name) is None]
     if absent:
         return f"not there ({', '.join(absent)}); pip install 'afferents[{extra}]'"
     if extra == "live" and find_library("portaudio") is None:
@@ -103,12 +100,12 @@ def _extra(extra: str) -> str:
     return "there"
 
 
-def _is_installed(package: str) -> bool:
+def _installed(package: str) -> str | None:
+    """Return a package's version; None where it is not installed."""
     try:
-        version(package)
+        return version(package)
     except PackageNotFoundError:
-        return False
-    return True
+        return None
 
 
 def _codecs(missing: list[str]) -> list[tuple[str, str]]:

@@ -3,7 +3,6 @@
 import logging
 import warnings
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import torch
@@ -11,6 +10,7 @@ from torch import nn
 
 from afferents.core.card import METADATA, Card
 from afferents.core.errors import AfferentsError, InputError
+from afferents.core.extras import import_extra
 from afferents.core.files import write_aside
 from afferents.models import CnnLstm, Deployed, Stepping
 from afferents.pipeline.train_model import load_model
@@ -37,44 +37,38 @@ def export_model(folder: Path, out: Path) -> Card:
     AfferentsError
         If the file does not say what the model says.
     """
-    onnx = _onnx()
+    onnx = import_extra("live", "export", "onnx", "onnxscript", "onnxruntime")
     card, deployed = load_model(folder)
-    module, sample, names = _exported(card, deployed)
+    module, sample = _exported(card, deployed)
     if out.is_dir():
         raise InputError(out, "a file to write, such as model.onnx", "a folder")
     with write_aside(out) as partial:
-        _write(module, sample, names, partial)
+        _write(module, sample, card, partial)
         model = onnx.load(str(partial))
         onnx.helper.set_model_props(model, {METADATA: card.model_dump_json()})
         onnx.save(model, str(partial))
-        _check(module, sample, names[0], card.scale, partial)
+        _check(module, sample, card, partial)
     return card
 
 
-Names = tuple[list[str], list[str]]
+def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Tensor, ...]]:
+    """Return what is exported, and a sample of its inputs."""
+    sample = torch.ones(1, *card.shape)
+    if not isinstance(deployed.network, CnnLstm):
+        return deployed, (sample,)
+    past = torch.zeros(1, card.frames - 1, deployed.network.lstm.input_size)
+    return Stepping(deployed).eval(), (sample, past)
 
 
-def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Tensor, ...], Names]:
-    """Return what is exported, a sample of its inputs, and the names of inputs and outputs."""
-    outputs = ["probabilities", "strangeness"]
-    if isinstance(deployed.network, CnnLstm):
-        past = torch.zeros(1, card.frames - 1, deployed.network.lstm.input_size)
-        sample = (torch.ones(1, *card.shape), past)
-        return Stepping(deployed).eval(), sample, (["image", "past"], [*outputs, "next_past"])
-    names = ["spectrum" if card.is_vibration else "image"]
-    return deployed, (torch.ones(1, *card.shape),), (names, outputs)
-
-
-def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], names: Names, path: Path) -> None:
-    inputs, outputs = names
+def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path: Path) -> None:
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     with warnings.catch_warnings(action="ignore"):
         torch.onnx.export(
             module,
             sample,
             path,
-            input_names=inputs,
-            output_names=outputs,
+            input_names=list(card.inputs),
+            output_names=list(card.outputs),
             dynamo=True,
             external_data=False,
             verbose=False,
@@ -82,13 +76,7 @@ def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], names: Names, pa
 
 
 @torch.inference_mode()
-def _check(
-    module: nn.Module,
-    sample: tuple[torch.Tensor, ...],
-    inputs: list[str],
-    scale: float,
-    path: Path,
-) -> None:
+def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path: Path) -> None:
     """Let file and model say something of the same random samples."""
     import onnxruntime
 
@@ -96,22 +84,11 @@ def _check(
     rng = np.random.default_rng(0)
     for _ in range(_TRIALS):
         trial = [rng.exponential(0.2, part.shape).astype(np.float32) for part in sample]
-        trial[0] *= scale
+        trial[0] *= card.scale
         expected = module(*map(torch.from_numpy, trial))
-        found = session.run(None, dict(zip(inputs, trial, strict=True)))
+        found = session.run(None, dict(zip(card.inputs, trial, strict=True)))
         for a, b in zip(found, expected, strict=True):
             size = 1 + float(b.abs().max())
             if not np.allclose(a, b.numpy(), atol=AGREES * size):
                 off = float(np.abs(a - b.numpy()).max())
                 raise AfferentsError(f"export: the ONNX file says something else, by {off:g}")
-
-
-def _onnx() -> ModuleType:
-    try:
-        import onnx
-        import onnxruntime  # noqa: F401
-        import onnxscript  # noqa: F401
-    except ImportError as error:
-        wanted, remedy = "the packages of the extra 'live'", "pip install 'afferents[live]'"
-        raise InputError("export", wanted, str(error), remedy) from error
-    return onnx

@@ -36,7 +36,7 @@ class PutAside:
     def __init__(self, path: Path, every_s: float = EVERY_S) -> None:
         """Nothing is read or written yet."""
         self.path, self._every_s = path, every_s
-        self._written_s = time.monotonic()
+        self._started_s = self._written_s = time.monotonic()
 
     def save(self, learner: Learner, course: Course, about: Mapping[str, object]) -> None:
         """Write, if it is time, what is needed to go on after the epoch that has just ended."""

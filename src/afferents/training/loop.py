@@ -113,8 +113,11 @@ def train(
         n_steps = config.max_epochs * len(split(training, config.batch_size))
         learner = Learner(model, config, device, n_steps)
         about = {
-            **{"seed": seed, "train": len(training), "validation": len(validation)},
-            **{"scale": scale, "config": config.model_dump(), "torch": torch.__version__},
+            "seed": seed,
+            "scale": scale,
+            "samples": [len(training), len(validation)],
+            "config": config.model_dump(),
+            "torch": torch.__version__,
         }
         course = aside.resume(learner, about) if aside else Course()
         for epoch in _epochs(learner, data, training, validation, config, len(course.history)):

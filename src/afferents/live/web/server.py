@@ -15,6 +15,7 @@ from typing import Any
 from urllib.parse import quote, urlsplit
 
 from afferents.core.errors import InputError
+from afferents.core.extras import import_extra
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
 from afferents.live.web.snapshot import Snapshots
@@ -50,7 +51,7 @@ def serve(
         Whatever ended the stream.
     """
     check_address(host, token)
-    uvicorn = _uvicorn()
+    uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
     snapshots = Snapshots(feeler)
     bound = _bound(host, port)
     config = uvicorn.Config(
@@ -190,14 +191,3 @@ def _bound(host: str, port: int) -> socket.socket:
             f"--port {port}", f"an address of this machine that is free, {host}",
             str(error.strerror or error), "take another --port",
         ) from error  # fmt: skip
-
-
-def _uvicorn() -> Any:
-    try:
-        import starlette  # noqa: F401
-        import uvicorn
-        import websockets  # noqa: F401
-    except ImportError as error:
-        wanted, remedy = "the packages of the extra 'live'", "pip install 'afferents[live]'"
-        raise InputError("--web", wanted, str(error), remedy) from error
-    return uvicorn

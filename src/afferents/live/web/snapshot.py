@@ -6,6 +6,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from afferents.live.events import Picture
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
 
@@ -44,6 +45,7 @@ class Snapshots:
         self._feeler = feeler
         self._percepts: dict[str, tuple[Percept, float]] = {}
         self._frames, self._samples = Rate(), Rate()
+        self._encoded: tuple[Picture | None, bytes] = None, b""
         self.ended: str | None = None
 
     def take(self, percept: Percept) -> None:
@@ -114,9 +116,12 @@ class Snapshots:
         sight = self._feeler.sight
         if sight is None or sight.picture is None:
             return None
-        options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
-        _, encoded = cv2.imencode(".jpg", sight.picture.frame.image, options)
-        return bytes(encoded)
+        picture = sight.picture
+        if picture is not self._encoded[0]:  # once for all visitors
+            options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+            _, encoded = cv2.imencode(".jpg", picture.frame.image, options)
+            self._encoded = picture, bytes(encoded)
+        return self._encoded[1]
 
 
 def _numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
