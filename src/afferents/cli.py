@@ -14,7 +14,7 @@ from rich.table import Table
 from afferents import __version__
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, StoppedError
-from afferents.core.families import families
+from afferents.core.families import TABLE1, families
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 
@@ -324,6 +324,14 @@ def evaluate(
     stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
     fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
     bins: Annotated[int | None, typer.Option(help="Frequency bins that the network sees.")] = None,
+    frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
+    every: Annotated[
+        int | None, typer.Option(min=1, help="Waves see every so manyth frame only.")
+    ] = None,
+    mask: Annotated[
+        str | None,
+        typer.Option(help="Lines cut out of orders, with harmonics: 50Hz,0.0573/mm."),
+    ] = None,
     workers: Workers = None,
     cluster: Annotated[
         str | None,
@@ -337,14 +345,15 @@ def evaluate(
     quiet: Quiet = False,
 ) -> None:
     """Train and test all folds: hold out one speed at a time."""
+    from afferents.encodings import Lines
     from afferents.pipeline.ablation import Ablation, parse_speeds
-    from afferents.pipeline.data import SPECTRAL, open_data
+    from afferents.pipeline.data import ENCODINGS, open_data
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
-    from afferents.report import table1, to_rich
 
     wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
     names = tuple(name.strip() for name in textures.split(",")) if textures else ()
+    lines = Lines.parse(mask) if mask else None
     ablation = Ablation(names, parse_speeds(speeds), markers, train_speeds)
     further = {
         "--textures": textures,
@@ -356,12 +365,17 @@ def evaluate(
         "--stride-s": stride_s,
         "--fft-points": fft_points,
         "--bins": bins,
+        "--frames": frames,
+        "--every": every,
+        "--mask": mask,
     }
     options = [text for name, value in further.items() if value for text in (name, _said(value))]
     options += [text for pair in without or [] for text in ("--without", pair)]
     with Progress(quiet or as_json) as progress:
         opened = open_data(data, left_out, keep_going, progress)
-        spectral = SPECTRAL[opened[0].kind].changed(window_s, stride_s, fft_points, bins)
+        encodings = ENCODINGS[opened[0].kind].changed(
+            window_s, stride_s, fft_points, bins, frames, every, lines
+        )
         evaluation = Evaluation(
             data=opened,
             out=out,
@@ -369,7 +383,7 @@ def evaluate(
             protocols=under,
             preset=preset,
             cut=cut,
-            spectral=spectral,
+            encodings=encodings,
             seeds=list(range(seed, seed + seeds)),
             without=left_out,
             may_leave_out=models == "all",
@@ -382,8 +396,18 @@ def evaluate(
             device=device,
         )
         summary = run(evaluation, progress)
-    _say(as_json, summary, to_rich(table1(summary)), f"Results: {out}")
+    _say(as_json, summary, *_tables(summary), f"Results: {out}")
     _fail_if_skipped({entry["recording"]: entry["reason"] for entry in summary["skipped"]})
+
+
+def _tables(summary: dict[str, Any]) -> list[Any]:
+    """Return Table 1 where some of its models were evaluated, and what our own came to."""
+    from afferents.report import table1, to_rich, touches_table
+
+    evaluated = set(summary["models"])
+    tables = [table1(summary)] if evaluated & set(TABLE1) else []
+    tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
+    return [to_rich(table) for table in tables]
 
 
 @app.command()
@@ -440,7 +464,7 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Train one model to feel with, on all speeds but the one that calibrates it."""
-    from afferents.pipeline.data import SPECTRAL, open_data
+    from afferents.pipeline.data import ENCODINGS, open_data
     from afferents.pipeline.train_model import Training, train_model
 
     chosen = families(model)
@@ -448,8 +472,8 @@ def train(
         raise InputError("--model", "one model", f"'{model}'")
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
-        spectral = SPECTRAL[opened[0].kind]
-        training = Training(opened, chosen[0], preset, cut, spectral, seed, results, device)
+        how = ENCODINGS[opened[0].kind]
+        training = Training(opened, chosen[0], preset, cut, how, seed, results, device)
         card = train_model(training, out, progress)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
 

@@ -17,7 +17,7 @@ def hold(response: xr.DataArray) -> xr.DataArray:
     Parameters
     ----------
     response
-        `(time, marker)`, any unit.
+        `(time, marker)` or `(time, marker, space)`, any unit.
 
     Returns
     -------
@@ -29,9 +29,10 @@ def hold(response: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim is missing.
     """
-    response = require_dims(response, (dims.TIME, dims.MARKER), str(response.name))
+    needed = (dims.TIME, dims.MARKER, dims.SPACE)[: max(2, response.ndim)]
+    response = require_dims(response, needed, str(response.name))
     values = response.values
-    frame = np.arange(len(values))[:, np.newaxis]
+    frame = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))
     last_seen = np.maximum.accumulate(np.where(np.isnan(values), 0, frame), axis=0)
     held = np.take_along_axis(values, last_seen, axis=0)
     return response.copy(data=np.nan_to_num(held, nan=0.0))

@@ -23,6 +23,12 @@ ROW: Final = "row"
 COLUMN: Final = "column"
 """Rank of a marker in x (image right), 0 at the left."""
 FREQUENCY: Final = "frequency"
+FEATURE: Final = "feature"
+"""What is known of each frequency: power of a channel, or part of a cross-spectrum."""
+COMPONENT: Final = "component"
+ROW_WAVENUMBER: Final = "row_wavenumber"
+"""Of waves down the image, cycles from marker to marker."""
+COLUMN_WAVENUMBER: Final = "column_wavenumber"
 
 # variables of a recording's responses
 POSITION: Final = "position"
@@ -33,6 +39,12 @@ FRAME_CHANGE: Final = "frame_change"
 SA1: Final = "sa1"
 RA1: Final = "ra1"
 RA2: Final = "ra2"
+
+# responses that are worked out of these when asked for
+SA1_VECTOR: Final = "sa1_vector"
+RA1_SIGNED: Final = "ra1_signed"
+RA1_VECTOR: Final = "ra1_vector"
+RA1_CIRCUMFERENTIAL: Final = "ra1_circumferential"
 
 # what each sample of an encoding carries, as coordinates on `sample`
 TEXTURE: Final = "texture"

@@ -1,26 +1,54 @@
-"""The six model families of the paper's Table 1 and what each is made of."""
+"""The model families: the six of the paper's Table 1, and our own beyond it."""
 
 from dataclasses import dataclass
 from typing import Literal
 
-from afferents.core.dims import RA1, RA2, SA1
+from afferents.core.dims import (
+    RA1,
+    RA1_CIRCUMFERENTIAL,
+    RA1_SIGNED,
+    RA1_VECTOR,
+    RA2,
+    SA1,
+    SA1_VECTOR,
+)
 from afferents.core.errors import InputError
 
-Encoding = Literal["spatial", "spatiotemporal", "spectral"]
+Encoding = Literal["spatial", "spatiotemporal", "spectral", "orders", "wavenumbers"]
+Learner = Literal["network", "ridge", "orders", "late fusion", "joint fusion"]
+SpeedFrom = Literal["nobody", "robot", "fingertip"]
+"""Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """One row of Table 1: an afferent, its encoding, and whether spectra are stretched."""
+    """A way from an afferent to textures.
+
+    Attributes
+    ----------
+    afferent
+        What it feels with; of a fusion, what its first part feels with.
+    augmented
+        Whether spectra are stretched to stand in for speeds never seen.
+    learner
+        What learns: a network of the paper, or one of `models` that is solved in one step.
+    speed_from
+        Who tells it the speed of what is tested.
+    parts
+        Names of the families that a fusion joins; its decisions are timed by the first.
+    """
 
     name: str
     title: str
     afferent: str
     encoding: Encoding
     augmented: bool = False
+    learner: Learner = "network"
+    speed_from: SpeedFrom = "nobody"
+    parts: tuple[str, ...] = ()
 
 
-FAMILIES: dict[str, Family] = {
+TABLE1: dict[str, Family] = {
     family.name: family
     for family in (
         Family("sa-se", "SA-SE", SA1, "spatial"),
@@ -31,17 +59,58 @@ FAMILIES: dict[str, Family] = {
         Family("vib-te-aug", "vib-TE augmented", RA2, "spectral", augmented=True),
     )
 }
+"""The paper's."""
+
+BEYOND: dict[str, Family] = {
+    family.name: family
+    for family in (
+        Family("ridge-te", "ridge on log spectra", RA2, "orders", learner="ridge"),
+        Family("order-te", "orders", RA2, "orders", learner="orders"),
+        Family(
+            "order-te-measured", "orders, speed measured", RA2, "orders",
+            learner="orders", speed_from="fingertip",
+        ),
+        Family(
+            "order-te-told", "orders, speed told", RA2, "orders",
+            learner="orders", speed_from="robot",
+        ),
+        Family("sa-wave", "SA-I waves", SA1, "wavenumbers", learner="ridge"),
+        Family("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", learner="ridge"),
+        Family("ra-wave", "RA-I waves", RA1, "wavenumbers", learner="ridge"),
+        Family("ra-wave-signed", "RA-I signed waves", RA1_SIGNED, "wavenumbers", learner="ridge"),
+        Family(
+            "ra-wave-around", "RA-I circumferential waves", RA1_CIRCUMFERENTIAL, "wavenumbers",
+            learner="ridge",
+        ),
+        Family("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", learner="ridge"),
+        Family(
+            "fusion", "fusion, late", RA2, "orders",
+            learner="late fusion", parts=("order-te", "sa-wave-vector"),
+        ),
+        Family(
+            "fusion-told", "fusion, late, speed told", RA2, "orders",
+            learner="late fusion", speed_from="robot", parts=("order-te-told", "sa-wave-vector"),
+        ),
+        Family(
+            "fusion-joint", "fusion, one ridge", RA2, "orders",
+            learner="joint fusion", parts=("order-te", "sa-wave-vector"),
+        ),
+    )
+}  # fmt: skip
+"""Our own: docs/beyond.md says what they are and how far they go."""
+
+FAMILIES: dict[str, Family] = TABLE1 | BEYOND
 
 
 def families(names: str) -> list[Family]:
-    """Read a comma-separated list of families, in the order of Table 1; `all` for the six.
+    """Read a comma-separated list of families, in the order of Table 1; `all` for its six.
 
     Raises
     ------
     InputError
         If a name is unknown.
     """
-    chosen = list(FAMILIES) if names == "all" else [name.strip() for name in names.split(",")]
+    chosen = list(TABLE1) if names == "all" else [name.strip() for name in names.split(",")]
     for name in chosen:
         if name not in FAMILIES:
             raise InputError("--models", f"'all' or some of {', '.join(FAMILIES)}", f"'{name}'")

@@ -1,6 +1,9 @@
-"""From responses to samples: spatial, spatio-temporal and spectral encodings."""
+"""From responses to samples: the paper's encodings, then orders and wavenumbers."""
 
 from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copies
+from afferents.encodings.lines import Lines
+from afferents.encodings.orders import OrderEncoding, order_samples, require_orders
+from afferents.encodings.settings import Encodings
 from afferents.encodings.spatial import spatial_samples, tactile_images
 from afferents.encodings.spatiotemporal import FRAMES, require_run, spatiotemporal_samples
 from afferents.encodings.spectral import (
@@ -10,12 +13,19 @@ from afferents.encodings.spectral import (
     spectral_samples,
     without_mean,
 )
+from afferents.encodings.wavenumbers import WavenumberEncoding, wavenumber_samples
 
 __all__ = [
     "COPIES",
     "FRAMES",
+    "Encodings",
+    "Lines",
+    "OrderEncoding",
     "SpectralEncoding",
+    "WavenumberEncoding",
     "amplitude_spectrum",
+    "order_samples",
+    "require_orders",
     "require_run",
     "require_window",
     "spatial_samples",
@@ -24,5 +34,6 @@ __all__ = [
     "stretch_spectrum",
     "stretched_copies",
     "tactile_images",
+    "wavenumber_samples",
     "without_mean",
 ]

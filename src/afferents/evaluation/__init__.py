@@ -1,5 +1,6 @@
 """Leave one speed out: folds, leakage, metrics and results on disk."""
 
+from afferents.evaluation.calibration import best_weights, least_surprise, surprise, weighted
 from afferents.evaluation.folds import (
     PLAN,
     FoldKey,
@@ -32,11 +33,13 @@ __all__ = [
     "Standing",
     "State",
     "at_work",
+    "best_weights",
     "check_results_folder",
     "claim_results_folder",
     "find_leaks",
     "finished",
     "finished_keys",
+    "least_surprise",
     "number_in_recording",
     "plan",
     "planned_workers",
@@ -46,4 +49,6 @@ __all__ = [
     "seconds_left",
     "standings",
     "summarise",
+    "surprise",
+    "weighted",
 ]

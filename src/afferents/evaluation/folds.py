@@ -73,8 +73,17 @@ def predictions_table(
     fold: Fold,
     probabilities: NDArray[np.float32],
     textures: list[str],
+    speed_mm_s: NDArray[np.float64] | None = None,
 ) -> pd.DataFrame:
-    """Return one row a test sample; `probabilities` has shape (test sample, texture)."""
+    """Return one row a test sample.
+
+    Parameters
+    ----------
+    probabilities
+        Shape (test sample, texture).
+    speed_mm_s
+        What the model took the speed for, (test sample,); None where it did not.
+    """
     tested = {name: samples[name].to_numpy()[fold.test] for name in dims.SAMPLE_COORDS}
     table = pd.DataFrame(
         {
@@ -89,6 +98,8 @@ def predictions_table(
             "predicted_texture": np.array(textures)[probabilities.argmax(axis=1)],
         }
     )
+    if speed_mm_s is not None:
+        table["felt_speed_mm_s"] = speed_mm_s
     columns = {f"{PROBABILITY}{t}": probabilities[:, i] for i, t in enumerate(textures)}
     return pd.concat([table, pd.DataFrame(columns)], axis=1)
 

@@ -12,6 +12,7 @@ from afferents.core.results import PREDICTIONS, SCHEMA, SUMMARY
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
 from afferents.evaluation.folds import FoldKey, load_fold
 from afferents.evaluation.metrics import accuracy_by_speed, confusion, macro_f1
+from afferents.evaluation.touches import between, name_recordings
 
 Accuracies = Mapping[tuple[str, str], Accuracy]
 """By model and protocol."""
@@ -90,14 +91,14 @@ def _summary_of(
     facts: list[dict[str, Any]],
     textures: list[str],
 ) -> dict[str, Any]:
-    by_speed = accuracy_by_speed(predictions)
-    interval = bootstrap_interval(accuracy)
-    worst = min(by_speed, key=lambda speed: by_speed[speed])
+    named = name_recordings(predictions, textures)
     return {
-        "mean_accuracy": sum(by_speed.values()) / len(by_speed),
-        "ci95": [interval.low, interval.high],
-        "by_speed": {f"{speed:g}": accuracy for speed, accuracy in by_speed.items()},
-        "worst_speed": f"{worst:g}",
+        **_outcome(predictions, accuracy),
+        "between": _outcome_between(predictions),
+        "recordings": {
+            **_outcome(named, Accuracy(named)),
+            "between": _outcome_between(named),
+        },
         "macro_f1": macro_f1(predictions, textures),
         "confusion": confusion(predictions, textures).tolist(),
         "n_test": len(predictions),
@@ -108,6 +109,25 @@ def _summary_of(
         "seconds": sum(fact["seconds"] for fact in facts),
         "leaks": _total_leaks(facts),
     }
+
+
+def _outcome(predictions: pd.DataFrame, accuracy: Accuracy) -> dict[str, Any]:
+    """Return mean, interval and worst speed of what was named, samples or recordings."""
+    by_speed = accuracy_by_speed(predictions)
+    interval = bootstrap_interval(accuracy)
+    worst = min(by_speed, key=lambda speed: by_speed[speed])
+    return {
+        "mean_accuracy": sum(by_speed.values()) / len(by_speed),
+        "ci95": [interval.low, interval.high],
+        "by_speed": {f"{speed:g}": accuracy for speed, accuracy in by_speed.items()},
+        "worst_speed": f"{worst:g}",
+    }
+
+
+def _outcome_between(predictions: pd.DataFrame) -> dict[str, Any] | None:
+    """Return the same of the speeds that lie between others; None where there is none."""
+    inner = between(predictions)
+    return _outcome(inner, Accuracy(inner)) if len(inner) else None
 
 
 def _by_speed(facts: list[dict[str, Any]], name: str, first: bool = False) -> dict[str, Any]:

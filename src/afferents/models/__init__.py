@@ -1,4 +1,4 @@
-"""The networks, one file for each of the paper's; `build` picks one by encoding."""
+"""The networks, one file for each of the paper's; then models that are solved at once."""
 
 from afferents.models.build import build
 from afferents.models.cnn_lstm import CnnLstm
@@ -10,6 +10,8 @@ from afferents.models.layers import (
     kernels_with_l2,
     l2_penalty,
 )
+from afferents.models.orders import OrderSearch
+from afferents.models.ridge import Ridge, equal_weights
 from afferents.models.spatial import SpatialNet
 from afferents.models.vibration import VibrationNet
 
@@ -17,12 +19,15 @@ __all__ = [
     "L2",
     "CnnLstm",
     "Deployed",
+    "OrderSearch",
     "ParameterCount",
+    "Ridge",
     "SpatialNet",
     "Stepping",
     "VibrationNet",
     "build",
     "count_parameters",
+    "equal_weights",
     "kernels_with_l2",
     "l2_penalty",
 ]

@@ -11,25 +11,37 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
 from afferents.core.store import open_responses, store_config
-from afferents.encodings import SpectralEncoding
+from afferents.encodings import Encodings, OrderEncoding, SpectralEncoding
 from afferents.pipeline.extract import responses_of
 from afferents.recordings import read_fabricslide
 
 Kind = Literal["store", "fabricslide"]
 
-SPECTRAL: dict[Kind, SpectralEncoding] = {
-    "store": SpectralEncoding(),
+ENCODINGS: dict[Kind, Encodings] = {
+    "store": Encodings(),
     # Three windows of 128 samples a slide, whatever its speed and so its length, zero-padded to
-    # 400 so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day.
-    "fabricslide": SpectralEncoding(
-        window_s=128 * 0.028,
-        windows=3,
-        fft_points=400,
-        kept_bins=200,
-        remove_mean=True,
+    # 400 so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day. Orders
+    # are of whole slides: their waves are centimetres long, a second sees few of them. The axis of
+    # cycles per mm is what is heard at all of the set's speeds.
+    "fabricslide": Encodings(
+        spectral=SpectralEncoding(
+            window_s=128 * 0.028,
+            windows=3,
+            fft_points=400,
+            kept_bins=200,
+            remove_mean=True,
+        ),
+        orders=OrderEncoding(
+            window_s=None,
+            lowest_hz=0.03,
+            highest_hz=17.0,
+            bins_per_octave=8,
+            lowest_per_mm=0.004,
+            highest_per_mm=0.11,
+        ),
     ),
 }
-"""How spectra are made of each kind of data."""
+"""How samples are made of each kind of data."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from afferents.core.families import FAMILIES
 from afferents.core.progress import Progress
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
-from afferents.pipeline.data import SPECTRAL, open_data
+from afferents.pipeline.data import ENCODINGS, open_data
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import simulate_session, simulation_of
@@ -35,7 +35,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     data = open_data([str(store)], progress=progress)
     for name, path in zip(MODELS, exported, strict=True):
         progress.note(f"training {FAMILIES[name].title} on {store}")
-        training = Training(data, FAMILIES[name], "fast", "all", SPECTRAL["store"])
+        training = Training(data, FAMILIES[name], "fast", "all", ENCODINGS["store"])
         card: Card = train_model(training, folder / name, progress)
         export_model(folder / name, path)
         for sentence in card.said():

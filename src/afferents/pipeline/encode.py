@@ -4,7 +4,14 @@ from collections.abc import Sequence
 
 import xarray as xr
 
-from afferents.channels import hold
+from afferents.channels import (
+    hold,
+    ra1,
+    ra1_circumferential,
+    ra1_signed,
+    ra1_vector,
+    sa1_vector,
+)
 from afferents.core import dims
 from afferents.core.cut import Cut, cut_audio, cut_frames
 from afferents.core.errors import InputError
@@ -14,23 +21,55 @@ from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import (
     FRAMES,
-    SpectralEncoding,
+    Encodings,
+    order_samples,
+    require_orders,
     require_run,
     require_window,
     spatial_samples,
     spatiotemporal_samples,
     spectral_samples,
+    wavenumber_samples,
 )
 
-MEMORY_FRAMES = {dims.SA1: 0, dims.RA1: 1}
+Source = tuple[str, Encoding]
+"""What samples are made of, and how: an afferent and an encoding."""
+
+MEMORY_FRAMES = {
+    dims.SA1: 0,
+    dims.SA1_VECTOR: 0,
+    dims.RA1: 1,
+    dims.RA1_SIGNED: 1,
+    dims.RA1_VECTOR: 1,
+    dims.RA1_CIRCUMFERENTIAL: 1,
+}
 """How many frames back a response looks (Eqs. 1 and 2)."""
+
+_MADE_OF = {
+    dims.RA1_SIGNED: dims.SA1,
+    dims.SA1_VECTOR: dims.POSITION,
+    dims.RA1_VECTOR: dims.POSITION,
+    dims.RA1_CIRCUMFERENTIAL: dims.POSITION,
+}
+"""What is worked out when asked for, and the variable that it is worked out of."""
+
+
+def sources_of(family: Family) -> tuple[Source, ...]:
+    """Return what a family's samples are made of; a fusion has several kinds."""
+    if not family.parts:
+        return ((family.afferent, family.encoding),)
+    return tuple(source for name in family.parts for source in sources_of(FAMILIES[name]))
 
 
 def supported(family: Family, responses: Responses) -> bool:
     """Tell whether a recording has what a model family learns from."""
-    if family.afferent not in responses:
+    return all(_has(responses, *source) for source in sources_of(family))
+
+
+def _has(responses: Responses, afferent: str, encoding: Encoding) -> bool:
+    if _MADE_OF.get(afferent, afferent) not in responses:
         return False
-    return family.encoding == "spectral" or dims.ROW in responses.coords
+    return encoding in ("spectral", "orders") or dims.ROW in responses.coords
 
 
 def require_support(
@@ -57,13 +96,14 @@ def require_support(
         raise InputError(
             "--models",
             f"some that these data support ({', '.join(f.name for f in possible) or 'none'})",
-            f"{refused.name}, for which {lacking} has no {refused.afferent} in the form it needs",
+            f"{refused.name}, for which {lacking} has no "
+            f"{' and '.join(afferent for afferent, _ in sources_of(refused))} in the form it needs",
         )
     return able
 
 
 def kept_part(
-    responses: Responses, afferent: str, encoding: Encoding, cut: Cut, spectral: SpectralEncoding
+    responses: Responses, afferent: str, encoding: Encoding, cut: Cut, how: Encodings
 ) -> slice:
     """Return what the cut keeps of a recording, after checking that it can be encoded.
 
@@ -74,47 +114,77 @@ def kept_part(
     InputError
         If the recording is too short for the cut, a window or a run of frames.
     """
-    name, steady, response = responses.attrs["name"], steady_s(responses), responses[afferent]
-    if encoding == "spectral":
+    name, steady = responses.attrs["name"], steady_s(responses)
+    response = responses[_MADE_OF.get(afferent, afferent)]
+    if encoding in ("spectral", "orders"):
         rate, n = float(response.attrs[dims.SAMPLE_RATE]), response.sizes[dims.AUDIO_TIME]
         kept = cut_audio(n, rate, cut, steady, name)
-        require_window(kept.stop - kept.start, rate, spectral, name)
+        if encoding == "spectral":
+            require_window(kept.stop - kept.start, rate, how.spectral, name)
+        else:
+            require_orders(kept.stop - kept.start, rate, how.orders, name)
         return kept
-    frames = cut_frames(response[dims.TIME].values, cut, steady, name)
-    first = int(responses.attrs.get("rest_frame", 0)) + MEMORY_FRAMES[afferent]
-    kept = slice(max(frames.start, first), frames.stop)
-    require_run(kept.stop - kept.start, name, FRAMES if encoding == "spatiotemporal" else 1)
+    every = how.wavenumbers.every if encoding == "wavenumbers" else 1
+    frames = cut_frames(response[dims.TIME].values[::every], cut, steady, name)
+    rest = -(-int(responses.attrs.get("rest_frame", 0)) // every)
+    kept = slice(max(frames.start, rest + MEMORY_FRAMES[afferent]), frames.stop)
+    lengths = {"spatiotemporal": FRAMES, "wavenumbers": how.wavenumbers.frames}
+    require_run(kept.stop - kept.start, name, lengths.get(encoding, 1))
     return kept
 
 
 def encode(
-    responses: Responses, afferent: str, encoding: Encoding, cut: Cut, spectral: SpectralEncoding
+    responses: Responses, afferent: str, encoding: Encoding, cut: Cut, how: Encodings
 ) -> Samples:
     """Encode one recording; see `kept_part` for what it refuses.
 
     Lost markers are held at their last seen value before they become images; windows never
     cross recordings since each is encoded alone.
     """
-    kept = kept_part(responses, afferent, encoding, cut, spectral)
-    response = _load(responses, afferent)
+    kept = kept_part(responses, afferent, encoding, cut, how)
     if encoding == "spectral":
-        return spectral_samples(response, kept, spectral)
+        return spectral_samples(_load(responses, afferent), kept, how.spectral)
+    if encoding == "orders":
+        return order_samples(_load(responses, afferent), kept, how.orders)
+    memory = MEMORY_FRAMES[afferent]
+    if encoding == "wavenumbers":
+        slower = responses.isel({dims.TIME: slice(None, None, how.wavenumbers.every)})
+        response = hold(_worked_out(slower, afferent))
+        return wavenumber_samples(response, kept, memory, how.wavenumbers)
     encoder = spatial_samples if encoding == "spatial" else spatiotemporal_samples
-    return encoder(hold(response), kept, MEMORY_FRAMES[afferent])
+    return encoder(hold(_load(responses, afferent)), kept, memory)
 
 
-def _load(responses: Responses, afferent: str) -> xr.DataArray:
+def _worked_out(responses: Responses, afferent: str) -> xr.DataArray:
+    """Return a response of the frames that are there, from SA-I or from the markers' places."""
+    if afferent == dims.SA1:
+        return _load(responses, dims.SA1)
+    if afferent in (dims.RA1, dims.RA1_SIGNED):
+        sa1 = _load(responses, dims.SA1)
+        change = ra1(sa1) if afferent == dims.RA1 else ra1_signed(sa1)
+        return _labelled(change, responses)
+    displacement = sa1_vector(_load(responses, dims.POSITION), responses[dims.REST_POSITION])
+    further = {dims.RA1_VECTOR: ra1_vector, dims.RA1_CIRCUMFERENTIAL: ra1_circumferential}
+    response = further[afferent](displacement) if afferent in further else displacement
+    return _labelled(response, responses)
+
+
+def _load(responses: Responses, variable: str) -> xr.DataArray:
     """Read a response into memory, with its own attributes and the recording's."""
     try:
         # Not `load`, which would keep what was read in the responses.
-        response = responses[afferent].compute()
+        response = responses[variable].compute()
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(
-            f"{afferent} of {responses.attrs['name']}",
+            f"{variable} of {responses.attrs['name']}",
             "data that can be read",
             f"{error}",
             "extract the recording again",
         ) from error
+    return _labelled(response, responses)
+
+
+def _labelled(response: xr.DataArray, responses: Responses) -> xr.DataArray:
     return response.assign_attrs({**response.attrs, **responses.attrs})
 
 
@@ -123,14 +193,14 @@ def encode_all(
     afferent: str,
     encoding: Encoding,
     cut: Cut,
-    spectral: SpectralEncoding,
+    how: Encodings,
     progress: Progress,
 ) -> Samples:
     """Encode every recording and join the samples."""
     label = f"encoding {afferent} {encoding}"
     return concatenate(
         [
-            encode(responses, afferent, encoding, cut, spectral)
+            encode(responses, afferent, encoding, cut, how)
             for responses in progress.track(recordings, label, len(recordings))
         ]
     )

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from joblib import cpu_count
 
@@ -14,14 +14,14 @@ from afferents import __version__
 from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError
-from afferents.core.families import Encoding, Family
+from afferents.core.families import Family
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses
 from afferents.core.results import SCHEMA
-from afferents.encodings import SpectralEncoding
+from afferents.encodings import Encodings
 from afferents.evaluation import (
     FoldKey,
     check_results_folder,
@@ -33,10 +33,10 @@ from afferents.evaluation import (
 from afferents.pipeline.ablation import Ablation, require_speeds
 from afferents.pipeline.cluster import on_cluster
 from afferents.pipeline.data import DataSet
-from afferents.pipeline.encode import kept_part, require_support
+from afferents.pipeline.encode import kept_part, require_support, sources_of
 from afferents.pipeline.job import Recipe, encoded, keep, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
-from afferents.training import Device, Preset, training_config
+from afferents.training import TRAINED, Device, Preset, training_config
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Evaluation:
     protocols: list[Protocol]
     preset: Preset
     cut: Cut
-    spectral: SpectralEncoding
+    encodings: Encodings
     seeds: list[int]
     without: Mapping[str, str] = field(default_factory=dict)
     may_leave_out: bool = False
@@ -95,7 +95,7 @@ class Evaluation:
             self.cut,
             self.preset,
             self.device,
-            self.spectral,
+            self.encodings,
             self.ablation,
         )
 
@@ -104,7 +104,7 @@ class Evaluation:
         """Return what must agree for folds to stand in one results folder."""
         training = {
             encoding: training_config(self.preset, encoding).model_dump() | {"device": self.device}
-            for encoding in get_args(Encoding)
+            for encoding in TRAINED
         }
         return {
             "schema": SCHEMA,
@@ -113,7 +113,7 @@ class Evaluation:
             "skipped": sorted(self.skipped),
             "cut": self.cut,
             "preset": self.preset,
-            "spectral": self.spectral.model_dump(),
+            **self.encodings.model_dump(mode="json"),
             "training": training,
             **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
         }
@@ -144,7 +144,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
     plan(evaluation.out, planned(evaluation, able, recordings), evaluation.workers or cpu_count())
-    for _, group in itertools.groupby(able, key=lambda family: (family.afferent, family.encoding)):
+    for _, group in itertools.groupby(able, key=sources_of):
         evaluate_group(evaluation, list(group), recordings, progress)
     return summarise_folder(evaluation, recordings, left_out)
 
@@ -189,11 +189,10 @@ def skipped_recordings(
         If there is one and `keep_going` is not set.
     """
     skipped = {name: why for data in evaluation.data for name, why in data.failed.items()}
-    for responses, family in itertools.product(recordings, families):
+    sources = dict.fromkeys(source for family in families for source in sources_of(family))
+    for responses, (afferent, encoding) in itertools.product(recordings, sources):
         try:
-            kept_part(
-                responses, family.afferent, family.encoding, evaluation.cut, evaluation.spectral
-            )
+            kept_part(responses, afferent, encoding, evaluation.cut, evaluation.encodings)
         except AfferentsError as error:
             if not evaluation.keep_going:
                 raise
@@ -242,7 +241,7 @@ def run_jobs(
             keep(recipe, outcome)
             yield outcome.key
         return
-    samples = encoded(recipe, family.afferent, family.encoding, recordings, progress)
+    samples = encoded(recipe, sources_of(family), recordings, progress)
     yield from side_by_side(run_job, ((recipe, key, samples) for key in keys), evaluation.workers)
 
 

@@ -17,12 +17,12 @@ from torch import nn
 
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
-from afferents.core.families import FAMILIES, Encoding, Family
+from afferents.core.families import FAMILIES, Family
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
 from afferents.core.samples import Samples, textures_of
-from afferents.encodings import SpectralEncoding
+from afferents.encodings import Encodings
 from afferents.evaluation import (
     PLAN,
     Fold,
@@ -39,8 +39,9 @@ from afferents.evaluation import (
 from afferents.models import CnnLstm, build
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data
-from afferents.pipeline.encode import encode_all
+from afferents.pipeline.encode import Source, encode_all, sources_of
 from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.pipeline.solve import solve
 from afferents.training import (
     Device,
     Preset,
@@ -78,7 +79,7 @@ class Recipe:
     cut: Cut
     preset: Preset
     device: Device
-    spectral: SpectralEncoding
+    encodings: Encodings
     ablation: Ablation
 
     @property
@@ -103,7 +104,7 @@ class Outcome:
     weights: bytes
 
 
-def run_job(recipe: Recipe, key: FoldKey, samples: Samples) -> FoldKey:
+def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey:
     """Train on one fold, test it once, save it; return its name."""
     aside = PutAside(key.aside(recipe.out))
     with at_work(recipe.out, key):
@@ -115,9 +116,8 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Samples) -> FoldKey:
 def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
     """Do the same on another machine, which reads the data itself and sends the outcome back."""
     same_files = (recipe.out / PLAN).is_file()
-    family = FAMILIES[key.model]
     with at_work(recipe.out, key) if same_files else nullcontext():
-        samples = samples_of(recipe, family.afferent, family.encoding)
+        samples = samples_of(recipe, sources_of(FAMILIES[key.model]))
         return train_and_test(recipe, key, samples)
 
 
@@ -135,32 +135,56 @@ def keep(recipe: Recipe, outcome: Outcome) -> None:
 
 
 def train_and_test(
-    recipe: Recipe, key: FoldKey, samples: Samples, aside: PutAside | None = None
+    recipe: Recipe, key: FoldKey, samples: Sequence[Samples], aside: PutAside | None = None
 ) -> Outcome:
     """Train on one fold and test it once.
 
     Parameters
     ----------
+    samples
+        Of each of the family's sources.
     aside
         Where a long training is put aside now and then.
     """
+    torch.set_num_threads(1)
+    with _naming(key):
+        if FAMILIES[key.model].learner == "network":
+            return _network_outcome(recipe, key, samples[0], aside)
+        folds = [fold_of(recipe.ablation, key, part)[1] for part in samples]
+        start = time.perf_counter()
+        nested = key.protocol == "nested"
+        family = FAMILIES[key.model]
+        solved = solve(family, samples, folds, recipe.encodings, key.seed, nested)
+        leaks = find_leaks(samples[0], folds[0], solved.learnt_from[0])
+        for part, fold, learnt_from in zip(samples, folds, solved.learnt_from, strict=True):
+            if nested:
+                refuse_leaks(find_leaks(part, fold, learnt_from), fold)
+    seconds = round(time.perf_counter() - start, 3)
+    facts = solved.facts | {"seconds": seconds, "job_seconds": seconds}
+    table = predictions_table(
+        key, samples[0], folds[0], solved.probabilities, textures_of(samples[0]), solved.speed_mm_s
+    )
+    return Outcome(key, table, facts, leaks, weights_of(solved.model))
+
+
+def _network_outcome(
+    recipe: Recipe, key: FoldKey, samples: Samples, aside: PutAside | None
+) -> Outcome:
+    """Train a network on one fold and test it once."""
     start = time.perf_counter()
     family, protocol = FAMILIES[key.model], PROTOCOLS[key.protocol]
     config = recipe.training(family)
     rank, fold = fold_of(recipe.ablation, key, samples)
     rng = np.random.default_rng([key.seed, rank])
-    with _naming(key):
-        learnt = learning_set(
-            samples, family, protocol, fold, recipe.spectral.model_bins, config, rng
-        )
-        leaks = find_leaks(samples, fold, learnt.scaled_on)
-        if protocol.name == "nested":
-            refuse_leaks(leaks, fold)
-        torch.set_num_threads(1)
-        textures = textures_of(samples)
-        model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
-        trained = fit(model, learnt, config, key.seed, aside)
-        probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
+    bins = recipe.encodings.spectral.model_bins
+    learnt = learning_set(samples, family, protocol, fold, bins, config, rng)
+    leaks = find_leaks(samples, fold, learnt.scaled_on)
+    if protocol.name == "nested":
+        refuse_leaks(leaks, fold)
+    textures = textures_of(samples)
+    model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
+    trained = fit(model, learnt, config, key.seed, aside)
+    probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
     facts = {
         "validation_mm_s": fold.validation_mm_s,
         "n_train": len(learnt.train),
@@ -198,7 +222,7 @@ def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fo
 
     Published halves of spectra are drawn at random.
     """
-    at_random = FAMILIES[key.model].encoding == "spectral"
+    at_random = FAMILIES[key.model].encoding in ("spectral", "orders")
     splitter = LeaveOneSpeedOut(PROTOCOLS[key.protocol], random_halves=at_random, seed=key.seed)
     rank, fold = splitter.fold(samples, key.held_out_mm_s)
     return rank, ablation.fold(fold, samples)
@@ -220,18 +244,19 @@ def fit(
 
 def encoded(
     recipe: Recipe,
-    afferent: str,
-    encoding: Encoding,
+    sources: Sequence[Source],
     recordings: Sequence[Responses],
     progress: Progress,
-) -> Samples:
-    """Return the samples that families of this afferent and encoding learn from."""
-    arguments = (afferent, encoding, recipe.cut, recipe.spectral, progress)
-    return recipe.ablation.images(encode_all(recordings, *arguments))
+) -> tuple[Samples, ...]:
+    """Return the samples that families of these sources learn from."""
+    cut, how = recipe.cut, recipe.encodings
+    every = (encode_all(recordings, *source, cut=cut, how=how, progress=progress)
+             for source in sources)  # fmt: skip
+    return tuple(recipe.ablation.images(samples) for samples in every)
 
 
 @lru_cache(maxsize=1)
-def samples_of(recipe: Recipe, afferent: str, encoding: Encoding) -> Samples:
+def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ...]:
     """Read and encode the data in this process, once for jobs of one kind in a row.
 
     Raises
@@ -249,4 +274,4 @@ def samples_of(recipe: Recipe, afferent: str, encoding: Encoding) -> Samples:
     everything = recipe.ablation.recordings(list(itertools.chain(*(d.responses for d in data))))
     skipped = set(config["skipped"])
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
-    return encoded(recipe, afferent, encoding, recordings, quiet)
+    return encoded(recipe, sources, recordings, quiet)

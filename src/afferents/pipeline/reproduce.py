@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from afferents.core.cut import Cut
-from afferents.core.families import FAMILIES
+from afferents.core.families import TABLE1
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.markers import Sensor
-from afferents.pipeline.data import SPECTRAL, open_data
+from afferents.pipeline.data import ENCODINGS, open_data
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
@@ -76,11 +76,11 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
         Evaluation(
             data=data,
             out=reproduction.results,
-            families=list(FAMILIES.values()),
+            families=list(TABLE1.values()),
             protocols=list(PROTOCOLS.values()),
             preset=reproduction.preset,
             cut=reproduction.cut,
-            spectral=SPECTRAL[data[0].kind],
+            encodings=ENCODINGS[data[0].kind],
             seeds=[reproduction.seed],
             may_leave_out=True,
             workers=reproduction.workers,

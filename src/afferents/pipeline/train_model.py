@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.special import log_softmax
 from torch import Tensor
 
 from afferents import __version__
@@ -25,8 +23,8 @@ from afferents.core.protocol import PROTOCOLS
 from afferents.core.results import load_results
 from afferents.core.samples import Samples, textures_of
 from afferents.core.store import store_config
-from afferents.encodings import FRAMES, SpectralEncoding
-from afferents.evaluation import Fold
+from afferents.encodings import FRAMES, Encodings
+from afferents.evaluation import Fold, least_surprise, surprise
 from afferents.models import Deployed, build
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import encode_all, require_support
@@ -55,7 +53,7 @@ class Training:
     family: Family
     preset: Preset
     cut: Cut
-    spectral: SpectralEncoding
+    encodings: Encodings
     seed: int = 0
     results: Path | None = None
     device: Device = "auto"
@@ -82,7 +80,7 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
     scores = scores_of(training) if training.results else ()
     family = training.family
     samples = encode_all(
-        recordings, family.afferent, family.encoding, training.cut, training.spectral, progress
+        recordings, family.afferent, family.encoding, training.cut, training.encodings, progress
     )
     fold = all_but_the_middle(samples)
     with progress.task("training", 1) as mark:
@@ -118,7 +116,7 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     config = training_config(training.preset, family.encoding)
     config = config.model_copy(update={"device": training.device})
     rng = np.random.default_rng(training.seed)
-    bins = training.spectral.model_bins
+    bins = training.encodings.spectral.model_bins
     learnt = learning_set(samples, family, PROTOCOLS["nested"], fold, bins, config, rng)
     torch.set_num_threads(1)
     n_classes = len(textures_of(samples))
@@ -142,7 +140,8 @@ def calibrate(deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samp
     unseen = _last_features(deployed, learnt.values, held)
     deployed.know(_last_features(deployed, learnt.values, train), learnt.labels[train], unseen)
     labels = learnt.labels[held].numpy()
-    temperature = best_temperature(deployed.last(unseen).double().numpy(), labels)
+    logits = deployed.last(unseen).double().numpy()
+    temperature = least_surprise(lambda temperature: logits / temperature, labels)
     deployed.temperature = torch.tensor(temperature)
     probabilities = deployed.outcome(unseen)[0].double().numpy()
     recording = samples[dims.RECORDING].values[fold.validation]
@@ -208,22 +207,6 @@ def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:
     return torch.cat([deployed.last_features(values.index_select(0, part)) for part in parts])
 
 
-def best_temperature(logits: Floats, labels: Indices) -> float:
-    """Return the temperature under which the true textures are most likely.
-
-    Parameters
-    ----------
-    logits, labels
-        Of samples not learnt from, (n, n_classes) and (n,).
-    """
-    found = minimize_scalar(
-        lambda log_temperature: _surprise(logits / np.exp(log_temperature), labels),
-        bounds=(-3, 5),
-        method="bounded",
-    )
-    return float(np.exp(found.x))
-
-
 def best_evidence(
     probabilities: Floats, labels: Indices, recording: NDArray[Any], stop_s: Floats
 ) -> float:
@@ -243,13 +226,8 @@ def best_evidence(
         for k in np.flatnonzero(recording == name):
             evidence.add(float(stop_s[k]), probabilities[k], every_s)
             logs[k] = evidence.logs
-    surprise = [_surprise(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
-    return float(_EVIDENCE_PER_S[np.argmin(surprise)])
-
-
-def _surprise(logits: Floats, labels: Indices) -> float:
-    """Return the mean of -log p of the true textures."""
-    return -float(log_softmax(logits, axis=1)[np.arange(len(labels)), labels].mean())
+    surprises = [surprise(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
+    return float(_EVIDENCE_PER_S[np.argmin(surprises)])
 
 
 def _stride(stop_s: Floats, recording: NDArray[Any]) -> float:
@@ -309,7 +287,7 @@ def _felt_with(training: Training) -> dict[str, Any]:
     first = training.data[0].responses[0]
     if training.family.encoding == "spectral":
         rate = float(first[dims.RA2].attrs[dims.SAMPLE_RATE])
-        return {"sample_rate_hz": rate, "spectral": training.spectral.model_dump()}
+        return {"sample_rate_hz": rate, "spectral": training.encodings.spectral.model_dump()}
     sensors = [store_config(Path(data.source))["sensor"] for data in training.data]
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")

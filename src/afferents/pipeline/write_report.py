@@ -15,7 +15,7 @@ from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
 from afferents.core.results import SUMMARY, Results, load_results
 from afferents.core.samples import Samples, concatenate
-from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
+from afferents.encodings import Encodings, SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data
 from afferents.pipeline.encode import MEMORY_FRAMES, encode_all
@@ -116,8 +116,8 @@ def _spectra(
     with_vibration = [r for r in recordings if dims.RA2 in r]
     if not with_vibration:
         return None
-    encoding = SpectralEncoding(**config["spectral"])
-    return encode_all(with_vibration, dims.RA2, "spectral", config["cut"], encoding, progress)
+    how = Encodings(spectral=SpectralEncoding(**config["spectral"]))
+    return encode_all(with_vibration, dims.RA2, "spectral", config["cut"], how, progress)
 
 
 def _stretched(example: StretchExample) -> dict[float, NDArray[np.float32]]:

@@ -20,6 +20,7 @@ from afferents.report.table import (
     leak_table,
     run_table,
     table1,
+    touches_table,
 )
 
 __all__ = [
@@ -50,6 +51,7 @@ __all__ = [
     "table1",
     "to_markdown",
     "to_rich",
+    "touches_table",
     "vibration_figure",
     "write_overlay",
     "write_report",

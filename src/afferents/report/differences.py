@@ -83,6 +83,8 @@ def _differ_in_one_thing(one: str, other: str) -> bool:
     if one not in FAMILIES or other not in FAMILIES:
         return True
     a, b = FAMILIES[one], FAMILIES[other]
+    if a.learner != "network" or b.learner != "network":
+        return True
     different = (a.afferent != b.afferent, a.encoding != b.encoding, a.augmented != b.augmented)
     return sum(different) == 1
 

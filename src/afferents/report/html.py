@@ -32,6 +32,7 @@ from afferents.report.table import (
     mean_and_interval,
     run_table,
     table1,
+    touches_table,
 )
 
 TEMPLATE = "report.html"
@@ -86,6 +87,7 @@ def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence
         notes=notes,
         table1=table1(summary),
         by_speed=accuracy_by_speed(summary),
+        touches=touches_table(summary),
         differences=differences(summary),
         leak_sentences=leak_sentences(summary),
         leaks=leak_table(summary),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from afferents.core.families import FAMILIES
+from afferents.core.families import TABLE1
 from afferents.report.labels import (
     ABSENT,
     PROTOCOL_TITLES,
@@ -63,13 +63,13 @@ def table1(summary: Summary) -> Table:
 
     All six families have a row, also where nothing was evaluated; other models follow.
     """
-    others = [name for name in model_order(summary) if name not in FAMILIES]
+    others = [name for name in model_order(summary) if name not in TABLE1]
     return Table(
         "Table 1. Accuracy at speeds held out of training",
         f"Percent of test samples, mean over held-out speeds, with 95% interval in brackets. "
         f"Chance: {percent(summary['chance'])}. {comparison_note(summary)}",
         TABLE1_COLUMNS,
-        tuple(_table1_row(summary, name) for name in (*FAMILIES, *others)),
+        tuple(_table1_row(summary, name) for name in (*TABLE1, *others)),
     )
 
 
@@ -90,6 +90,35 @@ def accuracy_by_speed(summary: Summary) -> Table:
         tuple(rows),
         n_headers=2,
     )
+
+
+def touches_table(summary: Summary) -> Table:
+    """Return how well samples and whole recordings are named, between the speeds and beyond."""
+    speeds = [speed_key(speed) for speed in summary["speeds_mm_s"]]
+    rows = [
+        (
+            Cell(model_title(model)),
+            Cell(PROTOCOL_TITLES[protocol]),
+            Cell(unit),
+            Cell(mean_and_interval(found.get("between"))),
+            Cell(_worst_of(found.get("between"))),
+            *(_accuracy_cell(found["by_speed"].get(end)) for end in (speeds[0], speeds[-1])),
+        )
+        for model, protocol, result in outcomes(summary)
+        for unit, found in (("a sample", result), ("a recording", result.get("recordings")))
+        if found is not None
+    ]
+    return Table(
+        "Samples and whole recordings, speeds between others and at the ends",
+        "Percent named rightly. A recording is named by the sum of its samples' log-probabilities. "
+        "Between: held-out speeds that lie between speeds trained on, with 95% interval in "
+        "brackets; to hold out the slowest or the fastest is to extrapolate.",
+        ("Model", "Protocol", "Of", "Between", "Worst between", *(
+            f"{end} mm/s" for end in (speeds[0], speeds[-1])
+        )),
+        tuple(rows),
+        n_headers=3,
+    )  # fmt: skip
 
 
 def leak_table(summary: Summary) -> Table:
@@ -190,6 +219,13 @@ def _worst_speed(summary: Summary, name: str) -> str:
             worst = found["worst_speed"]
             return f"{worst} mm/s: {percent(found['by_speed'][worst])}"
     return ABSENT
+
+
+def _worst_of(found: dict[str, Any] | None) -> str:
+    if found is None:
+        return ABSENT
+    worst = found["worst_speed"]
+    return f"{worst} mm/s: {percent(found['by_speed'][worst])}"
 
 
 def _own_speed_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:

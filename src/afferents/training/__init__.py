@@ -1,7 +1,7 @@
 """One training loop and its configuration."""
 
 from afferents.training.aside import PutAside
-from afferents.training.config import Device, Preset, TrainingConfig, training_config
+from afferents.training.config import TRAINED, Device, Preset, TrainingConfig, training_config
 from afferents.training.course import Epoch
 from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.loop import TrainedModel, predict, train
@@ -9,6 +9,7 @@ from afferents.training.staged import train_in_stages
 from afferents.training.weights import load_weights, save_weights, weights_of
 
 __all__ = [
+    "TRAINED",
     "Device",
     "Epoch",
     "Preset",

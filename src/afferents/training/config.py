@@ -11,6 +11,9 @@ Preset = Literal["quick", "fast", "paper"]
 Precision = Literal["auto", "float32", "bfloat16"]
 Device = Literal["auto", "cpu", "cuda"]
 
+TRAINED: tuple[Encoding, ...] = ("spatial", "spatiotemporal", "spectral")
+"""Encodings that networks are trained on."""
+
 
 class TrainingConfig(BaseModel):
     """What one training needs to know beside the data.

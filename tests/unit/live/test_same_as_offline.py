@@ -20,7 +20,7 @@ from afferents.live import Feeler, Network, Pace, ReplayedSound, ReplayedVideo, 
 from afferents.live.images import Images
 from afferents.live.spectra import Spectra
 from afferents.markers import load_sensor
-from afferents.pipeline.data import SPECTRAL
+from afferents.pipeline.data import ENCODINGS
 from afferents.pipeline.encode import encode
 from afferents.pipeline.extract import responses_of
 from afferents.pipeline.train_model import load_model
@@ -111,10 +111,10 @@ def said_offline(model, responses, family, cut_s):
     """By the end of each sample, from the model's folder and PyTorch."""
     _, deployed = load_model(model.with_suffix(""))
     kept = responses.assign_attrs(steady_s=f"[{cut_s}, 1000]")
-    samples = encode(kept, family.afferent, family.encoding, "all", SPECTRAL["store"])
+    samples = encode(kept, family.afferent, family.encoding, "all", ENCODINGS["store"])
     values = samples.values
     if family.encoding == "spectral":
-        values = values[..., : SPECTRAL["store"].model_bins]
+        values = values[..., : ENCODINGS["store"].spectral.model_bins]
     found = torch.column_stack(deployed(torch.from_numpy(np.ascontiguousarray(values)))).numpy()
     stop_ms = np.round(1000 * samples[dims.STOP].values).astype(int)
     return dict(zip(stop_ms.tolist(), found, strict=True))

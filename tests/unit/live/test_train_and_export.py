@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from afferents.core.card import read_card
 from afferents.core.evidence import MEMORY_S, Evidence
+from afferents.evaluation import least_surprise
 from afferents.live import Network
 from afferents.models import Deployed, build
-from afferents.pipeline.train_model import best_evidence, best_temperature, load_model
+from afferents.pipeline.train_model import best_evidence, load_model
 
 
 def test_the_card_says_what_it_learnt_from(models):
@@ -108,7 +109,7 @@ def test_the_temperature_is_found(true, seed):
     powers = np.exp(logits)
     shares = (powers / powers.sum(1, keepdims=True)).cumsum(1)
     labels = (rng.random((8000, 1)) > shares).sum(1).clip(max=4)
-    assert best_temperature(true * logits, labels) == pytest.approx(true, rel=0.1)
+    assert least_surprise(lambda t: true * logits / t, labels) == pytest.approx(true, rel=0.1)
 
 
 def test_evidence_of_independent_samples_counts_in_full_and_of_copies_not(rng):

@@ -73,7 +73,7 @@ def test_recordings_too_short_for_the_published_cut(fails, sounds, tmp_path, mon
     assert "at least 60 s of audio for the cut 'published', found 3.00 s; use --cut all" in sentence
     # What the data can't support is named with what they can.
     sentence = fails("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "q", "--models", "ra-ste")
-    assert "(vib-te, vib-te-aug), found ra-ste" in sentence
+    assert "(vib-te, vib-te-aug, ridge-te, order-te" in sentence
 
 
 def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):

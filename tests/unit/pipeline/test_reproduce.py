@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from afferents.core.families import FAMILIES
+from afferents.core.families import TABLE1
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
 from afferents.pipeline import reproduce as reproducing
@@ -12,7 +12,7 @@ from afferents.pipeline.reproduce import Reproduction, reproduce
 from afferents.pipeline.simulate import simulate_session, simulation_of
 
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
-SOME = {name: FAMILIES[name] for name in ("ra-ste", "vib-te-aug")}
+SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}
 """Enough to see that all are asked for; every family goes its whole way in `test_whole_way`."""
 
 
@@ -30,9 +30,9 @@ def run(out, session):
 
 @pytest.fixture(scope="module", autouse=True)
 def _some_families():
-    assert reproducing.FAMILIES == FAMILIES
+    assert reproducing.TABLE1 == TABLE1
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reproducing, "FAMILIES", SOME)
+        patch.setattr(reproducing, "TABLE1", SOME)
         yield
 
 
@@ -69,7 +69,7 @@ def test_without_a_session_one_is_simulated(tmp_path, monkeypatch):
         return simulation_of(session, preset, seed=seed, **FEW)
 
     monkeypatch.setattr(reproducing, "simulation_of", few)
-    monkeypatch.setattr(reproducing, "FAMILIES", {"vib-te": FAMILIES["vib-te"]})
+    monkeypatch.setattr(reproducing, "TABLE1", {"vib-te": TABLE1["vib-te"]})
     page = run(tmp_path / "out", None)
     assert page.is_file()
     assert (tmp_path / "out" / "session" / "3" / "100" / "video.mp4").is_file()

@@ -18,7 +18,7 @@ def test_pairs_that_differ_in_one_thing_and_selection_are_shown(summary):
     summary["selection_effect"] = {"vib-te": {"difference": 0.3, "ci95": [0.21, 0.4]}}
     assert rows(differences(summary)) == {
         ("vib-TE augmented over vib-TE", "nested protocol"): ["+5.0 [-2.0, +12.3]"],
-        ("fusion over vib-TE", "nested protocol"): ["+5.0 [-2.0, +12.3]"],
+        ("fusion, late over vib-TE", "nested protocol"): ["+5.0 [-2.0, +12.3]"],
         ("vib-TE: what selection on the held-out speed adds", "published over nested"): [
             "+30.0 [+21.0, +40.0]"
         ],

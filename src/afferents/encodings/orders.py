@@ -1,0 +1,201 @@
+"""Orders: vibration spectra over a logarithm of frequency, where a change of speed is a shift.
+
+What repeats every 1 / k mm vibrates at k v Hz at the speed v. Over log frequency a texture's
+spectrum is therefore one curve that speed moves as a whole; divided by the speed it stands still
+(order tracking, as for rotating machines: Fyfe & Munck, Mech. Syst. Signal Process. 1997, 11:187).
+
+With several channels their cross-spectra tell more. A pattern that slides past two taxels d mm
+apart shifts their phases by 2 pi k d, whatever the speed: so phases tell k, and with the frequency
+the speed itself.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.samples import Samples, make_samples
+from afferents.encodings.lines import Lines, bridge
+from afferents.encodings.spectral import window_starts
+
+_OVERSAMPLING = 2.56
+"""Samples a period of the highest frequency that are kept."""
+_PADDING = 4
+"""Points of the transform for each sample: bands are cut out of it without steps."""
+_LINE_WIDTH = 3.0
+"""Times the resolution to either side that a line reaches through the Hann window: its main lobe
+and the highest of the others."""
+_LEAST_POWER = 1e-20
+
+
+class OrderEncoding(BaseModel):
+    """Parameters of the orders.
+
+    Attributes
+    ----------
+    window_s
+        Length of a window, s; None for all that the cut leaves of a recording.
+    stride_s
+        Distance between the starts of windows, s.
+    windows
+        Exactly so many windows a recording instead of the stride, evenly spread.
+    lowest_hz, highest_hz
+        Of the frequencies (the highest is lowered to what the sample rate allows).
+    bins_per_octave
+        Frequencies in a factor of 2.
+    lowest_per_mm, highest_per_mm
+        Of the textures' own axis, cycles per mm.
+    mask
+        Lines of the machine that are cut out of the spectra.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    window_s: PositiveFloat | None = 4.0
+    stride_s: PositiveFloat = 2.0
+    windows: PositiveInt | None = None
+    lowest_hz: PositiveFloat = 2.0
+    highest_hz: PositiveFloat = 200.0
+    bins_per_octave: PositiveInt = 24
+    lowest_per_mm: PositiveFloat = 0.06
+    highest_per_mm: PositiveFloat = 6.0
+    mask: Lines = Lines()
+
+    def frequencies(self, rate: float) -> NDArray[np.float64]:
+        """Return the frequencies of a signal of that sample rate, Hz."""
+        highest = min(self.highest_hz, rate / 2 * 0.95)
+        return _geometric(self.lowest_hz, highest, self.bins_per_octave)
+
+    @property
+    def per_mm(self) -> NDArray[np.float64]:
+        """The textures' own axis, cycles per mm."""
+        return _geometric(self.lowest_per_mm, self.highest_per_mm, self.bins_per_octave)
+
+
+def _geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
+    steps = math.floor(math.log2(high / low) * per_octave + 1e-9)
+    return np.asarray(low * 2.0 ** (np.arange(steps + 1) / per_octave))
+
+
+def require_orders(n: int, rate: float, encoding: OrderEncoding, where: str) -> None:
+    """Refuse what can't be encoded, by numbers alone; see `order_samples`."""
+    seconds = encoding.window_s or n / rate
+    if n < round(seconds * rate) or n < 2:
+        raise InputError(where, f"at least one window of {seconds:g} s", f"{n / rate:.2f} s")
+    if rate / 2 * 0.95 < 2 * encoding.lowest_hz:
+        expected = f"a sample rate for an octave above {encoding.lowest_hz:g} Hz"
+        raise InputError(where, expected, f"{rate:g} Hz")
+
+
+def order_samples(vibration: xr.DataArray, kept: slice, encoding: OrderEncoding) -> Samples:
+    """Encode vibration `(audio_time, channel)` as `(sample, feature, frequency)`.
+
+    Parameters
+    ----------
+    vibration
+        RA-II with `sample_rate_hz` and the recording's labels in its attrs.
+    kept
+        Audio samples that the cut keeps.
+
+    Returns
+    -------
+    For every channel the natural logarithm of its power, then, with several channels, twice the
+    real and the imaginary part of every channel's coherency with the mean of all, each averaged
+    over a band round the frequency. The frequencies are geometric, Hz.
+
+    Raises
+    ------
+    InputError
+        If a window is longer than what the cut leaves, or the sample rate is too low.
+    """
+    rate = float(vibration.attrs[dims.SAMPLE_RATE])
+    where = vibration.attrs.get("name", "a recording")
+    signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
+    require_orders(len(signal), rate, encoding, where)
+    signal, rate_kept = _fewer(signal, rate, encoding.highest_hz)
+    length = len(signal)
+    if encoding.window_s is not None:
+        length = min(length, round(encoding.window_s * rate_kept))
+    starts = window_starts(
+        len(signal), length, max(1, round(encoding.stride_s * rate_kept)), encoding.windows
+    )
+    speed, frequencies = float(vibration.attrs[dims.SPEED]), encoding.frequencies(rate)
+    values = np.stack(
+        [_features(signal[i : i + length], rate_kept, speed, frequencies, encoding) for i in starts]
+    )
+    begin = kept.start / rate + starts / rate_kept
+    return make_samples(
+        values.astype(np.float32),
+        (dims.FEATURE, dims.FREQUENCY),
+        begin,
+        begin + length / rate_kept,
+        vibration.attrs,
+        {dims.FREQUENCY: (dims.FREQUENCY, frequencies, {dims.UNITS: dims.HERTZ})},
+    )
+
+
+def _fewer(
+    signal: NDArray[np.float64], rate: float, highest_hz: float
+) -> tuple[NDArray[np.float64], float]:
+    """Keep no more samples than the highest frequency needs."""
+    down = int(rate / (_OVERSAMPLING * highest_hz))
+    if down < 2:
+        return signal, rate
+    return np.asarray(scipy.signal.resample_poly(signal, 1, down, axis=0)), rate / down
+
+
+def _features(
+    window: NDArray[np.float64],
+    rate: float,
+    speed_mm_s: float,
+    frequencies: NDArray[np.float64],
+    encoding: OrderEncoding,
+) -> NDArray[np.float64]:
+    """Return the features of one window (time, channel), shape (feature, frequency)."""
+    n = len(window)
+    points = scipy.fft.next_fast_len(_PADDING * n, real=True)
+    tapered = (window - window.mean(axis=0)) * np.hanning(n)[:, None]
+    spectrum = scipy.fft.rfft(tapered.T, points, axis=1) / math.sqrt(n)
+    axis = np.arange(spectrum.shape[1]) * rate / points
+    band = _Bands(axis, frequencies, encoding.bins_per_octave, rate / n)
+    masked = encoding.mask.masks(axis, speed_mm_s, _LINE_WIDTH * rate / n)
+    power = band.means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked))
+    if len(spectrum) == 1:
+        return np.asarray(np.log(power))
+    spectrum[:, masked] = 0
+    mean = spectrum.mean(axis=0, keepdims=True)
+    cross = band.means(spectrum * np.conj(mean))
+    coherency = cross / np.sqrt(power * band.means(np.abs(mean) ** 2 + _LEAST_POWER))
+    return np.concatenate([np.log(power), 2 * coherency.real, 2 * coherency.imag])
+
+
+class _Bands:
+    """Means over bands round geometric frequencies, never narrower than a window resolves."""
+
+    def __init__(
+        self,
+        axis: NDArray[np.float64],
+        frequencies: NDArray[np.float64],
+        per_octave: int,
+        resolution_hz: float,
+    ) -> None:
+        half = frequencies * (2 ** (0.5 / per_octave) - 2 ** (-0.5 / per_octave)) / 2
+        half = np.maximum(half, 0.75 * resolution_hz)
+        step = axis[1]
+        self._first = np.clip(np.round((frequencies - half) / step), 0, len(axis) - 1).astype(int)
+        last = np.clip(np.round((frequencies + half) / step), 0, len(axis) - 1).astype(int)
+        self._stop = np.maximum(last, self._first) + 1
+
+    def means(self, spectra: NDArray[Any]) -> NDArray[Any]:
+        """Return the means of spectra (channel, frequency) over the bands."""
+        sums = np.zeros((len(spectra), spectra.shape[1] + 1), spectra.dtype)
+        np.cumsum(spectra, axis=1, out=sums[:, 1:])
+        total = sums[:, self._stop] - sums[:, self._first]
+        return np.asarray(total / (self._stop - self._first))

@@ -1,0 +1,109 @@
+"""Ridge regression on what an encoding gives: nothing is searched for, it is solved at once.
+
+Scores of the textures are linear in the values, standardised; the targets are 1 for the texture
+that it is and 0 for the others (Hoerl & Kennard, Technometrics 1970, 12:55). Probabilities are the
+softmax of the scores over a temperature, which a speed not learnt from sets.
+"""
+
+import torch
+from torch import Tensor, nn
+
+STRENGTH = 30.0
+"""Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
+_LEAST_SD = 0.1
+"""Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
+
+
+class Gram:
+    """What least squares needs of all samples, gathered in parts: X'WX and X'WY.
+
+    Parameters
+    ----------
+    n_features, n_targets
+        Columns of X, the constant not counted, and of Y.
+    """
+
+    def __init__(self, n_features: int, n_targets: int) -> None:
+        """Start with no samples."""
+        self._xx = torch.zeros(n_features + 1, n_features + 1, dtype=torch.float64)
+        self._xy = torch.zeros(n_features + 1, n_targets, dtype=torch.float64)
+
+    def add(self, x: Tensor, y: Tensor, weight: Tensor) -> None:
+        """Add samples (n, feature), their targets (n, target) and weights (n,)."""
+        x = torch.cat([x.double(), torch.ones(len(x), 1, dtype=torch.float64)], 1)
+        weighted = x * weight.double()[:, None]
+        self._xx += weighted.T @ x
+        self._xy += weighted.T @ y.double()
+
+    def solve(self, strength: float) -> tuple[Tensor, Tensor]:
+        """Return weights (feature, target) and constants (target,); the latter not penalised."""
+        penalty = torch.full((len(self._xx),), strength, dtype=torch.float64)
+        penalty[-1] = 1e-6
+        solved = torch.linalg.solve(self._xx + torch.diag(penalty), self._xy).float()
+        return solved[:-1], solved[-1]
+
+
+class Ridge(nn.Module):
+    """Scores of textures from flattened values.
+
+    Parameters
+    ----------
+    n_classes
+        Number of textures.
+    sample_shape
+        Of one sample.
+    """
+
+    mean: Tensor
+    sd: Tensor
+    weight: Tensor
+    constant: Tensor
+    temperature: Tensor
+
+    def __init__(self, n_classes: int, sample_shape: tuple[int, ...]) -> None:
+        """Start with nothing learnt."""
+        super().__init__()
+        n = torch.Size(sample_shape).numel()
+        self.register_buffer("mean", torch.zeros(n))
+        self.register_buffer("sd", torch.ones(n))
+        self.register_buffer("weight", torch.zeros(n, n_classes))
+        self.register_buffer("constant", torch.zeros(n_classes))
+        self.register_buffer("temperature", torch.ones(()))
+
+    def learn(self, values: Tensor, labels: Tensor, weight: Tensor) -> None:
+        """Learn from samples, in place.
+
+        Parameters
+        ----------
+        values, labels
+            (n, *sample_shape) and (n,).
+        weight
+            Of each sample, (n,).
+        """
+        flat = values.flatten(1)
+        self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
+        targets = nn.functional.one_hot(labels, len(self.constant))
+        gram = Gram(flat.shape[1], targets.shape[1])
+        gram.add((flat - self.mean) / self.sd, targets, weight)
+        self.weight, self.constant = gram.solve(STRENGTH)
+
+    def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
+        """Return the scores of samples, (n, n_classes), whatever their speeds."""
+        scores: Tensor = (values.flatten(1) - self.mean) / self.sd @ self.weight + self.constant
+        return scores
+
+    def forward(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
+        """Return log-probabilities of samples, (n, n_classes)."""
+        logs: Tensor = (self.scores(values) / self.temperature).log_softmax(1)
+        return logs
+
+
+def equal_weights(labels: Tensor, speed_mm_s: Tensor) -> Tensor:
+    """Return weights, mean 1, under which every texture at every speed counts the same."""
+    _, condition, count = torch.unique(
+        torch.stack([labels.double(), speed_mm_s.double()]),
+        dim=1, return_inverse=True, return_counts=True,
+    )  # fmt: skip
+    weight = 1 / count[condition].double()
+    relative: Tensor = weight / weight.mean()
+    return relative.float()

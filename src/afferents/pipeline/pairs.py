@@ -1,0 +1,41 @@
+"""Which samples of one kind belong to a window of another: those that end within it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.samples import Samples
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def mean_within(
+    lead: Samples, windows: Indices, other: Samples, index: Indices, values: Floats
+) -> Floats:
+    """Return the mean value of the samples that end within each window.
+
+    Parameters
+    ----------
+    lead, windows
+        Samples whose extents are the windows, and which of them are asked for, (n,).
+    other, index, values
+        Samples of another kind, which of them have values, (m,), and these values, (m, k).
+
+    Returns
+    -------
+    Shape (n, k); 0 where no sample of the other kind ends within a window.
+    """
+    found = np.zeros((len(windows), values.shape[1]))
+    recording, stop_s = other[dims.RECORDING].values[index], other[dims.STOP].values[index]
+    of_window = lead[dims.RECORDING].values[windows]
+    for name in np.unique(of_window):
+        mine = np.flatnonzero(of_window == name)
+        theirs = np.flatnonzero(recording == name)
+        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
+        sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[order], axis=0)])
+        edges = (lead[which].values[windows[mine]] for which in (dims.START, dims.STOP))
+        first, stop = (np.searchsorted(stop_s[order], edge, side="right") for edge in edges)
+        n = (stop - first)[:, None]
+        found[mine] = np.where(n > 0, (sums[stop] - sums[first]) / np.maximum(n, 1), 0.0)
+    return found

@@ -1,0 +1,254 @@
+"""Models that are solved at once: what they learn on a fold, and what they say of its test."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from afferents.core import dims
+from afferents.core.families import FAMILIES, Family
+from afferents.core.samples import Samples, textures_of
+from afferents.encodings import Encodings
+from afferents.evaluation import Fold, best_weights, least_surprise, weighted
+from afferents.models import OrderSearch, Ridge, equal_weights
+from afferents.pipeline.pairs import mean_within
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_BATCH = 256
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What a fold gave.
+
+    Attributes
+    ----------
+    model
+        Weights of all its parts.
+    probabilities
+        Of the textures, (test sample, texture).
+    speed_mm_s
+        What the test samples' speeds were taken for; None where the model does not ask.
+    learnt_from
+        Samples that anything was learnt from, for each source.
+    facts
+        For the fold's record.
+    """
+
+    model: nn.Module
+    probabilities: NDArray[np.float32]
+    speed_mm_s: Floats | None
+    learnt_from: list[Indices]
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """One model that has learnt from a fold: once without each of its speeds, then from all.
+
+    Attributes
+    ----------
+    learnt_from
+        Samples that it has learnt from.
+    unseen
+        Their log-probabilities, from the model that had not learnt from their speed.
+    tested
+        Log-probabilities of the test's samples.
+    """
+
+    model: Ridge | OrderSearch
+    learnt_from: Indices
+    unseen: Floats
+    tested: Floats
+
+
+def solve(
+    family: Family,
+    samples: Sequence[Samples],
+    folds: Sequence[Fold],
+    how: Encodings,
+    seed: int,
+    nested: bool,
+) -> Solved:
+    """Learn on a fold what a family is, and say what its test samples are.
+
+    Parameters
+    ----------
+    samples, folds
+        Of each of the family's sources.
+    how
+        How the samples were made.
+    seed
+        Of whatever is drawn.
+    nested
+        Whether the validation speed is a training speed, and is learnt from as the others are.
+        Nothing is stopped or picked here: what temperatures and weights need to know of unseen
+        speeds is had by leaving out each of the training speeds in turn. Under `published` it is
+        half of the held-out speed, and is not touched.
+    """
+    lead, fold = samples[0], folds[0]
+    if family.learner == "late fusion":
+        parts = [FAMILIES[name] for name in family.parts]
+        learnt = [
+            _learnt(part, s, f, how, seed, nested)
+            for part, s, f in zip(parts, samples, folds, strict=True)
+        ]
+        fused, facts = _fused(learnt, samples, folds, family.parts)
+        model: nn.Module = nn.ModuleDict(
+            {name: one.model for name, one in zip(family.parts, learnt, strict=True)}
+        )
+    else:
+        if family.learner == "joint fusion":
+            lead = _joined(samples)
+        one = _learnt(family, lead, fold, how, seed, nested)
+        learnt, fused, facts, model = [one], one.tested, {}, one.model
+    facts |= {
+        "validation_mm_s": fold.validation_mm_s,
+        "validation_accuracy": _accuracy(learnt[0].unseen, _labels(lead)[learnt[0].learnt_from]),
+        "n_train": len(learnt[0].learnt_from),
+        "n_validation": len(fold.validation),
+        "n_test": len(fold.test),
+        "epochs": 0,
+        "passes": len(learnt[0].learnt_from),
+        "torch": torch.__version__,
+    }
+    learnt_from = [one.learnt_from for one in learnt]
+    learnt_from += [learnt_from[0][:0]] * (len(samples) - len(learnt_from))
+    speed = _speeds(learnt[0].model, lead, fold.test, fused.argmax(axis=1))
+    return Solved(model, np.exp(fused).astype(np.float32), speed, learnt_from, facts)
+
+
+def _learnt(
+    family: Family, samples: Samples, fold: Fold, how: Encodings, seed: int, nested: bool
+) -> Learnt:
+    """Learn one model."""
+    model, labels, speed = (
+        _model(family, samples, how),
+        _labels(samples),
+        samples[dims.SPEED].values,
+    )
+    learnt_from = np.sort(np.concatenate([fold.train, fold.validation])) if nested else fold.train
+    scores: list[tuple[Indices, Tensor]] = []
+    for left_out in np.unique(speed[learnt_from]):
+        its = np.flatnonzero(speed[learnt_from] == left_out)
+        _learn(model, samples, labels, np.delete(learnt_from, its), seed)
+        scores.append((its, _scores(model, samples, learnt_from[its])))
+
+    def unseen_at(temperature: float) -> Floats:
+        logs = np.empty((len(learnt_from), len(textures_of(samples))))
+        for its, of_speed in scores:
+            logs[its] = _at_temperature(of_speed, temperature)
+        return logs
+
+    temperature = least_surprise(unseen_at, labels[learnt_from])
+    _learn(model, samples, labels, learnt_from, seed)
+    model.temperature = torch.tensor(temperature)
+    tested = _at_temperature(_scores(model, samples, fold.test), temperature)
+    return Learnt(model, learnt_from, unseen_at(temperature), tested)
+
+
+def _model(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderSearch:
+    n_classes = len(textures_of(samples))
+    if family.learner != "orders":
+        return Ridge(n_classes, samples.shape[1:])
+    n_features = samples.sizes[dims.FEATURE]
+    return OrderSearch(
+        n_classes,
+        1 if n_features == 1 else n_features // 3,
+        samples[dims.FREQUENCY].values,
+        how.orders.per_mm,
+        family.speed_from,
+    )
+
+
+def _learn(
+    model: Ridge | OrderSearch, samples: Samples, labels: Indices, index: Indices, seed: int
+) -> None:
+    values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
+    speed = torch.from_numpy(samples[dims.SPEED].values[index])
+    weight = equal_weights(named, speed)
+    if isinstance(model, OrderSearch):
+        model.learn(values, named, weight, speed, np.random.default_rng(seed))
+    else:
+        model.learn(values, named, weight)
+
+
+def _scores(model: Ridge | OrderSearch, samples: Samples, index: Indices) -> Tensor:
+    """Return a model's scores of some samples, told their speeds; it may not ask for them."""
+    speed = samples[dims.SPEED].values
+    parts = [index[i : i + _BATCH] for i in range(0, len(index), _BATCH)]
+    return torch.cat([
+        model.scores(torch.from_numpy(samples.values[p]), torch.from_numpy(speed[p])) for p in parts
+    ])  # fmt: skip
+
+
+def _at_temperature(scores: Tensor, temperature: float) -> Floats:
+    """Return the log-probabilities that scores mean at a temperature, (n, n_classes)."""
+    logs = (scores.double() / temperature).flatten(1).log_softmax(1).reshape(scores.shape)
+    return np.asarray((logs.logsumexp(1) if logs.ndim == 3 else logs).numpy())
+
+
+def _fused(
+    learnt: Sequence[Learnt],
+    samples: Sequence[Samples],
+    folds: Sequence[Fold],
+    names: Sequence[str],
+) -> tuple[Floats, dict[str, Any]]:
+    """Join log-probabilities by the weights that suit speeds not learnt from best.
+
+    The first part's windows set when a decision is made; another part's samples count for the
+    window that they end in, by the mean of their log-probabilities.
+    """
+    lead, fold = samples[0], folds[0]
+    unseen, tested = [learnt[0].unseen], [learnt[0].tested]
+    windows = learnt[0].learnt_from
+    for one, other, of in zip(learnt[1:], samples[1:], folds[1:], strict=True):
+        unseen.append(mean_within(lead, windows, other, one.learnt_from, one.unseen))
+        tested.append(mean_within(lead, fold.test, other, of.test, one.tested))
+    labels = _labels(lead)
+    weights = best_weights(unseen, labels[windows])
+    contributions = {
+        name: {"weight": float(w), "accuracy": _accuracy(logs, labels[fold.test])}
+        for name, w, logs in zip(names, weights, tested, strict=True)
+    }
+    return weighted(tested, weights), {"parts": contributions}
+
+
+def _joined(samples: Sequence[Samples]) -> Samples:
+    """Return samples of the first kind with the mean of the others' values in their windows."""
+    lead, *others = samples
+    everything = np.arange(len(lead))
+    columns = [lead.values.reshape(len(lead), -1)]
+    for other in others:
+        flat = other.values.reshape(len(other), -1).astype(np.float64)
+        columns.append(mean_within(lead, everything, other, np.arange(len(other)), flat))
+    joined = np.concatenate(columns, axis=1).astype(np.float32)
+    coords = {name: lead[name] for name in dims.SAMPLE_COORDS}
+    return Samples(joined, dims=(dims.SAMPLE, dims.FEATURE), coords=coords)
+
+
+def _speeds(
+    model: Ridge | OrderSearch, samples: Samples, index: Indices, textures: Indices
+) -> Floats | None:
+    """Return what a model that asks takes the speeds for, given the textures it was told."""
+    if not isinstance(model, OrderSearch):
+        return None
+    named = torch.from_numpy(textures)
+    parts = [slice(i, i + _BATCH) for i in range(0, len(index), _BATCH)]
+    felt = [model.speed(torch.from_numpy(samples.values[index[p]]), named[p]) for p in parts]
+    return np.asarray(torch.cat(felt).double().numpy())
+
+
+def _labels(samples: Samples) -> Indices:
+    classes = {texture: i for i, texture in enumerate(textures_of(samples))}
+    return np.array([classes[str(t)] for t in samples[dims.TEXTURE].values])
+
+
+def _accuracy(logs: Floats, labels: Indices) -> float:
+    return float((logs.argmax(axis=1) == labels).mean())

@@ -1,0 +1,121 @@
+"""Models that are solved at once: known truth in, truth out."""
+
+import numpy as np
+import pytest
+import torch
+from sklearn.linear_model import Ridge as SklearnRidge
+
+from afferents.core.errors import InputError
+from afferents.models import OrderSearch, Ridge, equal_weights
+from afferents.models.ridge import STRENGTH
+
+PER_OCTAVE = 12
+FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)
+PER_MM = 0.1 * 2.0 ** (np.arange(4 * PER_OCTAVE) / PER_OCTAVE)
+SPEEDS = (10.0, 20.0, 40.0, 80.0)
+
+
+def spectra(curves, n_each, speeds, rng, noise=0.3):
+    """Log power over frequency of textures that are curves over log2 of cycles per mm."""
+    values, labels, speed = [], [], []
+    for label, curve in enumerate(curves):
+        for v in speeds:
+            place = (np.log2(FREQUENCIES / v) - np.log2(PER_MM[0])) * PER_OCTAVE
+            clean = np.interp(place, np.arange(len(curve)), curve, left=0, right=0)
+            values.append(clean + rng.normal(0, noise, (n_each, len(FREQUENCIES))))
+            labels += [label] * n_each
+            speed += [v] * n_each
+    values = np.concatenate(values)[:, None].astype(np.float32)
+    return torch.from_numpy(values), torch.tensor(labels), torch.tensor(speed, dtype=torch.float64)
+
+
+def unlike(n, rng):
+    """Curves that have nothing to do with one another."""
+    return [
+        3 * np.convolve(rng.normal(size=4 * PER_OCTAVE), np.ones(3) / 3, "same") for _ in range(n)
+    ]
+
+
+def learnt(curves, speed_from, rng):
+    values, labels, speed = spectra(curves, 10, SPEEDS, rng)
+    model = OrderSearch(len(curves), 1, FREQUENCIES, PER_MM, speed_from)
+    model.learn(values, labels, equal_weights(labels, speed), speed, rng)
+    model.temperature = torch.tensor(0.1)
+    return model
+
+
+@pytest.mark.parametrize("speed_from", ["nobody", "robot"])
+def test_textures_are_named_at_a_speed_never_learnt(speed_from):
+    rng = np.random.default_rng(0)
+    curves = unlike(5, rng)
+    model = learnt(curves, speed_from, rng)
+    values, labels, speed = spectra(curves, 20, (28.3, 56.6), rng)
+    logs = model(values, speed if speed_from == "robot" else None)
+    np.testing.assert_allclose(logs.exp().sum(1), 1, rtol=1e-4)
+    assert (logs.argmax(1) == labels).float().mean() > 0.95
+    found = model.speed(values, labels).double()
+    assert torch.log2(found / speed).abs().median() < 1 / PER_OCTAVE
+
+
+def test_one_pattern_at_other_scales_needs_the_speed():
+    rng = np.random.default_rng(1)
+    pattern = np.zeros(4 * PER_OCTAVE)
+    pattern[PER_OCTAVE : 2 * PER_OCTAVE] = 3 * rng.normal(size=PER_OCTAVE)  # far from any end
+    curves = [np.roll(pattern, shift) for shift in (0, 3, 6, 9, 12)]
+    values, labels, speed = spectra(curves, 20, (28.3, 56.6), rng)
+    told = learnt(curves, "robot", rng)(values, speed).argmax(1)
+    untold = learnt(curves, "nobody", rng)(values).argmax(1)
+    assert (told == labels).float().mean() > 0.95
+    assert (untold == labels).float().mean() < 0.6
+
+
+def test_speed_is_measured_between_channels_whatever_the_texture():
+    rng = np.random.default_rng(2)
+    n, curves = 12, unlike(4, rng)
+
+    def with_phases(speeds):
+        power, labels, speed = spectra(curves, n, speeds, rng)
+        phase = 2 * np.pi * 1.5 * FREQUENCIES / speed.numpy()[:, None]
+        waves = np.stack([np.cos(phase), np.cos(phase), np.sin(phase), -np.sin(phase)], axis=1)
+        waves += rng.normal(0, 0.3, waves.shape)
+        both = np.concatenate([power, power, waves], axis=1).astype(np.float32)
+        return torch.from_numpy(both), labels, speed
+
+    values, labels, speed = with_phases(SPEEDS)
+    model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "fingertip")
+    model.learn(values, labels, equal_weights(labels, speed), speed, rng)
+    values, labels, speed = with_phases((28.3,))
+    assert torch.log2(model.measured(values).double() / speed).abs().median() < 1 / PER_OCTAVE
+    assert (model(values).argmax(1) == labels).float().mean() > 0.9
+
+
+def test_one_channel_measures_no_speed():
+    with pytest.raises(InputError, match="several vibration channels"):
+        OrderSearch(3, 1, FREQUENCIES, PER_MM, "fingertip")
+
+
+def test_who_must_be_told_says_so():
+    model = OrderSearch(3, 1, FREQUENCIES, PER_MM, "robot")
+    with pytest.raises(InputError, match="the sliding speed, found none; use order-te"):
+        model(torch.zeros(2, 1, len(FREQUENCIES)))
+
+
+def test_ridge_is_what_scikit_learn_calls_ridge():
+    rng = np.random.default_rng(3)
+    values = rng.normal(size=(60, 7)).astype(np.float32)
+    labels, weight = rng.integers(0, 3, 60), rng.uniform(0.5, 2, 60)
+    model = Ridge(3, (7,))
+    model.learn(*(torch.from_numpy(a) for a in (values, labels, weight)))
+    standard = (values - values.mean(0)) / values.std(0)
+    theirs = SklearnRidge(alpha=STRENGTH).fit(standard, np.eye(3)[labels], sample_weight=weight)
+    np.testing.assert_allclose(
+        model.scores(torch.from_numpy(values)), theirs.predict(standard), atol=1e-4
+    )
+
+
+def test_every_texture_at_every_speed_weighs_the_same():
+    labels, speed = torch.tensor([0, 0, 0, 1, 1]), torch.tensor([10.0, 10, 20, 10, 10])
+    weight = equal_weights(labels, speed)
+    sums = [weight[[0, 1]].sum(), weight[[2]].sum(), weight[[3, 4]].sum()]
+    np.testing.assert_allclose(sums, sums[0])
+    assert weight.mean() == pytest.approx(1)

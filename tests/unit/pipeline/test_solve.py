@@ -1,0 +1,123 @@
+"""Our own models through the whole of `evaluate`, and which samples are paired."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.core.samples import make_samples
+from afferents.pipeline.pairs import mean_within
+
+WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-signed,ra-wave-around,ra-wave-vector"
+
+
+@pytest.fixture(scope="module")
+def stored(session, tmp_path_factory):
+    from afferents.core.progress import Progress
+    from afferents.markers import load_sensor
+    from afferents.pipeline.extract import Extraction, extract
+
+    store = tmp_path_factory.mktemp("own") / "s.zarr"
+    extract(Extraction(session, store, load_sensor("tip_b"), "windowed"), Progress(quiet=True))
+    return store
+
+
+def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
+    models = f"ridge-te,order-te,order-te-told,{WAVES},fusion,fusion-told,fusion-joint"
+    code, out, err = run(
+        "evaluate", stored, "--out", tmp_path / "r", "--models", models, "--protocol", "both",
+        "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz,0.0573/mm", "--json",
+    )  # fmt: skip
+    assert code == 0, err
+    summary = json.loads(out)
+    assert sorted(summary["models"]) == sorted(models.split(","))
+    for model, of_protocol in summary["models"].items():
+        nested = of_protocol["nested"]
+        assert not any(nested["leaks"].values()), model
+        assert nested["n_test"] > 0
+        assert nested["recordings"]["between"]["by_speed"].keys() == {"40"}
+    table = pd.read_parquet(tmp_path / "r" / "predictions.parquet")
+    felt = table[table["model"] == "fusion"]["felt_speed_mm_s"]
+    assert (felt > 0).all()
+    assert table[table["model"] == "sa-wave"]["felt_speed_mm_s"].isna().all()
+    fold = tmp_path / "r" / "folds" / "fusion" / "nested" / "seed-0" / "40" / "fold.json"
+    parts = json.loads(fold.read_text())["parts"]
+    assert parts.keys() == {"order-te", "sa-wave-vector"}
+    assert all(part["weight"] > 0 for part in parts.values())
+
+
+def test_the_same_seed_gives_the_same_numbers(sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    tables = []
+    for name in "ab":
+        code, _, err = run(
+            "evaluate", tmp_path / "s.zarr", "--out", tmp_path / name, "--models", "order-te",
+            "--window-s", 1, "--quiet", "--workers", 1 if name == "a" else 2,
+        )  # fmt: skip
+        assert code == 0, err
+        tables.append(pd.read_parquet(tmp_path / name / "predictions.parquet"))
+    pd.testing.assert_frame_equal(*tables, rtol=1e-5)
+
+
+def test_tones_that_follow_the_speed_are_named_when_it_is_told(sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    code, out, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "order-te-told",
+        "--window-s", 1, "--stride-s", 0.5, "--json",
+    )  # fmt: skip
+    assert code == 0, err
+    assert json.loads(out)["models"]["order-te-told"]["nested"]["mean_accuracy"] > 0.95
+
+
+def test_models_that_need_images_are_refused_for_sounds(sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    code, _, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "fusion"
+    )
+    assert code == 2
+    assert "some that these data support (vib-te, vib-te-aug, ridge-te, order-te" in err
+    assert "has no ra2 and sa1_vector in the form it needs" in err
+
+
+def test_one_microphone_measures_no_speed(sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    code, _, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "order-te-measured",
+        "--window-s", 1,
+    )  # fmt: skip
+    assert code == 2
+    assert "several vibration channels to measure the speed between, found one" in err
+
+
+def test_a_slower_camera_gives_fewer_runs(stored, tmp_path, run):
+    counts = []
+    for every in (1, 2):
+        _, out, _ = run(
+            "evaluate", stored, "--out", tmp_path / str(every), "--models", "ra-wave",
+            "--frames", 4, "--every", every, "--json",
+        )  # fmt: skip
+        counts.append(json.loads(out)["models"]["ra-wave"]["nested"]["n_test"])
+    assert counts[0] == pytest.approx(2 * counts[1], rel=0.3)
+
+
+def samples(recording, stops, length):
+    stops = np.asarray(stops, dtype=float)
+    attrs = {"name": recording, "texture": "t", "speed_mm_s": 10.0}
+    return make_samples(
+        np.zeros((len(stops), 1), np.float32), ("feature",), stops - length, stops, attrs
+    )
+
+
+def test_a_window_takes_the_mean_of_what_ends_within_it():
+    lead = samples("r", [1.0, 2.0, 9.0], 1.0)
+    other = samples("r", [0.5, 1.0, 1.5, 2.5], 0.1)
+    values = np.array([[1.0], [2.0], [4.0], [8.0]])
+    found = mean_within(lead, np.arange(3), other, np.arange(4), values)
+    np.testing.assert_allclose(found[:, 0], [1.5, 4.0, 0.0])
+
+
+def test_other_recordings_do_not_count():
+    lead, other = samples("r", [1.0], 1.0), samples("s", [0.5], 0.1)
+    found = mean_within(lead, np.array([0]), other, np.array([0]), np.array([[3.0]]))
+    assert found[0, 0] == 0
