@@ -324,6 +324,10 @@ def evaluate(
     stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
     fft_points: Annotated[int | None, typer.Option(help="Points of the zero-padded FFT.")] = None,
     bins: Annotated[int | None, typer.Option(help="Frequency bins that the network sees.")] = None,
+    split: Annotated[
+        Literal["speed", "texture"],
+        typer.Option(help="Hold out speeds, or textures as well and ask for their spacing in mm."),
+    ] = "speed",
     frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
     every: Annotated[
         int | None, typer.Option(min=1, help="Waves see every so manyth frame only.")
@@ -350,6 +354,8 @@ def evaluate(
     from afferents.pipeline.data import ENCODINGS, open_data
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
+    from afferents.pipeline.roughness import evaluate_roughness
+    from afferents.report import roughness_table, to_rich
 
     wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
     names = tuple(name.strip() for name in textures.split(",")) if textures else ()
@@ -395,6 +401,10 @@ def evaluate(
             cluster=cluster,
             device=device,
         )
+        if split == "texture":
+            found = evaluate_roughness(evaluation, progress)
+            _say(as_json, found, to_rich(roughness_table(found)), f"Results: {out}")
+            return
         summary = run(evaluation, progress)
     _say(as_json, summary, *_tables(summary), f"Results: {out}")
     _fail_if_skipped({entry["recording"]: entry["reason"] for entry in summary["skipped"]})

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat
 
 from afferents.core.errors import InputError
 
-HARMONICS = 20
+HARMONICS = 8
 _WIDTH = 0.01
 """A line that follows the speed is as wide as the speed is uneven: this share of its frequency."""
 

@@ -29,9 +29,8 @@ _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
-_LINE_WIDTH = 3.0
-"""Times the resolution to either side that a line reaches through the Hann window: its main lobe
-and the highest of the others."""
+_LINE_WIDTH = 2.0
+"""Times the resolution to either side that a line reaches through the Hann window's main lobe."""
 _LEAST_POWER = 1e-20
 
 

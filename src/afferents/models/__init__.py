@@ -11,7 +11,7 @@ from afferents.models.layers import (
     l2_penalty,
 )
 from afferents.models.orders import OrderSearch
-from afferents.models.ridge import Ridge, equal_weights
+from afferents.models.ridge import Gram, Ridge, equal_weights, sum_of
 from afferents.models.spatial import SpatialNet
 from afferents.models.vibration import VibrationNet
 
@@ -19,6 +19,7 @@ __all__ = [
     "L2",
     "CnnLstm",
     "Deployed",
+    "Gram",
     "OrderSearch",
     "ParameterCount",
     "Ridge",
@@ -30,4 +31,5 @@ __all__ = [
     "equal_weights",
     "kernels_with_l2",
     "l2_penalty",
+    "sum_of",
 ]

@@ -197,6 +197,11 @@ class OrderSearch(nn.Module):
         named = torch.stack(supposed, 1)[torch.arange(len(values)), :, textures]
         return self.speeds[named.argmax(1)]
 
+    def over_per_mm(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
+        """Return values over cycles per mm at told speeds, flat (n, value); 0 where unheard."""
+        parts, heard = self._shifted(values, speed_mm_s)
+        return (parts * heard).flatten(1)
+
     def _at(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
         """Return scores at one supposed speed a sample, (n, n_classes)."""
         return self._over_textures(values, speed_mm_s).flatten(1) @ self.weight + self.constant

@@ -5,6 +5,10 @@ that it is and 0 for the others (Hoerl & Kennard, Technometrics 1970, 12:55). Pr
 softmax of the scores over a temperature, which a speed not learnt from sets.
 """
 
+import operator
+from collections.abc import Sequence
+from functools import reduce
+
 import torch
 from torch import Tensor, nn
 
@@ -35,12 +39,30 @@ class Gram:
         self._xx += weighted.T @ x
         self._xy += weighted.T @ y.double()
 
+    def __sub__(self, other: "Gram") -> "Gram":
+        """Return what is needed of these samples without those of another."""
+        return self._joined(other, -1)
+
+    def __add__(self, other: "Gram") -> "Gram":
+        """Return what is needed of the samples of both."""
+        return self._joined(other, 1)
+
+    def _joined(self, other: "Gram", sign: int) -> "Gram":
+        joined = Gram(len(self._xx) - 1, self._xy.shape[1])
+        joined._xx, joined._xy = self._xx + sign * other._xx, self._xy + sign * other._xy
+        return joined
+
     def solve(self, strength: float) -> tuple[Tensor, Tensor]:
         """Return weights (feature, target) and constants (target,); the latter not penalised."""
         penalty = torch.full((len(self._xx),), strength, dtype=torch.float64)
         penalty[-1] = 1e-6
         solved = torch.linalg.solve(self._xx + torch.diag(penalty), self._xy).float()
         return solved[:-1], solved[-1]
+
+
+def sum_of(grams: Sequence[Gram]) -> Gram:
+    """Return what is needed of the samples of several."""
+    return reduce(operator.add, grams)
 
 
 class Ridge(nn.Module):

@@ -11,6 +11,7 @@ from afferents.report.html import write_report
 from afferents.report.inspection import markers_figure, responses_figure, vibration_figure
 from afferents.report.overlay import draw_overlay, write_overlay
 from afferents.report.pictures import FigureData, Picture, draw_pictures, save_pictures
+from afferents.report.roughness import roughness_table
 from afferents.report.speeds import speed_figure
 from afferents.report.style import save_figure
 from afferents.report.table import (
@@ -42,6 +43,7 @@ __all__ = [
     "leak_table",
     "markers_figure",
     "responses_figure",
+    "roughness_table",
     "run_table",
     "runs_side_by_side",
     "save_figure",

@@ -1,0 +1,294 @@
+"""Roughness as a number: bump spacing in mm, of textures never felt at speeds never felt.
+
+A texture never felt has no class to be named by, but it lies somewhere among those that were. So
+a ridge regression on spacing learns from the others at the other speeds, and is asked for mm. Two
+questions, each at a speed held out: of textures felt at other speeds (`seen`), and of a texture
+left out altogether (`unseen`).
+
+Intervals are split-conformal (Vovk et al., Algorithmic Learning in a Random World, 2005): as wide
+as nine in ten errors of the same kind inside the training data, where speeds, or textures and
+speeds, are left out in turn. They hold nine in ten only as far as the held-out ones are like the
+others; what they did hold is in the results.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.families import FAMILIES, Family
+from afferents.core.files import write_aside, write_json
+from afferents.core.progress import Progress
+from afferents.core.samples import Samples
+from afferents.models import Gram, OrderSearch, sum_of
+from afferents.pipeline.encode import encode_all, require_support
+from afferents.pipeline.evaluate import Evaluation, skipped_recordings
+
+SUMMARY, TABLE = "roughness.json", "roughness.parquet"
+COVERAGE = 0.9
+"""Share of the errors that an interval is to hold."""
+STRENGTH = 0.01
+"""Of the penalty, for each condition learnt from; chosen on a tuning session."""
+
+Indices = NDArray[np.int64]
+Condition = tuple[float, float]
+"""Spacing, mm, and speed, mm/s."""
+
+
+def can_say_mm(family: Family) -> bool:
+    """Tell whether a family's values can be regressed on; `order-te-told` is told its speed."""
+    return family.learner == "ridge" or family.name == "order-te-told"
+
+
+def evaluate_roughness(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+    """Ask every family for mm, write table and summary, and return the summary.
+
+    Raises
+    ------
+    InputError
+        If a family has nothing to regress on, textures are not named by their spacing in mm, or
+        there are fewer than 4 textures with bumps or 3 speeds.
+    """
+    for family in evaluation.families:
+        if not can_say_mm(family):
+            able = ", ".join(name for name, other in FAMILIES.items() if can_say_mm(other))
+            raise InputError("--models", f"some of {able} with --split texture", family.name)
+    if evaluation.out.exists() and not (evaluation.out / SUMMARY).is_file():
+        raise InputError(
+            evaluation.out, "a new folder, or one of roughness", "something else",
+            "choose another --out",
+        )  # fmt: skip
+    torch.set_num_threads(1)
+    everything = evaluation.ablation.recordings(
+        [responses for data in evaluation.data for responses in data.responses]
+    )
+    require_support(evaluation.families, everything, may_leave_out=False)
+    bumpy = [r for r in everything if _spacing(str(r.attrs[dims.TEXTURE])) > 0]
+    skipped = skipped_recordings(evaluation, evaluation.families, bumpy)
+    recordings = [r for r in bumpy if r.attrs["name"] not in skipped]
+    tables = []
+    for family in evaluation.families:
+        how = evaluation.encodings
+        samples = encode_all(
+            recordings, family.afferent, family.encoding, evaluation.cut, how, progress
+        )
+        samples = evaluation.ablation.images(samples)
+        felt = Felt.of(samples, _values(family, samples, how.orders.per_mm))
+        tables.append(_ask(family, felt, samples, progress))
+    table = pd.concat(tables, ignore_index=True)
+    summary = {
+        "data": [data.describe() for data in evaluation.data],
+        "options": list(evaluation.options),
+        "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
+        "coverage_asked": COVERAGE,
+        "models": {
+            str(model): {str(kind): _summary_of(part) for kind, part in of_model.groupby("kind")}
+            for model, of_model in table.groupby("model", sort=False)
+        },
+    }
+    evaluation.out.mkdir(parents=True, exist_ok=True)
+    with write_aside(evaluation.out / TABLE) as partial:
+        table.to_parquet(partial, compression="zstd", index=False)
+    write_json(evaluation.out / SUMMARY, summary)
+    return summary
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What least squares needs of the samples, condition by condition: sums that add up."""
+
+    values: Tensor
+    of_condition: dict[Condition, Indices]
+    grams: dict[Condition, Gram]
+    all: Gram
+
+    @classmethod
+    def of(cls, samples: Samples, values: Tensor) -> "Felt":
+        """Gather samples (n, ...) by spacing and speed."""
+        spacing = np.array([_spacing(str(t)) for t in samples[dims.TEXTURE].values])
+        speed = samples[dims.SPEED].values
+        conditions = sorted({(float(x), float(v)) for x, v in zip(spacing, speed, strict=True)})
+        _require_enough(conditions)
+        where = {c: np.flatnonzero((spacing == c[0]) & (speed == c[1])) for c in conditions}
+        grams = {}
+        for condition, index in where.items():
+            gram = grams[condition] = Gram(values.shape[1], 1)
+            n = len(index)
+            target, weight = torch.full((n, 1), condition[0]), torch.full((n,), 1 / n)
+            gram.add(values[torch.from_numpy(index)], target, weight)
+        return cls(values, where, grams, sum_of(list(grams.values())))
+
+    @property
+    def spacings(self) -> list[float]:
+        """Spacings, ascending, mm."""
+        return sorted({spacing for spacing, _ in self.of_condition})
+
+    @property
+    def speeds(self) -> list[float]:
+        """Speeds, ascending, mm/s."""
+        return sorted({speed for _, speed in self.of_condition})
+
+    def says(
+        self, asked: Collection[Condition], spacings: Collection[float], speeds: Collection[float]
+    ) -> dict[Condition, NDArray[np.float64]]:
+        """Return spacings in mm of the samples of some conditions, learnt without these others.
+
+        Parameters
+        ----------
+        spacings, speeds
+            Textures and speeds of which nothing is learnt.
+        """
+        left_out = [c for c in self.grams if c[0] in spacings or c[1] in speeds]
+        learnt = self.all - sum_of([self.grams[c] for c in left_out])
+        n_learnt = len(self.grams) - len(left_out)
+        weight, constant = learnt.solve(STRENGTH * n_learnt)
+        return {
+            c: (self.values[torch.from_numpy(self.of_condition[c])] @ weight + constant)[:, 0]
+            .double()
+            .numpy()
+            for c in asked
+        }
+
+
+def _ask(family: Family, felt: Felt, samples: Samples, progress: Progress) -> pd.DataFrame:
+    """Ask for the spacing of everything, at each speed in turn, seen and unseen."""
+    rows = []
+    speeds = felt.speeds
+    with progress.task(family.title, len(speeds)) as mark:
+        for done, speed in enumerate(speeds, start=1):
+            rows.append(_seen(felt, samples, speed))
+            rows += [_unseen(felt, samples, x, speed) for x in felt.spacings
+                     if (x, speed) in felt.of_condition]  # fmt: skip
+            mark(done, f"{speed:g} mm/s held out")
+    return pd.concat(rows, ignore_index=True).assign(model=family.name)
+
+
+def _seen(felt: Felt, samples: Samples, speed: float) -> pd.DataFrame:
+    """Ask for all textures at a speed held out.
+
+    Errors at the other speeds, each left out as well in its turn, give the interval.
+    """
+    at = [c for c in felt.of_condition if c[1] == speed]
+    errors = []
+    for other in felt.speeds:
+        if other != speed:
+            there = [c for c in felt.of_condition if c[1] == other]
+            errors += _errors(felt.says(there, (), (speed, other)))
+    return _rows("seen", felt, samples, felt.says(at, (), (speed,)), errors)
+
+
+def _unseen(felt: Felt, samples: Samples, spacing: float, speed: float) -> pd.DataFrame:
+    """Ask for a texture and a speed held out.
+
+    For the interval, each other texture is left out as well, with one of the other speeds.
+    """
+    errors = []
+    others = [v for v in felt.speeds if v != speed]
+    for number, other in enumerate(x for x in felt.spacings if x != spacing):
+        there = (other, others[number % len(others)])
+        if there in felt.of_condition:
+            errors += _errors(felt.says([there], (spacing, other), (speed, there[1])))
+    said = felt.says([(spacing, speed)], (spacing,), (speed,))
+    return _rows("unseen", felt, samples, said, errors)
+
+
+def _errors(said: dict[Condition, NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    return [np.abs(mm - condition[0]) for condition, mm in said.items()]
+
+
+def _rows(
+    kind: str,
+    felt: Felt,
+    samples: Samples,
+    said: dict[Condition, NDArray[np.float64]],
+    errors: Sequence[NDArray[np.float64]],
+) -> pd.DataFrame:
+    """Return a row a sample; half the width of its interval is that which held the errors."""
+    half = float(np.quantile(np.concatenate(errors), COVERAGE))
+    index = np.concatenate([felt.of_condition[c] for c in said])
+    return pd.DataFrame(
+        {
+            "kind": kind,
+            "spacing_mm": np.concatenate([np.full(len(mm), c[0]) for c, mm in said.items()]),
+            "held_out_speed_mm_s": samples[dims.SPEED].values[index],
+            dims.RECORDING: samples[dims.RECORDING].values[index],
+            dims.START: samples[dims.START].values[index],
+            dims.STOP: samples[dims.STOP].values[index],
+            "felt_mm": np.concatenate(list(said.values())),
+            "half_interval_mm": half,
+        }
+    )
+
+
+def _summary_of(rows: pd.DataFrame) -> dict[str, Any]:
+    """Return mean absolute errors, of samples and of recordings' means, and what intervals held."""
+    error = (rows["felt_mm"] - rows["spacing_mm"]).abs()
+    by = ["spacing_mm", "held_out_speed_mm_s", dims.RECORDING]
+    recordings = rows.groupby(by, as_index=False)["felt_mm"].mean()
+    of_recording = (recordings["felt_mm"] - recordings["spacing_mm"]).abs()
+    speed, inner = rows["held_out_speed_mm_s"], _between(rows["held_out_speed_mm_s"])
+    return {
+        "mae_mm": _mean_by(error, speed),
+        "mae_mm_between": _mean_by(error[inner], speed[inner]) if inner.any() else None,
+        "mae_mm_recordings": _mean_by(of_recording, recordings["held_out_speed_mm_s"]),
+        "by_speed": {f"{v:g}": float(e) for v, e in error.groupby(speed).mean().items()},
+        "by_spacing": {
+            f"{x:g}": float(e) for x, e in error.groupby(rows["spacing_mm"]).mean().items()
+        },
+        "covered": float((error <= rows["half_interval_mm"]).mean()),
+        "half_interval_mm": float(rows["half_interval_mm"].mean()),
+        "n": len(rows),
+    }
+
+
+def _between(speed: "pd.Series[float]") -> "pd.Series[bool]":
+    return (speed > speed.min()) & (speed < speed.max())
+
+
+def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:
+    """Return the mean over speeds of the mean error at each."""
+    return float(error.groupby(speed).mean().mean())
+
+
+def _values(family: Family, samples: Samples, per_mm: NDArray[np.float64]) -> Tensor:
+    """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is told."""
+    values = torch.from_numpy(samples.values)
+    if family.learner != "orders":
+        return values.flatten(1)
+    n_features = samples.sizes[dims.FEATURE]
+    frequencies = samples[dims.FREQUENCY].values
+    model = OrderSearch(2, 1 if n_features == 1 else n_features // 3, frequencies, per_mm, "robot")
+    return model.over_per_mm(values, torch.from_numpy(samples[dims.SPEED].values))
+
+
+def _spacing(texture: str) -> float:
+    """Return the bump spacing that a texture's name says, mm.
+
+    Raises
+    ------
+    InputError
+        If it says none.
+    """
+    try:
+        return float(texture)
+    except ValueError:
+        raise InputError(
+            "the data", "textures named by their spacing in mm, for --split texture", texture,
+            "leave the option out to name textures",
+        ) from None  # fmt: skip
+
+
+def _require_enough(conditions: Sequence[Condition]) -> None:
+    spacings, speeds = ({c[i] for c in conditions} for i in (0, 1))
+    if len(spacings) < 4 or len(speeds) < 3:
+        raise InputError(
+            "the data", "at least 4 textures with bumps and 3 speeds for --split texture",
+            f"{len(spacings)} and {len(speeds)}",
+        )  # fmt: skip
