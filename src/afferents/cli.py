@@ -480,6 +480,9 @@ def train(
     chosen = families(model)
     if len(chosen) != 1:
         raise InputError("--model", "one model", f"'{model}'")
+    if chosen[0].name not in TABLE1:
+        one_of = f"one of {', '.join(TABLE1)} (others can be evaluated, not yet deployed)"
+        raise InputError("--model", one_of, f"'{model}'")
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
         how = ENCODINGS[opened[0].kind]

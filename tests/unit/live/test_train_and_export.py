@@ -76,6 +76,7 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
 
     store = stores["audio"]
     assert "--model: expected one model" in refused(store, tmp_path / "m", "--model", "all")
+    assert "not yet deployed" in refused(store, tmp_path / "m", "--model", "order-te")
     assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
     (tmp_path / "taken").mkdir()
     said = refused(store, tmp_path / "taken", "--model", "vib-te")

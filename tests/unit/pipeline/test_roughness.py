@@ -1,0 +1,119 @@
+"""Spacing as a number: known truth in, truth out; nothing of what is held out is learnt from."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+
+from afferents.core.errors import InputError
+from afferents.core.families import FAMILIES
+from afferents.core.progress import Progress
+from afferents.core.samples import concatenate, make_samples
+from afferents.pipeline.roughness import COVERAGE, Felt, _ask, _summary_of
+
+SPACINGS, SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (10.0, 20.0, 30.0, 40.0)
+
+
+def samples(spacings=SPACINGS, speeds=SPEEDS, n=30, noise=0.2, seed=0):
+    """Values that are linear in the spacing, one that is the speed, and noise."""
+    rng = np.random.default_rng(seed)
+    parts = []
+    for spacing in spacings:
+        for speed in speeds:
+            true = np.array([spacing, -2 * spacing, speed / 10, 0.0])
+            values = (true + rng.normal(0, noise, (n, 4))).astype(np.float32)
+            attrs = {
+                "name": f"{spacing:g}/{speed:g}",
+                "texture": f"{spacing:g}",
+                "speed_mm_s": speed,
+            }
+            stop = np.arange(1.0, n + 1)
+            parts.append(make_samples(values, ("feature",), stop - 1, stop, attrs))
+    return concatenate(parts)
+
+
+def asked(data):
+    felt = Felt.of(data, torch.from_numpy(data.values))
+    return _ask(FAMILIES["sa-wave"], felt, data, Progress(quiet=True))
+
+
+def test_textures_never_felt_lie_between_those_that_were():
+    rows = asked(samples())
+    for _, of_kind in rows.groupby("kind"):
+        found = _summary_of(of_kind)
+        assert found["mae_mm"] < 0.15
+        assert found["mae_mm_recordings"] < 0.05
+        assert found["covered"] == pytest.approx(COVERAGE, abs=0.05)
+    assert len(rows) == 2 * 6 * 4 * 30
+
+
+def test_nothing_of_the_held_out_is_learnt_from():
+    data = samples()
+    held = (data["texture"].values == "3") & (data["speed_mm_s"].values == 20)
+    spoilt = data.copy(data=np.where(held[:, None], 1e3, data.values).astype(np.float32))
+    pair = [
+        table[
+            (table.kind == "unseen") & (table.spacing_mm != 3) & (table.held_out_speed_mm_s == 20)
+        ]
+        for table in (asked(data), asked(spoilt))
+    ]
+    np.testing.assert_allclose(pair[0]["felt_mm"], pair[1]["felt_mm"], atol=2e-2)
+
+
+def test_too_few_textures_are_refused():
+    data = samples(spacings=(1.0, 2.0, 3.0))
+    with pytest.raises(InputError, match="at least 4 textures with bumps and 3 speeds"):
+        asked(data)
+
+
+def test_the_command_says_mm_and_leaves_a_table(make_session, tmp_path, run):
+    session = make_session(tmp_path / "s", textures=(0, 1, 2, 3, 4), seconds=0.5)
+    run("extract", session, tmp_path / "s.zarr", "--quiet")
+    code, out, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
+        "--models", "sa-wave,order-te-told", "--frames", 5, "--window-s", 0.2, "--json",
+    )  # fmt: skip
+    assert code == 0, err
+    summary = json.loads(out)
+    assert summary["models"].keys() == {"sa-wave", "order-te-told"}
+    table = pd.read_parquet(tmp_path / "r" / "roughness.parquet")
+    assert set(table["spacing_mm"]) == {1, 2, 3, 4}  # the smooth one has no spacing
+    again, text, _ = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
+        "--models", "sa-wave", "--frames", 5,
+    )  # fmt: skip
+    assert again == 0
+    assert "Bump spacing as a number" in text
+
+
+def test_bad_requests_are_refused(sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    split = ("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture")
+    code, _, err = run(*split, "--models", "vib-te")
+    assert code == 2
+    assert "expected some of ridge-te, order-te-told, sa-wave" in err
+    code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1)
+    assert code == 2
+    assert (
+        "expected at least 4 textures with bumps and 3 speeds for --split texture, found 3 and 4"
+        in err
+    )
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "x").touch()
+    code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1)
+    assert code == 2
+    assert "a new folder, or one of roughness" in err
+
+
+def test_fabrics_have_no_spacing(tmp_path, run):
+    header = "timestamp,proximity1,proximity2," + ",".join(f"channel{i}" for i in range(1, 17))
+    rows = "\n".join(f"{28 * i}," + ",".join(["7"] * 18) for i in range(200))
+    (tmp_path / "Linen_F50_V20mmps_0.csv").write_text(f"{header}\n{rows}\n")
+    code, _, err = run(
+        "evaluate", f"fabricslide:{tmp_path}", "--out", tmp_path / "r", "--split", "texture",
+        "--models", "ridge-te",
+    )  # fmt: skip
+    assert code == 2
+    assert "expected textures named by their spacing in mm, for --split texture, found Linen" in err
