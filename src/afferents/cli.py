@@ -317,6 +317,10 @@ def evaluate(
     train_speeds: Annotated[
         int | None, typer.Option(help="Speeds that each fold trains on [default: all it has].")
     ] = None,
+    test_only: Annotated[
+        str | None,
+        typer.Option(help="Test a condition alone, learn from the others: repetition=1."),
+    ] = None,
     held_out: Annotated[
         str | None, typer.Option(help="Hold out only these speeds in turn, mm/s [default: all].")
     ] = None,
@@ -360,12 +364,14 @@ def evaluate(
     wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
     names = tuple(name.strip() for name in textures.split(",")) if textures else ()
     lines = Lines.parse(mask) if mask else None
-    ablation = Ablation(names, parse_speeds(speeds), markers, train_speeds)
+    apart = next(iter(_conditions([test_only], "--test-only").items())) if test_only else None
+    ablation = Ablation(names, parse_speeds(speeds), markers, train_speeds, apart)
     further = {
         "--textures": textures,
         "--speeds": speeds,
         "--markers": markers if markers != 1 else None,
         "--train-speeds": train_speeds,
+        "--test-only": test_only,
         "--held-out": held_out,
         "--window-s": window_s,
         "--stride-s": stride_s,
@@ -645,10 +651,10 @@ def _said(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
-def _conditions(pairs: list[str]) -> dict[str, str]:
+def _conditions(pairs: list[str], option: str = "--without") -> dict[str, str]:
     for pair in pairs:
         if "=" not in pair:
-            raise InputError("--without", "NAME=VALUE, such as pressure=F250", f"'{pair}'")
+            raise InputError(option, "NAME=VALUE, such as pressure=F250", f"'{pair}'")
     return dict(pair.split("=", 1) for pair in pairs)
 
 

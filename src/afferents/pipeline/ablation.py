@@ -1,16 +1,17 @@
 """Fewer textures, speeds, markers or training speeds: what a lab would have, of what there is."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import LETTERS, folder_of, natural_order
-from afferents.core.responses import Responses
+from afferents.core.responses import Responses, conditions
 from afferents.core.samples import Samples
 from afferents.evaluation import Fold
 
@@ -33,12 +34,16 @@ class Ablation:
         as if their pins were missing.
     train_speeds
         At how many speeds each fold trains, evenly spread over those it has; None for all.
+    test_only
+        A condition, name and value, whose recordings are tested and never learnt from, while the
+        others are learnt from and not tested; None for no such difference.
     """
 
     textures: tuple[str, ...] = ()
     speeds_mm_s: tuple[float, ...] = ()
     markers: float = 1.0
     train_speeds: int | None = None
+    test_only: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
         """Refuse shares and numbers that make no sense."""
@@ -72,6 +77,28 @@ class Ablation:
             if str(r.attrs[dims.TEXTURE]) in textures and float(r.attrs[dims.SPEED]) in wanted
         ]
 
+    def tested(self, recordings: Sequence[Responses]) -> frozenset[str]:
+        """Return the names of the recordings that are tested and never learnt from.
+
+        Raises
+        ------
+        InputError
+            If none, or all, are under the condition asked for.
+        """
+        if self.test_only is None:
+            return frozenset()
+        name, value = self.test_only
+        declared = [(str(r.attrs["name"]), conditions(r)) for r in recordings]
+        tested = frozenset(of for of, its in declared if str(its.get(name)) == value)
+        if not 0 < len(tested) < len(declared):
+            there = sorted({f"{k}={v}" for _, its in declared for k, v in its.items()})
+            raise InputError(
+                "--test-only",
+                f"a condition of some recordings ({', '.join(there) or 'none is declared'})",
+                f"{name}={value}, of {len(tested)} of {len(declared)}",
+            )
+        return tested
+
     def images(self, samples: Samples) -> Samples:
         """Return samples whose images show some of the markers; others as they are."""
         if self.markers == 1 or dims.ROW not in samples.dims:
@@ -81,14 +108,21 @@ class Ablation:
         shown = (_SPREAD[0] * row + _SPREAD[1] * column) % 1 < self.markers
         return samples.copy(data=samples.values * shown.astype(samples.dtype))
 
-    def fold(self, fold: Fold, samples: Samples) -> Fold:
-        """Return the fold with fewer speeds to train on.
+    def fold(self, fold: Fold, samples: Samples, tested: Collection[str] = ()) -> Fold:
+        """Return the fold with fewer speeds to train on, and the recordings asked for to test.
+
+        Parameters
+        ----------
+        tested
+            Names of the recordings that alone are tested; none for all. See `tested`.
 
         Raises
         ------
         InputError
-            If it has not so many.
+            If it has not so many, or nothing is left to learn from or to test.
         """
+        if tested:
+            fold = _apart(fold, np.isin(samples[dims.RECORDING].values, list(tested)))
         if self.train_speeds is None:
             return fold
         speeds = samples[dims.SPEED].values[fold.train]
@@ -99,6 +133,21 @@ class Ablation:
             )
         places = np.linspace(0, len(there) - 1, self.train_speeds).round().astype(int)
         return replace(fold, train=fold.train[np.isin(speeds, there[places])])
+
+
+def _apart(fold: Fold, tested: NDArray[np.bool_]) -> Fold:
+    """Return the fold that tests some samples alone, and learns from the others alone."""
+    kept = replace(
+        fold,
+        train=fold.train[~tested[fold.train]],
+        validation=fold.validation[~tested[fold.validation]],
+        test=fold.test[tested[fold.test]],
+    )
+    for name in ("train", "validation", "test"):
+        if len(getattr(kept, name)) == 0:
+            found = f"nothing to {name} with {fold.held_out_mm_s:g} mm/s held out"
+            raise InputError("--test-only", "some of both kinds at every speed", found)
+    return kept
 
 
 def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...]:

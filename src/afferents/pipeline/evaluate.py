@@ -97,6 +97,7 @@ class Evaluation:
             self.device,
             self.encodings,
             self.ablation,
+            self.ablation.tested([r for data in self.data for r in data.responses]),
         )
 
     @property

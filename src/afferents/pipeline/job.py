@@ -70,6 +70,8 @@ class Recipe:
         Its configuration; says which data, by fingerprint, and which recordings are skipped.
     sources, without
         Where the data are, for processes that read them themselves.
+    tested
+        Recordings that alone are tested, and never learnt from; none for all alike.
     """
 
     out: Path
@@ -81,6 +83,7 @@ class Recipe:
     device: Device
     encodings: Encodings
     ablation: Ablation
+    tested: frozenset[str] = frozenset()
 
     @property
     def config(self) -> dict[str, Any]:
@@ -150,7 +153,7 @@ def train_and_test(
     with _naming(key):
         if FAMILIES[key.model].learner == "network":
             return _network_outcome(recipe, key, samples[0], aside)
-        folds = [fold_of(recipe.ablation, key, part)[1] for part in samples]
+        folds = [fold_of(recipe, key, part)[1] for part in samples]
         start = time.perf_counter()
         nested = key.protocol == "nested"
         family = FAMILIES[key.model]
@@ -174,7 +177,7 @@ def _network_outcome(
     start = time.perf_counter()
     family, protocol = FAMILIES[key.model], PROTOCOLS[key.protocol]
     config = recipe.training(family)
-    rank, fold = fold_of(recipe.ablation, key, samples)
+    rank, fold = fold_of(recipe, key, samples)
     rng = np.random.default_rng([key.seed, rank])
     bins = recipe.encodings.spectral.model_bins
     learnt = learning_set(samples, family, protocol, fold, bins, config, rng)
@@ -217,7 +220,7 @@ def _naming(key: FoldKey) -> Iterator[None]:
         ) from error
 
 
-def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
+def fold_of(recipe: Recipe, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
     """Return the fold that a key names, and its rank among its protocol's.
 
     Published halves of spectra are drawn at random.
@@ -225,7 +228,7 @@ def fold_of(ablation: Ablation, key: FoldKey, samples: Samples) -> tuple[int, Fo
     at_random = FAMILIES[key.model].encoding in ("spectral", "orders")
     splitter = LeaveOneSpeedOut(PROTOCOLS[key.protocol], random_halves=at_random, seed=key.seed)
     rank, fold = splitter.fold(samples, key.held_out_mm_s)
-    return rank, ablation.fold(fold, samples)
+    return rank, recipe.ablation.fold(fold, samples, recipe.tested)
 
 
 def fit(

@@ -122,3 +122,33 @@ def test_speeds_are_read(text, speeds):
 def test_what_can_not_be_left_out_is_refused(ask, sentence):
     with pytest.raises(InputError, match=sentence):
         ask()
+
+
+def test_a_condition_is_tested_and_never_learnt_from():
+    slides = [
+        r.assign_attrs(conditions=f'{{"direction": "{sign}"}}', name=f"{r.attrs['name']}{sign}")
+        for r in recordings()
+        for sign in "+-"
+    ]
+    backwards = Ablation(test_only=("direction", "-")).tested(slides)
+    assert backwards == {r.attrs["name"] for r in slides if r.attrs["name"].endswith("-")}
+    with pytest.raises(InputError, match=r"\(direction=\+, direction=-\), found direction=x, of 0"):
+        Ablation(test_only=("direction", "x")).tested(slides)
+
+
+def test_folds_keep_what_is_tested_apart():
+    samples = images()
+    second = {name for name in samples[dims.RECORDING].values if name.endswith("/1")}
+    for fold in LeaveOneSpeedOut().folds(samples):
+        apart = Ablation().fold(fold, samples, second)
+        names = samples[dims.RECORDING].values
+        assert set(names[apart.test]) <= second
+        assert not second & set(names[np.concatenate([apart.train, apart.validation])])
+        assert len(apart.train) == len(fold.train) // 2
+
+
+def test_a_condition_that_leaves_nothing_to_learn_from_is_refused():
+    samples = images()
+    fold = next(LeaveOneSpeedOut().folds(samples))
+    with pytest.raises(InputError, match="nothing to train with 10 mm/s held out"):
+        Ablation().fold(fold, samples, set(samples[dims.RECORDING].values))
