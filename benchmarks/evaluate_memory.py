@@ -20,7 +20,7 @@ import numpy as np
 import psutil
 import xarray as xr
 
-from afferents.core.families import FAMILIES
+from afferents.core.families import TABLE1
 from afferents.core.recording import Recording
 from afferents.core.responses import label
 from afferents.core.store import create_store, has_responses, write_responses
@@ -78,7 +78,7 @@ def main() -> None:
     """Run the command for each model, then print its time and its peak memory."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--models", default=",".join(FAMILIES))
+    parser.add_argument("--models", default=",".join(TABLE1))
     parser.add_argument("--held-out", default="40,60")
     parser.add_argument("--preset", default="fast")
     arguments = parser.parse_args()

@@ -26,9 +26,9 @@ import torch
 from afferents import __version__
 from afferents.core import dims
 from afferents.core.card import CARD, WEIGHTS, Card
-from afferents.core.families import FAMILIES
+from afferents.core.families import TABLE1
 from afferents.core.store import open_responses
-from afferents.encodings import SpectralEncoding
+from afferents.encodings import Encodings, SpectralEncoding
 from afferents.live import (
     Feeler,
     Network,
@@ -68,7 +68,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "3" / "50"
         record(Rig(), recording, "3", bumped_surface(3.0, Rig().drum), 50.0, SECONDS, seed=1)
-        models = {name: untrained(name, Path(folder)) for name in FAMILIES}
+        models = {name: untrained(name, Path(folder)) for name in TABLE1}
         if arguments.hours:
             memory(recording, models, arguments.hours)
         else:
@@ -78,7 +78,7 @@ def main() -> None:
 
 def untrained(name: str, folder: Path) -> Path:
     """Export a network of a family with random weights."""
-    family, encoding = FAMILIES[name], SpectralEncoding()
+    family, encoding = TABLE1[name], SpectralEncoding()
     vibration = family.encoding == "spectral"
     shape = (1, encoding.model_bins) if vibration else (19, 19)
     frames = 10 if family.encoding == "spatiotemporal" else 1
@@ -131,7 +131,7 @@ def latency(recording: Path, models: dict[str, Path]) -> None:
         felt = felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:]
         middle, high = np.percentile(felt, [50, 99])
         dropped = percepts[-1].counters.dropped
-        title = FAMILIES[name].title
+        title = TABLE1[name].title
         print(
             f"| {title} | {middle:.2f} | {high:.2f} | {max(felt):.2f} | {len(felt)} | {dropped} |"
         )
@@ -184,7 +184,9 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
         live, offline, largest = Counter(), Counter(), 0.0
         for responses in open_responses(store):
             spectral = SpectralEncoding(**card.spectral) if card.spectral else SpectralEncoding()
-            samples = encode(responses, family.afferent, family.encoding, "all", spectral)
+            samples = encode(
+                responses, family.afferent, family.encoding, "all", Encodings(spectral=spectral)
+            )
             said = felt_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
             texture = responses.attrs[dims.TEXTURE]
             stops = samples[dims.STOP].values

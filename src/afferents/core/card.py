@@ -8,7 +8,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES, Family
+from afferents.core.families import TABLE1, Family
 
 SCHEMA = 1
 CARD, WEIGHTS = "model.json", "weights.safetensors"
@@ -112,8 +112,8 @@ class Card(BaseModel):
     def _has_what_its_family_needs(self) -> Self:
         if self.schema_version != SCHEMA:
             raise ValueError(f"schema_version must be {SCHEMA}")
-        if self.family not in FAMILIES:
-            raise ValueError(f"family must be one of {', '.join(FAMILIES)}")
+        if self.family not in TABLE1:
+            raise ValueError(f"family must be one of {', '.join(TABLE1)}")
         needed = ("sample_rate_hz", "spectral") if self.is_vibration else ("fps_hz", "sensor")
         for name in needed:
             if getattr(self, name) is None:
@@ -123,7 +123,7 @@ class Card(BaseModel):
     @property
     def of_family(self) -> Family:
         """Its row of Table 1."""
-        return FAMILIES[self.family]
+        return TABLE1[self.family]
 
     @property
     def is_vibration(self) -> bool:
