@@ -210,7 +210,7 @@ def test_the_page_in_a_browser(browser, recording, models, tmp_path):
         page = visit(browser, running.url)
         felt = page.locator("article").nth(0).locator(".felt")
         page.wait_for_function(
-            "['1', '2', '3'].includes(document.querySelector('.felt')?.dataset.felt)", timeout=20000
+            "['1', '2', '3'].includes(document.querySelector('.felt')?.dataset.felt)", timeout=60000
         )
         page.wait_for_function("document.querySelector('#comb').textContent.includes('20.0 Hz')")
         assert page.locator("#link").text_content() == "live"
@@ -264,7 +264,7 @@ def test_the_page_with_a_hundred_textures(browser, recording, hundred):
     try:
         page = visit(browser, running.url)
         page.wait_for_function(
-            "document.querySelector('.felt')?.dataset.felt?.startsWith('cloth')", timeout=20000
+            "document.querySelector('.felt')?.dataset.felt?.startsWith('cloth')", timeout=60000
         )
         shown = page.locator(".bars .track")
         assert shown.count() == 20
