@@ -99,3 +99,9 @@ def _form(samples: Samples) -> str:
 def textures_of(samples: Samples) -> list[str]:
     """Return the textures in natural order, which is the order of the classes."""
     return sorted(map(str, np.unique(samples[dims.TEXTURE])), key=natural_order)
+
+
+def labels_of(samples: Samples) -> NDArray[np.int64]:
+    """Return the number of each sample's texture among `textures_of`, (n_samples,)."""
+    number = {texture: i for i, texture in enumerate(textures_of(samples))}
+    return np.array([number[str(texture)] for texture in samples[dims.TEXTURE].values])

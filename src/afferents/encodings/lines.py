@@ -32,7 +32,7 @@ class Lines(BaseModel):
     per_mm: tuple[PositiveFloat, ...] = ()
 
     @classmethod
-    def parse(cls, text: str | None) -> Self:
+    def parse(cls, text: str) -> Self:
         """Read an option such as ``50Hz,0.0573/mm``.
 
         Raises
@@ -41,7 +41,7 @@ class Lines(BaseModel):
             If a part is neither.
         """
         found: dict[str, list[float]] = {"Hz": [], "/mm": []}
-        for part in text.split(",") if text else []:
+        for part in text.split(","):
             line = re.fullmatch(r"\s*(\d*\.?\d+)\s*(Hz|/mm)\s*", part)
             if line is None or float(line[1]) == 0:
                 raise InputError("--mask", "lines as in 50Hz,0.0573/mm", f"'{part}'")
@@ -66,10 +66,13 @@ def bridge(
 ) -> NDArray[np.float64]:
     """Return spectra (..., frequency), above 0, with masked stretches replaced by straight lines.
 
-    Straight in the logarithm, from edge to edge: nothing of the masked values is left.
+    Straight in the logarithm, from edge to edge: nothing of the masked values is left, and nothing
+    at all where all are masked.
     """
-    if not masked.any() or masked.all():
+    if not masked.any():
         return power
+    if masked.all():
+        return np.ones_like(power)
     kept = ~masked
     logs = np.log(power)
     flat = logs.reshape(-1, logs.shape[-1])

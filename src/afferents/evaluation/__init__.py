@@ -23,6 +23,7 @@ from afferents.evaluation.standing import (
     standings,
 )
 from afferents.evaluation.summary import summarise
+from afferents.evaluation.touches import between
 
 __all__ = [
     "PLAN",
@@ -34,6 +35,7 @@ __all__ = [
     "State",
     "at_work",
     "best_weights",
+    "between",
     "check_results_folder",
     "claim_results_folder",
     "find_leaks",

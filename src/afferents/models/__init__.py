@@ -11,7 +11,7 @@ from afferents.models.layers import (
     l2_penalty,
 )
 from afferents.models.orders import OrderSearch
-from afferents.models.ridge import Gram, Ridge, equal_weights, sum_of
+from afferents.models.ridge import Gram, Ridge, equal_weights, log_probabilities, sum_of
 from afferents.models.spatial import SpatialNet
 from afferents.models.vibration import VibrationNet
 
@@ -31,5 +31,6 @@ __all__ = [
     "equal_weights",
     "kernels_with_l2",
     "l2_penalty",
+    "log_probabilities",
     "sum_of",
 ]

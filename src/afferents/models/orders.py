@@ -22,7 +22,7 @@ from torch import Tensor, nn
 
 from afferents.core.errors import InputError
 from afferents.core.families import SpeedFrom
-from afferents.models.ridge import Gram
+from afferents.models.ridge import Gram, log_probabilities
 
 STRENGTH = 30.0
 """Of the penalty for each channel; chosen on inner folds of a tuning session."""
@@ -68,7 +68,6 @@ class OrderSearch(nn.Module):
     weight: Tensor
     constant: Tensor
     right: Tensor
-    right_constant: Tensor
     floor: Tensor
     speeds: Tensor
     temperature: Tensor
@@ -99,8 +98,7 @@ class OrderSearch(nn.Module):
         self.register_buffer("weight", torch.zeros(n_features * len(per_mm), n_classes))
         self.register_buffer("constant", torch.zeros(n_classes))
         self.register_buffer("right", torch.zeros((n_features - n_channels) * len(per_mm), 1))
-        self.register_buffer("right_constant", torch.zeros(1))
-        self.register_buffer("floor", torch.zeros(()))
+        self.register_buffer("floor", torch.tensor(-math.inf))
         self.register_buffer("speeds", torch.ones(1))
         self.register_buffer("temperature", torch.ones(()))
 
@@ -126,24 +124,22 @@ class OrderSearch(nn.Module):
         steps = math.ceil(math.log2(high / low) * _PER_OCTAVE)
         self.speeds = low * 2.0 ** (torch.arange(steps + 1) / _PER_OCTAVE)
         self.mean, self.sd = _moments(*self._shifted(values, speed_mm_s))
-        named = nn.functional.one_hot(labels, len(self.constant)).float()
-        both = torch.cat([named, torch.ones(len(named), 1)], 1)
-        names, measures = Gram(self.weight.shape[0], both.shape[1]), Gram(len(self.right), 1)
+        named = nn.functional.one_hot(labels, len(self.constant))
+        names, measures = Gram(*self.weight.shape), Gram(*self.right.shape)
         n_wrong = 0 if self.speed_from == "robot" else WRONG_SPEEDS
         for right in (True, *([False] * n_wrong)):
             supposed = speed_mm_s if right else _wrong(speed_mm_s, low, high, rng)
             share = weight if right else weight / WRONG_SPEEDS
             parts = self._over_textures(values, supposed)
-            target = both if right else torch.zeros_like(both)
             if right or self.speed_from == "nobody":
-                names.add(parts.flatten(1), target, share)
+                names.add(parts.flatten(1), named * right, share)
             if self.speed_from == "fingertip":
-                measures.add(parts[:, self.n_channels :].flatten(1), target[:, -1:], share)
+                is_right = torch.full((len(parts), 1), float(right))
+                measures.add(parts[:, self.n_channels :].flatten(1), is_right, share)
         strength = STRENGTH * self.n_channels
-        solved, constant = names.solve(strength)
-        self.weight, self.constant = solved[:, :-1], constant[:-1]
+        self.weight, self.constant = names.solve(strength)
         if self.speed_from == "fingertip":
-            self.right, self.right_constant = measures.solve(strength)
+            self.right, _ = measures.solve(strength)  # the constant favours no speed
 
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return the scores of samples, (n, supposed speed, n_classes).
@@ -161,8 +157,7 @@ class OrderSearch(nn.Module):
             return self._at(values, speed_mm_s)[:, None]
         if self.speed_from == "fingertip":
             return self._at(values, self.measured(values))[:, None]
-        supposed = [self._at(values, v.expand(len(values))) for v in self.speeds]
-        return torch.stack(supposed, 1)
+        return self._search(values)
 
     def measured(self, values: Tensor) -> Tensor:
         """Return the speeds that the phases between channels agree with, mm/s, (n,)."""
@@ -175,13 +170,7 @@ class OrderSearch(nn.Module):
 
     def forward(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return log-probabilities of samples, (n, n_classes)."""
-        return self.over_speeds(self.scores(values, speed_mm_s))
-
-    def over_speeds(self, scores: Tensor) -> Tensor:
-        """Return log-probabilities of textures, (n, n_classes), from `scores`."""
-        logs = (scores / self.temperature).flatten(1).log_softmax(1)
-        textures: Tensor = logs.reshape(scores.shape).logsumexp(1)
-        return textures
+        return log_probabilities(self.scores(values, speed_mm_s), self.temperature)
 
     def speed(self, values: Tensor, textures: Tensor) -> Tensor:
         """Return the most likely speeds, mm/s, (n,), of samples whose textures are named.
@@ -193,14 +182,17 @@ class OrderSearch(nn.Module):
         """
         if self.speed_from == "fingertip":
             return self.measured(values)
-        supposed = [self._at(values, v.expand(len(values))) for v in self.speeds]
-        named = torch.stack(supposed, 1)[torch.arange(len(values)), :, textures]
+        named = self._search(values)[torch.arange(len(values)), :, textures]
         return self.speeds[named.argmax(1)]
 
     def over_per_mm(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
         """Return values over cycles per mm at told speeds, flat (n, value); 0 where unheard."""
         parts, heard = self._shifted(values, speed_mm_s)
         return (parts * heard).flatten(1)
+
+    def _search(self, values: Tensor) -> Tensor:
+        """Return scores at all speeds, (n, supposed speed, n_classes)."""
+        return torch.stack([self._at(values, v.expand(len(values))) for v in self.speeds], 1)
 
     def _at(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
         """Return scores at one supposed speed a sample, (n, n_classes)."""

@@ -116,8 +116,21 @@ class Ridge(nn.Module):
 
     def forward(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return log-probabilities of samples, (n, n_classes)."""
-        logs: Tensor = (self.scores(values) / self.temperature).log_softmax(1)
-        return logs
+        return log_probabilities(self.scores(values), self.temperature)
+
+
+def log_probabilities(scores: Tensor, temperature: Tensor | float) -> Tensor:
+    """Return the log-probabilities of textures that scores mean at a temperature, (n, n_classes).
+
+    Parameters
+    ----------
+    scores
+        (n, n_classes), or (n, supposed speed, n_classes): a texture's probability is then the sum
+        over its speeds.
+    """
+    joint = (scores / temperature).flatten(1).log_softmax(1).reshape(scores.shape)
+    logs: Tensor = joint.logsumexp(1) if joint.ndim == 3 else joint
+    return logs
 
 
 def equal_weights(labels: Tensor, speed_mm_s: Tensor) -> Tensor:

@@ -100,7 +100,15 @@ class Ablation:
         return tested
 
     def images(self, samples: Samples) -> Samples:
-        """Return samples whose images show some of the markers; others as they are."""
+        """Return samples whose images show some of the markers; others as they are.
+
+        Raises
+        ------
+        InputError
+            If the samples are waves, in which no marker has a place any more.
+        """
+        if self.markers != 1 and dims.ROW_WAVENUMBER in samples.dims:
+            raise InputError("--markers", "models of tactile images", "models of their waves")
         if self.markers == 1 or dims.ROW not in samples.dims:
             return samples
         row = np.arange(samples.sizes[dims.ROW])[:, None]

@@ -125,9 +125,10 @@ def kept_part(
             require_orders(kept.stop - kept.start, rate, how.orders, name)
         return kept
     every = how.wavenumbers.every if encoding == "wavenumbers" else 1
-    frames = cut_frames(response[dims.TIME].values[::every], cut, steady, name)
-    rest = -(-int(responses.attrs.get("rest_frame", 0)) // every)
-    kept = slice(max(frames.start, rest + MEMORY_FRAMES[afferent]), frames.stop)
+    frames = cut_frames(response[dims.TIME].values, cut, steady, name)
+    rest = int(responses.attrs.get("rest_frame", 0))
+    start, rest, stop = (-(-frame // every) for frame in (frames.start, rest, frames.stop))
+    kept = slice(max(start, rest + MEMORY_FRAMES[afferent]), stop)
     lengths = {"spatiotemporal": FRAMES, "wavenumbers": how.wavenumbers.frames}
     require_run(kept.stop - kept.start, name, lengths.get(encoding, 1))
     return kept

@@ -85,6 +85,11 @@ class Evaluation:
     device: Device = "auto"
 
     @property
+    def recordings(self) -> list[Responses]:
+        """Return the recordings of the textures and speeds that are used."""
+        return self.ablation.recordings([r for data in self.data for r in data.responses])
+
+    @property
     def recipe(self) -> Recipe:
         """Return what every job is told."""
         return Recipe(
@@ -132,9 +137,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
     """
-    everything = evaluation.ablation.recordings(
-        [responses for data in evaluation.data for responses in data.responses]
-    )
+    everything = evaluation.recordings
     able = require_support(evaluation.families, everything, evaluation.may_leave_out)
     left_out = [family.name for family in evaluation.families if family not in able]
     if left_out:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.families import Family
 from afferents.core.protocol import Protocol
-from afferents.core.samples import Samples, textures_of
+from afferents.core.samples import Samples, labels_of
 from afferents.encodings import COPIES, stretched_copies
 from afferents.evaluation import Fold
 from afferents.training import TrainingConfig
@@ -56,8 +56,7 @@ def learning_set(
     train = thinned(fold.train, originals(family, protocol, config.training_samples))
     validation = thinned(fold.validation, config.validation_samples)
     scale, scaled_on = scale_of(samples, family, protocol, train)
-    classes = {texture: i for i, texture in enumerate(textures_of(samples))}
-    labels = np.array([classes[str(t)] for t in samples[dims.TEXTURE].values])
+    labels = labels_of(samples)
     values = samples.values
     if family.encoding == "spectral":
         values = values[..., :model_bins]

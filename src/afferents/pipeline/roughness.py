@@ -27,9 +27,12 @@ from afferents.core.families import FAMILIES, Family
 from afferents.core.files import write_aside, write_json
 from afferents.core.progress import Progress
 from afferents.core.samples import Samples
+from afferents.encodings import Encodings
+from afferents.evaluation import between
 from afferents.models import Gram, OrderSearch, sum_of
 from afferents.pipeline.encode import encode_all, require_support
 from afferents.pipeline.evaluate import Evaluation, skipped_recordings
+from afferents.pipeline.solve import model_of
 
 SUMMARY, TABLE = "roughness.json", "roughness.parquet"
 COVERAGE = 0.9
@@ -60,15 +63,14 @@ def evaluate_roughness(evaluation: Evaluation, progress: Progress) -> dict[str, 
         if not can_say_mm(family):
             able = ", ".join(name for name, other in FAMILIES.items() if can_say_mm(other))
             raise InputError("--models", f"some of {able} with --split texture", family.name)
+    _refuse_what_it_has_not(evaluation)
     if evaluation.out.exists() and not (evaluation.out / SUMMARY).is_file():
         raise InputError(
             evaluation.out, "a new folder, or one of roughness", "something else",
             "choose another --out",
         )  # fmt: skip
     torch.set_num_threads(1)
-    everything = evaluation.ablation.recordings(
-        [responses for data in evaluation.data for responses in data.responses]
-    )
+    everything = evaluation.recordings
     require_support(evaluation.families, everything, may_leave_out=False)
     bumpy = [r for r in everything if _spacing(str(r.attrs[dims.TEXTURE])) > 0]
     skipped = skipped_recordings(evaluation, evaluation.families, bumpy)
@@ -80,7 +82,7 @@ def evaluate_roughness(evaluation: Evaluation, progress: Progress) -> dict[str, 
             recordings, family.afferent, family.encoding, evaluation.cut, how, progress
         )
         samples = evaluation.ablation.images(samples)
-        felt = Felt.of(samples, _values(family, samples, how.orders.per_mm))
+        felt = Felt.of(samples, _values(family, samples, how))
         tables.append(_ask(family, felt, samples, progress))
     table = pd.concat(tables, ignore_index=True)
     summary = {
@@ -233,10 +235,11 @@ def _summary_of(rows: pd.DataFrame) -> dict[str, Any]:
     by = ["spacing_mm", "held_out_speed_mm_s", dims.RECORDING]
     recordings = rows.groupby(by, as_index=False)["felt_mm"].mean()
     of_recording = (recordings["felt_mm"] - recordings["spacing_mm"]).abs()
-    speed, inner = rows["held_out_speed_mm_s"], _between(rows["held_out_speed_mm_s"])
+    speed = rows["held_out_speed_mm_s"]
+    inner = between(rows).index
     return {
         "mae_mm": _mean_by(error, speed),
-        "mae_mm_between": _mean_by(error[inner], speed[inner]) if inner.any() else None,
+        "mae_mm_between": _mean_by(error[inner], speed[inner]) if len(inner) else None,
         "mae_mm_recordings": _mean_by(of_recording, recordings["held_out_speed_mm_s"]),
         "by_speed": {f"{v:g}": float(e) for v, e in error.groupby(speed).mean().items()},
         "by_spacing": {
@@ -248,23 +251,16 @@ def _summary_of(rows: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _between(speed: "pd.Series[float]") -> "pd.Series[bool]":
-    return (speed > speed.min()) & (speed < speed.max())
-
-
 def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:
     """Return the mean over speeds of the mean error at each."""
     return float(error.groupby(speed).mean().mean())
 
 
-def _values(family: Family, samples: Samples, per_mm: NDArray[np.float64]) -> Tensor:
+def _values(family: Family, samples: Samples, how: Encodings) -> Tensor:
     """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is told."""
-    values = torch.from_numpy(samples.values)
-    if family.learner != "orders":
+    values, model = torch.from_numpy(samples.values), model_of(family, samples, how)
+    if not isinstance(model, OrderSearch):
         return values.flatten(1)
-    n_features = samples.sizes[dims.FEATURE]
-    frequencies = samples[dims.FREQUENCY].values
-    model = OrderSearch(2, 1 if n_features == 1 else n_features // 3, frequencies, per_mm, "robot")
     return model.over_per_mm(values, torch.from_numpy(samples[dims.SPEED].values))
 
 
@@ -283,6 +279,18 @@ def _spacing(texture: str) -> float:
             "the data", "textures named by their spacing in mm, for --split texture", texture,
             "leave the option out to name textures",
         ) from None  # fmt: skip
+
+
+def _refuse_what_it_has_not(evaluation: Evaluation) -> None:
+    options = {
+        "--held-out": evaluation.held_out,
+        "--train-speeds": evaluation.ablation.train_speeds,
+        "--test-only": evaluation.ablation.test_only,
+        "--cluster": evaluation.cluster,
+    }
+    for option, given in options.items():
+        if given:
+            raise InputError(option, "none with --split texture", f"{given}", "leave it out")
 
 
 def _require_enough(conditions: Sequence[Condition]) -> None:

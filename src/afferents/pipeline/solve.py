@@ -11,10 +11,10 @@ from torch import Tensor, nn
 
 from afferents.core import dims
 from afferents.core.families import FAMILIES, Family
-from afferents.core.samples import Samples, textures_of
+from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.encodings import Encodings
 from afferents.evaluation import Fold, best_weights, least_surprise, weighted
-from afferents.models import OrderSearch, Ridge, equal_weights
+from afferents.models import OrderSearch, Ridge, equal_weights, log_probabilities
 from afferents.pipeline.pairs import mean_within
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ class Solved:
     probabilities
         Of the textures, (test sample, texture).
     speed_mm_s
-        What the test samples' speeds were taken for; None where the model does not ask.
+        What the test samples' speeds were taken for; None where the model does not ask, or is told.
     learnt_from
         Samples that anything was learnt from, for each source.
     facts
@@ -99,7 +99,7 @@ def solve(
             _learnt(part, s, f, how, seed, nested)
             for part, s, f in zip(parts, samples, folds, strict=True)
         ]
-        fused, facts = _fused(learnt, samples, folds, family.parts)
+        fused, accuracy, facts = _fused(learnt, samples, folds, family.parts)
         model: nn.Module = nn.ModuleDict(
             {name: one.model for name, one in zip(family.parts, learnt, strict=True)}
         )
@@ -108,9 +108,10 @@ def solve(
             lead = _joined(samples)
         one = _learnt(family, lead, fold, how, seed, nested)
         learnt, fused, facts, model = [one], one.tested, {}, one.model
+        accuracy = _accuracy(one.unseen, labels_of(lead)[one.learnt_from])
     facts |= {
         "validation_mm_s": fold.validation_mm_s,
-        "validation_accuracy": _accuracy(learnt[0].unseen, _labels(lead)[learnt[0].learnt_from]),
+        "validation_accuracy": accuracy,
         "n_train": len(learnt[0].learnt_from),
         "n_validation": len(fold.validation),
         "n_test": len(fold.test),
@@ -128,11 +129,8 @@ def _learnt(
     family: Family, samples: Samples, fold: Fold, how: Encodings, seed: int, nested: bool
 ) -> Learnt:
     """Learn one model."""
-    model, labels, speed = (
-        _model(family, samples, how),
-        _labels(samples),
-        samples[dims.SPEED].values,
-    )
+    model, labels = model_of(family, samples, how), labels_of(samples)
+    speed = samples[dims.SPEED].values
     learnt_from = np.sort(np.concatenate([fold.train, fold.validation])) if nested else fold.train
     scores: list[tuple[Indices, Tensor]] = []
     for left_out in np.unique(speed[learnt_from]):
@@ -153,7 +151,8 @@ def _learnt(
     return Learnt(model, learnt_from, unseen_at(temperature), tested)
 
 
-def _model(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderSearch:
+def model_of(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderSearch:
+    """Return the model of a family that is no late fusion, nothing learnt yet."""
     n_classes = len(textures_of(samples))
     if family.learner != "orders":
         return Ridge(n_classes, samples.shape[1:])
@@ -190,8 +189,7 @@ def _scores(model: Ridge | OrderSearch, samples: Samples, index: Indices) -> Ten
 
 def _at_temperature(scores: Tensor, temperature: float) -> Floats:
     """Return the log-probabilities that scores mean at a temperature, (n, n_classes)."""
-    logs = (scores.double() / temperature).flatten(1).log_softmax(1).reshape(scores.shape)
-    return np.asarray((logs.logsumexp(1) if logs.ndim == 3 else logs).numpy())
+    return np.asarray(log_probabilities(scores.double(), temperature).numpy())
 
 
 def _fused(
@@ -199,10 +197,11 @@ def _fused(
     samples: Sequence[Samples],
     folds: Sequence[Fold],
     names: Sequence[str],
-) -> tuple[Floats, dict[str, Any]]:
+) -> tuple[Floats, float, dict[str, Any]]:
     """Join log-probabilities by the weights that suit speeds not learnt from best.
 
-    The first part's windows set when a decision is made; another part's samples count for the
+    Returns those of the test, the accuracy at speeds not learnt from, and facts of the parts. The
+    first part's windows set when a decision is made; another part's samples count for the
     window that they end in, by the mean of their log-probabilities.
     """
     lead, fold = samples[0], folds[0]
@@ -211,13 +210,14 @@ def _fused(
     for one, other, of in zip(learnt[1:], samples[1:], folds[1:], strict=True):
         unseen.append(mean_within(lead, windows, other, one.learnt_from, one.unseen))
         tested.append(mean_within(lead, fold.test, other, of.test, one.tested))
-    labels = _labels(lead)
+    labels = labels_of(lead)
     weights = best_weights(unseen, labels[windows])
     contributions = {
         name: {"weight": float(w), "accuracy": _accuracy(logs, labels[fold.test])}
         for name, w, logs in zip(names, weights, tested, strict=True)
     }
-    return weighted(tested, weights), {"parts": contributions}
+    accuracy = _accuracy(weighted(unseen, weights), labels[windows])
+    return weighted(tested, weights), accuracy, {"parts": contributions}
 
 
 def _joined(samples: Sequence[Samples]) -> Samples:
@@ -237,17 +237,12 @@ def _speeds(
     model: Ridge | OrderSearch, samples: Samples, index: Indices, textures: Indices
 ) -> Floats | None:
     """Return what a model that asks takes the speeds for, given the textures it was told."""
-    if not isinstance(model, OrderSearch):
+    if not isinstance(model, OrderSearch) or model.speed_from == "robot":
         return None
     named = torch.from_numpy(textures)
     parts = [slice(i, i + _BATCH) for i in range(0, len(index), _BATCH)]
     felt = [model.speed(torch.from_numpy(samples.values[index[p]]), named[p]) for p in parts]
     return np.asarray(torch.cat(felt).double().numpy())
-
-
-def _labels(samples: Samples) -> Indices:
-    classes = {texture: i for i, texture in enumerate(textures_of(samples))}
-    return np.array([classes[str(t)] for t in samples[dims.TEXTURE].values])
 
 
 def _accuracy(logs: Floats, labels: Indices) -> float:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from afferents.core.errors import InputError
 from afferents.encodings import Lines, OrderEncoding, order_samples
+from afferents.encodings.lines import bridge
 
 RATE_HZ = 1000.0
 PER_MM = (0.2, 0.5, 0.9)
@@ -119,3 +120,12 @@ def test_too_short_a_recording_is_refused():
 def test_too_slow_a_clock_is_refused():
     with pytest.raises(InputError, match="a sample rate for an octave above 2 Hz, found 5 Hz"):
         orders(50.0, rate=5.0)
+
+
+def test_where_all_is_masked_nothing_is_left():
+    frequency = np.linspace(1, 10, 10)
+    loud, quiet = (np.full((1, 10), power) for power in (5.0, 0.1))
+    everything = np.ones(10, dtype=bool)
+    np.testing.assert_array_equal(
+        bridge(loud, frequency, everything), bridge(quiet, frequency, everything)
+    )

@@ -119,3 +119,13 @@ def test_every_texture_at_every_speed_weighs_the_same():
     sums = [weight[[0, 1]].sum(), weight[[2]].sum(), weight[[3, 4]].sum()]
     np.testing.assert_allclose(sums, sums[0])
     assert weight.mean() == pytest.approx(1)
+
+
+def test_before_anything_is_learnt_no_power_is_too_low():
+    model = OrderSearch(2, 1, FREQUENCIES, PER_MM, "robot")
+    quiet = torch.linspace(-20, -10, len(FREQUENCIES)).expand(1, 1, -1)
+    heard = model.over_per_mm(quiet, torch.tensor([20.0]))
+    assert float(heard.max() - heard.min()) > 3
+    np.testing.assert_allclose(
+        heard, model.over_per_mm(quiet + 15, torch.tensor([20.0])), atol=1e-4
+    )

@@ -117,3 +117,17 @@ def test_fabrics_have_no_spacing(tmp_path, run):
     )  # fmt: skip
     assert code == 2
     assert "expected textures named by their spacing in mm, for --split texture, found Linen" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--held-out", "20"), ("--train-speeds", 2), ("--cluster", "tcp://nowhere:1")],
+)
+def test_options_that_it_has_not_are_refused(sounds, tmp_path, run, option, value):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    code, _, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
+        "--models", "ridge-te", option, value,
+    )  # fmt: skip
+    assert code == 2
+    assert f"{option}: expected none with --split texture" in err

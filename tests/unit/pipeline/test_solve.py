@@ -41,10 +41,20 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
     felt = table[table["model"] == "fusion"]["felt_speed_mm_s"]
     assert (felt > 0).all()
     assert table[table["model"] == "sa-wave"]["felt_speed_mm_s"].isna().all()
+    assert table[table["model"] == "order-te-told"]["felt_speed_mm_s"].isna().all()
     fold = tmp_path / "r" / "folds" / "fusion" / "nested" / "seed-0" / "40" / "fold.json"
     parts = json.loads(fold.read_text())["parts"]
     assert parts.keys() == {"order-te", "sa-wave-vector"}
     assert all(part["weight"] > 0 for part in parts.values())
+
+
+def test_missing_pins_are_refused_where_no_pin_has_a_place(stored, tmp_path, run):
+    code, _, err = run(
+        "evaluate", stored, "--out", tmp_path / "r", "--models", "sa-wave", "--markers", 0.5,
+        "--frames", 5,
+    )  # fmt: skip
+    assert code == 2
+    assert "--markers: expected models of tactile images, found models of their waves" in err
 
 
 def test_the_same_seed_gives_the_same_numbers(sounds, tmp_path, run):
