@@ -209,7 +209,10 @@ def simulate(
         typer.Option(help="NAME=FILE,LENGTH_MM,HEIGHT_MM: an image or .npy wrapped round a drum."),
     ] = None,
     nuisances: Annotated[
-        str, typer.Option(help="'none', or names with or without =STRENGTH, such as all,tilt=0.02.")
+        str,
+        typer.Option(
+            help="'all', 'hard', 'none', or names with or without =STRENGTH: all,tilt=0.02."
+        ),
     ] = "all",
     remount: Annotated[
         Literal["run", "drum"],

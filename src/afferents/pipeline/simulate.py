@@ -22,6 +22,7 @@ from afferents.pipeline.parallel import side_by_side
 from afferents.recordings.session import SESSION_FILE
 from afferents.rig import (
     AUDIO,
+    HARD,
     NUISANCES,
     STEADY_S,
     TRUTH,
@@ -119,8 +120,8 @@ def simulation_of(
     height_maps
         Each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
     nuisances
-        ``none``, or ``all`` and names of `NUISANCES` separated by commas, each with or without
-        a strength of its own, such as ``all,tilt=0.02``.
+        ``none``, or ``all``, ``hard`` (all, of the strengths in `HARD`) and names of `NUISANCES`
+        separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
     remount
         Whether the fingertip is mounted anew for each run or once a drum.
 
@@ -158,8 +159,9 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
     for word in text.split(","):
         name, _, strength = word.strip().partition("=")
         try:
-            named = dict.fromkeys(NUISANCES if name == "all" else [name])
+            named = dict.fromkeys(NUISANCES if name in ("all", "hard") else [name])
             strengths |= {n: float(strength) for n in named} if strength else named
+            strengths |= HARD if name == "hard" else {}
         except ValueError:
             raise InputError("--nuisances", "NAME or NAME=STRENGTH", f"'{word}'") from None
     return {name: value for name, value in strengths.items() if name != "none"}

@@ -4,7 +4,7 @@ Physics with a few constants; nothing in it knows a texture but through the drum
 """
 
 from afferents.rig.camera import Camera, project
-from afferents.rig.config import NUISANCES, Mounting, Rig
+from afferents.rig.config import HARD, NUISANCES, Mounting, Rig
 from afferents.rig.drive import STEADY_S, Drive
 from afferents.rig.microphone import Microphone
 from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
@@ -22,6 +22,7 @@ from afferents.rig.surface import (
 
 __all__ = [
     "AUDIO",
+    "HARD",
     "NUISANCES",
     "REFERENCE",
     "STEADY_S",

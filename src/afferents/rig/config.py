@@ -77,6 +77,32 @@ NUISANCES = {
 }
 """Each nuisance's strength: section and field of `Rig`; 0 is off."""
 
+HARD = {
+    "indentation": 0.25,
+    "tilt": 0.03,
+    "lateral": 2.0,
+    "friction": 0.3,
+    "frame-jitter": 0.001,
+    "clock-offset": 0.05,
+    "eccentricity": 0.3,
+    "drift": 0.1,
+    "speed-ripple": 0.03,
+    "motor-ripple": 0.015,
+    "printing": 0.1,
+    "motor": 0.04,
+    "mains": 0.005,
+    "microphone-noise": 0.008,
+    "room-noise": 0.012,
+    "camera-noise": 6.0,
+    "blur": 1.0,
+    "falloff": 0.4,
+    "barrel": 0.03,
+}
+"""Strengths of a rig put together in haste: the paper's is too easy for models beyond its own.
+
+Frozen before any model had learnt from it, and not to be tuned.
+"""
+
 
 class Rig(BaseModel):
     """Drum, fingertip, camera and microphone."""

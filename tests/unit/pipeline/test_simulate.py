@@ -14,7 +14,7 @@ from afferents.core.errors import InputError
 from afferents.core.progress import Progress
 from afferents.pipeline.simulate import simulate_session, simulation_of
 from afferents.recordings import read_session, session_file
-from afferents.rig import NUISANCES
+from afferents.rig import HARD, NUISANCES
 
 TEXTURES, SPEEDS, SECONDS = ("a", "g"), (50.0, 100.0), 1.6
 
@@ -136,6 +136,14 @@ def test_nuisances_are_chosen_by_name_and_strength():
     assert stronger.mounting.tilt_rad == 0.05
     assert stronger.camera.noise_grey > 0
     assert set(NUISANCES) > {"mains", "tilt"}
+
+
+def test_a_hard_rig_has_every_nuisance_no_weaker_than_its_own():
+    own, hard = simulation_of("s", "quick").rig, simulation_of("s", "quick", nuisances="hard").rig
+    for name, (section, field) in NUISANCES.items():
+        weak, strong = (getattr(getattr(rig, section), field) for rig in (own, hard))
+        assert strong > weak if name in HARD else strong == weak
+    assert simulation_of("s", "quick", nuisances="hard,motor=0").rig.microphone.motor == 0
 
 
 def test_presets_have_what_they_promise():
