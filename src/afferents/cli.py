@@ -14,7 +14,7 @@ from rich.table import Table
 from afferents import __version__
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, StoppedError
-from afferents.core.families import TABLE1, families
+from afferents.core.families import BEST, FAMILIES, TABLE1, Family, families
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 
@@ -294,7 +294,9 @@ def extract(
 def evaluate(
     data: Annotated[list[str], typer.Argument(help="Extracted stores, or fabricslide:PATH.")],
     out: Annotated[Path, typer.Option(help="Results folder; finished folds in it are kept.")],
-    models: Annotated[str, typer.Option(help="'all' or a comma-separated list.")] = "all",
+    models: Annotated[
+        str, typer.Option(help="'all' of Table 1, 'best', or a comma-separated list.")
+    ] = "all",
     protocol: Annotated[str, typer.Option(help="nested, published or both.")] = "nested",
     preset: Annotated[
         Literal["quick", "fast", "paper"],
@@ -359,12 +361,14 @@ def evaluate(
     from afferents.encodings import Lines
     from afferents.pipeline.ablation import Ablation, parse_speeds
     from afferents.pipeline.data import ENCODINGS, open_data
+    from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
     from afferents.pipeline.roughness import evaluate_roughness
     from afferents.report import roughness_table, to_rich
 
-    wanted, under, left_out = families(models), protocols(protocol), _conditions(without or [])
+    wanted = families(models) if models != "best" else []
+    under, left_out = protocols(protocol), _conditions(without or [])
     names = tuple(name.strip() for name in textures.split(",")) if textures else ()
     lines = Lines.parse(mask) if mask else None
     apart = next(iter(_conditions([test_only], "--test-only").items())) if test_only else None
@@ -394,7 +398,7 @@ def evaluate(
         evaluation = Evaluation(
             data=opened,
             out=out,
-            families=wanted,
+            families=wanted or [best_of([r for one in opened for r in one.responses])],
             protocols=under,
             preset=preset,
             cut=cut,
@@ -467,7 +471,12 @@ def status(
 def train(
     data: Annotated[str, typer.Argument(help="Extracted store, or fabricslide:PATH.")],
     out: Annotated[Path, typer.Argument(help="Folder of the model to write.")],
-    model: Annotated[str, typer.Option("--model", help="One of Table 1, such as ra-ste.")],
+    model: Annotated[
+        str,
+        typer.Option(
+            "--model", help="'best', what we recommend for such data, or one such as ra-ste."
+        ),
+    ] = "best",
     results: Annotated[
         Path | None, typer.Option(help="Results folder whose scores the model's card carries.")
     ] = None,
@@ -475,6 +484,7 @@ def train(
         Literal["quick", "fast", "paper"], typer.Option(help="Training recipe, as of evaluate.")
     ] = "fast",
     cut: CutName = "all",
+    frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
     device: Annotated[
         Literal["auto", "cpu", "cuda"], typer.Option(help="What the network trains on.")
@@ -484,20 +494,31 @@ def train(
 ) -> None:
     """Train one model to feel with, on all speeds but the one that calibrates it."""
     from afferents.pipeline.data import ENCODINGS, open_data
+    from afferents.pipeline.encode import best_of
     from afferents.pipeline.train_model import Training, train_model
 
-    chosen = families(model)
-    if len(chosen) != 1:
-        raise InputError("--model", "one model", f"'{model}'")
-    if chosen[0].name not in TABLE1:
-        one_of = f"one of {', '.join(TABLE1)} (others can be evaluated, not yet deployed)"
-        raise InputError("--model", one_of, f"'{model}'")
+    named = _one_to_feel_with(model) if model != "best" else None
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
-        how = ENCODINGS[opened[0].kind]
-        training = Training(opened, chosen[0], preset, cut, how, seed, results, device)
+        how = ENCODINGS[opened[0].kind].changed(frames=frames)
+        family = named or best_of([r for one in opened for r in one.responses])
+        training = Training(opened, family, preset, cut, how, seed, results, device)
         card = train_model(training, out, progress)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
+
+
+def _one_to_feel_with(name: str) -> Family:
+    chosen = families(name)
+    if len(chosen) != 1:
+        raise InputError("--model", "'best' or one model", f"'{name}'")
+    if not chosen[0].deployable:
+        able = ", ".join(family.name for family in FAMILIES.values() if family.deployable)
+        raise InputError(
+            "--model",
+            f"'best' or one of {able} (others can be evaluated, not deployed)",
+            f"'{name}'",
+        )
+    return chosen[0]
 
 
 @app.command()
@@ -584,7 +605,7 @@ def _rig_models(video: str | None, audio: str | None, progress: Progress) -> lis
             "run 'afferents train' and 'afferents export' first",
         )  # fmt: skip
     both = demo_models(Path("out/live"), progress)
-    kinds = {"ra-ste": video, "vib-te-aug": audio}
+    kinds = dict(zip(BEST, (video, audio), strict=True))
     return [path for path in both if kinds[path.stem] is not None]
 
 

@@ -8,7 +8,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from afferents.core.errors import InputError
-from afferents.core.families import TABLE1, Family
+from afferents.core.families import FAMILIES, Family
 
 SCHEMA = 1
 CARD, WEIGHTS = "model.json", "weights.safetensors"
@@ -57,13 +57,14 @@ class Card(BaseModel):
     Attributes
     ----------
     family
-        Row of Table 1, such as ``ra-ste``.
+        Such as ``ra-wave-vector``, or ``ra-ste`` of Table 1.
     textures
         Names of the classes, in order.
     shape
-        Of one image (row, column) or spectrum (channel, frequency).
+        Of one image (row, column), spectrum (channel, frequency), or the waves of a run (component,
+        row_wavenumber, column_wavenumber).
     frames
-        Images in a run; 1 but for the spatio-temporal families.
+        Images that a network takes in one after the other; 1 but for the spatio-temporal families.
     scale
         Inputs are divided by it (in the network that is exported).
     temperature
@@ -78,6 +79,8 @@ class Card(BaseModel):
         Of the camera (images) or the microphone (spectra).
     spectral
         Parameters of the spectra; see `encodings.SpectralEncoding`.
+    waves
+        Parameters of the waves, among them the frames of a run; see `encodings.WavenumberEncoding`.
     validated_on_mm_s, validation_accuracy
         The whole speed that chose the weights, temperature and limit, and the accuracy at it.
     scores
@@ -99,6 +102,7 @@ class Card(BaseModel):
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
     spectral: dict[str, Any] | None = None
+    waves: dict[str, Any] | None = None
     preset: str
     seed: int
     learnt_from_mm_s: tuple[float, ...]
@@ -112,9 +116,11 @@ class Card(BaseModel):
     def _has_what_its_family_needs(self) -> Self:
         if self.schema_version != SCHEMA:
             raise ValueError(f"schema_version must be {SCHEMA}")
-        if self.family not in TABLE1:
-            raise ValueError(f"family must be one of {', '.join(TABLE1)}")
-        needed = ("sample_rate_hz", "spectral") if self.is_vibration else ("fps_hz", "sensor")
+        known = [name for name, family in FAMILIES.items() if family.deployable]
+        if self.family not in known:
+            raise ValueError(f"family must be one of {', '.join(known)}")
+        needed = ["sample_rate_hz", "spectral"] if self.is_vibration else ["fps_hz", "sensor"]
+        needed += ["waves"] if self.is_wave else []
         for name in needed:
             if getattr(self, name) is None:
                 raise ValueError(f"{name} must be given for {self.family}")
@@ -122,8 +128,8 @@ class Card(BaseModel):
 
     @property
     def of_family(self) -> Family:
-        """Its row of Table 1."""
-        return TABLE1[self.family]
+        """What it is."""
+        return FAMILIES[self.family]
 
     @property
     def is_vibration(self) -> bool:
@@ -131,10 +137,17 @@ class Card(BaseModel):
         return self.of_family.encoding == "spectral"
 
     @property
+    def is_wave(self) -> bool:
+        """Whether it feels by the waves in runs of images."""
+        return self.of_family.encoding == "wavenumbers"
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the exported network's inputs, the sample first."""
         if self.is_vibration:
             return ("spectrum",)
+        if self.is_wave:
+            return ("waves",)
         return ("image", "past") if self.frames > 1 else ("image",)
 
     @property
@@ -152,11 +165,14 @@ class Card(BaseModel):
         """Return in sentences what it is and how far it has been tested."""
         speeds = ", ".join(f"{v:g}" for v in self.learnt_from_mm_s)
         kind = "simulated recordings" if self.simulated else "recordings"
+        is_network = self.of_family.learner == "network"
+        recipe = f" (preset {self.preset})" if is_network else ""
+        chosen = "weights and temperature" if is_network else "the temperature"
         return [
             f"{self.of_family.title}: {len(self.textures)} textures, learnt from "
             f"{sum(int(data.get('n_recordings', 0)) for data in self.data)} {kind} "
-            f"at {speeds} mm/s (preset {self.preset}).",
-            f"At {self.validated_on_mm_s:g} mm/s, which chose weights and temperature and nothing "
+            f"at {speeds} mm/s{recipe}.",
+            f"At {self.validated_on_mm_s:g} mm/s, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
             *(f"Evaluated: {score.said()}." for score in self.scores),
             *([] if self.scores else ["Not evaluated at speeds held out."]),

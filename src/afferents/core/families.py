@@ -14,6 +14,16 @@ from afferents.core.dims import (
 )
 from afferents.core.errors import InputError
 
+MEMORY_FRAMES = {
+    SA1: 0,
+    SA1_VECTOR: 0,
+    RA1: 1,
+    RA1_SIGNED: 1,
+    RA1_VECTOR: 1,
+    RA1_CIRCUMFERENTIAL: 1,
+}
+"""How many frames back a response looks (Eqs. 1 and 2)."""
+
 Encoding = Literal["spatial", "spatiotemporal", "spectral", "orders", "wavenumbers"]
 Learner = Literal["network", "ridge", "orders", "late fusion", "joint fusion"]
 SpeedFrom = Literal["nobody", "robot", "fingertip"]
@@ -47,6 +57,15 @@ class Family:
     speed_from: SpeedFrom = "nobody"
     parts: tuple[str, ...] = ()
 
+    @property
+    def deployable(self) -> bool:
+        """Whether it can be trained to feel live with."""
+        if self.learner == "network":
+            return True
+        return self.encoding == "wavenumbers" and self.afferent in _FELT_LIVE
+
+
+_FELT_LIVE = (SA1, SA1_VECTOR, RA1, RA1_VECTOR)
 
 TABLE1: dict[str, Family] = {
     family.name: family
@@ -102,6 +121,13 @@ BEYOND: dict[str, Family] = {
 FAMILIES: dict[str, Family] = TABLE1 | BEYOND
 
 
+BEST = ("ra-wave-vector", "vib-te-aug")
+"""What is recommended: the first that the data support, to be trained and felt with.
+
+By the kind of data, not by scores at held-out speeds, so that nothing is picked on a test.
+"""
+
+
 def families(names: str) -> list[Family]:
     """Read a comma-separated list of families, in the order of Table 1; `all` for its six.
 
@@ -113,5 +139,7 @@ def families(names: str) -> list[Family]:
     chosen = list(TABLE1) if names == "all" else [name.strip() for name in names.split(",")]
     for name in chosen:
         if name not in FAMILIES:
-            raise InputError("--models", f"'all' or some of {', '.join(FAMILIES)}", f"'{name}'")
+            raise InputError(
+                "--models", f"'all', 'best' or some of {', '.join(FAMILIES)}", f"'{name}'"
+            )
     return [family for name, family in FAMILIES.items() if name in chosen]

@@ -13,7 +13,12 @@ from afferents.encodings.spectral import (
     spectral_samples,
     without_mean,
 )
-from afferents.encodings.wavenumbers import WavenumberEncoding, wavenumber_samples
+from afferents.encodings.wavenumbers import (
+    WavenumberEncoding,
+    component_images,
+    log_waves,
+    wavenumber_samples,
+)
 
 __all__ = [
     "COPIES",
@@ -24,6 +29,8 @@ __all__ = [
     "SpectralEncoding",
     "WavenumberEncoding",
     "amplitude_spectrum",
+    "component_images",
+    "log_waves",
     "order_samples",
     "require_orders",
     "require_run",

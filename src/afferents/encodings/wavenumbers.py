@@ -65,11 +65,9 @@ def wavenumber_samples(
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     require_run(len(start_s), response.attrs.get("name", "a recording"), encoding.frames)
     n, length = len(start_s) // encoding.frames, encoding.frames
-    images = _component_images(response.isel({dims.TIME: frames}))[: n * length]
+    images = component_images(response.isel({dims.TIME: frames}))[: n * length]
     runs = images.reshape(n, length, *images.shape[1:])
-    if memory == 0:
-        runs = runs - runs.mean(axis=1, keepdims=True)
-    values = np.stack([_log_power(run) for run in runs])
+    values = np.stack([log_waves(run, memory) for run in runs])
     return make_samples(
         values,
         (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER),
@@ -83,7 +81,7 @@ def wavenumber_samples(
     )
 
 
-def _component_images(response: xr.DataArray) -> NDArray[np.float32]:
+def component_images(response: xr.DataArray) -> NDArray[np.float32]:
     """Return tactile images (time, component, row, column) of a length or of a vector."""
     if dims.SPACE not in response.dims:
         return tactile_images(response)[:, None]
@@ -91,9 +89,11 @@ def _component_images(response: xr.DataArray) -> NDArray[np.float32]:
     return np.stack([tactile_images(part) for part in parts], axis=1)
 
 
-def _log_power(run: NDArray[np.float32]) -> NDArray[np.float32]:
+def log_waves(run: NDArray[np.float32], memory: int) -> NDArray[np.float32]:
     """Return what `wavenumber_samples` does of one run (frame, component, row, column)."""
     n_rows, n_columns = run.shape[2:]
+    if memory == 0:
+        run = run - run.mean(axis=0, keepdims=True)
     taper = np.outer(_taper(n_rows), _taper(n_columns)).astype(np.float32)
     level = run - run.mean(axis=(2, 3), keepdims=True)
     power = (np.abs(np.fft.rfft2(level * taper)) ** 2).mean(axis=0)

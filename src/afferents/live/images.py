@@ -1,15 +1,18 @@
 """SA-I and RA-I as tactile images, frame by frame: the same numbers as offline, bit by bit."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
 from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undistort
 
 Image = NDArray[np.float32]
+Response = NDArray[np.floating]
 
 
 class Felt(NamedTuple):
@@ -17,18 +20,17 @@ class Felt(NamedTuple):
 
     Attributes
     ----------
-    sa1
-        SA-I image (row, column), px; lost markers hold what they last showed.
-    ra1
-        RA-I image, px/frame; None where no frame came just before.
+    images
+        By name: SA-I, px, and RA-I, px/frame, (row, column), and the same with their directions,
+        (component, row, column). Lost markers hold what they last showed. Without RA-I where no
+        frame came just before.
     position
         Of the markers as the camera sees them, (n, 2), px, NaN where lost.
     detected
         Which were found, (n,).
     """
 
-    sa1: Image
-    ra1: Image | None
+    images: Mapping[str, Image]
     position: NDArray[np.float64]
     detected: NDArray[np.bool_]
 
@@ -60,9 +62,8 @@ class Images:
         """Begin anew: the next frame is the first of a recording."""
         self._tracker: Tracker | None = None
         self._n = 0
-        n_markers = self.shape[0] * self.shape[1]
-        self._slow, self._rapid = np.zeros(n_markers), np.zeros(n_markers)
-        self._before: NDArray[np.float64] | None = None
+        self._last: dict[str, Response] = {}
+        self._before: tuple[Response, Response] | None = None
 
     def skip(self) -> None:
         """Frames are missing before the next one: it has no RA-I."""
@@ -83,32 +84,39 @@ class Images:
             check_size("the pictures", frame.luma.shape[::-1], self.sensor)
             self._tracker = Tracker(self.sensor, levels=frame.levels)
         position, detected = self._tracker.step(frame.luma)
-        slow = self._displacement(position, self._tracker.rest_position)
-        rapid = None if self._before is None else np.abs(slow - self._before)
-        self._before = slow
         grid = self._tracker.grid
-        return Felt(
-            self._image(_held(slow, self._slow), grid),
-            None if rapid is None else self._image(_held(rapid, self._rapid), grid),
-            position,
-            detected,
-        )
+        assert grid is not None
+        responses = self._responses(position, self._tracker.rest_position)
+        images = {
+            name: self._image(self._held(name, response), grid)
+            for name, response in responses.items()
+        }
+        return Felt(images, position, detected)
 
-    def _displacement(self, position: Positions, rest: Positions) -> NDArray[np.float64]:
-        """Return SA-I (Eq. 1), as `channels.sa1` computes it."""
+    def _responses(self, position: Positions, rest: Positions) -> dict[str, Response]:
+        """Return SA-I and RA-I (Eqs. 1 and 2), computed as `channels` and `encode` do.
+
+        Those with directions offline come from stored positions, which are float32.
+        """
         if (lens := self.sensor.lens) is not None:
             position, rest = undistort(position, lens), undistort(rest, lens)
-        return np.asarray(((position - rest) ** 2).sum(axis=1) ** 0.5)
+        slow: Response = np.asarray(((position - rest) ** 2).sum(axis=1) ** 0.5)
+        moved: Response = position.astype(np.float32) - rest.astype(np.float32)
+        before, self._before = self._before, (slow, moved)
+        found = {dims.SA1: slow, dims.SA1_VECTOR: moved}
+        if before is not None:
+            found |= {dims.RA1: np.abs(slow - before[0]), dims.RA1_VECTOR: moved - before[1]}
+        return found
 
-    def _image(self, response: NDArray[np.float64], grid: Grid | None) -> Image:
-        image = np.zeros(self.shape, np.float32)
-        assert grid is not None
-        image[grid.row, grid.column] = response
+    def _held(self, name: str, response: Response) -> Response:
+        """Fill what lost markers leave open with what they last showed, and keep it."""
+        last = self._last.setdefault(name, np.zeros_like(response))
+        seen = ~np.isnan(response)
+        last[seen] = response[seen]
+        return last
+
+    def _image(self, response: Response, grid: Grid) -> Image:
+        """Lay (marker,) or (marker, component) out as (row, column) or (component, row, column)."""
+        image = np.zeros((*response.shape[1:], *self.shape), np.float32)
+        image[..., grid.row, grid.column] = response.T
         return image
-
-
-def _held(response: NDArray[np.float64], last: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fill what lost markers leave open with what they last showed, and keep it in `last`."""
-    seen = ~np.isnan(response)
-    last[seen] = response[seen]
-    return last

@@ -10,6 +10,9 @@ from pydantic import BaseModel, ValidationError
 from afferents.core.card import METADATA, Card, read_card
 from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
+from afferents.core.families import MEMORY_FRAMES
+from afferents.encodings import WavenumberEncoding
+from afferents.live.waves import Waves
 
 Part = TypeVar("Part", bound=BaseModel)
 
@@ -75,6 +78,11 @@ class Network:
             )
         self._input = name
         self._past = np.zeros(shapes["past"], np.float32) if "past" in shapes else None
+        self._waves = self._run_of_images() if self.card.is_wave else None
+
+    def _run_of_images(self) -> Waves:
+        encoding = self.part(WavenumberEncoding, self.card.waves, "waves")
+        return Waves(encoding, MEMORY_FRAMES[self.card.of_family.afferent])
 
     def part(self, kind: type[Part], content: object, what: str) -> Part:
         """Return a part of its card as what it stands for.
@@ -93,6 +101,8 @@ class Network:
     def skip(self) -> None:
         """Begin a new run of images: what comes next does not follow what came before."""
         self._n = 0
+        if self._waves is not None:
+            self._waves.skip()
 
     def feel(self, sample: NDArray[np.float32]) -> Outcome | None:
         """Say what a sample is; None until a run of images is full.
@@ -100,8 +110,14 @@ class Network:
         Parameters
         ----------
         sample
-            An image (row, column) or a spectrum (channel, frequency), as the encodings make it.
+            An image (row, column) or (component, row, column), or a spectrum (channel, frequency),
+            as the encodings make it.
         """
+        if self._waves is not None:
+            waves = self._waves.feed(sample)
+            if waves is None:
+                return None
+            sample = waves
         given = {self._input: sample[np.newaxis]}
         if self._past is not None:
             given["past"] = self._past

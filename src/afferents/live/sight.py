@@ -1,6 +1,5 @@
 """From frames to percepts, by SA-I and RA-I."""
 
-from afferents.core.dims import SA1
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Picture, Trouble
 from afferents.live.images import Felt, Images
@@ -80,7 +79,7 @@ class Sight(Sense):
     def _feel(self, felt: Felt, arrived_s: float) -> list[Percept]:
         percepts = []
         for judge in self.judges:
-            image = felt.sa1 if judge.card.of_family.afferent == SA1 else felt.ra1
+            image = felt.images.get(judge.card.of_family.afferent)
             if image is not None:
                 found = float(felt.detected.mean())
                 percept = judge.feel(image, self.now_s, self.every_s, arrived_s, found)

@@ -1,4 +1,4 @@
-"""The network for an encoding, with reproducible first weights."""
+"""The network for an encoding, with reproducible first weights if it has any."""
 
 import torch
 from torch import nn
@@ -6,6 +6,7 @@ from torch import nn
 from afferents.core.errors import InputError
 from afferents.core.families import Encoding
 from afferents.models.cnn_lstm import CnnLstm
+from afferents.models.ridge import Ridge
 from afferents.models.spatial import SpatialNet
 from afferents.models.vibration import VibrationNet
 
@@ -13,22 +14,24 @@ _SAMPLE_DIMS: dict[Encoding, tuple[str, ...]] = {
     "spatial": ("row", "column"),
     "spatiotemporal": ("frame", "row", "column"),
     "spectral": ("channel", "frequency"),
+    "wavenumbers": ("component", "row_wavenumber", "column_wavenumber"),
 }
 
 
 def build(
     encoding: Encoding, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
 ) -> nn.Module:
-    """Return the paper's network for an encoding, its weights drawn from `seed`.
+    """Return the network for an encoding: the paper's, its weights drawn from `seed`, or a ridge.
 
     Parameters
     ----------
     encoding
-        `spatial`, `spatiotemporal` or `spectral`.
+        `spatial`, `spatiotemporal` or `spectral`; `wavenumbers` for a ridge.
     n_classes
         Number of textures, at least 2.
     sample_shape
-        Shape of one sample: (row, column), (frame, row, column) or (channel, frequency).
+        Shape of one sample: (row, column), (frame, row, column), (channel, frequency) or
+        (component, row_wavenumber, column_wavenumber).
     seed
         Of the weights; the caller's random state is left as it was.
 
@@ -52,4 +55,6 @@ def _network(encoding: Encoding, n_classes: int, sample_shape: tuple[int, ...]) 
         return SpatialNet(n_classes, *sample_shape)
     if encoding == "spatiotemporal":
         return CnnLstm(n_classes, *sample_shape[1:])
+    if encoding == "wavenumbers":
+        return Ridge(n_classes, sample_shape)
     return VibrationNet(n_classes, *sample_shape)

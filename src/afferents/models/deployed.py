@@ -1,4 +1,4 @@
-"""A trained network made ready to feel with: probabilities that mean something, and 'unknown'.
+"""A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
 
 Strangeness is how far a sample lies from all that was learnt: the smallest Mahalanobis distance
 of its last features to a class's mean, with one covariance for all classes (Lee et al., NeurIPS
@@ -24,7 +24,7 @@ class Deployed(nn.Module):
     Parameters
     ----------
     network
-        One of the paper's.
+        One of the paper's, or a ridge: it has `features`, and `dense` layers after them.
     n_classes
         Number of textures.
     scale

@@ -8,6 +8,7 @@ softmax of the scores over a temperature, which a speed not learnt from sets.
 import operator
 from collections.abc import Sequence
 from functools import reduce
+from typing import cast
 
 import torch
 from torch import Tensor, nn
@@ -66,7 +67,7 @@ def sum_of(grams: Sequence[Gram]) -> Gram:
 
 
 class Ridge(nn.Module):
-    """Scores of textures from flattened values.
+    """Scores of textures from flattened values: one dense layer on standardised ones.
 
     Parameters
     ----------
@@ -78,8 +79,6 @@ class Ridge(nn.Module):
 
     mean: Tensor
     sd: Tensor
-    weight: Tensor
-    constant: Tensor
     temperature: Tensor
 
     def __init__(self, n_classes: int, sample_shape: tuple[int, ...]) -> None:
@@ -88,9 +87,11 @@ class Ridge(nn.Module):
         n = torch.Size(sample_shape).numel()
         self.register_buffer("mean", torch.zeros(n))
         self.register_buffer("sd", torch.ones(n))
-        self.register_buffer("weight", torch.zeros(n, n_classes))
-        self.register_buffer("constant", torch.zeros(n_classes))
         self.register_buffer("temperature", torch.ones(()))
+        linear = nn.Linear(n, n_classes)
+        nn.init.zeros_(linear.weight)
+        nn.init.zeros_(linear.bias)
+        self.dense = nn.Sequential(linear).requires_grad_(False)
 
     def learn(self, values: Tensor, labels: Tensor, weight: Tensor) -> None:
         """Learn from samples, in place.
@@ -102,16 +103,23 @@ class Ridge(nn.Module):
         weight
             Of each sample, (n,).
         """
-        flat = values.flatten(1)
+        flat, linear = values.flatten(1), cast("nn.Linear", self.dense[0])
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
-        targets = nn.functional.one_hot(labels, len(self.constant))
-        gram = Gram(flat.shape[1], targets.shape[1])
-        gram.add((flat - self.mean) / self.sd, targets, weight)
-        self.weight, self.constant = gram.solve(STRENGTH)
+        targets = nn.functional.one_hot(labels, linear.out_features)
+        gram = Gram(linear.in_features, linear.out_features)
+        gram.add(self.features(values), targets, weight)
+        solved, constant = gram.solve(STRENGTH)
+        linear.weight.copy_(solved.T)
+        linear.bias.copy_(constant)
+
+    def features(self, values: Tensor) -> Tensor:
+        """Return the standardised values of samples, (n, feature)."""
+        features: Tensor = (values.flatten(1) - self.mean) / self.sd
+        return features
 
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return the scores of samples, (n, n_classes), whatever their speeds."""
-        scores: Tensor = (values.flatten(1) - self.mean) / self.sd @ self.weight + self.constant
+        scores: Tensor = self.dense(self.features(values))
         return scores
 
     def forward(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:

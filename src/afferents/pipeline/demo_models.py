@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from afferents.core.card import Card
-from afferents.core.families import FAMILIES
+from afferents.core.families import BEST, FAMILIES
 from afferents.core.progress import Progress
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
@@ -13,7 +13,6 @@ from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import simulate_session, simulation_of
 from afferents.pipeline.train_model import Training, train_model
 
-MODELS = ("ra-ste", "vib-te-aug")
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
 
@@ -28,12 +27,12 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     demo
         A store to learn from, if it is there; else a small session is simulated.
     """
-    exported = [folder / f"{name}.onnx" for name in MODELS]
+    exported = [folder / f"{name}.onnx" for name in BEST]
     if all(path.is_file() for path in exported):
         return exported
     store = demo if demo.is_dir() and open_responses(demo) else _simulated(folder, progress)
     data = open_data([str(store)], progress=progress)
-    for name, path in zip(MODELS, exported, strict=True):
+    for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {FAMILIES[name].title} on {store}")
         training = Training(data, FAMILIES[name], "fast", "all", ENCODINGS["store"])
         card: Card = train_model(training, folder / name, progress)

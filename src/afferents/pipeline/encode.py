@@ -15,7 +15,7 @@ from afferents.channels import (
 from afferents.core import dims
 from afferents.core.cut import Cut, cut_audio, cut_frames
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES, Encoding, Family
+from afferents.core.families import BEST, FAMILIES, MEMORY_FRAMES, Encoding, Family
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples, concatenate
@@ -34,16 +34,6 @@ from afferents.encodings import (
 
 Source = tuple[str, Encoding]
 """What samples are made of, and how: an afferent and an encoding."""
-
-MEMORY_FRAMES = {
-    dims.SA1: 0,
-    dims.SA1_VECTOR: 0,
-    dims.RA1: 1,
-    dims.RA1_SIGNED: 1,
-    dims.RA1_VECTOR: 1,
-    dims.RA1_CIRCUMFERENTIAL: 1,
-}
-"""How many frames back a response looks (Eqs. 1 and 2)."""
 
 _MADE_OF = {
     dims.RA1_SIGNED: dims.SA1,
@@ -100,6 +90,20 @@ def require_support(
             f"{' and '.join(afferent for afferent, _ in sources_of(refused))} in the form it needs",
         )
     return able
+
+
+def best_of(recordings: Sequence[Responses]) -> Family:
+    """Return the family that is recommended for such recordings; see `BEST`.
+
+    Raises
+    ------
+    InputError
+        If they support none.
+    """
+    for name in BEST:
+        if all(supported(FAMILIES[name], responses) for responses in recordings):
+            return FAMILIES[name]
+    return require_support([FAMILIES[BEST[0]]], recordings, may_leave_out=False)[0]
 
 
 def kept_part(

@@ -21,11 +21,11 @@ from afferents.core.files import write_aside
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.results import load_results
-from afferents.core.samples import Samples, textures_of
+from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.core.store import store_config
 from afferents.encodings import FRAMES, Encodings
 from afferents.evaluation import Fold, least_surprise, surprise
-from afferents.models import Deployed, build
+from afferents.models import Deployed, Ridge, build, equal_weights
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import encode_all, require_support
 from afferents.pipeline.job import fit
@@ -90,7 +90,7 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
     card = Card(
         family=family.name,
         textures=tuple(textures_of(samples)),
-        shape=tuple(learnt.values.shape[-2:]),
+        shape=tuple(learnt.values.shape[2 if family.encoding == "spatiotemporal" else 1 :]),
         frames=FRAMES if family.encoding == "spatiotemporal" else 1,
         scale=learnt.scale,
         preset=training.preset,
@@ -113,6 +113,8 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
 def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the network to be deployed, and what it learnt from."""
     family = training.family
+    if family.learner == "ridge":
+        return _solved(samples, fold)
     config = training_config(training.preset, family.encoding)
     config = config.model_copy(update={"device": training.device})
     rng = np.random.default_rng(training.seed)
@@ -123,6 +125,19 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     network = build(family.encoding, n_classes, tuple(learnt.values.shape[1:]), training.seed)
     fit(network, learnt, config, training.seed)
     return Deployed(network.cpu(), n_classes, learnt.scale).eval(), learnt
+
+
+def _solved(samples: Samples, fold: Fold) -> tuple[Deployed, LearningSet]:
+    """Solve a ridge on a fold."""
+    values, labels = torch.from_numpy(samples.values), torch.from_numpy(labels_of(samples))
+    n_classes, train = len(textures_of(samples)), torch.from_numpy(fold.train)
+    ridge = build("wavenumbers", n_classes, samples.shape[1:])
+    assert isinstance(ridge, Ridge)
+    speed = torch.from_numpy(samples[dims.SPEED].values)
+    ridge.learn(values[train], labels[train], equal_weights(labels[train], speed[train]))
+    nothing = np.empty(0, dtype=np.int64)
+    learnt = LearningSet(values, labels, fold.train, fold.validation, 1.0, nothing)
+    return Deployed(ridge, n_classes, learnt.scale).eval(), learnt
 
 
 class Calibration(NamedTuple):
@@ -292,4 +307,7 @@ def _felt_with(training: Training) -> dict[str, Any]:
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
-    return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
+    felt_with = {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
+    if training.family.encoding == "wavenumbers":
+        felt_with["waves"] = training.encodings.wavenumbers.model_dump()
+    return felt_with

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from afferents.channels import hold
 from afferents.core import dims
 from afferents.core.errors import AfferentsError, InputError
+from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import read_json, write_aside
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
@@ -18,7 +19,7 @@ from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encodings, SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data
-from afferents.pipeline.encode import MEMORY_FRAMES, encode_all
+from afferents.pipeline.encode import encode_all
 from afferents.report import (
     FACTORS,
     FigureData,

@@ -41,7 +41,13 @@ def stores(session, sounds, tmp_path_factory):
 def models(stores, tmp_path_factory):
     """Exported models by family; the folders they come from lie beside them."""
     folder = tmp_path_factory.mktemp("models")
-    sources = {"sa-se": "video", "ra-ste": "video", "vib-te-aug": "audio"}
+    sources = {
+        "sa-se": "video",
+        "ra-ste": "video",
+        "sa-wave": "video",
+        "ra-wave-vector": "video",
+        "vib-te-aug": "audio",
+    }
     return {name: trained(stores[kind], name, folder) for name, kind in sources.items()}
 
 

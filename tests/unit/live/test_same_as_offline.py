@@ -11,11 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afferents
-from afferents.channels import hold
+from afferents.channels import hold, ra1_vector, sa1_vector
 from afferents.core import dims
 from afferents.core.families import FAMILIES
 from afferents.core.store import open_responses
-from afferents.encodings import SpectralEncoding, spectral_samples, tactile_images
+from afferents.encodings import (
+    SpectralEncoding,
+    component_images,
+    spectral_samples,
+    tactile_images,
+)
 from afferents.live import Feeler, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream
 from afferents.live.images import Images
 from afferents.live.spectra import Spectra
@@ -28,12 +33,11 @@ from afferents.recordings import WavFile, open_video, read_session
 
 
 def live_images(video, sensor):
-    """SA-I and RA-I images by frame number."""
+    """All images by name and frame number."""
     images = Images(sensor)
     felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
-    return {i: f.sa1 for i, f in felt.items()}, {
-        i: f.ra1 for i, f in felt.items() if f.ra1 is not None
-    }
+    names = (dims.SA1, dims.RA1, dims.SA1_VECTOR, dims.RA1_VECTOR)
+    return {n: {i: f.images[n] for i, f in felt.items() if n in f.images} for n in names}
 
 
 @pytest.mark.parametrize("losing", [False, True])
@@ -48,10 +52,15 @@ def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rn
         recording = replace(recording, video=video, audio=None)
     responses = responses_of(recording, sensor)
     assert bool(responses[dims.SA1][sensor.rest_frame :].isnull().any()) == losing
-    slow, rapid = live_images(recording.video, sensor)
-    for live, name in ((slow, dims.SA1), (rapid, dims.RA1)):
-        stored = responses[name].astype(np.float32)
-        offline = tactile_images(hold(stored))
+    moved = sa1_vector(responses[dims.POSITION], responses[dims.REST_POSITION])
+    offline_by_name = {
+        dims.SA1: tactile_images(hold(responses[dims.SA1])),
+        dims.RA1: tactile_images(hold(responses[dims.RA1])),
+        dims.SA1_VECTOR: component_images(hold(moved)),
+        dims.RA1_VECTOR: component_images(hold(ra1_vector(moved))),
+    }
+    for name, live in live_images(recording.video, sensor).items():
+        offline = offline_by_name[name]
         assert set(live) == set(range(min(live), len(offline)))
         for i, image in live.items():
             np.testing.assert_array_equal(image, offline[i])
@@ -120,7 +129,7 @@ def said_offline(model, responses, family, cut_s):
     return dict(zip(stop_ms.tolist(), found, strict=True))
 
 
-@pytest.mark.parametrize("name", ["sa-se", "ra-ste"])
+@pytest.mark.parametrize("name", ["sa-se", "ra-ste", "sa-wave", "ra-wave-vector"])
 def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name):
     recording = read_session(session).recordings[5]
     source = ReplayedVideo(recording.video, Pace(math.inf))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from afferents.core.card import read_card
 from afferents.core.evidence import MEMORY_S, Evidence
+from afferents.encodings import log_waves
 from afferents.evaluation import least_surprise
 from afferents.live import Network
 from afferents.models import Deployed, build
@@ -32,8 +33,36 @@ def test_the_card_says_what_it_learnt_from(models):
     assert read_card((folder / "model.json").read_text(), folder) == card
 
 
+def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
+    path = models["ra-wave-vector"]
+    card, deployed = load_model(path.with_suffix(""))
+    network, images = Network(path), rng.normal(size=(13, 2, 19, 19)).astype(np.float32)
+    assert card.waves["frames"] == 10
+    for i, image in enumerate(images):
+        if i == 11:
+            network.skip()
+        outcome = network.feel(image)
+        if i not in (9, 10):
+            assert outcome is None
+            continue
+        with torch.no_grad():
+            waves = torch.from_numpy(log_waves(images[i - 9 : i + 1], memory=1))
+            probabilities, strangeness = deployed(waves[None])
+        np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
+        assert outcome.strangeness == pytest.approx(float(strangeness[0]), rel=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["video", "audio"])
+def test_the_best_is_trained_where_nothing_is_asked_for(run, stores, tmp_path, kind):
+    code, out, _ = run("train", stores[kind], tmp_path / "m", "--preset", "quick", "--json")
+    assert code == 0
+    best = {"video": "ra-wave-vector", "audio": "vib-te-aug"}[kind]
+    assert json.loads(out)["family"] == best
+
+
 def test_the_file_says_what_the_folder_says(models, rng):
-    for name, path in models.items():
+    for name in ("sa-se", "ra-ste", "vib-te-aug"):
+        path = models[name]
         card, deployed = load_model(path.with_suffix(""))
         network = Network(path)
         shape = (card.frames + 3, *card.shape)
@@ -75,8 +104,12 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
         return said
 
     store = stores["audio"]
-    assert "--model: expected one model" in refused(store, tmp_path / "m", "--model", "all")
-    assert "not yet deployed" in refused(store, tmp_path / "m", "--model", "order-te")
+    assert "--model: expected 'best' or one model" in refused(
+        store, tmp_path / "m", "--model", "all"
+    )
+    assert "others can be evaluated, not deployed" in refused(
+        store, tmp_path / "m", "--model", "order-te"
+    )
     assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
     (tmp_path / "taken").mkdir()
     said = refused(store, tmp_path / "taken", "--model", "vib-te")

@@ -6,6 +6,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from afferents.core.dims import RA1, SA1
 from afferents.live.events import Picture
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
@@ -93,8 +94,8 @@ class Snapshots:
             content |= {
                 "size": picture.frame.luma.shape[::-1],
                 "markers": _numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
-                "sa1": _numbers(felt.sa1, _DIGITS),
-                "ra1": None if felt.ra1 is None else _numbers(felt.ra1, _DIGITS),
+                "sa1": _numbers(felt.images[SA1], _DIGITS),
+                "ra1": _numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
             }
         return content
 
