@@ -522,6 +522,26 @@ def _one_to_feel_with(name: str) -> Family:
 
 
 @app.command()
+def explain(
+    model: Annotated[Path, typer.Argument(help="Folder of a trained model.")],
+    data: Annotated[str, typer.Argument(help="Extracted store, or fabricslide:PATH.")],
+    out: Annotated[Path, typer.Option(help="Folder for the pictures.")],
+    cut: CutName = "all",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show what decides: the markers, waves, or frequencies without which a model fails."""
+    from afferents.pipeline.data import open_data
+    from afferents.pipeline.explain import explain as ask
+
+    with Progress(quiet or as_json) as progress:
+        (opened,) = open_data([data], progress=progress)
+        found = ask(model, opened, out, cut, progress)
+    pictures = [f"Picture: {path}" for path in found.pictures]
+    _say(as_json, found.facts, *found.sentences, *pictures)
+
+
+@app.command()
 def export(
     model: Annotated[Path, typer.Argument(help="Folder of a trained model.")],
     out: Annotated[Path, typer.Argument(help="File to write, such as model.onnx.")],

@@ -16,6 +16,7 @@ from afferents.encodings.spectral import (
 from afferents.encodings.wavenumbers import (
     WavenumberEncoding,
     component_images,
+    image_runs,
     log_waves,
     wavenumber_samples,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "WavenumberEncoding",
     "amplitude_spectrum",
     "component_images",
+    "image_runs",
     "log_waves",
     "order_samples",
     "require_orders",

@@ -64,9 +64,8 @@ def wavenumber_samples(
     """
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     require_run(len(start_s), response.attrs.get("name", "a recording"), encoding.frames)
-    n, length = len(start_s) // encoding.frames, encoding.frames
-    images = component_images(response.isel({dims.TIME: frames}))[: n * length]
-    runs = images.reshape(n, length, *images.shape[1:])
+    runs = image_runs(response, frames, encoding)
+    n, length = runs.shape[:2]
     values = np.stack([log_waves(run, memory) for run in runs])
     return make_samples(
         values,
@@ -75,10 +74,26 @@ def wavenumber_samples(
         stop_s[length - 1 : n * length : length],
         response.attrs,
         {
-            dims.ROW_WAVENUMBER: np.fft.fftfreq(images.shape[2]),
-            dims.COLUMN_WAVENUMBER: np.fft.rfftfreq(images.shape[3]),
+            dims.ROW_WAVENUMBER: np.fft.fftfreq(runs.shape[3]),
+            dims.COLUMN_WAVENUMBER: np.fft.rfftfreq(runs.shape[4]),
         },
     )
+
+
+def image_runs(
+    response: xr.DataArray, frames: slice, encoding: WavenumberEncoding
+) -> NDArray[np.float32]:
+    """Return the runs that `wavenumber_samples` makes samples of.
+
+    Parameters and errors as there.
+
+    Returns
+    -------
+    Shape (run, frame, component, row, column), in the response's unit.
+    """
+    images = component_images(response.isel({dims.TIME: frames}))
+    n = len(images) // encoding.frames
+    return images[: n * encoding.frames].reshape(n, encoding.frames, *images.shape[1:])
 
 
 def component_images(response: xr.DataArray) -> NDArray[np.float32]:

@@ -12,6 +12,7 @@ from afferents.evaluation.folds import (
     save_fold,
 )
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
+from afferents.evaluation.occlusion import Say, bands, losses, patches
 from afferents.evaluation.splits import Fold, LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.standing import (
     Standing,
@@ -31,9 +32,11 @@ __all__ = [
     "FoldKey",
     "Leaks",
     "LeaveOneSpeedOut",
+    "Say",
     "Standing",
     "State",
     "at_work",
+    "bands",
     "best_weights",
     "between",
     "check_results_folder",
@@ -42,7 +45,9 @@ __all__ = [
     "finished",
     "finished_keys",
     "least_surprise",
+    "losses",
     "number_in_recording",
+    "patches",
     "plan",
     "planned_workers",
     "predictions_table",

@@ -31,6 +31,11 @@ class Deployed(nn.Module):
         Samples are divided by it.
     """
 
+    temperature: Tensor
+    means: Tensor
+    whitening: Tensor
+    limit: Tensor
+
     def __init__(self, network: nn.Module, n_classes: int, scale: float) -> None:
         """Start with temperature 1, and nothing known."""
         super().__init__()

@@ -22,6 +22,7 @@ from afferents.core.samples import Samples, concatenate
 from afferents.encodings import (
     FRAMES,
     Encodings,
+    WavenumberEncoding,
     order_samples,
     require_orders,
     require_run,
@@ -153,11 +154,16 @@ def encode(
         return order_samples(_load(responses, afferent), kept, how.orders)
     memory = MEMORY_FRAMES[afferent]
     if encoding == "wavenumbers":
-        slower = responses.isel({dims.TIME: slice(None, None, how.wavenumbers.every)})
-        response = hold(_worked_out(slower, afferent))
+        response = response_of(responses, afferent, how.wavenumbers)
         return wavenumber_samples(response, kept, memory, how.wavenumbers)
     encoder = spatial_samples if encoding == "spatial" else spatiotemporal_samples
     return encoder(hold(_load(responses, afferent)), kept, memory)
+
+
+def response_of(responses: Responses, afferent: str, encoding: WavenumberEncoding) -> xr.DataArray:
+    """Return what waves are looked for in: of every so manyth frame, lost markers held."""
+    slower = responses.isel({dims.TIME: slice(None, None, encoding.every)})
+    return hold(_worked_out(slower, afferent))
 
 
 def _worked_out(responses: Responses, afferent: str) -> xr.DataArray:

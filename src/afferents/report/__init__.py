@@ -2,6 +2,7 @@
 
 from afferents.report.confusion import confusion_figure
 from afferents.report.differences import differences, runs_side_by_side
+from afferents.report.explanation import explanation_figure
 from afferents.report.figure07 import FACTORS, StretchExample, figure07, stretch_example
 from afferents.report.figure08 import figure08
 from afferents.report.figure10 import figure10
@@ -35,6 +36,7 @@ __all__ = [
     "differences",
     "draw_overlay",
     "draw_pictures",
+    "explanation_figure",
     "figure07",
     "figure08",
     "figure10",

@@ -1,0 +1,286 @@
+"""What decided: which markers, which waves or which frequencies a trained model leans on."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.card import Card
+from afferents.core.cut import Cut
+from afferents.core.errors import InputError
+from afferents.core.families import MEMORY_FRAMES
+from afferents.core.files import write_json
+from afferents.core.progress import Progress
+from afferents.core.responses import Responses
+from afferents.core.samples import Samples, concatenate
+from afferents.encodings import (
+    Encodings,
+    SpectralEncoding,
+    WavenumberEncoding,
+    image_runs,
+    log_waves,
+)
+from afferents.evaluation import Say, bands, losses, patches
+from afferents.models import Deployed
+from afferents.pipeline.data import DataSet
+from afferents.pipeline.encode import encode, kept_part, require_support, response_of
+from afferents.pipeline.train_model import load_model
+from afferents.report import explanation_figure, save_figure
+
+FACTS = "explanation.json"
+SAMPLES = 130
+"""About how many samples are asked, spread evenly over recordings."""
+PATCH = 3
+"""Markers on a side of what is covered at once: one alone is made up for by its neighbours."""
+BAND_HZ = 4.0
+"""Width of what is taken out of a spectrum at once."""
+HARMONICS = np.arange(0, 5.1, 0.25)
+"""Middles of the bins that frequencies over a drum's bumps a second are gathered in."""
+_BATCH = 64
+
+Floats = NDArray[np.float32]
+
+
+@dataclass
+class Explanation:
+    """Sentences, pictures, and numbers for scripts."""
+
+    sentences: list[str] = field(default_factory=list)
+    pictures: list[Path] = field(default_factory=list)
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Samples of known textures that a model is asked about.
+
+    Attributes
+    ----------
+    samples
+        As the model takes them.
+    labels
+        Among the card's textures, (n,).
+    runs
+        Of models of waves, the images that these stand in: (n, frame, component, row, column).
+    """
+
+    samples: Samples
+    labels: NDArray[np.int64]
+    runs: Floats | None = None
+
+
+def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress) -> Explanation:
+    """Take parts of the samples away, one after the other, and see what the model then misses.
+
+    Squares of three by three markers stand still; a wave, or a band of a spectrum, is as it is in
+    the mean of all that is asked. The loss is that of the true texture's log-odds, nats. Speeds
+    that the model has not learnt from are asked, where the data have any.
+
+    Parameters
+    ----------
+    out
+        Folder for the pictures and `explanation.json`.
+
+    Raises
+    ------
+    InputError
+        If the model is none, knows none of the textures, or the data don't go with it.
+    """
+    card, deployed = load_model(model)
+    if out.is_file():
+        raise InputError(out, "a folder for the pictures", "a file", "choose another --out")
+    asked = _asked(card, data, cut, progress)
+    speeds = np.unique(asked.samples[dims.SPEED].values)
+    unseen = not set(speeds) & set(card.learnt_from_mm_s)
+    right = float((_said_by(deployed)(asked.samples.values).argmax(1) == asked.labels).mean())
+    found = Explanation(
+        [
+            f"{len(asked.labels)} samples at {', '.join(f'{v:g}' for v in speeds)} mm/s, "
+            f"{'not learnt from' if unseen else 'learnt from'}: {100 * right:.1f}% named rightly."
+        ],
+        facts={
+            "model": card.family,
+            "data": data.describe(),
+            "speeds_mm_s": speeds.tolist(),
+            "not_learnt_from": unseen,
+            "n_samples": len(asked.labels),
+            "accuracy": right,
+        },
+    )
+    with progress.task("taking parts away", 1) as mark:
+        by_part = _losses(card, deployed, asked)
+        mark(1)
+    out.mkdir(parents=True, exist_ok=True)
+    kind = "simulated " if data.simulated else ""
+    source = f"{card.of_family.title} on {kind}{Path(data.source).name}. {found.sentences[0]}"
+    for name, lost in by_part.items():
+        figure = explanation_figure(name, lost, source)
+        found.pictures.append(save_figure(figure, out / f"{name}.png"))
+        found.sentences.append(_most(lost))
+        found.facts[name] = {
+            **{str(dim): lost[dim].values.tolist() for dim in lost.dims},
+            "loss_nats": np.round(lost.values, 5).tolist(),
+        }
+    write_json(out / FACTS, found.facts)
+    return found
+
+
+def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
+    """Return some samples of every recording whose texture the model knows.
+
+    Raises
+    ------
+    InputError
+        If there is none, or samples have another form than those learnt from.
+    """
+    known = [r for r in data.responses if str(r.attrs[dims.TEXTURE]) in card.textures]
+    if not known:
+        found = ", ".join(sorted({str(r.attrs[dims.TEXTURE]) for r in data.responses}))
+        raise InputError(data.source, f"some of {', '.join(card.textures)}", found)
+    unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
+    recordings, how = unseen or known, _encodings(card)
+    require_support([card.of_family], recordings, may_leave_out=False)
+    each = max(1, SAMPLES // len(recordings))
+    parts = [
+        _some(card, responses, cut, how, each)
+        for responses in progress.track(recordings, "encoding", len(recordings))
+    ]
+    samples = concatenate([part for part, _ in parts])
+    shape = (card.frames, *card.shape) if card.frames > 1 else card.shape
+    if samples.shape[1:] != shape:
+        raise InputError(
+            data.source, f"samples of the form {shape}, as {card.family} learnt from",
+            f"{samples.shape[1:]}", "take data of the same sensor",
+        )  # fmt: skip
+    labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
+    runs = np.concatenate([run for _, run in parts]) if card.is_wave else None
+    return Asked(samples, labels, runs)
+
+
+def _encodings(card: Card) -> Encodings:
+    """Return how the model's samples were made."""
+    how: dict[str, Any] = {}
+    if card.spectral is not None:
+        how["spectral"] = SpectralEncoding.model_validate(card.spectral)
+    if card.waves is not None:
+        how["wavenumbers"] = WavenumberEncoding.model_validate(card.waves)
+    return Encodings(**how)
+
+
+def _some(
+    card: Card, responses: Responses, cut: Cut, how: Encodings, n: int
+) -> tuple[Samples, Floats]:
+    """Return up to n samples of a recording, evenly spread, and the runs of images they are of."""
+    family = card.of_family
+    samples = encode(responses, family.afferent, family.encoding, cut, how)
+    if card.is_vibration:
+        samples = samples.isel({dims.FREQUENCY: slice(card.shape[-1])})
+    index = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
+    runs = np.empty((0, 0, 0, 0, 0), np.float32)
+    if card.is_wave:
+        kept = kept_part(responses, family.afferent, family.encoding, cut, how)
+        response = response_of(responses, family.afferent, how.wavenumbers)
+        runs = image_runs(response, kept, how.wavenumbers)[index]
+    return samples.isel({dims.SAMPLE: index}), runs
+
+
+def _said_by(deployed: Deployed) -> Say:
+    """Return what asks a model for log-probabilities."""
+
+    @torch.no_grad()
+    def say(values: Floats) -> NDArray[np.floating]:
+        parts = torch.split(torch.from_numpy(np.ascontiguousarray(values)), _BATCH)
+        logits = [deployed.last(deployed.last_features(part)) for part in parts]
+        logs = (torch.cat(logits).double() / deployed.temperature).log_softmax(1)
+        return np.asarray(logs.numpy())
+
+    return say
+
+
+def _losses(card: Card, deployed: Deployed, asked: Asked) -> dict[str, xr.DataArray]:
+    """Return what each texture loses without each part, by the kind of part, nats."""
+    say, values = _said_by(deployed), asked.samples.values
+    if card.is_vibration:
+        return _frequencies(card, say, asked)
+    if asked.runs is None:
+        return {"markers": _markers(card, say, asked, values)}
+    memory = MEMORY_FRAMES[card.of_family.afferent]
+
+    def say_of_runs(runs: Floats) -> NDArray[np.floating]:
+        return say(np.stack([log_waves(run, memory) for run in runs]))
+
+    found = {"markers": _markers(card, say_of_runs, asked, asked.runs)}
+    _, n_rows, n_columns = card.shape
+    each = patches((n_rows, n_columns), 1)
+    lost = losses(say, values, asked.labels, each, values.mean(axis=0))
+    axes = {str(dim): asked.samples[dim].values for dim in asked.samples.dims[-2:]}
+    found["waves"] = _by_texture(card, asked, lost, axes)
+    return found
+
+
+def _markers(card: Card, say: Say, asked: Asked, images: Floats) -> xr.DataArray:
+    """Return the losses where markers stand still, (texture, row, column)."""
+    n_rows, n_columns = images.shape[-2:]
+    still = patches((n_rows, n_columns), PATCH)
+    lost = losses(say, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
+    axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
+    return _by_texture(card, asked, lost, axes)
+
+
+def _frequencies(card: Card, say: Say, asked: Asked) -> dict[str, xr.DataArray]:
+    """Return the losses over frequency, and over harmonics where textures have a spacing."""
+    values, frequency = asked.samples.values, asked.samples[dims.FREQUENCY].values
+    taken = bands(len(frequency), max(1, round(BAND_HZ / float(frequency[1] - frequency[0]))))
+    lost = losses(say, values, asked.labels, taken, values.mean(axis=0))
+    middle = np.array([frequency[band].mean() for band in taken])
+    found = {"frequencies": _by_texture(card, asked, lost, {dims.FREQUENCY: middle})}
+    spacing = np.array([_spacing(card.textures[label]) for label in asked.labels])
+    if (bumpy := spacing > 0).any():
+        per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
+        harmonic = middle[:, None] / per_s
+        at = np.digitize(harmonic, np.append(HARMONICS - 0.125, HARMONICS[-1] + 0.125)) - 1
+        means = [_mean(lost[:, bumpy][at == k]) for k in range(len(HARMONICS))]
+        found["harmonics"] = xr.DataArray(means, {"harmonic": HARMONICS}, ("harmonic",))
+    return found
+
+
+def _mean(values: NDArray[np.float64]) -> float:
+    return float(values.mean()) if len(values) else 0.0
+
+
+def _by_texture(
+    card: Card,
+    asked: Asked,
+    lost: NDArray[np.float64],
+    axes: dict[str, NDArray[Any]],
+) -> xr.DataArray:
+    """Return the mean losses of each texture's samples, over the axes of the parts."""
+    there = [k for k in range(len(card.textures)) if (asked.labels == k).any()]
+    shape = [len(axis) for axis in axes.values()]
+    means = [lost[:, asked.labels == k].mean(axis=1).reshape(shape) for k in there]
+    textures = [card.textures[k] for k in there]
+    return xr.DataArray(np.stack(means), {dims.TEXTURE: textures, **axes}, (dims.TEXTURE, *axes))
+
+
+def _spacing(texture: str) -> float:
+    """Return a bump spacing, mm; 0 where a texture is named by something else."""
+    try:
+        return max(float(texture), 0.0)
+    except ValueError:
+        return 0.0
+
+
+def _most(lost: xr.DataArray) -> str:
+    """Say without which part most is lost."""
+    mean = lost.mean(dims.TEXTURE) if dims.TEXTURE in lost.dims else lost
+    at = np.unravel_index(int(mean.values.argmax()), mean.shape)
+    where = ", ".join(
+        f"{str(dim).replace('_', ' ')} {float(mean[dim].values[i]):.3g}"
+        for dim, i in zip(mean.dims, at, strict=True)
+    )
+    return f"Most is lost without what is at {where}: {float(mean.values.max()):.2f} nats."

@@ -1,0 +1,50 @@
+"""What decided, of models of every kind: pictures, numbers, and sentences for what can't be."""
+
+import json
+
+import numpy as np
+import pytest
+
+
+def explained(run, model, store, out):
+    code, said, err = run("explain", model, store, "--out", out, "--quiet")
+    assert code == 0, err
+    return said, json.loads((out / "explanation.json").read_text())
+
+
+@pytest.mark.parametrize("name", ["sa-se", "ra-ste", "ra-wave-vector"])
+def test_of_images_the_markers_are_told(run, models, stores, tmp_path, name):
+    said, facts = explained(run, models[name].with_suffix(""), stores["video"], tmp_path / "why")
+    assert facts["speeds_mm_s"] == [40]
+    assert facts["not_learnt_from"] is True
+    assert "at 40 mm/s, not learnt from:" in said
+    lost = np.array(facts["markers"]["loss_nats"])
+    assert lost.shape == (3, 19, 19)
+    assert np.ptp(lost) > 0
+    pictures = {path.name for path in (tmp_path / "why").glob("*.png")}
+    waves = {"waves.png"} if name == "ra-wave-vector" else set()
+    assert pictures == {"markers.png"} | waves
+    if waves:
+        assert np.array(facts["waves"]["loss_nats"]).shape == (3, 19, 10)
+
+
+def test_of_vibration_the_frequencies_are_told(run, models, stores, tmp_path):
+    model = models["vib-te-aug"].with_suffix("")
+    _, facts = explained(run, model, stores["audio"], tmp_path / "why")
+    assert np.array(facts["frequencies"]["loss_nats"]).shape == (3, 50)
+    assert facts["frequencies"]["frequency"][0] == pytest.approx(1.5)
+    assert len(facts["harmonics"]["harmonic"]) == len(facts["harmonics"]["loss_nats"])
+    assert (tmp_path / "why" / "harmonics.png").is_file()
+
+
+def test_what_can_not_be_explained(run, models, stores, tmp_path):
+    def refused(*arguments):
+        code, _, said = run("explain", *arguments, "--out", tmp_path / "why", "--quiet")
+        assert code == 2
+        assert not (tmp_path / "why").exists()
+        return said
+
+    sound, sight = (models[name].with_suffix("") for name in ("vib-te-aug", "sa-se"))
+    assert "a model's folder" in refused(tmp_path, stores["audio"])
+    assert "some that these data support" in refused(sight, stores["audio"])
+    assert refused(sound, stores["video"]).startswith("afferents:")
