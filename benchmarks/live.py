@@ -26,9 +26,9 @@ import torch
 from afferents import __version__
 from afferents.core import dims
 from afferents.core.card import CARD, WEIGHTS, Card
-from afferents.core.families import TABLE1
+from afferents.core.families import FAMILIES, TABLE1
 from afferents.core.store import open_responses
-from afferents.encodings import Encodings, SpectralEncoding
+from afferents.encodings import Encodings, SpectralEncoding, WavenumberEncoding
 from afferents.live import (
     Feeler,
     Network,
@@ -49,6 +49,7 @@ from afferents.recordings import WavFile, open_video
 from afferents.rig import Rig, bumped_surface, record
 from afferents.training import save_weights
 
+MEASURED = (*TABLE1, "ra-wave-vector")
 SECONDS = 20.0
 SETTLED = 180
 """Percepts that are not counted at first: caches fill, files are read."""
@@ -68,7 +69,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "3" / "50"
         record(Rig(), recording, "3", bumped_surface(3.0, Rig().drum), 50.0, SECONDS, seed=1)
-        models = {name: untrained(name, Path(folder)) for name in TABLE1}
+        models = {name: untrained(name, Path(folder)) for name in MEASURED}
         if arguments.hours:
             memory(recording, models, arguments.hours)
         else:
@@ -78,9 +79,9 @@ def main() -> None:
 
 def untrained(name: str, folder: Path) -> Path:
     """Export a network of a family with random weights."""
-    family, encoding = TABLE1[name], SpectralEncoding()
-    vibration = family.encoding == "spectral"
-    shape = (1, encoding.model_bins) if vibration else (19, 19)
+    family, encoding = FAMILIES[name], SpectralEncoding()
+    vibration, waves = family.encoding == "spectral", family.encoding == "wavenumbers"
+    shape = (1, encoding.model_bins) if vibration else (2, 19, 10) if waves else (19, 19)
     frames = 10 if family.encoding == "spatiotemporal" else 1
     network = build(family.encoding, 13, (frames, *shape) if frames > 1 else shape)
     card = Card(
@@ -93,6 +94,7 @@ def untrained(name: str, folder: Path) -> Path:
         fps_hz=None if vibration else 90.0,
         sample_rate_hz=44100.0 if vibration else None,
         spectral=encoding.model_dump() if vibration else None,
+        waves=WavenumberEncoding().model_dump() if waves else None,
         preset="none",
         seed=0,
         learnt_from_mm_s=(),
@@ -131,7 +133,7 @@ def latency(recording: Path, models: dict[str, Path]) -> None:
         felt = felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:]
         middle, high = np.percentile(felt, [50, 99])
         dropped = percepts[-1].counters.dropped
-        title = TABLE1[name].title
+        title = FAMILIES[name].title
         print(
             f"| {title} | {middle:.2f} | {high:.2f} | {max(felt):.2f} | {len(felt)} | {dropped} |"
         )
@@ -140,7 +142,7 @@ def latency(recording: Path, models: dict[str, Path]) -> None:
 
 def whole_chain(recording: Path, models: dict[str, Path]) -> None:
     """Video and sound from their files to percepts, as fast as it goes."""
-    for names in (["ra-se"], ["ra-ste"], ["ra-ste", "vib-te-aug"], list(models)):
+    for names in (["ra-se"], ["ra-ste"], ["ra-wave-vector"], ["ra-wave-vector", "vib-te-aug"]):
         seconds = []
         for _ in range(3):
             start = time.perf_counter()
@@ -184,9 +186,9 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
         live, offline, largest = Counter(), Counter(), 0.0
         for responses in open_responses(store):
             spectral = SpectralEncoding(**card.spectral) if card.spectral else SpectralEncoding()
-            samples = encode(
-                responses, family.afferent, family.encoding, "all", Encodings(spectral=spectral)
-            )
+            waves = WavenumberEncoding(**card.waves) if card.waves else WavenumberEncoding()
+            how = Encodings(spectral=spectral, wavenumbers=waves)
+            samples = encode(responses, family.afferent, family.encoding, "all", how)
             said = felt_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
             texture = responses.attrs[dims.TEXTURE]
             stops = samples[dims.STOP].values

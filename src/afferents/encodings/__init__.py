@@ -18,6 +18,7 @@ from afferents.encodings.wavenumbers import (
     component_images,
     image_runs,
     log_waves,
+    wave_spectra,
     wavenumber_samples,
 )
 
@@ -43,6 +44,7 @@ __all__ = [
     "stretch_spectrum",
     "stretched_copies",
     "tactile_images",
+    "wave_spectra",
     "wavenumber_samples",
     "without_mean",
 ]

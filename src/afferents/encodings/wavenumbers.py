@@ -66,7 +66,7 @@ def wavenumber_samples(
     require_run(len(start_s), response.attrs.get("name", "a recording"), encoding.frames)
     runs = image_runs(response, frames, encoding)
     n, length = runs.shape[:2]
-    values = np.stack([log_waves(run, memory) for run in runs])
+    values = np.stack([log_waves(wave_spectra(run), memory) for run in runs])
     return make_samples(
         values,
         (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER),
@@ -104,14 +104,27 @@ def component_images(response: xr.DataArray) -> NDArray[np.float32]:
     return np.stack([tactile_images(part) for part in parts], axis=1)
 
 
-def log_waves(run: NDArray[np.float32], memory: int) -> NDArray[np.float32]:
-    """Return what `wavenumber_samples` does of one run (frame, component, row, column)."""
-    n_rows, n_columns = run.shape[2:]
-    if memory == 0:
-        run = run - run.mean(axis=0, keepdims=True)
+def wave_spectra(images: NDArray[np.float32]) -> NDArray[np.complex64]:
+    """Return the waves in tactile images (..., row, column), with their phases."""
+    n_rows, n_columns = images.shape[-2:]
     taper = np.outer(_taper(n_rows), _taper(n_columns)).astype(np.float32)
-    level = run - run.mean(axis=(2, 3), keepdims=True)
-    power = (np.abs(np.fft.rfft2(level * taper)) ** 2).mean(axis=0)
+    level = images - images.mean(axis=(-2, -1), keepdims=True)
+    return np.asarray(np.fft.rfft2(level * taper))
+
+
+def log_waves(spectra: NDArray[np.complex64], memory: int) -> NDArray[np.float32]:
+    """Return what `wavenumber_samples` does of one run, from the spectra of its images.
+
+    Parameters
+    ----------
+    spectra
+        (frame, component, row_wavenumber, column_wavenumber), as `wave_spectra` gives them.
+    memory
+        See there: 0 takes out what stands still through the run.
+    """
+    if memory == 0:
+        spectra = spectra - spectra.mean(axis=0, keepdims=True)
+    power = (np.abs(spectra) ** 2).mean(axis=0)
     logs = np.log(power + _LEAST_POWER)
     return np.asarray(logs - logs.mean(), dtype=np.float32)
 

@@ -24,6 +24,7 @@ from afferents.encodings import (
     WavenumberEncoding,
     image_runs,
     log_waves,
+    wave_spectra,
 )
 from afferents.evaluation import Say, bands, losses, patches
 from afferents.models import Deployed
@@ -212,7 +213,7 @@ def _losses(card: Card, deployed: Deployed, asked: Asked) -> dict[str, xr.DataAr
     memory = MEMORY_FRAMES[card.of_family.afferent]
 
     def say_of_runs(runs: Floats) -> NDArray[np.floating]:
-        return say(np.stack([log_waves(run, memory) for run in runs]))
+        return say(np.stack([log_waves(wave_spectra(run), memory) for run in runs]))
 
     found = {"markers": _markers(card, say_of_runs, asked, asked.runs)}
     _, n_rows, n_columns = card.shape

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from afferents.core.card import read_card
 from afferents.core.evidence import MEMORY_S, Evidence
-from afferents.encodings import log_waves
+from afferents.encodings import log_waves, wave_spectra
 from afferents.evaluation import least_surprise
 from afferents.live import Network
 from afferents.models import Deployed, build
@@ -46,7 +46,7 @@ def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
             assert outcome is None
             continue
         with torch.no_grad():
-            waves = torch.from_numpy(log_waves(images[i - 9 : i + 1], memory=1))
+            waves = torch.from_numpy(log_waves(wave_spectra(images[i - 9 : i + 1]), memory=1))
             probabilities, strangeness = deployed(waves[None])
         np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
         assert outcome.strangeness == pytest.approx(float(strangeness[0]), rel=1e-4)
