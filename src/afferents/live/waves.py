@@ -11,7 +11,7 @@ Image = NDArray[np.float32]
 
 
 class Waves:
-    """Keeps the spectra of the last run of images and tells which waves stand in them, at every frame.
+    """Keeps the spectra of the last run of images and tells at every frame which waves it holds.
 
     Offline a run follows the other; here each frame ends one.
 

@@ -54,7 +54,11 @@ def sources_of(family: Family) -> tuple[Source, ...]:
 
 def supported(family: Family, responses: Responses) -> bool:
     """Tell whether a recording has what a model family learns from."""
-    return all(_has(responses, *source) for source in sources_of(family))
+    has_all = all(_has(responses, *source) for source in sources_of(family))
+    if has_all and family.speed_from == "fingertip":
+        # The speed is measured between channels.
+        return responses[dims.RA2].sizes[dims.CHANNEL] > 1
+    return has_all
 
 
 def _has(responses: Responses, afferent: str, encoding: Encoding) -> bool:
@@ -87,10 +91,15 @@ def require_support(
         raise InputError(
             "--models",
             f"some that these data support ({', '.join(f.name for f in possible) or 'none'})",
-            f"{refused.name}, for which {lacking} has no "
-            f"{' and '.join(afferent for afferent, _ in sources_of(refused))} in the form it needs",
+            f"{refused.name}, for which {lacking} lacks {_needs(refused)}",
         )
     return able
+
+
+def _needs(family: Family) -> str:
+    if family.speed_from == "fingertip":
+        return "several vibration channels to measure the speed between"
+    return f"{' and '.join(afferent for afferent, _ in sources_of(family))} in the form it needs"
 
 
 def best_of(recordings: Sequence[Responses]) -> Family:

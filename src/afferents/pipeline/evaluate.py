@@ -13,7 +13,7 @@ from joblib import cpu_count
 from afferents import __version__
 from afferents.core import dims
 from afferents.core.cut import Cut
-from afferents.core.errors import AfferentsError
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.families import Family
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
@@ -144,6 +144,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    _require_enough(evaluation, recordings)
     evaluation = replace(evaluation, skipped=skipped)
     check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
@@ -151,6 +152,24 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     for _, group in itertools.groupby(able, key=sources_of):
         evaluate_group(evaluation, list(group), recordings, progress)
     return summarise_folder(evaluation, recordings, left_out)
+
+
+def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> None:
+    textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+    if len(textures) < 2:
+        found = ", ".join(textures) or "none"
+        raise InputError("the data", "at least 2 textures to tell apart", found)
+    speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
+    needed = 3 if nested else 2
+    if len(speeds) < needed:
+        raise InputError(
+            "the data",
+            f"at least {needed} speeds, to hold one out{' under nested' if nested else ''}",
+            f"{len(speeds)} ({', '.join(f'{v:g}' for v in speeds)} mm/s)",
+            "record more speeds, or use --protocol published" if len(speeds) == 2
+            else "with one speed no model can be tested at another; record more",
+        )  # fmt: skip
 
 
 def planned(

@@ -89,6 +89,25 @@ def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
     assert [p.name for p in (tmp_path / "r").iterdir()] == ["config.json"]
 
 
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--textures", "2"], "at least 2 textures to tell apart, found 2"),
+        (["--speeds", "20"], "at least 3 speeds, to hold one out under nested, found 1 (20 mm/s);"),
+        (["--speeds", "20,40"], "found 2 (20, 40 mm/s); record more speeds, or use --protocol pub"),
+        (["--models", "order-te-measured"], "order-te, order-te-told"),
+        (["--models", "fusion"], "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
+    ],
+)
+def test_data_that_models_can_not_learn_from(fails, run, sounds, tmp_path, options, sentence):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    said = fails(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "vib-te", *options
+    )
+    assert sentence in said
+    assert not (tmp_path / "r").exists()
+
+
 def test_unknown_names(fails, tmp_path):
     assert "found 'rl-se'" in fails("evaluate", tmp_path, "--out", tmp_path, "--models", "rl-se")
     assert "a store written by 'afferents extract'" in fails(
