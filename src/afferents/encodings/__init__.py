@@ -1,6 +1,7 @@
-"""From responses to samples: the paper's encodings, then orders and wavenumbers."""
+"""From responses to samples: the paper's encodings, then orders, wavenumbers and kernels."""
 
 from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copies
+from afferents.encodings.kernels import KernelEncoding, kernel_samples, require_kernels
 from afferents.encodings.lines import Lines
 from afferents.encodings.orders import OrderEncoding, order_samples, require_orders
 from afferents.encodings.settings import Encodings
@@ -19,12 +20,15 @@ __all__ = [
     "COPIES",
     "FRAMES",
     "Encodings",
+    "KernelEncoding",
     "Lines",
     "OrderEncoding",
     "SpectralEncoding",
     "WavenumberEncoding",
     "amplitude_spectrum",
+    "kernel_samples",
     "order_samples",
+    "require_kernels",
     "require_orders",
     "require_run",
     "require_window",

@@ -15,14 +15,17 @@ from afferents.channels import (
 from afferents.core import dims
 from afferents.core.cut import Cut, cut_audio, cut_frames
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES, Encoding, Family
+from afferents.core.extras import import_extra
+from afferents.core.families import FAMILIES, VIBRATIONS, Encoding, Family
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import (
     FRAMES,
     Encodings,
+    kernel_samples,
     order_samples,
+    require_kernels,
     require_orders,
     require_run,
     require_window,
@@ -69,7 +72,7 @@ def supported(family: Family, responses: Responses) -> bool:
 def _has(responses: Responses, afferent: str, encoding: Encoding) -> bool:
     if _MADE_OF.get(afferent, afferent) not in responses:
         return False
-    return encoding in ("spectral", "orders") or dims.ROW in responses.coords
+    return encoding in VIBRATIONS or dims.ROW in responses.coords
 
 
 def require_support(
@@ -86,7 +89,8 @@ def require_support(
     ------
     InputError
         If a family, or all of them, can't learn from these data; names a recording that
-        lacks what it needs, and the families that are possible.
+        lacks what it needs, and the families that are possible. If one of them needs a package
+        that is missing: said here, before any other has learnt for hours.
     """
     possible = [f for f in FAMILIES.values() if all(supported(f, r) for r in recordings)]
     able = [family for family in wanted if family in possible]
@@ -99,6 +103,8 @@ def require_support(
             f"{refused.name}, for which {lacking} has no "
             f"{' and '.join(afferent for afferent, _ in sources_of(refused))} in the form it needs",
         )
+    if any(family.encoding == "kernels" for family in able):
+        import_extra("baselines", "--models rocket-te", "pyts")
     return able
 
 
@@ -116,13 +122,15 @@ def kept_part(
     """
     name, steady = responses.attrs["name"], steady_s(responses)
     response = responses[_MADE_OF.get(afferent, afferent)]
-    if encoding in ("spectral", "orders"):
+    if encoding in VIBRATIONS:
         rate, n = float(response.attrs[dims.SAMPLE_RATE]), response.sizes[dims.AUDIO_TIME]
         kept = cut_audio(n, rate, cut, steady, name)
         if encoding == "spectral":
             require_window(kept.stop - kept.start, rate, how.spectral, name)
-        else:
+        elif encoding == "orders":
             require_orders(kept.stop - kept.start, rate, how.orders, name)
+        else:
+            require_kernels(kept.stop - kept.start, rate, how.kernels, name)
         return kept
     every = how.wavenumbers.every if encoding == "wavenumbers" else 1
     frames = cut_frames(response[dims.TIME].values, cut, steady, name)
@@ -147,6 +155,8 @@ def encode(
         return spectral_samples(_load(responses, afferent), kept, how.spectral)
     if encoding == "orders":
         return order_samples(_load(responses, afferent), kept, how.orders)
+    if encoding == "kernels":
+        return kernel_samples(_load(responses, afferent), kept, how.kernels)
     memory = MEMORY_FRAMES[afferent]
     if encoding == "wavenumbers":
         slower = responses.isel({dims.TIME: slice(None, None, how.wavenumbers.every)})
