@@ -343,7 +343,7 @@ def evaluate(
     ] = None,
     mask: Annotated[
         str | None,
-        typer.Option(help="Lines cut out of orders, with harmonics: 50Hz,0.0573/mm."),
+        typer.Option(help="Lines cut out of orders and kernels, with harmonics: 50Hz,0.0573/mm."),
     ] = None,
     workers: Workers = None,
     cluster: Annotated[

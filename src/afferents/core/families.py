@@ -24,10 +24,12 @@ MEMORY_FRAMES = {
 }
 """How many frames back a response looks (Eqs. 1 and 2)."""
 
-Encoding = Literal["spatial", "spatiotemporal", "spectral", "orders", "wavenumbers"]
+Encoding = Literal["spatial", "spatiotemporal", "spectral", "orders", "kernels", "wavenumbers"]
 Learner = Literal["network", "ridge", "orders", "late fusion", "joint fusion"]
 SpeedFrom = Literal["nobody", "robot", "fingertip"]
 """Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
+VIBRATIONS: tuple[Encoding, ...] = ("spectral", "orders", "kernels")
+"""Encodings of windows of vibration; the others are of tactile images."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ BEYOND: dict[str, Family] = {
             "order-te-told", "orders, speed told", RA2, "orders",
             learner="orders", speed_from="robot",
         ),
+        Family("rocket-te", "random kernels", RA2, "kernels", learner="ridge"),
         Family("sa-wave", "SA-I waves", SA1, "wavenumbers", learner="ridge"),
         Family("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", learner="ridge"),
         Family("ra-wave", "RA-I waves", RA1, "wavenumbers", learner="ridge"),

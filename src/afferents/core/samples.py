@@ -63,8 +63,8 @@ def concatenate(parts: Sequence[Samples]) -> Samples:
     Raises
     ------
     InputError
-        If there is nothing to join, or if recordings differ in the shape of a sample or in the
-        frequencies of its bins.
+        If there is nothing to join, or if recordings differ in the shape of a sample, in the
+        frequencies of its bins or in the length of the windows that it depends on.
     """
     if not parts:
         raise InputError("the data", "at least one recording with samples", "none")
@@ -75,7 +75,7 @@ def concatenate(parts: Sequence[Samples]) -> Samples:
                 f"recording {', '.join(map(str, name))}",
                 f"samples like those of the other recordings ({_form(parts[0])})",
                 _form(part),
-                "evaluate recordings of one sensor together",
+                "evaluate recordings of one sensor together, in windows of one length",
             )
     return xr.concat(
         parts,
@@ -93,6 +93,8 @@ def _form(samples: Samples) -> str:
     form = " x ".join(map(str, sizes))
     if dims.FREQUENCY in samples.coords:
         form += f" up to {float(samples[dims.FREQUENCY][-1])} Hz"
+    if dims.LENGTH in samples.coords:
+        form += f" of a window of {int(samples[dims.LENGTH])} values"
     return form
 
 

@@ -1,6 +1,7 @@
-"""From responses to samples: the paper's encodings, then orders and wavenumbers."""
+"""From responses to samples: the paper's encodings, then orders, wavenumbers and kernels."""
 
 from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copies
+from afferents.encodings.kernels import KernelEncoding, kernel_samples, require_kernels
 from afferents.encodings.lines import Lines
 from afferents.encodings.orders import OrderEncoding, order_samples, require_orders
 from afferents.encodings.settings import Encodings
@@ -26,6 +27,7 @@ __all__ = [
     "COPIES",
     "FRAMES",
     "Encodings",
+    "KernelEncoding",
     "Lines",
     "OrderEncoding",
     "SpectralEncoding",
@@ -33,8 +35,10 @@ __all__ = [
     "amplitude_spectrum",
     "component_images",
     "image_runs",
+    "kernel_samples",
     "log_waves",
     "order_samples",
+    "require_kernels",
     "require_orders",
     "require_run",
     "require_window",

@@ -14,19 +14,16 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
-import scipy.signal
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+from pydantic import PositiveFloat, PositiveInt
 
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
-from afferents.encodings.lines import Lines, bridge
-from afferents.encodings.spectral import window_starts
+from afferents.encodings.lines import bridge
+from afferents.encodings.windows import WindowEncoding, cut_windows, require_length
 
-_OVERSAMPLING = 2.56
-"""Samples a period of the highest frequency that are kept."""
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
 _LINE_WIDTH = 2.0
@@ -34,38 +31,23 @@ _LINE_WIDTH = 2.0
 _LEAST_POWER = 1e-20
 
 
-class OrderEncoding(BaseModel):
-    """Parameters of the orders.
+class OrderEncoding(WindowEncoding):
+    """Parameters of the orders, beside those of the windows.
 
     Attributes
     ----------
-    window_s
-        Length of a window, s; None for all that the cut leaves of a recording.
-    stride_s
-        Distance between the starts of windows, s.
-    windows
-        Exactly so many windows a recording instead of the stride, evenly spread.
-    lowest_hz, highest_hz
-        Of the frequencies (the highest is lowered to what the sample rate allows).
+    lowest_hz
+        Of the frequencies.
     bins_per_octave
         Frequencies in a factor of 2.
     lowest_per_mm, highest_per_mm
         Of the textures' own axis, cycles per mm.
-    mask
-        Lines of the machine that are cut out of the spectra.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    window_s: PositiveFloat | None = 4.0
-    stride_s: PositiveFloat = 2.0
-    windows: PositiveInt | None = None
     lowest_hz: PositiveFloat = 2.0
-    highest_hz: PositiveFloat = 200.0
     bins_per_octave: PositiveInt = 24
     lowest_per_mm: PositiveFloat = 0.06
     highest_per_mm: PositiveFloat = 6.0
-    mask: Lines = Lines()
 
     def frequencies(self, rate: float) -> NDArray[np.float64]:
         """Return the frequencies of a signal of that sample rate, Hz."""
@@ -85,9 +67,7 @@ def _geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
 
 def require_orders(n: int, rate: float, encoding: OrderEncoding, where: str) -> None:
     """Refuse what can't be encoded, by numbers alone; see `order_samples`."""
-    seconds = encoding.window_s or n / rate
-    if n < round(seconds * rate) or n < 2:
-        raise InputError(where, f"at least one window of {seconds:g} s", f"{n / rate:.2f} s")
+    require_length(n, rate, encoding, where)
     if rate / 2 * 0.95 < 2 * encoding.lowest_hz:
         expected = f"a sample rate for an octave above {encoding.lowest_hz:g} Hz"
         raise InputError(where, expected, f"{rate:g} Hz")
@@ -116,38 +96,20 @@ def order_samples(vibration: xr.DataArray, kept: slice, encoding: OrderEncoding)
     """
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     where = vibration.attrs.get("name", "a recording")
-    signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
-    require_orders(len(signal), rate, encoding, where)
-    signal, rate_kept = _fewer(signal, rate, encoding.highest_hz)
-    length = len(signal)
-    if encoding.window_s is not None:
-        length = min(length, round(encoding.window_s * rate_kept))
-    starts = window_starts(
-        len(signal), length, max(1, round(encoding.stride_s * rate_kept)), encoding.windows
-    )
+    require_orders(len(vibration[dims.AUDIO_TIME][kept]), rate, encoding, where)
+    windows = cut_windows(vibration, kept, encoding)
     speed, frequencies = float(vibration.attrs[dims.SPEED]), encoding.frequencies(rate)
     values = np.stack(
-        [_features(signal[i : i + length], rate_kept, speed, frequencies, encoding) for i in starts]
+        [_features(w, windows.rate_hz, speed, frequencies, encoding) for w in windows.values]
     )
-    begin = kept.start / rate + starts / rate_kept
     return make_samples(
         values.astype(np.float32),
         (dims.FEATURE, dims.FREQUENCY),
-        begin,
-        begin + length / rate_kept,
+        windows.start_s,
+        windows.stop_s,
         vibration.attrs,
         {dims.FREQUENCY: (dims.FREQUENCY, frequencies, {dims.UNITS: dims.HERTZ})},
     )
-
-
-def _fewer(
-    signal: NDArray[np.float64], rate: float, highest_hz: float
-) -> tuple[NDArray[np.float64], float]:
-    """Keep no more samples than the highest frequency needs."""
-    down = int(rate / (_OVERSAMPLING * highest_hz))
-    if down < 2:
-        return signal, rate
-    return np.asarray(scipy.signal.resample_poly(signal, 1, down, axis=0)), rate / down
 
 
 def _features(

@@ -2,6 +2,7 @@
 
 from pydantic import BaseModel, ConfigDict
 
+from afferents.encodings.kernels import KernelEncoding
 from afferents.encodings.lines import Lines
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spectral import SpectralEncoding
@@ -15,6 +16,7 @@ class Encodings(BaseModel):
 
     spectral: SpectralEncoding = SpectralEncoding()
     orders: OrderEncoding = OrderEncoding()
+    kernels: KernelEncoding = KernelEncoding()
     wavenumbers: WavenumberEncoding = WavenumberEncoding()
 
     def changed(
@@ -35,14 +37,15 @@ class Encodings(BaseModel):
             If a value is not a positive, finite number.
         """
         spectral = self.spectral.changed(window_s, stride_s, fft_points, model_bins)
-        orders: dict[str, object] = {"mask": mask} if mask else {}
+        windows: dict[str, object] = {"mask": mask} if mask else {}
         if window_s is not None:
-            orders |= {"window_s": window_s, "windows": self.spectral.windows}
+            windows |= {"window_s": window_s, "windows": self.spectral.windows}
         if stride_s is not None:
-            orders |= {"stride_s": stride_s, "windows": None}
+            windows |= {"stride_s": stride_s, "windows": None}
         waves = {name: n for name, n in {"frames": frames, "every": every}.items() if n}
         return Encodings(
             spectral=spectral,
-            orders=self.orders.model_copy(update=orders),
+            orders=self.orders.model_copy(update=windows),
+            kernels=self.kernels.model_copy(update=windows),
             wavenumbers=self.wavenumbers.model_copy(update=waves),
         )

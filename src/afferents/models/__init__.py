@@ -11,12 +11,22 @@ from afferents.models.layers import (
     l2_penalty,
 )
 from afferents.models.orders import OrderSearch
-from afferents.models.ridge import Gram, Ridge, equal_weights, log_probabilities, sum_of
+from afferents.models.ridge import (
+    KERNEL_STRENGTHS,
+    STRENGTH,
+    Gram,
+    Ridge,
+    equal_weights,
+    log_probabilities,
+    sum_of,
+)
 from afferents.models.spatial import SpatialNet
 from afferents.models.vibration import VibrationNet
 
 __all__ = [
+    "KERNEL_STRENGTHS",
     "L2",
+    "STRENGTH",
     "CnnLstm",
     "Deployed",
     "Gram",

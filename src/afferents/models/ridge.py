@@ -15,6 +15,9 @@ from torch import Tensor, nn
 
 STRENGTH = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
+KERNEL_STRENGTHS = (30.0, 1e3, 3e4, 1e6)
+"""To choose from inside each fold: features of random kernels are many, and nothing says how many
+of them tell."""
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
 
@@ -93,7 +96,9 @@ class Ridge(nn.Module):
         nn.init.zeros_(linear.bias)
         self.dense = nn.Sequential(linear).requires_grad_(False)
 
-    def learn(self, values: Tensor, labels: Tensor, weight: Tensor) -> None:
+    def learn(
+        self, values: Tensor, labels: Tensor, weight: Tensor, strength: float = STRENGTH
+    ) -> None:
         """Learn from samples, in place.
 
         Parameters
@@ -102,13 +107,15 @@ class Ridge(nn.Module):
             (n, *sample_shape) and (n,).
         weight
             Of each sample, (n,).
+        strength
+            Of the penalty.
         """
         flat, linear = values.flatten(1), cast("nn.Linear", self.dense[0])
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
         targets = nn.functional.one_hot(labels, linear.out_features)
         gram = Gram(linear.in_features, linear.out_features)
         gram.add(self.features(values), targets, weight)
-        solved, constant = gram.solve(STRENGTH)
+        solved, constant = gram.solve(strength)
         linear.weight.copy_(solved.T)
         linear.bias.copy_(constant)
 

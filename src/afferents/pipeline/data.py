@@ -11,7 +11,7 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
 from afferents.core.store import open_responses, store_config
-from afferents.encodings import Encodings, OrderEncoding, SpectralEncoding
+from afferents.encodings import Encodings, KernelEncoding, OrderEncoding, SpectralEncoding
 from afferents.pipeline.extract import responses_of
 from afferents.recordings import read_fabricslide
 
@@ -22,7 +22,8 @@ ENCODINGS: dict[Kind, Encodings] = {
     # Three windows of 128 samples a slide, whatever its speed and so its length, zero-padded to
     # 400 so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day. Orders
     # are of whole slides: their waves are centimetres long, a second sees few of them. The axis of
-    # cycles per mm is what is heard at all of the set's speeds.
+    # cycles per mm is what is heard at all of the set's speeds. Random kernels need windows of one
+    # length.
     "fabricslide": Encodings(
         spectral=SpectralEncoding(
             window_s=128 * 0.028,
@@ -39,6 +40,7 @@ ENCODINGS: dict[Kind, Encodings] = {
             lowest_per_mm=0.004,
             highest_per_mm=0.11,
         ),
+        kernels=KernelEncoding(window_s=128 * 0.028, windows=3, highest_hz=17.0),
     ),
 }
 """How samples are made of each kind of data."""

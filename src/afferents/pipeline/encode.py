@@ -15,7 +15,8 @@ from afferents.channels import (
 from afferents.core import dims
 from afferents.core.cut import Cut, cut_audio, cut_frames
 from afferents.core.errors import InputError
-from afferents.core.families import BEST, FAMILIES, MEMORY_FRAMES, Encoding, Family
+from afferents.core.extras import import_extra
+from afferents.core.families import BEST, FAMILIES, MEMORY_FRAMES, VIBRATIONS, Encoding, Family
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples, concatenate
@@ -23,7 +24,9 @@ from afferents.encodings import (
     FRAMES,
     Encodings,
     WavenumberEncoding,
+    kernel_samples,
     order_samples,
+    require_kernels,
     require_orders,
     require_run,
     require_window,
@@ -64,7 +67,7 @@ def supported(family: Family, responses: Responses) -> bool:
 def _has(responses: Responses, afferent: str, encoding: Encoding) -> bool:
     if _MADE_OF.get(afferent, afferent) not in responses:
         return False
-    return encoding in ("spectral", "orders") or dims.ROW in responses.coords
+    return encoding in VIBRATIONS or dims.ROW in responses.coords
 
 
 def require_support(
@@ -81,7 +84,8 @@ def require_support(
     ------
     InputError
         If a family, or all of them, can't learn from these data; names a recording that
-        lacks what it needs, and the families that are possible.
+        lacks what it needs, and the families that are possible. If one of them needs a package
+        that is missing: said here, before any other has learnt for hours.
     """
     possible = [f for f in FAMILIES.values() if all(supported(f, r) for r in recordings)]
     able = [family for family in wanted if family in possible]
@@ -93,6 +97,8 @@ def require_support(
             f"some that these data support ({', '.join(f.name for f in possible) or 'none'})",
             f"{refused.name}, for which {lacking} lacks {_needs(refused)}",
         )
+    if any(family.encoding == "kernels" for family in able):
+        import_extra("baselines", "--models rocket-te", "pyts")
     return able
 
 
@@ -130,13 +136,15 @@ def kept_part(
     """
     name, steady = responses.attrs["name"], steady_s(responses)
     response = responses[_MADE_OF.get(afferent, afferent)]
-    if encoding in ("spectral", "orders"):
+    if encoding in VIBRATIONS:
         rate, n = float(response.attrs[dims.SAMPLE_RATE]), response.sizes[dims.AUDIO_TIME]
         kept = cut_audio(n, rate, cut, steady, name)
         if encoding == "spectral":
             require_window(kept.stop - kept.start, rate, how.spectral, name)
-        else:
+        elif encoding == "orders":
             require_orders(kept.stop - kept.start, rate, how.orders, name)
+        else:
+            require_kernels(kept.stop - kept.start, rate, how.kernels, name)
         return kept
     every = how.wavenumbers.every if encoding == "wavenumbers" else 1
     frames = cut_frames(response[dims.TIME].values, cut, steady, name)
@@ -161,6 +169,8 @@ def encode(
         return spectral_samples(_load(responses, afferent), kept, how.spectral)
     if encoding == "orders":
         return order_samples(_load(responses, afferent), kept, how.orders)
+    if encoding == "kernels":
+        return kernel_samples(_load(responses, afferent), kept, how.kernels)
     memory = MEMORY_FRAMES[afferent]
     if encoding == "wavenumbers":
         response = response_of(responses, afferent, how.wavenumbers)

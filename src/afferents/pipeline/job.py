@@ -17,7 +17,7 @@ from torch import nn
 
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
-from afferents.core.families import FAMILIES, Family
+from afferents.core.families import FAMILIES, VIBRATIONS, Family
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
@@ -225,7 +225,7 @@ def fold_of(recipe: Recipe, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
 
     Published halves of spectra are drawn at random.
     """
-    at_random = FAMILIES[key.model].encoding in ("spectral", "orders")
+    at_random = FAMILIES[key.model].encoding in VIBRATIONS
     splitter = LeaveOneSpeedOut(PROTOCOLS[key.protocol], random_halves=at_random, seed=key.seed)
     rank, fold = splitter.fold(samples, key.held_out_mm_s)
     return rank, recipe.ablation.fold(fold, samples, recipe.tested)

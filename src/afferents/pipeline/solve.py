@@ -13,8 +13,15 @@ from afferents.core import dims
 from afferents.core.families import FAMILIES, Family
 from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.encodings import Encodings
-from afferents.evaluation import Fold, best_weights, least_surprise, weighted
-from afferents.models import OrderSearch, Ridge, equal_weights, log_probabilities
+from afferents.evaluation import Fold, best_weights, least_surprise, surprise, weighted
+from afferents.models import (
+    KERNEL_STRENGTHS,
+    STRENGTH,
+    OrderSearch,
+    Ridge,
+    equal_weights,
+    log_probabilities,
+)
 from afferents.pipeline.pairs import mean_within
 
 Floats = NDArray[np.float64]
@@ -128,14 +135,38 @@ def solve(
 def _learnt(
     family: Family, samples: Samples, fold: Fold, how: Encodings, seed: int, nested: bool
 ) -> Learnt:
-    """Learn one model."""
+    """Learn one model.
+
+    Each of its speeds is left out in turn: that sets the temperature, and of random kernels the
+    penalty.
+    """
     model, labels = model_of(family, samples, how), labels_of(samples)
-    speed = samples[dims.SPEED].values
     learnt_from = np.sort(np.concatenate([fold.train, fold.validation])) if nested else fold.train
+    strengths = KERNEL_STRENGTHS if family.encoding == "kernels" else (STRENGTH,)
+    tried = [_unseen(model, samples, labels, learnt_from, seed, s) for s in strengths]
+    surprises = [surprise(logs, labels[learnt_from]) for _, logs in tried]
+    best = int(np.argmin(surprises))
+    temperature, unseen = tried[best]
+    _learn(model, samples, labels, learnt_from, seed, strengths[best])
+    model.temperature = torch.tensor(temperature)
+    tested = _at_temperature(_scores(model, samples, fold.test), temperature)
+    return Learnt(model, learnt_from, unseen, tested)
+
+
+def _unseen(
+    model: Ridge | OrderSearch,
+    samples: Samples,
+    labels: Indices,
+    learnt_from: Indices,
+    seed: int,
+    strength: float,
+) -> tuple[float, Floats]:
+    """Return a temperature, and log-probabilities of samples learnt without their own speed."""
+    speed = samples[dims.SPEED].values[learnt_from]
     scores: list[tuple[Indices, Tensor]] = []
-    for left_out in np.unique(speed[learnt_from]):
-        its = np.flatnonzero(speed[learnt_from] == left_out)
-        _learn(model, samples, labels, np.delete(learnt_from, its), seed)
+    for left_out in np.unique(speed):
+        its = np.flatnonzero(speed == left_out)
+        _learn(model, samples, labels, np.delete(learnt_from, its), seed, strength)
         scores.append((its, _scores(model, samples, learnt_from[its])))
 
     def unseen_at(temperature: float) -> Floats:
@@ -145,10 +176,7 @@ def _learnt(
         return logs
 
     temperature = least_surprise(unseen_at, labels[learnt_from])
-    _learn(model, samples, labels, learnt_from, seed)
-    model.temperature = torch.tensor(temperature)
-    tested = _at_temperature(_scores(model, samples, fold.test), temperature)
-    return Learnt(model, learnt_from, unseen_at(temperature), tested)
+    return temperature, unseen_at(temperature)
 
 
 def model_of(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderSearch:
@@ -167,7 +195,12 @@ def model_of(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderS
 
 
 def _learn(
-    model: Ridge | OrderSearch, samples: Samples, labels: Indices, index: Indices, seed: int
+    model: Ridge | OrderSearch,
+    samples: Samples,
+    labels: Indices,
+    index: Indices,
+    seed: int,
+    strength: float,
 ) -> None:
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(samples[dims.SPEED].values[index])
@@ -175,7 +208,7 @@ def _learn(
     if isinstance(model, OrderSearch):
         model.learn(values, named, weight, speed, np.random.default_rng(seed))
     else:
-        model.learn(values, named, weight)
+        model.learn(values, named, weight, strength)
 
 
 def _scores(model: Ridge | OrderSearch, samples: Samples, index: Indices) -> Tensor:

@@ -1,6 +1,7 @@
 """Our own models through the whole of `evaluate`, and which samples are paired."""
 
 import json
+import sys
 
 import numpy as np
 import pandas as pd
@@ -78,6 +79,35 @@ def test_tones_that_follow_the_speed_are_named_when_it_is_told(sounds, tmp_path,
     )  # fmt: skip
     assert code == 0, err
     assert json.loads(out)["models"]["order-te-told"]["nested"]["mean_accuracy"] > 0.95
+
+
+def test_random_kernels_have_their_folds_too(sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    code, out, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "rocket-te",
+        "--window-s", 1, "--stride-s", 0.5, "--mask", "50Hz", "--json",
+    )  # fmt: skip
+    assert code == 0, err
+    nested = json.loads(out)["models"]["rocket-te"]["nested"]
+    assert not any(nested["leaks"].values())
+    assert nested["n_test"] > 0
+    config = json.loads((tmp_path / "r" / "config.json").read_text())
+    assert config["kernels"]["window_s"] == 1
+    assert config["kernels"]["mask"] == {"hertz": [50], "per_mm": []}
+
+
+def test_random_kernels_without_their_package_are_refused_at_once(
+    sounds, tmp_path, run, monkeypatch
+):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    monkeypatch.setitem(sys.modules, "pyts", None)
+    code, _, err = run(
+        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "order-te,rocket-te",
+        "--keep-going",
+    )  # fmt: skip
+    assert code == 2
+    assert "--models rocket-te: expected the packages of the extra 'baselines'" in err
+    assert not (tmp_path / "r").exists()
 
 
 def test_models_that_need_images_are_refused_for_sounds(sounds, tmp_path, run):

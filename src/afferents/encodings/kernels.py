@@ -1,0 +1,143 @@
+"""Kernels: the wave as short random filters see it; a baseline that knows no physics.
+
+ROCKET (Dempster, Petitjean & Webb, Data Min. Knowl. Discov. 2020, 34:1454) convolves a window with
+random kernels of random dilations and keeps two numbers of each: the highest value, and the share
+of the values above 0. As usual there, windows are brought to mean 0 and variance 1 first, so that
+loudness is lost. The kernels depend on the length of the windows and on the seed, and on nothing
+that was recorded: encoding all recordings with the same ones leaks nothing.
+"""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import NonNegativeInt, PositiveInt
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.extras import import_extra
+from afferents.core.samples import Samples, make_samples
+from afferents.encodings.lines import Lines
+from afferents.encodings.windows import (
+    WindowEncoding,
+    cut_windows,
+    decimation,
+    require_length,
+)
+
+_LONGEST = 11
+"""Values that the longest kernels span, undilated."""
+_LINE_WIDTH = 2.0
+"""Times the resolution to either side that a line is cut, as orders do."""
+_DENSITY = 3
+"""Frequencies of those waves to one of the transform."""
+_LEAST_POWER = 1e-8
+"""Share of the strongest mixture of waves below which a mixture is of no use: rounding, nearly."""
+_LEAST_LEFT = 1e-6
+"""Share of a window's standard deviation below which what the cut leaves of it is rounding."""
+
+
+class KernelEncoding(WindowEncoding):
+    """Parameters of the random kernels, beside those of the windows.
+
+    Attributes
+    ----------
+    n_kernels
+        Of all channels together, shared out evenly; each gives two features.
+    seed
+        That they are drawn with.
+    """
+
+    n_kernels: PositiveInt = 1000
+    seed: NonNegativeInt = 0
+
+
+def require_kernels(n: int, rate: float, encoding: KernelEncoding, where: str) -> None:
+    """Refuse what can't be encoded, by numbers alone; see `kernel_samples`."""
+    require_length(n, rate, encoding, where)
+    kept = rate / decimation(rate, encoding.highest_hz)
+    length = round((encoding.window_s or n / rate) * kept)
+    if length < _LONGEST:
+        raise InputError(where, f"windows of at least {_LONGEST} values", f"{length}")
+
+
+def kernel_samples(vibration: xr.DataArray, kept: slice, encoding: KernelEncoding) -> Samples:
+    """Encode vibration `(audio_time, channel)` as `(sample, feature)`.
+
+    Parameters
+    ----------
+    vibration
+        RA-II with `sample_rate_hz` and the recording's labels in its attrs.
+    kept
+        Audio samples that the cut keeps.
+
+    Returns
+    -------
+    Of every kernel the highest value, in standard deviations of the window, and the share of
+    values above 0, percent. The coordinate `length` is the number of values in a window: only
+    samples of equal length have been seen by the same kernels.
+
+    Raises
+    ------
+    InputError
+        If a window is longer than what the cut leaves or shorter than a kernel, or the extra
+        'baselines' is not installed.
+    """
+    rate = float(vibration.attrs[dims.SAMPLE_RATE])
+    where = vibration.attrs.get("name", "a recording")
+    require_kernels(len(vibration[dims.AUDIO_TIME][kept]), rate, encoding, where)
+    windows = cut_windows(vibration, kept, encoding)
+    speed = float(vibration.attrs[dims.SPEED])
+    waves = _standardised(windows.values, windows.rate_hz, speed, encoding.mask)
+    return make_samples(
+        _features(waves, encoding),
+        (dims.FEATURE,),
+        windows.start_s,
+        windows.stop_s,
+        {name: value for name, value in vibration.attrs.items() if name != dims.UNITS},
+        {dims.LENGTH: waves.shape[1]},
+    )
+
+
+def _standardised(
+    windows: NDArray[np.float64], rate: float, speed_mm_s: float, lines: Lines
+) -> NDArray[np.float64]:
+    """Return windows (window, time, channel) without lines, each of mean 0 and variance 1."""
+    level = windows - windows.mean(axis=1, keepdims=True)
+    basis = _line_basis(windows.shape[1], rate, speed_mm_s, lines)
+    left = level - basis @ (basis.T @ level)
+    sd = left.std(axis=1, keepdims=True)
+    something = sd > _LEAST_LEFT * level.std(axis=1, keepdims=True)
+    return np.asarray(left / np.where(something, sd, np.inf))
+
+
+def _line_basis(n: int, rate: float, speed_mm_s: float, lines: Lines) -> NDArray[np.float64]:
+    """Return an orthonormal basis (time, component) of all waves of n values within the lines.
+
+    A line between two frequencies of the window's Fourier transform spreads over all of them:
+    waves at denser frequencies hold it whole, wherever it lies. The constant is among
+    them, for a line whose periods don't fit the window has a mean.
+    """
+    frequency = np.arange(0, rate / 2, rate / (_DENSITY * n))
+    masked = lines.masks(frequency, speed_mm_s, _LINE_WIDTH * rate / n)
+    masked[0] = True
+    phase = 2 * np.pi * np.outer(np.arange(n) / rate, frequency[masked])
+    waves = np.hstack([np.cos(phase), np.sin(phase)])
+    power, mixed = np.linalg.eigh(waves.T @ waves)
+    apart = power > _LEAST_POWER * power[-1]
+    return np.asarray(waves @ (mixed[:, apart] / np.sqrt(power[apart])))
+
+
+def _features(waves: NDArray[np.float64], encoding: KernelEncoding) -> NDArray[np.float32]:
+    """Return the features (window, feature) of waves (window, time, channel)."""
+    # The first import takes half a minute: the package compiles all it has.
+    pyts = import_extra("baselines", "--models rocket-te", "pyts.transformation")
+    channels = np.moveaxis(waves, 2, 0)
+    n_kernels = max(1, encoding.n_kernels // len(channels))
+    features = []
+    for number, channel in enumerate(channels):
+        kernels = pyts.ROCKET(n_kernels, random_state=encoding.seed + number)
+        highest_and_share = kernels.fit_transform(np.ascontiguousarray(channel))
+        # In percent, as wide as the highest values: a ridge trusts nothing that varies by 0.01.
+        highest_and_share[:, 1::2] *= 100
+        features.append(highest_and_share)
+    return np.concatenate(features, axis=1).astype(np.float32)

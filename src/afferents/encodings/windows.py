@@ -1,0 +1,99 @@
+"""Windows of vibration, with no more samples than the highest frequency needs."""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.signal
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.encodings.lines import Lines
+from afferents.encodings.spectral import window_starts
+
+_OVERSAMPLING = 2.56
+"""Samples a period of the highest frequency that are kept."""
+
+
+class WindowEncoding(BaseModel):
+    """Parameters of the windows.
+
+    Attributes
+    ----------
+    window_s
+        Length of a window, s; None for all that the cut leaves of a recording.
+    stride_s
+        Distance between the starts of windows, s.
+    windows
+        Exactly so many windows a recording instead of the stride, evenly spread.
+    highest_hz
+        Of the frequencies that are kept (lowered to what the sample rate allows).
+    mask
+        Lines of the machine that are cut out.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    window_s: PositiveFloat | None = 4.0
+    stride_s: PositiveFloat = 2.0
+    windows: PositiveInt | None = None
+    highest_hz: PositiveFloat = 200.0
+    mask: Lines = Lines()
+
+
+class Windows(NamedTuple):
+    """Windows of one recording.
+
+    Attributes
+    ----------
+    values
+        Vibration, float64 (window, time, channel), in its unit.
+    rate_hz
+        Sample rate that was kept.
+    start_s, stop_s
+        Extents since the recording's start, (window,).
+    """
+
+    values: NDArray[np.float64]
+    rate_hz: float
+    start_s: NDArray[np.float64]
+    stop_s: NDArray[np.float64]
+
+
+def require_length(n: int, rate: float, encoding: WindowEncoding, where: str) -> None:
+    """Refuse n samples, of a rate in Hz, that are shorter than a window."""
+    seconds = encoding.window_s or n / rate
+    if n < round(seconds * rate) or n < 2:
+        raise InputError(where, f"at least one window of {seconds:g} s", f"{n / rate:.2f} s")
+
+
+def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) -> Windows:
+    """Cut vibration `(audio_time, channel)` into windows.
+
+    Parameters
+    ----------
+    vibration
+        RA-II with `sample_rate_hz` in its attrs.
+    kept
+        Audio samples that the cut keeps; `require_length` says whether they are enough.
+    """
+    rate = float(vibration.attrs[dims.SAMPLE_RATE])
+    signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
+    down = decimation(rate, encoding.highest_hz)
+    if down > 1:
+        signal = np.asarray(scipy.signal.resample_poly(signal, 1, down, axis=0))
+    rate_kept, length = rate / down, len(signal)
+    if encoding.window_s is not None:
+        length = min(length, round(encoding.window_s * rate_kept))
+    stride = max(1, round(encoding.stride_s * rate_kept))
+    starts = window_starts(len(signal), length, stride, encoding.windows)
+    values = np.stack([signal[i : i + length] for i in starts])
+    start_s = kept.start / rate + starts / rate_kept
+    return Windows(values, rate_kept, start_s, start_s + length / rate_kept)
+
+
+def decimation(rate: float, highest_hz: float) -> int:
+    """Return that only every so manyth sample is needed for frequencies up to the highest."""
+    return max(1, int(rate / (_OVERSAMPLING * highest_hz)))
