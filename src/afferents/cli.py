@@ -335,7 +335,9 @@ def evaluate(
     bins: Annotated[int | None, typer.Option(help="Frequency bins that the network sees.")] = None,
     split: Annotated[
         Literal["speed", "texture"],
-        typer.Option(help="Hold out speeds, or textures as well and ask for their spacing in mm."),
+        typer.Option(
+            help="Hold out speeds, or textures as well: are they unknown, and how coarse?"
+        ),
     ] = "speed",
     frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
     every: Annotated[
@@ -364,8 +366,8 @@ def evaluate(
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
-    from afferents.pipeline.roughness import evaluate_roughness
-    from afferents.report import roughness_table, to_rich
+    from afferents.pipeline.textures import evaluate_textures
+    from afferents.report import texture_tables, to_rich
 
     wanted = families(models) if models != "best" else []
     under, left_out = protocols(protocol), _conditions(without or [])
@@ -415,8 +417,8 @@ def evaluate(
             device=device,
         )
         if split == "texture":
-            found = evaluate_roughness(evaluation, progress)
-            _say(as_json, found, to_rich(roughness_table(found)), f"Results: {out}")
+            found = evaluate_textures(evaluation, progress)
+            _say(as_json, found, *map(to_rich, texture_tables(found)), f"Results: {out}")
             return
         summary = run(evaluation, progress)
     _say(as_json, summary, *_tables(summary), f"Results: {out}")

@@ -22,6 +22,8 @@ from afferents.core.files import read_json
 
 SCHEMA = 1
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
+UNKNOWN, ROUGHNESS = "unknown", "roughness"
+"""What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"
 """Prefix of the predictions' probability columns, one a texture."""
 

@@ -13,6 +13,7 @@ from afferents.evaluation.folds import (
 )
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
 from afferents.evaluation.occlusion import Say, bands, losses, patches
+from afferents.evaluation.reliability import Reliability, reliability, reliability_of
 from afferents.evaluation.splits import Fold, LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.standing import (
     Standing,
@@ -25,6 +26,7 @@ from afferents.evaluation.standing import (
 )
 from afferents.evaluation.summary import summarise
 from afferents.evaluation.touches import between
+from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, summarise_unknown
 
 __all__ = [
     "PLAN",
@@ -32,10 +34,12 @@ __all__ = [
     "FoldKey",
     "Leaks",
     "LeaveOneSpeedOut",
+    "Reliability",
     "Say",
     "Standing",
     "State",
     "at_work",
+    "auroc",
     "bands",
     "best_weights",
     "between",
@@ -51,11 +55,16 @@ __all__ = [
     "plan",
     "planned_workers",
     "predictions_table",
+    "recordings_of",
     "refuse_leaks",
+    "reliability",
+    "reliability_of",
     "save_fold",
     "seconds_left",
+    "share_unknown",
     "standings",
     "summarise",
+    "summarise_unknown",
     "surprise",
     "weighted",
 ]

@@ -12,6 +12,7 @@ from afferents.core.results import PREDICTIONS, SCHEMA, SUMMARY
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
 from afferents.evaluation.folds import FoldKey, load_fold
 from afferents.evaluation.metrics import accuracy_by_speed, confusion, macro_f1
+from afferents.evaluation.reliability import reliability_of
 from afferents.evaluation.touches import between, name_recordings
 
 Accuracies = Mapping[tuple[str, str], Accuracy]
@@ -101,6 +102,7 @@ def _summary_of(
         },
         "macro_f1": macro_f1(predictions, textures),
         "confusion": confusion(predictions, textures).tolist(),
+        "reliability": found.describe() if (found := reliability_of(predictions)) else None,
         "n_test": len(predictions),
         "seeds": sorted({fact["seed"] for fact in facts}),
         "validation_speeds": _by_speed(facts, "validation_mm_s", first=True),

@@ -21,10 +21,12 @@ from afferents.models.ridge import (
     sum_of,
 )
 from afferents.models.spatial import SpatialNet
+from afferents.models.strangeness import KNOWN, Strangeness
 from afferents.models.vibration import VibrationNet
 
 __all__ = [
     "KERNEL_STRENGTHS",
+    "KNOWN",
     "L2",
     "STRENGTH",
     "CnnLstm",
@@ -35,6 +37,7 @@ __all__ = [
     "Ridge",
     "SpatialNet",
     "Stepping",
+    "Strangeness",
     "VibrationNet",
     "build",
     "count_parameters",

@@ -1,8 +1,6 @@
 """A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
 
-Strangeness is how far a sample lies from all that was learnt: the smallest Mahalanobis distance
-of its last features to a class's mean, with one covariance for all classes (Lee et al., NeurIPS
-2018), over the distance that few known samples exceed. Above 1 nothing that was learnt fits.
+What is unknown is told by the strangeness of its last features (`models/strangeness.py`).
 """
 
 from typing import cast
@@ -11,11 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from afferents.models.cnn_lstm import CnnLstm
-
-KNOWN = 0.95
-"""Share of samples, of textures known at a speed not learnt from, whose strangeness is below 1."""
-_RIDGE = 1e-2
-"""Share of the mean variance that is added to the covariance: dead features have none."""
+from afferents.models.strangeness import KNOWN, class_moments, nearest
 
 
 class Deployed(nn.Module):
@@ -69,9 +63,7 @@ class Deployed(nn.Module):
     def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
         """Return probabilities and strangeness of what enters the last layer."""
         probabilities = (self.last(features) / self.temperature).softmax(1)
-        off = (features.unsqueeze(1) - self.means) @ self.whitening
-        distance = off.square().sum(2).min(1).values.sqrt()
-        return probabilities, distance / self.limit
+        return probabilities, nearest(features, self.means, self.whitening) / self.limit
 
     @torch.no_grad()
     def know(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
@@ -84,14 +76,7 @@ class Deployed(nn.Module):
         unseen
             Last features of samples that were not learnt from, (m, feature).
         """
-        n_classes = self.last.out_features
-        means = torch.stack([features[labels == c].mean(0) for c in range(n_classes)])
-        within = (features - means[labels]).double()
-        covariance = within.T @ within / len(within)
-        ridge = _RIDGE * covariance.diagonal().mean() * torch.eye(len(covariance))
-        inverse = torch.linalg.inv(covariance + ridge)
-        self.means = means
-        self.whitening = torch.linalg.cholesky(inverse).float()
+        self.means, self.whitening = class_moments(features, labels, self.last.out_features)
         self.limit = torch.ones(())
         self.limit = torch.quantile(self.outcome(unseen)[1], KNOWN)
 

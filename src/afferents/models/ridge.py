@@ -56,12 +56,28 @@ class Gram:
         joined._xx, joined._xy = self._xx + sign * other._xx, self._xy + sign * other._xy
         return joined
 
-    def solve(self, strength: float) -> tuple[Tensor, Tensor]:
-        """Return weights (feature, target) and constants (target,); the latter not penalised."""
-        penalty = torch.full((len(self._xx),), strength, dtype=torch.float64)
-        penalty[-1] = 1e-6
+    def solve(self, strength: float | Tensor) -> tuple[Tensor, Tensor]:
+        """Return weights (feature, target) and constants (target,); the latter not penalised.
+
+        Parameters
+        ----------
+        strength
+            Of the penalty, for all features or of each, (feature,).
+        """
+        penalty = torch.full((len(self._xx),), 1e-6, dtype=torch.float64)
+        penalty[:-1] = strength
         solved = torch.linalg.solve(self._xx + torch.diag(penalty), self._xy).float()
         return solved[:-1], solved[-1]
+
+    def solve_as_ridge(self) -> tuple[Tensor, Tensor]:
+        """Return weights and constants of what `Ridge` learns from these samples.
+
+        It standardises features first. One divided by its standard deviation has a weight as many
+        times larger, so here the penalty is larger instead, and features stay as they are.
+        """
+        n = self._xx[-1, -1]
+        variance = self._xx.diagonal()[:-1] / n - (self._xx[-1, :-1] / n).square()
+        return self.solve(STRENGTH * variance.clamp_min(_LEAST_SD**2))
 
 
 def sum_of(grams: Sequence[Gram]) -> Gram:

@@ -23,88 +23,53 @@ from torch import Tensor
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES, Family
-from afferents.core.files import write_aside, write_json
+from afferents.core.families import Family
 from afferents.core.progress import Progress
 from afferents.core.samples import Samples
 from afferents.encodings import Encodings
 from afferents.evaluation import between
 from afferents.models import Gram, OrderSearch, sum_of
-from afferents.pipeline.encode import encode_all, require_support
-from afferents.pipeline.evaluate import Evaluation, skipped_recordings
 from afferents.pipeline.solve import model_of
 
-SUMMARY, TABLE = "roughness.json", "roughness.parquet"
 COVERAGE = 0.9
 """Share of the errors that an interval is to hold."""
 STRENGTH = 0.01
 """Of the penalty, for each condition learnt from; chosen on a tuning session."""
+LEAST_TEXTURES = 4
+"""With bumps: one is left out, another inside, and two span a range."""
 
 Indices = NDArray[np.int64]
 Condition = tuple[float, float]
 """Spacing, mm, and speed, mm/s."""
 
 
-def can_say_mm(family: Family) -> bool:
-    """Tell whether a family's values can be regressed on.
-
-    `order-te-told` is told its speed; of random kernels there are too many to keep products of all
-    their pairs for every condition.
-    """
-    ridge = family.learner == "ridge" and family.encoding != "kernels"
-    return ridge or family.name == "order-te-told"
+def can_ask_mm(textures: Collection[str]) -> bool:
+    """Tell whether textures are named by their spacing in mm, and are enough to lie between."""
+    return all(map(_is_number, textures)) and sum(float(t) > 0 for t in textures) >= LEAST_TEXTURES
 
 
-def evaluate_roughness(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
-    """Ask every family for mm, write table and summary, and return the summary.
+def ask_mm(family: Family, samples: Samples, how: Encodings, progress: Progress) -> pd.DataFrame:
+    """Ask a family for the mm of every sample of a texture with bumps; a row a sample and kind.
 
     Raises
     ------
     InputError
-        If a family has nothing to regress on, textures are not named by their spacing in mm, or
-        there are fewer than 4 textures with bumps or 3 speeds.
+        If there are fewer than 4 textures with bumps or 3 speeds.
     """
-    for family in evaluation.families:
-        if not can_say_mm(family):
-            able = ", ".join(name for name, other in FAMILIES.items() if can_say_mm(other))
-            raise InputError("--models", f"some of {able} with --split texture", family.name)
-    _refuse_what_it_has_not(evaluation)
-    if evaluation.out.exists() and not (evaluation.out / SUMMARY).is_file():
-        raise InputError(
-            evaluation.out, "a new folder, or one of roughness", "something else",
-            "choose another --out",
-        )  # fmt: skip
-    torch.set_num_threads(1)
-    everything = evaluation.recordings
-    require_support(evaluation.families, everything, may_leave_out=False)
-    bumpy = [r for r in everything if _spacing(str(r.attrs[dims.TEXTURE])) > 0]
-    skipped = skipped_recordings(evaluation, evaluation.families, bumpy)
-    recordings = [r for r in bumpy if r.attrs["name"] not in skipped]
-    tables = []
-    for family in evaluation.families:
-        how = evaluation.encodings
-        samples = encode_all(
-            recordings, family.afferent, family.encoding, evaluation.cut, how, progress
-        )
-        samples = evaluation.ablation.images(samples)
-        felt = Felt.of(samples, _values(family, samples, how))
-        tables.append(_ask(family, felt, samples, progress))
-    table = pd.concat(tables, ignore_index=True)
-    summary = {
-        "data": [data.describe() for data in evaluation.data],
-        "options": list(evaluation.options),
-        "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
+    spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
+    bumpy = samples.isel({dims.SAMPLE: np.flatnonzero(spacing > 0)})
+    return _ask(family, Felt.of(bumpy, _values(family, bumpy, how)), bumpy, progress)
+
+
+def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
+    """Return what the tables of all models come to."""
+    return {
         "coverage_asked": COVERAGE,
         "models": {
             str(model): {str(kind): _summary_of(part) for kind, part in of_model.groupby("kind")}
             for model, of_model in table.groupby("model", sort=False)
         },
     }
-    evaluation.out.mkdir(parents=True, exist_ok=True)
-    with write_aside(evaluation.out / TABLE) as partial:
-        table.to_parquet(partial, compression="zstd", index=False)
-    write_json(evaluation.out / SUMMARY, summary)
-    return summary
 
 
 @dataclass(frozen=True)
@@ -119,7 +84,7 @@ class Felt:
     @classmethod
     def of(cls, samples: Samples, values: Tensor) -> "Felt":
         """Gather samples (n, ...) by spacing and speed."""
-        spacing = np.array([_spacing(str(t)) for t in samples[dims.TEXTURE].values])
+        spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
         speed = samples[dims.SPEED].values
         conditions = sorted({(float(x), float(v)) for x, v in zip(spacing, speed, strict=True)})
         _require_enough(conditions)
@@ -269,39 +234,15 @@ def _values(family: Family, samples: Samples, how: Encodings) -> Tensor:
     return model.over_per_mm(values, torch.from_numpy(samples[dims.SPEED].values))
 
 
-def _spacing(texture: str) -> float:
-    """Return the bump spacing that a texture's name says, mm.
-
-    Raises
-    ------
-    InputError
-        If it says none.
-    """
-    try:
-        return float(texture)
-    except ValueError:
-        raise InputError(
-            "the data", "textures named by their spacing in mm, for --split texture", texture,
-            "leave the option out to name textures",
-        ) from None  # fmt: skip
-
-
-def _refuse_what_it_has_not(evaluation: Evaluation) -> None:
-    options = {
-        "--held-out": evaluation.held_out,
-        "--train-speeds": evaluation.ablation.train_speeds,
-        "--test-only": evaluation.ablation.test_only,
-        "--cluster": evaluation.cluster,
-    }
-    for option, given in options.items():
-        if given:
-            raise InputError(option, "none with --split texture", f"{given}", "leave it out")
+def _is_number(texture: str) -> bool:
+    return texture.replace(".", "", 1).isdigit()
 
 
 def _require_enough(conditions: Sequence[Condition]) -> None:
     spacings, speeds = ({c[i] for c in conditions} for i in (0, 1))
-    if len(spacings) < 4 or len(speeds) < 3:
+    if len(spacings) < LEAST_TEXTURES or len(speeds) < 3:
         raise InputError(
-            "the data", "at least 4 textures with bumps and 3 speeds for --split texture",
+            "the data",
+            f"at least {LEAST_TEXTURES} textures with bumps and 3 speeds to ask for mm",
             f"{len(spacings)} and {len(speeds)}",
         )  # fmt: skip

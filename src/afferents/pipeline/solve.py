@@ -147,9 +147,9 @@ def _learnt(
     surprises = [surprise(logs, labels[learnt_from]) for _, logs in tried]
     best = int(np.argmin(surprises))
     temperature, unseen = tried[best]
-    _learn(model, samples, labels, learnt_from, seed, strengths[best])
+    learn(model, samples, labels, learnt_from, seed, strengths[best])
     model.temperature = torch.tensor(temperature)
-    tested = _at_temperature(_scores(model, samples, fold.test), temperature)
+    tested = _at_temperature(scores_of(model, samples, fold.test), temperature)
     return Learnt(model, learnt_from, unseen, tested)
 
 
@@ -166,8 +166,8 @@ def _unseen(
     scores: list[tuple[Indices, Tensor]] = []
     for left_out in np.unique(speed):
         its = np.flatnonzero(speed == left_out)
-        _learn(model, samples, labels, np.delete(learnt_from, its), seed, strength)
-        scores.append((its, _scores(model, samples, learnt_from[its])))
+        learn(model, samples, labels, np.delete(learnt_from, its), seed, strength)
+        scores.append((its, scores_of(model, samples, learnt_from[its])))
 
     def unseen_at(temperature: float) -> Floats:
         logs = np.empty((len(learnt_from), len(textures_of(samples))))
@@ -194,7 +194,7 @@ def model_of(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderS
     )
 
 
-def _learn(
+def learn(
     model: Ridge | OrderSearch,
     samples: Samples,
     labels: Indices,
@@ -202,6 +202,10 @@ def _learn(
     seed: int,
     strength: float,
 ) -> None:
+    """Let a model learn from some samples, in place.
+
+    `seed` is of what it draws, `strength` of a ridge's penalty.
+    """
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(samples[dims.SPEED].values[index])
     weight = equal_weights(named, speed)
@@ -211,7 +215,7 @@ def _learn(
         model.learn(values, named, weight, strength)
 
 
-def _scores(model: Ridge | OrderSearch, samples: Samples, index: Indices) -> Tensor:
+def scores_of(model: Ridge | OrderSearch, samples: Samples, index: Indices) -> Tensor:
     """Return a model's scores of some samples, told their speeds; it may not ask for them."""
     speed = samples[dims.SPEED].values
     parts = [index[i : i + _BATCH] for i in range(0, len(index), _BATCH)]

@@ -1,6 +1,7 @@
 """From a results folder, and the data behind it where they still are, to the report."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import read_json, write_aside
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
-from afferents.core.results import SUMMARY, Results, load_results
+from afferents.core.results import ROUGHNESS, SUMMARY, UNKNOWN, Results, load_results
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encodings, SpectralEncoding, spatial_samples, stretch_spectrum
+from afferents.evaluation import reliability_of
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data
 from afferents.pipeline.encode import encode_all
@@ -30,11 +32,13 @@ from afferents.report import (
     save_pictures,
     stretch_example,
     table1,
+    texture_tables,
     to_markdown,
+    write_texture_page,
 )
 from afferents.report import write_report as write_page
 
-TABLE1 = "table1.md"
+PAGE, TABLE1, TEXTURES = "report.html", "table1.md", "textures.md"
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
 """Frames from the middle of each recording for Figures 8 and 10, and how many before them are
 read so that a lost marker can be held at its last value."""
@@ -43,20 +47,60 @@ read so that a lost marker can be held at its last value."""
 def write_report(results_folder: Path, progress: Progress) -> Path:
     """Write `report.html`, `table1.md` and the figures of a results folder.
 
+    Of one of `--split texture`, the page and `textures.md`.
+
     Raises
     ------
     InputError
         If there are no results. Data that are gone, damaged, or others than were evaluated only
         cost their figures; the report says so.
     """
-    results = load_results(results_folder)
+    summaries = texture_summaries(results_folder)
+    if summaries:
+        _write_textures(results_folder, texture_tables(summaries))
+        return write_texture_page(results_folder / PAGE, summaries)
+    results = with_reliability(load_results(results_folder))
     data, notes = figure_data(results, progress)
     pictures = draw_pictures(results, data)
     drawn = progress.track(pictures, "drawing", len(pictures))
     save_pictures(drawn, results_folder / "figures")
     with write_aside(results_folder / TABLE1) as partial:
         partial.write_text(to_markdown(table1(results.summary)), encoding="utf-8")
-    return write_page(results_folder / "report.html", results, pictures, notes)
+    return write_page(results_folder / PAGE, results, pictures, notes)
+
+
+def texture_summaries(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return the summaries of a folder of `--split texture`, by question; none of any other."""
+    return {
+        name: read_json(folder / f"{name}.json", "the summary of an evaluation")
+        for name in (UNKNOWN, ROUGHNESS)
+        if (folder / f"{UNKNOWN}.json").is_file() and (folder / f"{name}.json").is_file()
+    }
+
+
+def _write_textures(folder: Path, tables: Sequence[Table]) -> None:
+    with write_aside(folder / TEXTURES) as partial:
+        partial.write_text("\n".join(map(to_markdown, tables)), encoding="utf-8")
+
+
+def with_reliability(results: Results) -> Results:
+    """Return results whose summary says how reliable each model is; earlier ones did not."""
+    models = {
+        model: {
+            protocol: found
+            if "reliability" in found
+            else {**found, "reliability": _reliability(results, model, protocol)}
+            for protocol, found in protocols.items()
+        }
+        for model, protocols in results.summary.get("models", {}).items()
+    }
+    return replace(results, summary={**results.summary, "models": models})
+
+
+def _reliability(results: Results, model: str, protocol: str) -> dict[str, Any] | None:
+    mine = (results.predictions["model"] == model) & (results.predictions["protocol"] == protocol)
+    found = reliability_of(results.predictions[mine])
+    return found.describe() if found else None
 
 
 def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
@@ -65,8 +109,17 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
     Raises
     ------
     InputError
-        If there are no results in one of them, or two have the same name.
+        If there are no results in one of them, two have the same name, or one of several is of
+        `--split texture`.
     """
+    of_textures = [folder for folder in folders if texture_summaries(folder)]
+    if of_textures and len(folders) > 1:
+        raise InputError(
+            of_textures[0], "results of --split speed, to compare", "results of --split texture",
+            "report them alone",
+        )  # fmt: skip
+    if of_textures:
+        return texture_tables(texture_summaries(folders[0]))[0], folders[0] / TEXTURES
     runs = {
         folder.resolve().name: read_json(folder / SUMMARY, "the summary of an evaluation")
         for folder in folders

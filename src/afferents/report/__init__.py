@@ -12,6 +12,7 @@ from afferents.report.html import write_report
 from afferents.report.inspection import markers_figure, responses_figure, vibration_figure
 from afferents.report.overlay import draw_overlay, write_overlay
 from afferents.report.pictures import FigureData, Picture, draw_pictures, save_pictures
+from afferents.report.reliability import reliability_figure, reliability_table
 from afferents.report.roughness import roughness_table
 from afferents.report.speeds import speed_figure
 from afferents.report.style import save_figure
@@ -24,6 +25,8 @@ from afferents.report.table import (
     table1,
     touches_table,
 )
+from afferents.report.textures import write_texture_page
+from afferents.report.unknown import texture_tables, unknown_by_texture, unknown_table
 
 __all__ = [
     "FACTORS",
@@ -44,6 +47,8 @@ __all__ = [
     "leak_sentences",
     "leak_table",
     "markers_figure",
+    "reliability_figure",
+    "reliability_table",
     "responses_figure",
     "roughness_table",
     "run_table",
@@ -53,10 +58,14 @@ __all__ = [
     "speed_figure",
     "stretch_example",
     "table1",
+    "texture_tables",
     "to_markdown",
     "to_rich",
     "touches_table",
+    "unknown_by_texture",
+    "unknown_table",
     "vibration_figure",
     "write_overlay",
     "write_report",
+    "write_texture_page",
 ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from afferents.core.files import write_aside
 from afferents.core.results import Results
@@ -25,6 +25,7 @@ from afferents.report.labels import (
 )
 from afferents.report.pictures import Picture
 from afferents.report.published import CITATION
+from afferents.report.reliability import has_reliability, reliability_table
 from afferents.report.table import (
     accuracy_by_speed,
     leak_sentences,
@@ -71,15 +72,8 @@ def write_report(
 
 def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence[str] = ()) -> str:
     """Return the page as text; see `write_report`."""
-    environment = Environment(
-        loader=PackageLoader("afferents.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     summary = results.summary
-    return environment.get_template(TEMPLATE).render(
+    return template(TEMPLATE).render(
         headline=headline(summary),
         facts=facts(summary),
         simulated=[data for data in summary["data"] if data["simulated"]],
@@ -88,6 +82,7 @@ def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence
         table1=table1(summary),
         by_speed=accuracy_by_speed(summary),
         touches=touches_table(summary),
+        reliability=reliability_table(summary) if has_reliability(summary) else None,
         differences=differences(summary),
         leak_sentences=leak_sentences(summary),
         leaks=leak_table(summary),
@@ -99,6 +94,18 @@ def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence
         citation=CITATION,
         version=summary["afferents"],
     )
+
+
+def template(name: str) -> Template:
+    """Return a template of a page."""
+    environment = Environment(
+        loader=PackageLoader("afferents.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)
 
 
 def headline(summary: Summary) -> str:
@@ -134,8 +141,8 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     protocols = [name for name in PROTOCOL_TITLES if name in run]
     return [
         ("Data", data_line(summary)),
-        ("Textures", f"{len(textures)}: {_shortened(textures)}"),
-        ("Speeds", f"{len(speeds)}: {_shortened([speed_key(v) for v in speeds])} mm/s"),
+        ("Textures", f"{len(textures)}: {shortened(textures)}"),
+        ("Speeds", f"{len(speeds)}: {shortened([speed_key(v) for v in speeds])} mm/s"),
         ("Models", ", ".join(model_title(name) for name in model_order(summary))),
         ("Protocol", " and ".join(protocols) or "none"),
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
@@ -150,7 +157,7 @@ def redo_command(results: Results) -> str:
     seeds = sorted({seed for _, _, result in found for seed in result["seeds"]}) or [0]
     protocols = {protocol for _, protocol, _ in found}
     arguments = [
-        *(_argument(data) for data in summary["data"]),
+        *(source_argument(data) for data in summary["data"]),
         *("--out", results.root.name or "RESULTS"),
         *("--models", ",".join(model_order(summary))),
         *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
@@ -161,13 +168,14 @@ def redo_command(results: Results) -> str:
     return shlex.join(["afferents", "evaluate", *arguments])
 
 
-def _argument(data: dict[str, str]) -> str:
+def source_argument(data: dict[str, str]) -> str:
     """Return a source as `evaluate` takes it: stores by path, other data with their adapter."""
     kind, source = data["kind"], data["source"]
     return source if kind == "store" or source.startswith(f"{kind}:") else f"{kind}:{source}"
 
 
-def _shortened(names: Sequence[str], most: int = 16) -> str:
+def shortened(names: Sequence[str], most: int = 16) -> str:
+    """Return names with commas between, or the first of very many and the last."""
     if len(names) <= most:
         return ", ".join(names)
     return f"{', '.join(names[: most - 1])}, … {names[-1]}"

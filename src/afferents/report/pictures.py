@@ -18,6 +18,7 @@ from afferents.report.figure08 import figure08
 from afferents.report.figure10 import figure10
 from afferents.report.figure12 import figure12
 from afferents.report.labels import outcomes, percent, source_line
+from afferents.report.reliability import SCALED, has_reliability, reliability_figure
 from afferents.report.speeds import speed_figure
 from afferents.report.style import png_bytes
 
@@ -81,6 +82,7 @@ def draw_pictures(results: Results, data: FigureData) -> list[Picture]:
     source = source_line(results.summary)
     return [
         *_speed_picture(results),
+        *_reliability_picture(results),
         *_confusion_pictures(results),
         *_spectrum_pictures(data, source),
         *_image_pictures(data, source),
@@ -98,6 +100,21 @@ def _speed_picture(results: Results) -> Iterator[Picture]:
         "same numbers stand in the table above.",
         speed_figure(results.summary),
     )
+
+
+def _reliability_picture(results: Results) -> Iterator[Picture]:
+    if has_reliability(results.summary):
+        yield Picture(
+            "reliability",
+            "Right as often as it says?",
+            "Reliability diagram: test samples gathered by confidence, the probability of what "
+            "they are named, in bins of equal width. The area of a mark is its share of the "
+            "samples. On the dashed line a model is right as often as it says; below it is too "
+            f"sure, above too modest. ECE: expected calibration error. {SCALED}",
+            "Line chart of accuracy against confidence, both in percent, a panel for each model. "
+            "The calibration errors stand in the table above.",
+            reliability_figure(results.summary),
+        )
 
 
 def _confusion_pictures(results: Results) -> Iterator[Picture]:

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -15,47 +14,26 @@ from afferents.report.labels import (
     source_line,
 )
 from afferents.report.published import published_families
-from afferents.report.style import BLUE, GREY, LINE, VERMILION, new_figure, styled
-
-_MARKS = {"nested": (BLUE, "o", BLUE), "published": (VERMILION, "s", "white")}
-"""Colour, marker and filling of the points of each protocol."""
-_COLUMNS = 3
+from afferents.report.style import (
+    GREY,
+    LINE,
+    PROTOCOL_MARKS,
+    finish_panels,
+    model_panels,
+    styled,
+)
 
 
 @styled
 def speed_figure(summary: Summary) -> Figure:
     """Draw accuracy in percent by held-out speed under the protocols that were run."""
     models = model_order(summary)
-    n_columns = min(_COLUMNS, len(models))
-    n_rows = -(-len(models) // n_columns)
-    figure = new_figure(
-        max(3.0 * n_columns + 0.5, 6.0),
-        2.1 * n_rows + 1.0,
-        "Accuracy by held-out speed",
-        source_line(summary),
+    figure, heading, grid = model_panels(
+        len(models), "Accuracy by held-out speed", source_line(summary)
     )
-    heading, *rows = figure.subplots(
-        n_rows + 1,
-        n_columns,
-        squeeze=False,
-        sharex=True,
-        sharey=True,
-        gridspec_kw={"height_ratios": [0.08, *[1.0] * n_rows]},
-    )
-    grid = np.array(rows)
     for axes, model in zip(grid.flat, models, strict=False):
         _draw_model(axes, summary, model)
-    for axes in grid.flat[len(models) :]:
-        axes.set_visible(False)
-    for axes in grid[-1]:
-        axes.set_xlabel("held-out speed (mm/s)")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("accuracy (%)")
-    handles, names = grid[0, 0].get_legend_handles_labels()
-    for axes in heading:
-        axes.set_axis_off()
-    legend = heading[0].legend(handles, names, loc="center left", ncols=len(names))
-    legend.set_in_layout(False)
+    finish_panels(heading, grid, len(models), "held-out speed (mm/s)", "accuracy (%)")
     return figure
 
 
@@ -73,7 +51,7 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
 
 
 def _draw_protocol(axes: Axes, found: dict[str, Any], protocol: str, title: str) -> None:
-    colour, marker, filling = _MARKS[protocol]
+    colour, marker, filling = PROTOCOL_MARKS[protocol]
     tested = {speed: value for speed, value in found["by_speed"].items() if value is not None}
     points = sorted((float(speed), 100 * value) for speed, value in tested.items())
     axes.plot(

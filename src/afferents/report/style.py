@@ -8,10 +8,13 @@ which colour-blind readers can tell apart.
 
 import io
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from afferents.core.files import write_aside
 
@@ -28,7 +31,10 @@ SEQUENTIAL = "cividis"
 """For responses: even in lightness, the same to colour-blind readers."""
 PERCENT = "Blues"
 """For percentages: white is none, as in the paper's matrices."""
+PROTOCOL_MARKS = {"nested": (BLUE, "o", BLUE), "published": (VERMILION, "s", "white")}
+"""Colour, marker and filling of the points of each protocol."""
 DPI = 160
+_COLUMNS = 3
 _FOOTER_INCH = 0.22
 
 styled = rc_context(
@@ -69,6 +75,50 @@ def new_figure(width: float, height: float, title: str, footer: str) -> Figure:
     if engine is not None:
         engine.set(h_pad=0.06, w_pad=0.05, rect=(0.005, below, 0.99, 1 - below))  # type: ignore[call-arg]
     return figure
+
+
+def model_panels(
+    n_models: int, title: str, footer: str, height: float = 2.1
+) -> tuple[Figure, NDArray[Any], NDArray[Any]]:
+    """Return a figure with a panel for each model, below a row that holds the legend.
+
+    Parameters
+    ----------
+    height
+        Of a panel, inches.
+
+    Returns
+    -------
+    figure, heading, grid
+        `heading` are the axes above, (column,), and `grid` the panels, (row, column).
+    """
+    n_columns = min(_COLUMNS, n_models)
+    n_rows = -(-n_models // n_columns)
+    figure = new_figure(max(3.0 * n_columns + 0.5, 6.0), height * n_rows + 1.0, title, footer)
+    heading, *rows = figure.subplots(
+        n_rows + 1,
+        n_columns,
+        squeeze=False,
+        sharex=True,
+        sharey=True,
+        gridspec_kw={"height_ratios": [0.08, *[1.0] * n_rows]},
+    )
+    return figure, heading, np.array(rows)
+
+
+def finish_panels(heading: NDArray[Any], grid: NDArray[Any], n_models: int, x: str, y: str) -> None:
+    """Name the axes of the panels that are used, hide the others, and draw the legend."""
+    for axes in grid.flat[n_models:]:
+        axes.set_visible(False)
+    for axes in grid[-1]:
+        axes.set_xlabel(x)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(y)
+    handles, names = grid[0, 0].get_legend_handles_labels()
+    for axes in heading:
+        axes.set_axis_off()
+    legend = heading[0].legend(handles, names, loc="center left", ncols=len(names))
+    legend.set_in_layout(False)
 
 
 def frame_all(axes: Axes) -> None:

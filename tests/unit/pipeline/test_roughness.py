@@ -11,7 +11,7 @@ from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES
 from afferents.core.progress import Progress
 from afferents.core.samples import concatenate, make_samples
-from afferents.pipeline.roughness import COVERAGE, Felt, _ask, _summary_of
+from afferents.pipeline.roughness import COVERAGE, Felt, _ask, _summary_of, can_ask_mm
 
 SPACINGS, SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (10.0, 20.0, 30.0, 40.0)
 
@@ -77,7 +77,7 @@ def test_the_command_says_mm_and_leaves_a_table(make_session, tmp_path, run):
     )  # fmt: skip
     assert code == 0, err
     summary = json.loads(out)
-    assert summary["models"].keys() == {"sa-wave", "order-te-told"}
+    assert summary["roughness"]["models"].keys() == {"sa-wave", "order-te-told"}
     table = pd.read_parquet(tmp_path / "r" / "roughness.parquet")
     assert set(table["spacing_mm"]) == {1, 2, 3, 4}  # the smooth one has no spacing
     again, text, _ = run(
@@ -94,29 +94,20 @@ def test_bad_requests_are_refused(sounds, tmp_path, run):
     code, _, err = run(*split, "--models", "vib-te")
     assert code == 2
     assert "expected some of ridge-te, order-te-told, sa-wave" in err
-    code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1)
+    code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1, "--textures", "1,2")
     assert code == 2
-    assert (
-        "expected at least 4 textures with bumps and 3 speeds for --split texture, found 3 and 4"
-        in err
-    )
+    assert "expected at least 3 textures and 3 speeds for --split texture, found 2 and 4" in err
     (tmp_path / "r").mkdir()
     (tmp_path / "r" / "x").touch()
     code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1)
     assert code == 2
-    assert "a new folder, or one of roughness" in err
+    assert "a new folder, or one of --split texture" in err
 
 
-def test_fabrics_have_no_spacing(tmp_path, run):
-    header = "timestamp,proximity1,proximity2," + ",".join(f"channel{i}" for i in range(1, 17))
-    rows = "\n".join(f"{28 * i}," + ",".join(["7"] * 18) for i in range(200))
-    (tmp_path / "Linen_F50_V20mmps_0.csv").write_text(f"{header}\n{rows}\n")
-    code, _, err = run(
-        "evaluate", f"fabricslide:{tmp_path}", "--out", tmp_path / "r", "--split", "texture",
-        "--models", "ridge-te",
-    )  # fmt: skip
-    assert code == 2
-    assert "expected textures named by their spacing in mm, for --split texture, found Linen" in err
+def test_fabrics_have_no_spacing():
+    assert can_ask_mm(("0", "0.5", "1", "1.5", "2"))
+    assert not can_ask_mm(("0", "0.5", "1", "1.5"))
+    assert not can_ask_mm(("Linen", "1", "2", "3", "4"))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,117 @@
+"""How often a texture never felt is called unknown, and how often one that was felt is.
+
+A table of strangeness has one row a sample asked, with the columns held_out_speed_mm_s,
+left_out (the texture of which nothing was learnt), texture (its own), recording, strangeness
+(above 1 the sample is called unknown) and recordings_limit (above which the mean over a recording
+calls that unknown). A texture that is not left out is asked once for each that is.
+"""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from sklearn.metrics import roc_auc_score
+
+from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
+from afferents.evaluation.metrics import accuracy_by_speed
+from afferents.evaluation.touches import between
+
+FOLD = ["held_out_speed_mm_s", "left_out"]
+"""What is held out together: a speed, and a texture."""
+
+
+def summarise_unknown(table: pd.DataFrame) -> dict[str, Any]:
+    """Return what a table of strangeness of one model comes to; docs/results-format.md.
+
+    Parameters
+    ----------
+    table
+        As above.
+    """
+    touched = recordings_of(table)
+    kinds = {"samples": table, "recordings": touched}
+    never = {unit: rows["left_out"] == rows["texture"] for unit, rows in kinds.items()}
+    return {
+        "found": {unit: share_unknown(rows[never[unit]]) for unit, rows in kinds.items()},
+        "false_alarms": {unit: share_unknown(rows[~never[unit]]) for unit, rows in kinds.items()},
+        "auroc": {unit: _mean_auroc(rows) for unit, rows in kinds.items()},
+        "auroc_between": {
+            unit: _mean_auroc(inner) if len(inner := between(rows)) else None
+            for unit, rows in kinds.items()
+        },
+        "auroc_by_speed": {
+            f"{v:g}": _mean_auroc(rows) for v, rows in table.groupby("held_out_speed_mm_s")
+        },
+        "by_texture": {
+            str(texture): {
+                **{
+                    f"found_{unit}": _by_speed_mean(rows[rows["left_out"] == texture], True)
+                    for unit, rows in kinds.items()
+                },
+                "false_alarms": _by_speed_mean(table[table["texture"] == texture], False),
+                "auroc": _mean_auroc(table[table["left_out"] == texture]),
+            }
+            for texture in pd.unique(table["left_out"])
+        },
+        "n": int(never["samples"].sum()),
+    }
+
+
+def recordings_of(table: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a recording and fold: its strangeness is the mean over its samples.
+
+    It is measured by the recordings' own limit, so that above 1 is unknown here too.
+    """
+    rows = table.groupby([*FOLD, "texture", "recording"], sort=False, as_index=False)[
+        ["strangeness", "recordings_limit"]
+    ].mean()
+    return rows.assign(strangeness=rows["strangeness"] / rows["recordings_limit"])
+
+
+def share_unknown(rows: pd.DataFrame) -> dict[str, Any]:
+    """Return the share of rows called unknown: mean over held-out speeds, and by speed.
+
+    The 95% interval is by bootstrap over recordings within each speed, as of accuracies. The same
+    of the speeds that lie between others; None where there are none.
+    """
+    called = _called(rows)
+    inner = between(called)
+    return {
+        **_mean_and_interval(called),
+        "between": _mean_and_interval(inner) if len(inner) else None,
+        "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_speed(called).items()},
+    }
+
+
+def auroc(rows: pd.DataFrame) -> float:
+    """Return how often a sample never felt is stranger than one that was, of all pairs of rows."""
+    return float(roc_auc_score(rows["left_out"] == rows["texture"], rows["strangeness"]))
+
+
+def _mean_and_interval(called: pd.DataFrame) -> dict[str, Any]:
+    accuracy = Accuracy(called)
+    interval = bootstrap_interval(accuracy)
+    return {"mean": accuracy.mean(), "ci95": [interval.low, interval.high]}
+
+
+def _mean_auroc(rows: pd.DataFrame) -> float:
+    """Return the mean over folds, each of which has its own model and its own limit."""
+    return float(np.mean([auroc(fold) for _, fold in rows.groupby(FOLD)]))
+
+
+def _by_speed_mean(rows: pd.DataFrame, left_out: bool) -> float:
+    """Return the mean over speeds of the share called unknown of what was left out, or not."""
+    asked = rows[(rows["left_out"] == rows["texture"]) == left_out]
+    return float(np.mean(list(accuracy_by_speed(_called(asked)).values())))
+
+
+def _called(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return rows as predictions whose accuracy is the share that is called unknown."""
+    return pd.DataFrame(
+        {
+            "held_out_speed_mm_s": rows["held_out_speed_mm_s"],
+            "recording": rows["recording"],
+            "true_texture": True,
+            "predicted_texture": rows["strangeness"] > 1,
+        }
+    )

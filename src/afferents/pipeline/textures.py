@@ -1,0 +1,150 @@
+"""`--split texture`: what is said of a texture never felt, at a speed never felt.
+
+Two questions: is it recognised as unknown (`unknown.py`), and, where textures are named by their
+bump spacing, how coarse is it in mm (`roughness.py`). The `nested` protocol alone: nothing of the
+speed or the texture held out is seen before it is asked about.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import torch
+
+from afferents import __version__
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.families import FAMILIES, Family
+from afferents.core.files import write_aside, write_json
+from afferents.core.progress import Progress
+from afferents.core.recording import natural_order
+from afferents.core.responses import Responses
+from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
+from afferents.evaluation import summarise_unknown
+from afferents.models import KNOWN
+from afferents.pipeline.encode import encode_all, require_support
+from afferents.pipeline.evaluate import Evaluation, skipped_recordings
+from afferents.pipeline.roughness import ask_mm, can_ask_mm, summarise_mm
+from afferents.pipeline.unknown import ask_unknown
+
+LEAST_TEXTURES, LEAST_SPEEDS = 3, 3
+"""One held out, and of speeds one to set the limit at; two textures to tell apart."""
+
+
+def can_be_asked(family: Family) -> bool:
+    """Tell whether a family is solved at once, and needs no speed or is told it.
+
+    Of random kernels there are too many to keep products of all their pairs for every condition.
+    """
+    ridge = family.learner == "ridge" and family.encoding != "kernels"
+    return ridge or family.name == "order-te-told"
+
+
+def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+    """Ask every family, write tables and summaries, and return the summaries by question.
+
+    Raises
+    ------
+    InputError
+        If a family can't be asked, an option makes no sense here, the folder holds something
+        else, or there are too few textures or speeds.
+    """
+    _refuse(evaluation)
+    torch.set_num_threads(1)
+    everything = evaluation.recordings
+    require_support(evaluation.families, everything, may_leave_out=False)
+    skipped = skipped_recordings(evaluation, evaluation.families, everything)
+    recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+    _require_enough(textures, recordings)
+    strange, mm = [], []
+    for family in evaluation.families:
+        how = evaluation.encodings
+        samples = encode_all(
+            recordings, family.afferent, family.encoding, evaluation.cut, how, progress
+        )
+        samples = evaluation.ablation.images(samples)
+        strange.append(ask_unknown(family, samples, how, progress))
+        if can_ask_mm(textures):
+            mm.append(ask_mm(family, samples, how, progress))
+    about = _about(evaluation, recordings, skipped) | {"textures": textures}
+    return {
+        name: _written(evaluation.out, name, about, tables)
+        for name, tables in ((UNKNOWN, strange), (ROUGHNESS, mm))
+        if tables
+    }
+
+
+def _about(
+    evaluation: Evaluation, recordings: Sequence[Responses], skipped: dict[str, str]
+) -> dict[str, Any]:
+    """Return what the summaries say of the whole."""
+    return {
+        "schema": SCHEMA,
+        "afferents": __version__,
+        "data": [data.describe() for data in evaluation.data],
+        "without": dict(evaluation.without),
+        "options": list(evaluation.options),
+        "cut": evaluation.cut,
+        "preset": "none: solved at once",
+        "speeds_mm_s": sorted({float(r.attrs[dims.SPEED]) for r in recordings}),
+        "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
+    }
+
+
+def _written(
+    out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.DataFrame]
+) -> dict[str, Any]:
+    """Write the table and the summary of a question; return the summary."""
+    table = pd.concat(tables, ignore_index=True)
+    found = _summary_of_unknown(table) if name == UNKNOWN else summarise_mm(table)
+    summary = {**about, **found}
+    out.mkdir(parents=True, exist_ok=True)
+    with write_aside(out / f"{name}.parquet") as partial:
+        table.to_parquet(partial, compression="zstd", index=False)
+    write_json(out / f"{name}.json", summary)
+    return summary
+
+
+def _summary_of_unknown(table: pd.DataFrame) -> dict[str, Any]:
+    models = table.groupby("model", sort=False)
+    return {
+        "false_alarms_stated": round(1 - KNOWN, 6),
+        "models": {str(model): summarise_unknown(rows) for model, rows in models},
+    }
+
+
+def _refuse(evaluation: Evaluation) -> None:
+    """Refuse families, options and folders that this split can't do with."""
+    for family in evaluation.families:
+        if not can_be_asked(family):
+            able = ", ".join(name for name, other in FAMILIES.items() if can_be_asked(other))
+            raise InputError("--models", f"some of {able} with --split texture", family.name)
+    protocols = [protocol.name for protocol in evaluation.protocols]
+    if protocols != ["nested"]:
+        raise InputError("--protocol", "nested with --split texture", " and ".join(protocols))
+    options = {
+        "--held-out": evaluation.held_out,
+        "--train-speeds": evaluation.ablation.train_speeds,
+        "--test-only": evaluation.ablation.test_only,
+        "--cluster": evaluation.cluster,
+    }
+    for option, given in options.items():
+        if given:
+            raise InputError(option, "none with --split texture", f"{given}", "leave it out")
+    out = evaluation.out
+    if out.exists() and not any((out / f"{name}.json").is_file() for name in (UNKNOWN, ROUGHNESS)):
+        raise InputError(
+            out, "a new folder, or one of --split texture", "something else", "choose another --out"
+        )
+
+
+def _require_enough(textures: Sequence[str], recordings: Sequence[Responses]) -> None:
+    speeds = {float(r.attrs[dims.SPEED]) for r in recordings}
+    if len(textures) < LEAST_TEXTURES or len(speeds) < LEAST_SPEEDS:
+        raise InputError(
+            "the data",
+            f"at least {LEAST_TEXTURES} textures and {LEAST_SPEEDS} speeds for --split texture",
+            f"{len(textures)} and {len(speeds)}",
+        )
