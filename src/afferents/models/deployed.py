@@ -1,6 +1,7 @@
 """A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
 
-What is unknown is told by the strangeness of its last features (`models/strangeness.py`).
+What is unknown is told by the strangeness (`models/strangeness.py`) of a network's last features,
+or of a ridge's scores.
 """
 
 from typing import cast
@@ -9,6 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from afferents.models.cnn_lstm import CnnLstm
+from afferents.models.ridge import Ridge
 from afferents.models.strangeness import KNOWN, class_moments, nearest
 
 
@@ -35,7 +37,8 @@ class Deployed(nn.Module):
         super().__init__()
         self.network = network
         self.scale = scale
-        n_features = self.last.in_features
+        self._by_scores = isinstance(network, Ridge)
+        n_features = self.last.out_features if self._by_scores else self.last.in_features
         self.register_buffer("temperature", torch.ones(()))
         self.register_buffer("means", torch.zeros(n_classes, n_features))
         self.register_buffer("whitening", torch.eye(n_features))
@@ -62,8 +65,10 @@ class Deployed(nn.Module):
 
     def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
         """Return probabilities and strangeness of what enters the last layer."""
-        probabilities = (self.last(features) / self.temperature).softmax(1)
-        return probabilities, nearest(features, self.means, self.whitening) / self.limit
+        scores = self.last(features)
+        place = scores if self._by_scores else features
+        strangeness = nearest(place, self.means, self.whitening) / self.limit
+        return (scores / self.temperature).softmax(1), strangeness
 
     @torch.no_grad()
     def know(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
@@ -76,7 +81,8 @@ class Deployed(nn.Module):
         unseen
             Last features of samples that were not learnt from, (m, feature).
         """
-        self.means, self.whitening = class_moments(features, labels, self.last.out_features)
+        place = self.last(features) if self._by_scores else features
+        self.means, self.whitening = class_moments(place, labels, self.last.out_features)
         self.limit = torch.ones(())
         self.limit = torch.quantile(self.outcome(unseen)[1], KNOWN)
 
