@@ -1,6 +1,6 @@
 """SA-I and RA-I as tactile images, frame by frame: the same numbers as offline, bit by bit."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,8 @@ from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undi
 
 Image = NDArray[np.float32]
 Response = NDArray[np.floating]
+LENGTHS = (dims.SA1, dims.RA1)
+"""The afferents of the paper, without directions."""
 
 
 class Felt(NamedTuple):
@@ -42,6 +44,8 @@ class Images:
     ----------
     sensor
         With a grid layout; the frame `sensor.rest_frame` is taken for the skin at rest.
+    names
+        Of the images that are wanted.
 
     Raises
     ------
@@ -49,13 +53,14 @@ class Images:
         If the layout is no grid.
     """
 
-    def __init__(self, sensor: Sensor) -> None:
+    def __init__(self, sensor: Sensor, names: Collection[str] = LENGTHS) -> None:
         """Wait for the rest frame."""
         if sensor.layout != "square":
             raise InputError("the model", "a sensor with markers in a grid", sensor.layout)
         assert sensor.rows is not None
         assert sensor.columns is not None
         self.sensor, self.shape = sensor, (sensor.rows, sensor.columns)
+        self._names = names
         self.begin()
 
     def begin(self) -> None:
@@ -106,7 +111,7 @@ class Images:
         found = {dims.SA1: slow, dims.SA1_VECTOR: moved}
         if before is not None:
             found |= {dims.RA1: np.abs(slow - before[0]), dims.RA1_VECTOR: moved - before[1]}
-        return found
+        return {name: response for name, response in found.items() if name in self._names}
 
     def _held(self, name: str, response: Response) -> Response:
         """Fill what lost markers leave open with what they last showed, and keep it."""

@@ -2,7 +2,7 @@
 
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Picture, Trouble
-from afferents.live.images import Felt, Images
+from afferents.live.images import LENGTHS, Felt, Images
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense, require_alike
@@ -36,7 +36,8 @@ class Sight(Sense):
         self.sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
         self.felt: Felt | None = None
         self.picture: Picture | None = None
-        self._images = Images(self.sensor)
+        felt_by = {network.card.of_family.afferent for network in networks}
+        self._images = Images(self.sensor, {*LENGTHS, *felt_by})  # the page shows both lengths
         self._last_s: float | None = None
 
     def begin(self, event: Begin) -> None:

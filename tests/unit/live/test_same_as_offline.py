@@ -34,9 +34,9 @@ from afferents.recordings import WavFile, open_video, read_session
 
 def live_images(video, sensor):
     """All images by name and frame number."""
-    images = Images(sensor)
-    felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
     names = (dims.SA1, dims.RA1, dims.SA1_VECTOR, dims.RA1_VECTOR)
+    images = Images(sensor, names)
+    felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
     return {n: {i: f.images[n] for i, f in felt.items() if n in f.images} for n in names}
 
 
