@@ -49,6 +49,17 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
     assert all(part["weight"] > 0 for part in parts.values())
 
 
+def test_the_best_is_evaluated_for_what_the_data_are(stored, sounds, tmp_path, run):
+    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+    for store, best in ((stored, "ra-wave-vector"), (tmp_path / "s.zarr", "vib-te-aug")):
+        code, out, err = run(
+            "evaluate", store, "--out", tmp_path / best, "--models", "best",
+            "--frames", 5, "--json",
+        )  # fmt: skip
+        assert code == 0, err
+        assert list(json.loads(out)["models"]) == [best]
+
+
 def test_missing_pins_are_refused_where_no_pin_has_a_place(stored, tmp_path, run):
     code, _, err = run(
         "evaluate", stored, "--out", tmp_path / "r", "--models", "sa-wave", "--markers", 0.5,
