@@ -483,7 +483,8 @@ def train(
         Path | None, typer.Option(help="Results folder whose scores the model's card carries.")
     ] = None,
     preset: Annotated[
-        Literal["quick", "fast", "paper"], typer.Option(help="Training recipe, as of evaluate.")
+        Literal["quick", "fast", "paper"],
+        typer.Option(help="Training recipe of networks, as of evaluate."),
     ] = "fast",
     cut: CutName = "all",
     frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
@@ -504,6 +505,8 @@ def train(
         opened = open_data([data], progress=progress)
         how = ENCODINGS[opened[0].kind].changed(frames=frames)
         family = named or best_of([r for one in opened for r in one.responses])
+        if frames and family.encoding != "wavenumbers":
+            raise InputError("--frames", "a model of waves", family.name, "leave it out")
         training = Training(opened, family, preset, cut, how, seed, results, device)
         card = train_model(training, out, progress)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")

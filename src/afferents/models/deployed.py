@@ -11,7 +11,7 @@ from torch import Tensor, nn
 
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.ridge import Ridge
-from afferents.models.strangeness import KNOWN, class_moments, nearest
+from afferents.models.strangeness import Strangeness
 
 
 class Deployed(nn.Module):
@@ -28,9 +28,6 @@ class Deployed(nn.Module):
     """
 
     temperature: Tensor
-    means: Tensor
-    whitening: Tensor
-    limit: Tensor
 
     def __init__(self, network: nn.Module, n_classes: int, scale: float) -> None:
         """Start with temperature 1, and nothing known."""
@@ -40,9 +37,7 @@ class Deployed(nn.Module):
         self._by_scores = isinstance(network, Ridge)
         n_features = self.last.out_features if self._by_scores else self.last.in_features
         self.register_buffer("temperature", torch.ones(()))
-        self.register_buffer("means", torch.zeros(n_classes, n_features))
-        self.register_buffer("whitening", torch.eye(n_features))
-        self.register_buffer("limit", torch.ones(()))
+        self.strangeness = Strangeness(n_classes, n_features)
 
     @property
     def last(self) -> nn.Linear:
@@ -66,8 +61,7 @@ class Deployed(nn.Module):
     def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
         """Return probabilities and strangeness of what enters the last layer."""
         scores = self.last(features)
-        place = scores if self._by_scores else features
-        strangeness = nearest(place, self.means, self.whitening) / self.limit
+        strangeness = self.strangeness(scores if self._by_scores else features)
         return (scores / self.temperature).softmax(1), strangeness
 
     @torch.no_grad()
@@ -81,10 +75,9 @@ class Deployed(nn.Module):
         unseen
             Last features of samples that were not learnt from, (m, feature).
         """
-        place = self.last(features) if self._by_scores else features
-        self.means, self.whitening = class_moments(place, labels, self.last.out_features)
-        self.limit = torch.ones(())
-        self.limit = torch.quantile(self.outcome(unseen)[1], KNOWN)
+        places = (self.last(f) if self._by_scores else f for f in (features, unseen))
+        learnt, held = places
+        self.strangeness.know(learnt, labels, held)
 
 
 class Stepping(nn.Module):

@@ -161,13 +161,15 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError("the data", "at least 2 textures to tell apart", found)
     speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
-    needed = 3 if nested else 2
+    solved = any(family.learner != "network" for family in evaluation.families)
+    needed = 3 if nested or solved else 2
     if len(speeds) < needed:
         raise InputError(
             "the data",
             f"at least {needed} speeds, to hold one out{' under nested' if nested else ''}",
             f"{len(speeds)} ({', '.join(f'{v:g}' for v in speeds)} mm/s)",
-            "record more speeds, or use --protocol published" if len(speeds) == 2
+            "record more speeds, or use --protocol published with models of Table 1"
+            if len(speeds) == 2
             else "with one speed no model can be tested at another; record more",
         )  # fmt: skip
 

@@ -1,5 +1,6 @@
 """What decided: which markers, which waves or which frequencies a trained model leans on."""
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ from afferents.evaluation import Say, bands, losses, patches
 from afferents.models import Deployed
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import encode, kept_part, require_support, response_of
-from afferents.pipeline.train_model import load_model
+from afferents.pipeline.train_model import felt_with, load_model
 from afferents.report import explanation_figure, save_figure
 
 FACTS = "explanation.json"
@@ -43,6 +44,8 @@ BAND_HZ = 4.0
 HARMONICS = np.arange(0, 5.1, 0.25)
 """Middles of the bins that frequencies over a drum's bumps a second are gathered in."""
 _BATCH = 64
+_RATE_TOLERANCE = 0.02
+"""Clocks are read from a recording, and jitter."""
 
 Floats = NDArray[np.float32]
 
@@ -146,6 +149,7 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
     recordings, how = unseen or known, _encodings(card)
     require_support([card.of_family], recordings, may_leave_out=False)
+    _require_same_sensor(card, data, how)
     each = max(1, SAMPLES // len(recordings))
     parts = [
         _some(card, responses, cut, how, each)
@@ -161,6 +165,24 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
     runs = np.concatenate([run for _, run in parts]) if card.is_wave else None
     return Asked(samples, labels, runs)
+
+
+def _require_same_sensor(card: Card, data: DataSet, how: Encodings) -> None:
+    found = felt_with([data], card.of_family, how)
+    for name in ("fps_hz", "sample_rate_hz"):
+        learnt = getattr(card, name)
+        if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
+            unit = "frames/s" if name == "fps_hz" else "Hz"
+            raise InputError(
+                data.source, f"{learnt:g} {unit}, as {card.family} learnt from", f"{here:g}",
+                "take data of the same sensor",
+            )  # fmt: skip
+    if card.sensor is not None and found["sensor"] != card.sensor:
+        raise InputError(
+            data.source, f"the sensor {card.sensor.get('name')} that {card.family} learnt from",
+            f"another or other settings ({found['sensor'].get('name')})",
+            "take data extracted with the same sensor file",
+        )  # fmt: skip
 
 
 def _encodings(card: Card) -> Encodings:
@@ -245,13 +267,10 @@ def _frequencies(card: Card, say: Say, asked: Asked) -> dict[str, xr.DataArray]:
         per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
         harmonic = middle[:, None] / per_s
         at = np.digitize(harmonic, np.append(HARMONICS - 0.125, HARMONICS[-1] + 0.125)) - 1
-        means = [_mean(lost[:, bumpy][at == k]) for k in range(len(HARMONICS))]
-        found["harmonics"] = xr.DataArray(means, {"harmonic": HARMONICS}, ("harmonic",))
+        there = np.intersect1d(at, np.arange(len(HARMONICS)))
+        means = [lost[:, bumpy][at == k].mean() for k in there]
+        found["harmonics"] = xr.DataArray(means, {"harmonic": HARMONICS[there]}, ("harmonic",))
     return found
-
-
-def _mean(values: NDArray[np.float64]) -> float:
-    return float(values.mean()) if len(values) else 0.0
 
 
 def _by_texture(

@@ -235,7 +235,7 @@ def _values(family: Family, samples: Samples, how: Encodings) -> Tensor:
 
 
 def _is_number(texture: str) -> bool:
-    return texture.replace(".", "", 1).isdigit()
+    return texture.replace(".", "", 1).isdecimal()
 
 
 def _require_enough(conditions: Sequence[Condition]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.core import dims
+from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES, Family
 from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.encodings import Encodings
@@ -163,6 +164,11 @@ def _unseen(
 ) -> tuple[float, Floats]:
     """Return a temperature, and log-probabilities of samples learnt without their own speed."""
     speed = samples[dims.SPEED].values[learnt_from]
+    if len(np.unique(speed)) < 2:
+        raise InputError(
+            "the data", "at least 2 speeds to learn from, as each is left out in its turn", "1",
+            "use more speeds, or a model of Table 1",
+        )  # fmt: skip
     scores: list[tuple[Indices, Tensor]] = []
     for left_out in np.unique(speed):
         its = np.flatnonzero(speed == left_out)

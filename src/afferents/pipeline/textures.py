@@ -69,6 +69,9 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
         if can_ask_mm(textures):
             mm.append(ask_mm(family, samples, how, progress))
     about = _about(evaluation, recordings, skipped) | {"textures": textures}
+    if not mm:  # of an earlier run, which this one replaces
+        for suffix in ("json", "parquet"):
+            (evaluation.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
     return {
         name: _written(evaluation.out, name, about, tables)
         for name, tables in ((UNKNOWN, strange), (ROUGHNESS, mm))
@@ -129,6 +132,7 @@ def _refuse(evaluation: Evaluation) -> None:
         "--train-speeds": evaluation.ablation.train_speeds,
         "--test-only": evaluation.ablation.test_only,
         "--cluster": evaluation.cluster,
+        "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,
     }
     for option, given in options.items():
         if given:

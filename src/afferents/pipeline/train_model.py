@@ -1,5 +1,6 @@
 """One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -77,6 +78,9 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
     _check_free(out)
     recordings = [responses for data in training.data for responses in data.responses]
     require_support([training.family], recordings, may_leave_out=False)
+    if training.encodings.wavenumbers.every != 1:
+        found = f"every {training.encodings.wavenumbers.every}"
+        raise InputError("encodings", "every frame, as live feels them", found)
     scores = scores_of(training) if training.results else ()
     family = training.family
     samples = encode_all(
@@ -101,7 +105,7 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
         scores=scores,
         versions={"afferents": __version__, "torch": version("torch")},
         **calibration._asdict(),
-        **_felt_with(training),
+        **felt_with(training.data, family, training.encodings),
     )
     with write_aside(out) as partial:
         partial.mkdir()
@@ -291,7 +295,7 @@ def scores_of(training: Training) -> tuple[Score, ...]:
     )
 
 
-def _felt_with(training: Training) -> dict[str, Any]:
+def felt_with(data: Sequence[DataSet], family: Family, how: Encodings) -> dict[str, Any]:
     """Return what the card says of the sensor: of camera and markers, or of the microphone.
 
     Raises
@@ -299,15 +303,15 @@ def _felt_with(training: Training) -> dict[str, Any]:
     InputError
         If stores were extracted with different sensor files.
     """
-    first = training.data[0].responses[0]
-    if training.family.encoding == "spectral":
+    first = data[0].responses[0]
+    if family.encoding == "spectral":
         rate = float(first[dims.RA2].attrs[dims.SAMPLE_RATE])
-        return {"sample_rate_hz": rate, "spectral": training.encodings.spectral.model_dump()}
-    sensors = [store_config(Path(data.source))["sensor"] for data in training.data]
+        return {"sample_rate_hz": rate, "spectral": how.spectral.model_dump()}
+    sensors = [store_config(Path(one.source))["sensor"] for one in data]
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
-    felt_with = {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
-    if training.family.encoding == "wavenumbers":
-        felt_with["waves"] = training.encodings.wavenumbers.model_dump()
-    return felt_with
+    said = {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
+    if family.encoding == "wavenumbers":
+        said["waves"] = how.wavenumbers.model_dump()
+    return said

@@ -62,7 +62,8 @@ def scores_without(family: Family, samples: Samples, how: Encodings) -> ScoresWi
 class RidgeSums:
     """Ridges that learn from some of the samples, in no more time than it takes to solve them.
 
-    What they need of the samples adds up, texture by texture and speed by speed.
+    What they need of the samples adds up, texture by texture and speed by speed. Weights are given
+    once, over all samples, so that how many a condition has tells on the others' penalty, slightly.
 
     Parameters
     ----------

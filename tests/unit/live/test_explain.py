@@ -1,6 +1,7 @@
 """What decided, of models of every kind: pictures, numbers, and sentences for what can't be."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -44,6 +45,11 @@ def test_what_can_not_be_explained(run, models, stores, tmp_path):
         assert not (tmp_path / "why").exists()
         return said
 
+    other = tmp_path / "other"
+    shutil.copytree(models["sa-se"].with_suffix(""), other)
+    card = json.loads((other / "model.json").read_text())
+    (other / "model.json").write_text(json.dumps(card | {"fps_hz": 30}))
+    assert "expected 30 frames/s, as sa-se learnt from, found 90" in refused(other, stores["video"])
     sound, sight = (models[name].with_suffix("") for name in ("vib-te-aug", "sa-se"))
     assert "a model's folder" in refused(tmp_path, stores["audio"])
     assert "some that these data support" in refused(sight, stores["audio"])

@@ -111,6 +111,8 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
         store, tmp_path / "m", "--model", "order-te"
     )
     assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
+    said = refused(stores["video"], tmp_path / "m", "--model", "sa-se", "--frames", 5)
+    assert "--frames: expected a model of waves, found sa-se" in said
     (tmp_path / "taken").mkdir()
     said = refused(store, tmp_path / "taken", "--model", "vib-te")
     assert "a new folder, or a model's" in said
