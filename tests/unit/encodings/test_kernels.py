@@ -14,6 +14,9 @@ RATE_HZ = 1000.0
 HOW = KernelEncoding(window_s=1.0, stride_s=0.5, n_kernels=40)
 MASK = Lines.parse("50Hz,0.1/mm")
 
+compiles = pytest.mark.slow
+"""On import the package compiles all it has, which takes most of a minute."""
+
 
 def slide(seconds=3.0, tone_hz=31.0, loudness=1.0, hum=0.0, n_channels=1, name="w/1", seed=0):
     """A tone in noise, with lines of the mains and of a motor that turns at 0.1 per mm."""
@@ -39,6 +42,7 @@ def largest_difference(some, others):
     return np.abs(some.values - others.values)[:, ::2].max()
 
 
+@compiles
 def test_a_window_gives_two_features_a_kernel_wherever_it_is_encoded():
     vibration = slide()
     whole = kernel_samples(vibration, slice(0, 3000), HOW)
@@ -50,6 +54,7 @@ def test_a_window_gives_two_features_a_kernel_wherever_it_is_encoded():
     np.testing.assert_array_equal(later.values, whole.values[2:])
 
 
+@compiles
 def test_the_seed_gives_the_same_kernels_whatever_was_encoded_before():
     first = kernels()
     kernels(tone_hz=90.0, seconds=2.0, seed=1)
@@ -58,6 +63,7 @@ def test_the_seed_gives_the_same_kernels_whatever_was_encoded_before():
     assert np.abs(other.values - first.values).max() > 1
 
 
+@compiles
 def test_shares_are_of_all_values_and_highest_values_of_what_is_loud():
     values = kernels().values
     highest, share = values[:, ::2], values[:, 1::2]
@@ -66,12 +72,14 @@ def test_shares_are_of_all_values_and_highest_values_of_what_is_loud():
     assert np.abs(highest).max() < 50
 
 
+@compiles
 def test_tones_differ_and_loudness_does_not():
     plain, other = kernels(), kernels(tone_hz=60.0)
     assert largest_difference(kernels(loudness=30.0), plain) < 1e-4
     assert np.median(np.abs((other - plain).mean("sample")) / plain.std("sample")) > 3
 
 
+@compiles
 @pytest.mark.parametrize("hum", [0.5, 20.0])
 def test_of_a_masked_line_nothing_is_left_however_loud(hum):
     masked = HOW.model_copy(update={"mask": MASK})
@@ -79,6 +87,7 @@ def test_of_a_masked_line_nothing_is_left_however_loud(hum):
     assert largest_difference(kernels(hum=hum), kernels()) > 0.3
 
 
+@compiles
 def test_silence_and_a_line_alone_are_encoded_too():
     masked = HOW.model_copy(update={"mask": Lines(hertz=(50.0,))})
     time = np.arange(3000) / RATE_HZ
@@ -91,6 +100,7 @@ def test_silence_and_a_line_alone_are_encoded_too():
     assert np.isfinite(hum.values).all()
 
 
+@compiles
 def test_channels_share_the_kernels_out():
     two = kernels(n_channels=2)
     assert two.shape == (5, 80)
@@ -98,6 +108,7 @@ def test_channels_share_the_kernels_out():
     assert one.shape == (5, 40)
 
 
+@compiles
 def test_windows_of_unequal_length_are_refused():
     how = HOW.model_copy(update={"window_s": None})
     parts = [kernels(how, seconds=s, name=f"w/{s:g}") for s in (2.0, 3.0)]

@@ -6,6 +6,13 @@ import shutil
 import numpy as np
 import pytest
 
+from afferents.pipeline import explain
+
+
+@pytest.fixture(autouse=True)
+def few_samples(monkeypatch):
+    monkeypatch.setattr(explain, "SAMPLES", 24)
+
 
 def explained(run, model, store, out):
     code, said, err = run("explain", model, store, "--out", out, "--quiet")

@@ -92,6 +92,7 @@ def test_tones_that_follow_the_speed_are_named_when_it_is_told(sounds, tmp_path,
     assert json.loads(out)["models"]["order-te-told"]["nested"]["mean_accuracy"] > 0.95
 
 
+@pytest.mark.slow  # the kernels' package compiles for most of a minute
 def test_random_kernels_have_their_folds_too(sounds, tmp_path, run):
     run("extract", sounds, tmp_path / "s.zarr", "--quiet")
     code, out, err = run(
