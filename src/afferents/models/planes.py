@@ -38,8 +38,10 @@ class ImageOrSpectrumStack(nn.Sequential):
     """Convolution, pooling and ReLU, then any of convolution and ReLU, normalisation, pooling.
 
     A plain sequence of layers, and computed as planes where that is faster: batches of samples of
-    one channel, in float32, on a CPU. Samples that are not finite go the plain way too: the
-    kernels' comparisons would lose what is no number, and a training could not stop for it.
+    one channel, on a CPU. In bfloat16, where the processor multiplies it natively, only the first
+    layers are, in float32: the other convolutions are one matrix product there. Samples that are
+    not finite go the plain way too: the kernels' comparisons would lose what is no number, and a
+    training could not stop for it.
     """
 
     def forward(self, samples: Tensor) -> Tensor:
@@ -49,9 +51,21 @@ class ImageOrSpectrumStack(nn.Sequential):
             return plain
         layers = iter(self)
         planes = _first(samples, next(layers), next(layers), next(layers))
+        if torch.is_autocast_enabled("cpu"):
+            return self._go_on(planes, layers)
         for layer in layers:
             planes = _next(planes, layer, layers)
         return planes
+
+    @staticmethod
+    def _go_on(planes: Tensor, layers: Iterator[nn.Module]) -> Tensor:
+        """Return what the other layers make of the first maps, the plain way in autocast's type."""
+        maps = planes.permute(2, 3, 0, 1).to(
+            torch.get_autocast_dtype("cpu"), memory_format=torch.channels_last
+        )
+        for layer in layers:
+            maps = layer(maps)
+        return maps
 
 
 def _computed_as_planes(samples: Tensor) -> bool:
@@ -60,7 +74,6 @@ def _computed_as_planes(samples: Tensor) -> bool:
         or samples.requires_grad  # of the samples themselves there is no gradient here
         or samples.device.type != "cpu"
         or samples.dtype != torch.float32
-        or torch.is_autocast_enabled("cpu")
         or torch.compiler.is_compiling()
         or torch.jit.is_tracing()  # type: ignore[attr-defined, no-untyped-call]
     )
