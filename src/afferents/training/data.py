@@ -1,6 +1,6 @@
 """Samples that are gathered a batch at a time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -13,30 +13,29 @@ class Data:
     Attributes
     ----------
     values
-        Float32, shape (n_samples, *sample_shape); stays where the caller put it.
+        Float32, shape (n_samples, *sample_shape).
     labels
         Int64, shape (n_samples,).
     scale
         A batch is divided by it.
-    device
-        A batch is sent there.
     """
 
     values: Tensor
     labels: Tensor
     scale: float
-    device: torch.device
+
+    def on(self, device: torch.device) -> "Data":
+        """Return them on a device: a GPU holds all of them, on the CPU nothing is copied."""
+        return replace(self, values=self.values.to(device), labels=self.labels.to(device))
 
     def batch(self, index: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the samples, scaled, and the labels of an index tensor, on the device."""
-        return gather(self.values, index, self.scale, self.device), (
-            self.labels.index_select(0, index).to(self.device)
-        )
+        """Return the samples, scaled, and the labels of an index tensor, where they lie."""
+        return gather(self.values, index, self.scale), self.labels.index_select(0, index)
 
 
-def gather(values: Tensor, index: Tensor, scale: float, device: torch.device) -> Tensor:
-    """Return a scaled copy of some samples on the device."""
-    return values.index_select(0, index).mul_(1 / scale).to(device)
+def gather(values: Tensor, index: Tensor, scale: float) -> Tensor:
+    """Return a scaled copy of some samples."""
+    return values.index_select(0, index).mul_(1 / scale)
 
 
 def split(order: Tensor, batch_size: int) -> list[Tensor]:

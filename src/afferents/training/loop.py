@@ -1,7 +1,7 @@
 """The training loop: one, plain, for every network.
 
-The data stay in the one tensor they came in. Folds are arrays of indices into it, and a batch
-is gathered when it is its turn.
+The data stay in the one tensor they came in, or lie whole on a GPU. Folds are arrays of indices
+into it, and a batch is gathered when it is its turn.
 """
 
 import math
@@ -79,7 +79,7 @@ def train(
     model
         Network from samples to logits.
     values
-        All samples, float32, shape (n_samples, *sample_shape); never copied as a whole.
+        All samples, float32, shape (n_samples, *sample_shape); copied as a whole to a GPU alone.
     labels
         Number of each sample's texture, int64, shape (n_samples,).
     train_index, validation_index
@@ -107,9 +107,9 @@ def train(
     start = time.perf_counter()
     device = choose_device(config)
     to_channels_last(model.to(device))
-    data = Data(values, labels, scale, device)
+    data = Data(values, labels, scale).on(device)
     with _seeded(seed, device):
-        training, validation = _indices(train_index), _indices(validation_index)
+        training, validation = (_indices(i, device) for i in (train_index, validation_index))
         n_steps = config.max_epochs * len(split(training, config.batch_size))
         learner = Learner(model, config, device, n_steps)
         about = {
@@ -163,9 +163,9 @@ def predict(
     device = choose_device(config)
     to_channels_last(model.to(device)).eval()
     parts = []
-    for batch in torch.split(_indices(index), EVALUATION_BATCH):
+    for batch in torch.split(_indices(index, values.device), EVALUATION_BATCH):
         with autocast(config, device):
-            logits = model(gather(values, batch, scale, device))
+            logits = model(gather(values, batch, scale).to(device))
         parts.append(logits.float().softmax(1).cpu())
     return torch.cat(parts).numpy()
 
@@ -181,7 +181,7 @@ def _epochs(
     """Train an epoch whenever the next one is asked for; so many are done already."""
     for number in range(done + 1, config.max_epochs + 1):
         start = time.perf_counter()
-        order = training[torch.randperm(len(training))]
+        order = training[torch.randperm(len(training)).to(training.device)]
         learnt = learner.learn(data, split(order, config.batch_size))
         judged = learner.judge(data, torch.split(validation, EVALUATION_BATCH))
         if not (math.isfinite(learnt[0]) and math.isfinite(judged[0])):
@@ -192,8 +192,8 @@ def _epochs(
         yield Epoch(number, *learnt, *judged, time.perf_counter() - start)
 
 
-def _indices(index: NDArray[np.int64]) -> Tensor:
-    return torch.tensor(index, dtype=torch.int64)
+def _indices(index: NDArray[np.int64], device: torch.device) -> Tensor:
+    return torch.tensor(index, dtype=torch.int64, device=device)
 
 
 @contextmanager

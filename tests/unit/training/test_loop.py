@@ -31,11 +31,21 @@ def test_every_network_learns_a_separable_problem(encoding, shape, make_problem,
     assert accuracy == pytest.approx(trained.history[trained.best_epoch - 1].validation_accuracy)
 
 
+def test_data_are_copied_to_a_gpu_alone_and_gathered_there(make_problem):
+    problem = make_problem((10, 10))
+    data = Data(problem.values, problem.labels, 2.0)
+    assert data.on(torch.device("cpu")).values.data_ptr() == problem.values.data_ptr()
+    elsewhere = torch.device("meta")  # holds no numbers, but keeps account of what lies where
+    samples, labels = data.on(elsewhere).batch(torch.zeros(3, dtype=torch.int64, device="meta"))
+    assert samples.device == labels.device == elsewhere
+    assert samples.shape == (3, 10, 10)
+
+
 def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
     problem = make_problem((10, 10))
     cycle = {"one_cycle": True, "max_epochs": 5, "patience": 5, "learning_rate": 1e-2}
     config = config.model_copy(update={**cycle, "batch_size": 16})
-    data = Data(problem.values, problem.labels, 1.0, torch.device("cpu"))
+    data = Data(problem.values, problem.labels, 1.0)
     batches = split(torch.from_numpy(problem.train), 16)
     learner = Learner(build("spatial", 3, (10, 10)), config, torch.device("cpu"), 5 * len(batches))
     rates = []
