@@ -362,7 +362,7 @@ def evaluate(
     """Train and test all folds: hold out one speed at a time."""
     from afferents.encodings import Lines
     from afferents.pipeline.ablation import Ablation, parse_speeds
-    from afferents.pipeline.data import ENCODINGS, open_data
+    from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
@@ -400,7 +400,7 @@ def evaluate(
         evaluation = Evaluation(
             data=opened,
             out=out,
-            families=wanted or [best_of([r for one in opened for r in one.responses])],
+            families=wanted or [best_of(recordings_in(opened))],
             protocols=under,
             preset=preset,
             cut=cut,
@@ -496,7 +496,7 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Train one model to feel with, on all speeds but the one that calibrates it."""
-    from afferents.pipeline.data import ENCODINGS, open_data
+    from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.train_model import Training, train_model
 
@@ -504,7 +504,7 @@ def train(
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
         how = ENCODINGS[opened[0].kind].changed(frames=frames)
-        family = named or best_of([r for one in opened for r in one.responses])
+        family = named or best_of(recordings_in(opened))
         if frames and family.encoding != "wavenumbers":
             raise InputError("--frames", "a model of waves", family.name, "leave it out")
         training = Training(opened, family, preset, cut, how, seed, results, device)

@@ -142,6 +142,11 @@ class Card(BaseModel):
         return self.of_family.encoding == "wavenumbers"
 
     @property
+    def sample_shape(self) -> tuple[int, ...]:
+        """Shape of one sample, all its images included."""
+        return (self.frames, *self.shape) if self.frames > 1 else self.shape
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the exported network's inputs, the sample first."""
         if self.is_vibration:

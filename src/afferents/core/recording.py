@@ -187,6 +187,12 @@ def folder_of(letter: str) -> str:
     return f"{LETTERS.index(letter) / 2:g}"
 
 
+def spacing_mm(texture: str) -> float | None:
+    """Return the bump spacing that a texture is named by, None where a word names it."""
+    return float(texture) if re.fullmatch(r"\d+(\.\d+)?", texture) else None
+
+
 def natural_order(texture: str) -> tuple[float, str]:
     """Sort key: numbers by value, then words alphabetically."""
-    return (float(texture), "") if re.fullmatch(r"\d+(\.\d+)?", texture) else (np.inf, texture)
+    spacing = spacing_mm(texture)
+    return (np.inf, texture) if spacing is None else (spacing, "")

@@ -18,6 +18,7 @@ from afferents.core.extras import import_extra
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.lines import Lines
 from afferents.encodings.windows import (
+    LINE_WIDTH,
     WindowEncoding,
     cut_windows,
     decimation,
@@ -26,8 +27,6 @@ from afferents.encodings.windows import (
 
 _LONGEST = 11
 """Values that the longest kernels span, undilated."""
-_LINE_WIDTH = 2.0
-"""Times the resolution to either side that a line is cut, as orders do."""
 _DENSITY = 3
 """Frequencies of those waves to one of the transform."""
 _LEAST_POWER = 1e-8
@@ -118,7 +117,7 @@ def _line_basis(n: int, rate: float, speed_mm_s: float, lines: Lines) -> NDArray
     them, for a line whose periods don't fit the window has a mean.
     """
     frequency = np.arange(0, rate / 2, rate / (_DENSITY * n))
-    masked = lines.masks(frequency, speed_mm_s, _LINE_WIDTH * rate / n)
+    masked = lines.masks(frequency, speed_mm_s, LINE_WIDTH * rate / n)
     masked[0] = True
     phase = 2 * np.pi * np.outer(np.arange(n) / rate, frequency[masked])
     waves = np.hstack([np.cos(phase), np.sin(phase)])

@@ -22,12 +22,10 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.lines import bridge
-from afferents.encodings.windows import WindowEncoding, cut_windows, require_length
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows, require_length
 
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
-_LINE_WIDTH = 2.0
-"""Times the resolution to either side that a line reaches through the Hann window's main lobe."""
 _LEAST_POWER = 1e-20
 
 
@@ -126,7 +124,7 @@ def _features(
     spectrum = scipy.fft.rfft(tapered.T, points, axis=1) / math.sqrt(n)
     axis = np.arange(spectrum.shape[1]) * rate / points
     band = _Bands(axis, frequencies, encoding.bins_per_octave, rate / n)
-    masked = encoding.mask.masks(axis, speed_mm_s, _LINE_WIDTH * rate / n)
+    masked = encoding.mask.masks(axis, speed_mm_s, LINE_WIDTH * rate / n)
     power = band.means(bridge(np.abs(spectrum) ** 2 + _LEAST_POWER, axis, masked))
     if len(spectrum) == 1:
         return np.asarray(np.log(power))

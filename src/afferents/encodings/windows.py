@@ -13,6 +13,8 @@ from afferents.core.errors import InputError
 from afferents.encodings.lines import Lines
 from afferents.encodings.spectral import window_starts
 
+LINE_WIDTH = 2.0
+"""Times the resolution to either side that a line reaches through a Hann window's main lobe."""
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 

@@ -153,6 +153,11 @@ def _open_fabricslide(source: str, path: Path, keep_going: bool, progress: Progr
     return DataSet(source, "fabricslide", tuple(responses), failed, checksum, simulated=False)
 
 
+def recordings_in(data: Sequence[DataSet]) -> list[Responses]:
+    """Return the recordings of several sources, one after the other."""
+    return [responses for one in data for responses in one.responses]
+
+
 def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
     kept: list[Responses] = []
     known: set[str] = set()

@@ -32,7 +32,7 @@ from afferents.evaluation import (
 )
 from afferents.pipeline.ablation import Ablation, require_speeds
 from afferents.pipeline.cluster import on_cluster
-from afferents.pipeline.data import DataSet
+from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import kept_part, require_support, sources_of
 from afferents.pipeline.job import Recipe, encoded, keep, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
@@ -87,7 +87,7 @@ class Evaluation:
     @property
     def recordings(self) -> list[Responses]:
         """Return the recordings of the textures and speeds that are used."""
-        return self.ablation.recordings([r for data in self.data for r in data.responses])
+        return self.ablation.recordings(recordings_in(self.data))
 
     @property
     def recipe(self) -> Recipe:
@@ -102,7 +102,7 @@ class Evaluation:
             self.device,
             self.encodings,
             self.ablation,
-            self.ablation.tested([r for data in self.data for r in data.responses]),
+            self.ablation.tested(recordings_in(self.data)),
         )
 
     @property

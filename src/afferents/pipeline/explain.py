@@ -17,6 +17,7 @@ from afferents.core.errors import InputError
 from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import write_json
 from afferents.core.progress import Progress
+from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import (
@@ -26,6 +27,7 @@ from afferents.encodings import (
     image_runs,
     log_waves,
     wave_spectra,
+    wavenumber_samples,
 )
 from afferents.evaluation import Say, bands, losses, patches
 from afferents.models import Deployed
@@ -156,10 +158,9 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
         for responses in progress.track(recordings, "encoding", len(recordings))
     ]
     samples = concatenate([part for part, _ in parts])
-    shape = (card.frames, *card.shape) if card.frames > 1 else card.shape
-    if samples.shape[1:] != shape:
+    if samples.shape[1:] != card.sample_shape:
         raise InputError(
-            data.source, f"samples of the form {shape}, as {card.family} learnt from",
+            data.source, f"samples of the form {card.sample_shape}, as {card.family} learnt from",
             f"{samples.shape[1:]}", "take data of the same sensor",
         )  # fmt: skip
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
@@ -200,16 +201,19 @@ def _some(
 ) -> tuple[Samples, Floats]:
     """Return up to n samples of a recording, evenly spread, and the runs of images they are of."""
     family = card.of_family
-    samples = encode(responses, family.afferent, family.encoding, cut, how)
-    if card.is_vibration:
-        samples = samples.isel({dims.FREQUENCY: slice(card.shape[-1])})
-    index = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
     runs = np.empty((0, 0, 0, 0, 0), np.float32)
     if card.is_wave:
         kept = kept_part(responses, family.afferent, family.encoding, cut, how)
         response = response_of(responses, family.afferent, how.wavenumbers)
-        runs = image_runs(response, kept, how.wavenumbers)[index]
-    return samples.isel({dims.SAMPLE: index}), runs
+        memory = MEMORY_FRAMES[family.afferent]
+        samples = wavenumber_samples(response, kept, memory, how.wavenumbers)
+        runs = image_runs(response, kept, how.wavenumbers)
+    else:
+        samples = encode(responses, family.afferent, family.encoding, cut, how)
+    if card.is_vibration:
+        samples = samples.isel({dims.FREQUENCY: slice(card.shape[-1])})
+    index = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
+    return samples.isel({dims.SAMPLE: index}), runs[index] if card.is_wave else runs
 
 
 def _said_by(deployed: Deployed) -> Say:
@@ -262,7 +266,7 @@ def _frequencies(card: Card, say: Say, asked: Asked) -> dict[str, xr.DataArray]:
     lost = losses(say, values, asked.labels, taken, values.mean(axis=0))
     middle = np.array([frequency[band].mean() for band in taken])
     found = {"frequencies": _by_texture(card, asked, lost, {dims.FREQUENCY: middle})}
-    spacing = np.array([_spacing(card.textures[label]) for label in asked.labels])
+    spacing = np.array([spacing_mm(card.textures[label]) or 0.0 for label in asked.labels])
     if (bumpy := spacing > 0).any():
         per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
         harmonic = middle[:, None] / per_s
@@ -285,14 +289,6 @@ def _by_texture(
     means = [lost[:, asked.labels == k].mean(axis=1).reshape(shape) for k in there]
     textures = [card.textures[k] for k in there]
     return xr.DataArray(np.stack(means), {dims.TEXTURE: textures, **axes}, (dims.TEXTURE, *axes))
-
-
-def _spacing(texture: str) -> float:
-    """Return a bump spacing, mm; 0 where a texture is named by something else."""
-    try:
-        return max(float(texture), 0.0)
-    except ValueError:
-        return 0.0
 
 
 def _most(lost: xr.DataArray) -> str:

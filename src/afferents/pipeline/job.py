@@ -1,6 +1,5 @@
 """One training of an evaluation: on one fold, for one model, protocol and seed."""
 
-import itertools
 import json
 import time
 from collections.abc import Iterator, Sequence
@@ -38,7 +37,7 @@ from afferents.evaluation import (
 )
 from afferents.models import CnnLstm, build
 from afferents.pipeline.ablation import Ablation
-from afferents.pipeline.data import open_data
+from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
 from afferents.pipeline.learning import LearningSet, learning_set
 from afferents.pipeline.solve import solve
@@ -274,7 +273,7 @@ def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ..
             raise InputError(
                 found.source, "the data that the evaluation began with", "changed data"
             )
-    everything = recipe.ablation.recordings(list(itertools.chain(*(d.responses for d in data))))
+    everything = recipe.ablation.recordings(recordings_in(data))
     skipped = set(config["skipped"])
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     return encoded(recipe, sources, recordings, quiet)

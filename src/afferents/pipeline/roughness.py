@@ -25,6 +25,7 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.families import Family
 from afferents.core.progress import Progress
+from afferents.core.recording import spacing_mm
 from afferents.core.samples import Samples
 from afferents.encodings import Encodings
 from afferents.evaluation import between
@@ -45,7 +46,8 @@ Condition = tuple[float, float]
 
 def can_ask_mm(textures: Collection[str]) -> bool:
     """Tell whether textures are named by their spacing in mm, and are enough to lie between."""
-    return all(map(_is_number, textures)) and sum(float(t) > 0 for t in textures) >= LEAST_TEXTURES
+    spacings = [spacing_mm(texture) for texture in textures]
+    return None not in spacings and sum(bool(spacing) for spacing in spacings) >= LEAST_TEXTURES
 
 
 def ask_mm(family: Family, samples: Samples, how: Encodings, progress: Progress) -> pd.DataFrame:
@@ -232,10 +234,6 @@ def _values(family: Family, samples: Samples, how: Encodings) -> Tensor:
     if not isinstance(model, OrderSearch):
         return values.flatten(1)
     return model.over_per_mm(values, torch.from_numpy(samples[dims.SPEED].values))
-
-
-def _is_number(texture: str) -> bool:
-    return texture.replace(".", "", 1).isdecimal()
 
 
 def _require_enough(conditions: Sequence[Condition]) -> None:

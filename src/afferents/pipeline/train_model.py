@@ -26,11 +26,12 @@ from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.core.store import store_config
 from afferents.encodings import FRAMES, Encodings
 from afferents.evaluation import Fold, least_surprise, surprise
-from afferents.models import Deployed, Ridge, build, equal_weights
-from afferents.pipeline.data import DataSet
+from afferents.models import STRENGTH, Deployed, build
+from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import encode_all, require_support
 from afferents.pipeline.job import fit
 from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.pipeline.solve import learn, model_of
 from afferents.training import Device, Preset, load_weights, save_weights, training_config
 
 Floats = NDArray[np.float64]
@@ -76,7 +77,7 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
         If the loss is no longer a number.
     """
     _check_free(out)
-    recordings = [responses for data in training.data for responses in data.responses]
+    recordings = recordings_in(training.data)
     require_support([training.family], recordings, may_leave_out=False)
     if training.encodings.wavenumbers.every != 1:
         found = f"every {training.encodings.wavenumbers.every}"
@@ -118,7 +119,7 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     """Train on a fold; return the network to be deployed, and what it learnt from."""
     family = training.family
     if family.learner == "ridge":
-        return _solved(samples, fold)
+        return _solved(training, samples, fold)
     config = training_config(training.preset, family.encoding)
     config = config.model_copy(update={"device": training.device})
     rng = np.random.default_rng(training.seed)
@@ -131,17 +132,14 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     return Deployed(network.cpu(), n_classes, learnt.scale).eval(), learnt
 
 
-def _solved(samples: Samples, fold: Fold) -> tuple[Deployed, LearningSet]:
+def _solved(training: Training, samples: Samples, fold: Fold) -> tuple[Deployed, LearningSet]:
     """Solve a ridge on a fold."""
-    values, labels = torch.from_numpy(samples.values), torch.from_numpy(labels_of(samples))
-    n_classes, train = len(textures_of(samples)), torch.from_numpy(fold.train)
-    ridge = build("wavenumbers", n_classes, samples.shape[1:])
-    assert isinstance(ridge, Ridge)
-    speed = torch.from_numpy(samples[dims.SPEED].values)
-    ridge.learn(values[train], labels[train], equal_weights(labels[train], speed[train]))
-    nothing = np.empty(0, dtype=np.int64)
-    learnt = LearningSet(values, labels, fold.train, fold.validation, 1.0, nothing)
-    return Deployed(ridge, n_classes, learnt.scale).eval(), learnt
+    labels, nothing = labels_of(samples), np.empty(0, dtype=np.int64)
+    ridge = model_of(training.family, samples, training.encodings)
+    learn(ridge, samples, labels, fold.train, training.seed, STRENGTH)
+    arrays = torch.from_numpy(samples.values), torch.from_numpy(labels)
+    learnt = LearningSet(*arrays, fold.train, fold.validation, 1.0, nothing)
+    return Deployed(ridge, len(textures_of(samples)), learnt.scale).eval(), learnt
 
 
 class Calibration(NamedTuple):
@@ -189,8 +187,7 @@ def load_model(folder: Path) -> tuple[Card, Deployed]:
     if not path.is_file():
         raise InputError(folder, f"a model's folder with {CARD}", "none", "run 'afferents train'")
     card = read_card(path.read_text(encoding="utf-8"), path)
-    shape = (card.frames, *card.shape) if card.frames > 1 else card.shape
-    network = build(card.of_family.encoding, len(card.textures), shape)
+    network = build(card.of_family.encoding, len(card.textures), card.sample_shape)
     deployed = Deployed(network, len(card.textures), card.scale)
     load_weights(deployed, folder / WEIGHTS)
     return card, deployed.eval()

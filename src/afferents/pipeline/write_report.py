@@ -20,7 +20,7 @@ from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encodings, SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.evaluation import reliability_of
 from afferents.pipeline.ablation import Ablation
-from afferents.pipeline.data import open_data
+from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import encode_all
 from afferents.report import (
     FACTORS,
@@ -150,7 +150,7 @@ def _read_data(results: Results, progress: Progress) -> FigureData:
         raise InputError(", ".join(sources), "the data that were evaluated", "changed data")
     left_out = {entry["recording"] for entry in results.summary["skipped"]}
     ablation = Ablation(**config.get("ablation", {}))
-    everything = ablation.recordings([r for d in opened for r in d.responses])
+    everything = ablation.recordings(recordings_in(opened))
     recordings = [r for r in everything if r.attrs["name"] not in left_out]
     spectra = _spectra(recordings, config, progress)
     example = stretch_example(spectra) if spectra is not None else None

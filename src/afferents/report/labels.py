@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from afferents.core.families import FAMILIES
-from afferents.core.recording import LETTERS
+from afferents.core.recording import LETTERS, spacing_mm
 from afferents.report.published import published_textures
 
 ABSENT = "—"
@@ -56,7 +56,7 @@ def texture_label(texture: str) -> str:
 
 def texture_axis(textures: Sequence[str]) -> str:
     """Return `texture`, and what its numbers mean where all of them are bump spacings."""
-    numbered = all(name.replace(".", "", 1).isdigit() for name in textures)
+    numbered = all(spacing_mm(name) is not None for name in textures)
     return "texture (bump spacing, mm)" if numbered else "texture"
 
 
