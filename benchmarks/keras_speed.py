@@ -1,11 +1,12 @@
 # ruff: noqa: ANN001, ANN201, ANN204 (Keras has no types)
 """The paper's networks in Keras, and their training samples a second; `training_speed.py` runs it.
 
-    python keras_speed.py CASE BATCHES VALIDATION EPOCHS
+    python keras_speed.py CASE BATCHES VALIDATION EPOCHS POLICY
 
 Needs Keras with TensorFlow and NumPy, in whatever environment, and nothing of `afferents`: layers
-as in the docstrings of its networks. Prints one number: samples a second of `fit`, validation
-included, median over the epochs after the first.
+as in the docstrings of its networks. POLICY is Keras' type policy, such as float32 or
+mixed_bfloat16. Prints one number: samples a second of `fit`, validation included, median over the
+epochs after the first.
 """
 
 import os
@@ -143,4 +144,6 @@ def samples_a_second(case, batches, n_validation, epochs):
 
 
 if __name__ == "__main__":
-    print(samples_a_second(sys.argv[1], *map(int, sys.argv[2:])))
+    case, *sizes, policy = sys.argv[1:]
+    keras.config.set_dtype_policy(policy)
+    print(samples_a_second(case, *map(int, sizes)))

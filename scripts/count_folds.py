@@ -1,0 +1,160 @@
+"""Keep of finished folds what the tables of docs/results.md need, and print those tables.
+
+    python scripts/count_folds.py keep RESULTS docs/counts/rig-fast.jsonl
+    python scripts/count_folds.py table docs/counts/rig-fast.jsonl
+    python scripts/count_folds.py compare docs/counts/rig-fast.jsonl docs/counts/rig-paper.jsonl
+
+Predictions and weights of a whole evaluation take a gigabyte. A line a fold is kept of them: model,
+protocol, seed, held-out speed, samples gone forward and backward, epochs, precision, and for each
+recording how many of its test samples were named rightly, and of how many. `keep` adds lines to
+those that are there, so seeds may come from several machines.
+"""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from afferents.core.families import FAMILIES, TABLE1
+from afferents.evaluation import finished_keys
+from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
+from afferents.evaluation.folds import load_fold
+from afferents.report.published import published_families
+
+NAMES = ("model", "protocol", "seed", "held_out_mm_s")
+FACTS = ("passes", "epochs", "precision")
+
+Line = dict[str, Any]
+
+
+def keep(results: Path, out: Path) -> None:
+    """Add the finished folds of a results folder to a file, in the place of those of their name."""
+    lines = {name_of(line): line for line in read(out)} if out.exists() else {}
+    for line in lines_of(results):
+        lines[name_of(line)] = line
+    models = list(FAMILIES)
+    ordered = sorted(lines.values(), key=lambda a: (models.index(a["model"]), *name_of(a)[1:]))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text("".join(json.dumps(line) + "\n" for line in ordered), encoding="utf-8")
+
+
+def lines_of(results: Path) -> Iterator[Line]:
+    """Count the folds of a results folder."""
+    for key in finished_keys(results):
+        facts, predictions = load_fold(results, key)
+        right = predictions["true_texture"] == predictions["predicted_texture"]
+        counts = right.groupby(predictions["recording"].astype(str)).agg(["sum", "count"])
+        yield {
+            **{name: facts[name] for name in (*NAMES, *FACTS)},
+            "right_of": {str(name): [int(a), int(n)] for name, a, n in counts.itertuples()},
+        }
+
+
+def read(path: Path) -> list[Line]:
+    """Read the lines of a file."""
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def name_of(line: Line) -> tuple[Any, ...]:
+    """Return what a fold is told by."""
+    return tuple(line[name] for name in NAMES)
+
+
+def accuracy_of(lines: Sequence[Line]) -> Accuracy:
+    """Return accuracies as the report has them: a row a sample, rightly named or not."""
+    rows = [
+        (line["held_out_mm_s"], recording, line["seed"], named, times)
+        for line in lines
+        for recording, (right, n) in line["right_of"].items()
+        for named, times in (("yes", right), ("no", n - right))
+    ]
+    columns = ["held_out_speed_mm_s", "recording", "seed", "predicted_texture", "times"]
+    counted = pd.DataFrame(rows, columns=columns).assign(true_texture="yes")
+    return Accuracy(counted.loc[np.repeat(counted.index, counted["times"])])
+
+
+def table(lines: Sequence[Line]) -> Iterator[str]:
+    """Yield both protocols' table, percent, with columns for the speeds held out."""
+    speeds = sorted({line["held_out_mm_s"] for line in lines})
+    of_speed = " | ".join(f"{speed:g}" for speed in speeds)
+    yield (
+        "| model | paper, its own recordings | rig, `published` | rig, `nested` "
+        f"| {of_speed} mm/s | published minus nested |"
+    )
+    yield "|---" * (len(speeds) + 5) + "|"
+    for model in TABLE1:
+        mine = {
+            protocol: [a for a in lines if (a["model"], a["protocol"]) == (model, protocol)]
+            for protocol in ("nested", "published")
+        }
+        if not all(mine.values()):
+            continue
+        nested, published = accuracy_of(mine["nested"]), accuracy_of(mine["published"])
+        added = paired_difference(published, nested)
+        cells = [
+            FAMILIES[model].title,
+            f"{published_families()[model].mean_percent}",
+            said(published),
+            said(nested),
+        ]
+        cells += [f"{100 * share(mine['nested'], speed):.0f}" for speed in speeds]
+        cells.append(difference(added.mean, added.low, added.high))
+        yield f"| {' | '.join(cells)} |"
+
+
+def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
+    """Yield what `fast` and `paper` give on the folds that both have, percent."""
+    yield (
+        "| model | protocol | held out, mm/s | `paper` | `fast` | `fast` minus `paper` "
+        "| passes, `paper` | passes, `fast` | times fewer |"
+    )
+    yield "|---" * 9 + "|"
+    in_both = {name_of(line) for line in fast} & {name_of(line) for line in paper}
+    sides = [[line for line in lines if name_of(line) in in_both] for lines in (fast, paper)]
+    for model, protocol in dict.fromkeys((a["model"], a["protocol"]) for a in sides[0]):
+        a, b = ([x for x in side if (x["model"], x["protocol"]) == (model, protocol)]
+                for side in sides)  # fmt: skip
+        shorter, longer = accuracy_of(a), accuracy_of(b)
+        more = paired_difference(shorter, longer)
+        passes = [sum(line["passes"] for line in side) for side in (b, a)]
+        cells = [
+            FAMILIES[model].title, protocol, ", ".join(f"{x['held_out_mm_s']:g}" for x in a),
+            said(longer), said(shorter), difference(more.mean, more.low, more.high),
+            *(f"{n:,}" for n in passes), f"{passes[0] / passes[1]:.1f}",
+        ]  # fmt: skip
+        yield f"| {' | '.join(cells)} |"
+
+
+def share(lines: Sequence[Line], speed: float) -> float:
+    """Return which share of the test samples of a speed were named rightly."""
+    pairs = [p for a in lines if a["held_out_mm_s"] == speed for p in a["right_of"].values()]
+    right, n = np.sum(pairs, axis=0)
+    return float(right / n)
+
+
+def said(accuracy: Accuracy) -> str:
+    """Return a mean and its interval, percent."""
+    interval = bootstrap_interval(accuracy)
+    mean, low, high = (100 * x for x in (accuracy.mean(), interval.low, interval.high))
+    return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+
+
+def difference(mean: float, low: float, high: float) -> str:
+    """Return a difference and its interval, percentage points."""
+    return f"{100 * mean:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
+
+
+if __name__ == "__main__":
+    match sys.argv[1:]:
+        case ["keep", results, out]:
+            keep(Path(results), Path(out))
+        case ["table", counts]:
+            print("\n".join(table(read(Path(counts)))))
+        case ["compare", *both] if len(both) == 2:
+            print("\n".join(compare(*(read(Path(one)) for one in both))))
+        case _:
+            sys.exit(__doc__)
