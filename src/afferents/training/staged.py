@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.models import CnnLstm, SpatialNet, build
+from afferents.models.spatial import image_features
 from afferents.training.config import TrainingConfig
 from afferents.training.hardware import autocast, choose_device
 from afferents.training.loop import TrainedModel, train
@@ -103,17 +104,19 @@ def _frames_of(runs: NDArray[np.int64], n_frames: int, a_run: int) -> NDArray[np
     return frames
 
 
-@torch.inference_mode()
+@torch.no_grad()
 def _features(
     image: nn.Module, values: Tensor, runs: NDArray[np.int64], config: TrainingConfig
 ) -> Tensor:
     """Return what the image stack makes of every frame of some runs, (n_runs, frame, feature)."""
     device = choose_device(config)
     image.to(device).eval()
-    parts = []
-    for index in torch.split(torch.from_numpy(runs), _AT_ONCE):
+    n_frames, *size = values.shape[1:]
+    features = torch.empty(len(runs), n_frames, image_features(*size))
+    indices = torch.split(torch.from_numpy(runs), _AT_ONCE)
+    for part, index in zip(torch.split(features, _AT_ONCE), indices, strict=True):
         batch = values.index_select(0, index).to(device)
         with autocast(config, device):
             found = image(batch.flatten(0, 1).unsqueeze(1))
-        parts.append(found.float().unflatten(0, batch.shape[:2]).cpu())
-    return torch.cat(parts).clone()
+        part.copy_(found.unflatten(0, batch.shape[:2]))
+    return features
