@@ -42,6 +42,13 @@ Workers = Annotated[
 SensorName = Annotated[
     str, typer.Option("--sensor", help="Sensor file, or the name of a packaged one.")
 ]
+DeviceName = Annotated[
+    Literal["auto", "cpu", "cuda"], typer.Option("--device", help="What networks train on.")
+]
+PrecisionName = Annotated[
+    Literal["auto", "float32", "bfloat16"],
+    typer.Option("--precision", help="'auto' is bfloat16 where the processor multiplies it."),
+]
 CutName = Annotated[
     Cut,
     typer.Option("--cut", help="Part of the recordings: 'published' or 'all' at constant speed."),
@@ -352,9 +359,8 @@ def evaluate(
         str | None,
         typer.Option(help="Train on a Dask cluster instead, such as tcp://scheduler:8786."),
     ] = None,
-    device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option(help="What the networks run on.")
-    ] = "auto",
+    device: DeviceName = "auto",
+    precision: PrecisionName = "auto",
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -368,6 +374,7 @@ def evaluate(
     from afferents.pipeline.evaluate import evaluate as run
     from afferents.pipeline.textures import evaluate_textures
     from afferents.report import texture_tables, to_rich
+    from afferents.training import Compute
 
     wanted = families(models) if models != "best" else []
     under, left_out = protocols(protocol), _conditions(without or [])
@@ -414,7 +421,7 @@ def evaluate(
             options=options,
             workers=workers,
             cluster=cluster,
-            device=device,
+            compute=Compute(device, precision),
         )
         if split == "texture":
             found = evaluate_textures(evaluation, progress)
@@ -489,9 +496,8 @@ def train(
     cut: CutName = "all",
     frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
-    device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option(help="What the network trains on.")
-    ] = "auto",
+    device: DeviceName = "auto",
+    precision: PrecisionName = "auto",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -499,6 +505,7 @@ def train(
     from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.train_model import Training, train_model
+    from afferents.training import Compute
 
     named = _one_to_feel_with(model) if model != "best" else None
     with Progress(quiet or as_json) as progress:
@@ -507,7 +514,8 @@ def train(
         family = named or best_of(recordings_in(opened))
         if frames and family.encoding != "wavenumbers":
             raise InputError("--frames", "a model of waves", family.name, "leave it out")
-        training = Training(opened, family, preset, cut, how, seed, results, device)
+        compute = Compute(device, precision)
+        training = Training(opened, family, preset, cut, how, seed, results, compute)
         card = train_model(training, out, progress)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
 

@@ -103,12 +103,27 @@ def require_same_config(
     InputError
         Naming the first entry that differs.
     """
-    now = json.loads(json.dumps(wanted))
-    for name in sorted(set(earlier) | set(now)):
-        if earlier.get(name) != now.get(name):
-            raise InputError(
-                where,
-                f"{kind} of this configuration ({name} {now.get(name)})",
-                f"{kind} of another ({name} {earlier.get(name)})",
-                "choose another place",
-            )
+    differs = _first_difference(earlier, json.loads(json.dumps(wanted)))
+    if differs:
+        name, before, now = differs
+        raise InputError(
+            where,
+            f"{kind} of this configuration ({name} {now})",
+            f"{kind} of another ({name} {before})",
+            "choose another place",
+        )
+
+
+def _first_difference(
+    before: Mapping[str, Any], now: Mapping[str, Any]
+) -> tuple[str, Any, Any] | None:
+    """Return the name of the first entry that differs, and what it is in each."""
+    for name in sorted({*before, *now}):
+        one, other = before.get(name), now.get(name)
+        if isinstance(one, dict) and isinstance(other, dict):
+            if within := _first_difference(one, other):
+                inner, one, other = within
+                return f"{name}.{inner}", one, other
+        elif one != other:
+            return name, one, other
+    return None

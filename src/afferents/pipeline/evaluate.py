@@ -36,7 +36,7 @@ from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import kept_part, require_support, sources_of
 from afferents.pipeline.job import Recipe, encoded, keep, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
-from afferents.training import TRAINED, Device, Preset, training_config
+from afferents.training import TRAINED, Compute, Preset, training_config
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class Evaluation:
         Processes side by side; None for one a core.
     cluster
         Address of a Dask scheduler whose workers do the trainings; None for this machine.
-    device
-        What the networks run on.
+    compute
+        What the networks run on, and in which precision.
     """
 
     data: list[DataSet]
@@ -82,7 +82,7 @@ class Evaluation:
     skipped: Mapping[str, str] = field(default_factory=dict)
     workers: int | None = None
     cluster: str | None = None
-    device: Device = "auto"
+    compute: Compute = field(default_factory=Compute)
 
     @property
     def recordings(self) -> list[Responses]:
@@ -99,7 +99,7 @@ class Evaluation:
             tuple(sorted(self.without.items())),
             self.cut,
             self.preset,
-            self.device,
+            self.compute,
             self.encodings,
             self.ablation,
             self.ablation.tested(recordings_in(self.data)),
@@ -109,7 +109,7 @@ class Evaluation:
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder."""
         training = {
-            encoding: training_config(self.preset, encoding).model_dump() | {"device": self.device}
+            encoding: training_config(self.preset, encoding).model_dump() | self.compute._asdict()
             for encoding in TRAINED
         }
         return {

@@ -42,7 +42,7 @@ from afferents.pipeline.encode import Source, encode_all, sources_of
 from afferents.pipeline.learning import LearningSet, learning_set
 from afferents.pipeline.solve import solve
 from afferents.training import (
-    Device,
+    Compute,
     Preset,
     PutAside,
     TrainedModel,
@@ -79,7 +79,7 @@ class Recipe:
     without: tuple[tuple[str, str], ...]
     cut: Cut
     preset: Preset
-    device: Device
+    compute: Compute
     encodings: Encodings
     ablation: Ablation
     tested: frozenset[str] = frozenset()
@@ -92,7 +92,7 @@ class Recipe:
     def training(self, family: Family) -> TrainingConfig:
         """Return how a family is trained."""
         usual = training_config(self.preset, family.encoding)
-        return usual.model_copy(update={"device": self.device})
+        return usual.model_copy(update=self.compute._asdict())
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,7 +32,7 @@ from afferents.pipeline.encode import encode_all, require_support
 from afferents.pipeline.job import fit
 from afferents.pipeline.learning import LearningSet, learning_set
 from afferents.pipeline.solve import learn, model_of
-from afferents.training import Device, Preset, load_weights, save_weights, training_config
+from afferents.training import Compute, Preset, load_weights, save_weights, training_config
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -58,7 +58,7 @@ class Training:
     encodings: Encodings
     seed: int = 0
     results: Path | None = None
-    device: Device = "auto"
+    compute: Compute = field(default_factory=Compute)
 
 
 def train_model(training: Training, out: Path, progress: Progress) -> Card:
@@ -121,7 +121,7 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     if family.learner == "ridge":
         return _solved(training, samples, fold)
     config = training_config(training.preset, family.encoding)
-    config = config.model_copy(update={"device": training.device})
+    config = config.model_copy(update=training.compute._asdict())
     rng = np.random.default_rng(training.seed)
     bins = training.encodings.spectral.model_bins
     learnt = learning_set(samples, family, PROTOCOLS["nested"], fold, bins, config, rng)

@@ -1,7 +1,13 @@
 """One training loop and its configuration."""
 
 from afferents.training.aside import PutAside
-from afferents.training.config import TRAINED, Device, Preset, TrainingConfig, training_config
+from afferents.training.config import (
+    TRAINED,
+    Compute,
+    Preset,
+    TrainingConfig,
+    training_config,
+)
 from afferents.training.course import Epoch
 from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.loop import TrainedModel, predict, train
@@ -10,7 +16,7 @@ from afferents.training.weights import load_weights, save_weights, weights_of
 
 __all__ = [
     "TRAINED",
-    "Device",
+    "Compute",
     "Epoch",
     "Preset",
     "PutAside",

@@ -1,6 +1,6 @@
 """How a network is trained: frozen, and by name for the presets."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -10,6 +10,14 @@ from afferents.core.families import Encoding
 Preset = Literal["quick", "fast", "paper"]
 Precision = Literal["auto", "float32", "bfloat16"]
 Device = Literal["auto", "cpu", "cuda"]
+
+
+class Compute(NamedTuple):
+    """What networks run on, and how exactly; see `TrainingConfig`."""
+
+    device: Device = "auto"
+    precision: Precision = "auto"
+
 
 TRAINED: tuple[Encoding, ...] = ("spatial", "spatiotemporal", "spectral")
 """Encodings that networks are trained on."""

@@ -87,6 +87,20 @@ def test_finished_folds_are_not_trained_again(sounds, tmp_path, run):
     assert again == first
 
 
+@pytest.mark.parametrize("precision", ["float32", "bfloat16"])
+def test_the_precision_asked_for_is_the_one_of_the_folds(sounds, precision, tmp_path, run):
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    run("extract", sounds, store, "--quiet")
+    asked = ("--models", "vib-te", "--held-out", 30, "--precision", precision, "--quiet", "--json")
+    assert run("evaluate", store, "--out", results, *asked)[0] == 0
+    fold = json.loads((results / "folds/vib-te/nested/seed-0/30/fold.json").read_text())
+    assert fold["precision"] == precision
+    other = {"float32": "bfloat16", "bfloat16": "float32"}[precision]
+    code, _, said = run("evaluate", store, "--out", results, *asked, "--precision", other)
+    assert code == 2
+    assert f"precision {other})" in said
+
+
 def test_predictions_are_one_row_a_test_sample(sounds, tmp_path, run):
     store, results = tmp_path / "s.zarr", tmp_path / "r"
     run("extract", sounds, store, "--quiet")
