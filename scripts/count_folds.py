@@ -65,16 +65,14 @@ def name_of(line: Line) -> tuple[Any, ...]:
 
 
 def accuracy_of(lines: Sequence[Line]) -> Accuracy:
-    """Return accuracies as the report has them: a row a sample, rightly named or not."""
+    """Return the accuracies of folds, to be drawn from as the report does."""
     rows = [
-        (line["held_out_mm_s"], recording, line["seed"], named, times)
+        (line["held_out_mm_s"], recording, line["seed"], right, n)
         for line in lines
         for recording, (right, n) in line["right_of"].items()
-        for named, times in (("yes", right), ("no", n - right))
     ]
-    columns = ["held_out_speed_mm_s", "recording", "seed", "predicted_texture", "times"]
-    counted = pd.DataFrame(rows, columns=columns).assign(true_texture="yes")
-    return Accuracy(counted.loc[np.repeat(counted.index, counted["times"])])
+    columns = ["held_out_speed_mm_s", "recording", "seed", "right", "n"]
+    return Accuracy.of_counts(pd.DataFrame(rows, columns=columns))
 
 
 def table(lines: Sequence[Line]) -> Iterator[str]:

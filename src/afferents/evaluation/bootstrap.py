@@ -52,22 +52,36 @@ class Accuracy:
 
     def __init__(self, predictions: pd.DataFrame) -> None:
         """Count once what is drawn from often."""
-        table = pd.DataFrame(
+        rows = pd.DataFrame(
             {
-                "speed": predictions["held_out_speed_mm_s"],
+                "held_out_speed_mm_s": predictions["held_out_speed_mm_s"],
                 "recording": predictions["recording"].astype(str),
                 "seed": predictions.get("seed", 0),
                 "right": predictions["true_texture"] == predictions["predicted_texture"],
             }
         )
+        right = rows.groupby(["held_out_speed_mm_s", "recording", "seed"])["right"]
+        self._take(right.agg(right="sum", n="count").reset_index())
+
+    @classmethod
+    def of_counts(cls, counts: pd.DataFrame) -> "Accuracy":
+        """Return the accuracies of samples that are counted already.
+
+        Columns held_out_speed_mm_s, recording, seed, right and n.
+        """
+        found = object.__new__(cls)
+        found._take(counts)
+        return found
+
+    def _take(self, counts: pd.DataFrame) -> None:
         self.counts: dict[float, Counts] = {}
         self.recordings: dict[float, list[str]] = {}
-        for speed, of_speed in table.groupby("speed"):
+        for speed, of_speed in counts.groupby("held_out_speed_mm_s"):
             cube = of_speed.pivot_table(
-                "right", "recording", "seed", aggfunc=["sum", "count"], fill_value=0
+                ["right", "n"], "recording", "seed", aggfunc="sum", fill_value=0
             )
             self.recordings[float(str(speed))] = [str(name) for name in cube.index]
-            pair = [cube[counted].to_numpy(dtype=float) for counted in ("sum", "count")]
+            pair = [cube[counted].to_numpy(dtype=float) for counted in ("right", "n")]
             self.counts[float(str(speed))] = np.stack(pair, axis=-1)
 
     def of(self, recordings: dict[float, list[str]]) -> "Accuracy":
