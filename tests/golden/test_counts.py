@@ -1,0 +1,29 @@
+"""The tables of docs/results.md are those that the kept counts give; see scripts/count_folds.py."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COUNTS = ROOT / "docs" / "counts"
+
+
+@pytest.fixture(scope="module")
+def script():
+    where = ROOT / "scripts" / "count_folds.py"
+    spec = importlib.util.spec_from_file_location("count_folds", where)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_table_of_fast_is_what_was_counted(script):
+    fast = script.read(COUNTS / "rig-fast.jsonl")
+    assert_in_results(script.table(fast))
+
+
+def assert_in_results(lines):
+    results = (ROOT / "docs" / "results.md").read_text().splitlines()
+    for line in lines:
+        assert line in results
