@@ -23,6 +23,11 @@ def test_the_table_of_fast_is_what_was_counted(script):
     assert_in_results(script.table(fast))
 
 
+def test_fast_beside_paper_is_what_was_counted(script):
+    fast, paper = (script.read(COUNTS / f"rig-{preset}.jsonl") for preset in ("fast", "paper"))
+    assert_in_results(script.compare(fast, paper))
+
+
 def assert_in_results(lines):
     results = (ROOT / "docs" / "results.md").read_text().splitlines()
     for line in lines:
