@@ -16,7 +16,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from afferents.core.families import FAMILIES, TABLE1
@@ -64,6 +63,11 @@ def name_of(line: Line) -> tuple[Any, ...]:
     return tuple(line[name] for name in NAMES)
 
 
+def those_of(lines: Sequence[Line], model: str, protocol: str) -> list[Line]:
+    """Return the folds of a model under a protocol."""
+    return [line for line in lines if (line["model"], line["protocol"]) == (model, protocol)]
+
+
 def accuracy_of(lines: Sequence[Line]) -> Accuracy:
     """Return the accuracies of folds, to be drawn from as the report does."""
     rows = [
@@ -85,13 +89,10 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
     )
     yield "|---" * (len(speeds) + 5) + "|"
     for model in TABLE1:
-        mine = {
-            protocol: [a for a in lines if (a["model"], a["protocol"]) == (model, protocol)]
-            for protocol in ("nested", "published")
-        }
-        if not all(mine.values()):
+        both = [those_of(lines, model, protocol) for protocol in ("nested", "published")]
+        if not all(both):
             continue
-        nested, published = accuracy_of(mine["nested"]), accuracy_of(mine["published"])
+        nested, published = map(accuracy_of, both)
         added = paired_difference(published, nested)
         cells = [
             FAMILIES[model].title,
@@ -99,7 +100,8 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
             said(published),
             said(nested),
         ]
-        cells += [f"{100 * share(mine['nested'], speed):.0f}" for speed in speeds]
+        of_speeds = [nested.counts[speed].sum(axis=(0, 1)) for speed in speeds]
+        cells += [f"{100 * right / n:.0f}" for right, n in of_speeds]
         cells.append(difference(added.mean, added.low, added.high))
         yield f"| {' | '.join(cells)} |"
 
@@ -114,8 +116,7 @@ def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
     in_both = {name_of(line) for line in fast} & {name_of(line) for line in paper}
     sides = [[line for line in lines if name_of(line) in in_both] for lines in (fast, paper)]
     for model, protocol in dict.fromkeys((a["model"], a["protocol"]) for a in sides[0]):
-        a, b = ([x for x in side if (x["model"], x["protocol"]) == (model, protocol)]
-                for side in sides)  # fmt: skip
+        a, b = (those_of(side, model, protocol) for side in sides)
         shorter, longer = accuracy_of(a), accuracy_of(b)
         more = paired_difference(shorter, longer)
         passes = [sum(line["passes"] for line in side) for side in (b, a)]
@@ -125,13 +126,6 @@ def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
             *(f"{n:,}" for n in passes), f"{passes[0] / passes[1]:.1f}",
         ]  # fmt: skip
         yield f"| {' | '.join(cells)} |"
-
-
-def share(lines: Sequence[Line], speed: float) -> float:
-    """Return which share of the test samples of a speed were named rightly."""
-    pairs = [p for a in lines if a["held_out_mm_s"] == speed for p in a["right_of"].values()]
-    right, n = np.sum(pairs, axis=0)
-    return float(right / n)
 
 
 def said(accuracy: Accuracy) -> str:

@@ -1,6 +1,5 @@
 """The tables of docs/results.md are those that the kept counts give; see scripts/count_folds.py."""
 
-import importlib.util
 from pathlib import Path
 
 import pytest
@@ -10,12 +9,8 @@ COUNTS = ROOT / "docs" / "counts"
 
 
 @pytest.fixture(scope="module")
-def script():
-    where = ROOT / "scripts" / "count_folds.py"
-    spec = importlib.util.spec_from_file_location("count_folds", where)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def script(load):
+    return load(ROOT / "scripts" / "count_folds.py")
 
 
 def test_the_table_of_fast_is_what_was_counted(script):

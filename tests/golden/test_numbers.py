@@ -1,19 +1,11 @@
 """Numbers that must not move unless a change is meant to move them; see make.py."""
 
-import importlib.util
 import json
 from pathlib import Path
 
 import pytest
 
 HERE = Path(__file__).parent
-
-
-def load_make():
-    spec = importlib.util.spec_from_file_location("golden_make", HERE / "make.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def flat(content, name=""):
@@ -26,9 +18,9 @@ def flat(content, name=""):
     return {name: content}
 
 
-def test_golden_numbers_stand():
+def test_golden_numbers_stand(load):
     expected = flat(json.loads((HERE / "numbers.json").read_text()))
-    found = flat(load_make().numbers())
+    found = flat(load(HERE / "make.py").numbers())
     assert found.keys() == expected.keys()
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-4, abs=1e-5), name
