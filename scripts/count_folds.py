@@ -20,7 +20,12 @@ import pandas as pd
 
 from afferents.core.families import FAMILIES, TABLE1
 from afferents.evaluation import finished_keys
-from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
+from afferents.evaluation.bootstrap import (
+    Accuracy,
+    bootstrap_interval,
+    count_right,
+    paired_difference,
+)
 from afferents.evaluation.folds import load_fold
 from afferents.report.published import published_families
 
@@ -45,11 +50,10 @@ def lines_of(results: Path) -> Iterator[Line]:
     """Count the folds of a results folder."""
     for key in finished_keys(results):
         facts, predictions = load_fold(results, key)
-        right = predictions["true_texture"] == predictions["predicted_texture"]
-        counts = right.groupby(predictions["recording"].astype(str)).agg(["sum", "count"])
+        counts = count_right(predictions).set_index("recording")[["right", "n"]]
         yield {
             **{name: facts[name] for name in (*NAMES, *FACTS)},
-            "right_of": {str(name): [int(a), int(n)] for name, a, n in counts.itertuples()},
+            "right_of": counts.T.to_dict("list"),
         }
 
 

@@ -18,13 +18,14 @@ n lies at n / `ra2.attrs["sample_rate_hz"]` s.
 """
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 import xarray as xr
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.recording import Recording
+from afferents.core.recording import Recording, natural_order
 
 Responses = xr.Dataset
 """A data set of the form above."""
@@ -64,6 +65,16 @@ def conditions(responses: Responses) -> dict[str, str | float]:
     """Return whatever else the source declared: pressure, direction, repetition."""
     declared: dict[str, str | float] = json.loads(responses.attrs.get("conditions", "{}"))
     return declared
+
+
+def textures_of(recordings: Iterable[Responses]) -> list[str]:
+    """Return the textures that recordings are of, each once, in their natural order."""
+    return sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+
+
+def speeds_of(recordings: Iterable[Responses]) -> list[float]:
+    """Return the speeds that recordings are of, mm/s, each once, slowest first."""
+    return sorted({float(r.attrs[dims.SPEED]) for r in recordings})
 
 
 def check_responses(responses: Responses, where: Path | str) -> Responses:

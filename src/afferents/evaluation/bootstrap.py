@@ -36,6 +36,32 @@ class Difference:
         return {"difference": self.mean, "ci95": [self.low, self.high]}
 
 
+def count_right(predictions: pd.DataFrame) -> pd.DataFrame:
+    """Count the test samples of each recording and seed that were named rightly, and all.
+
+    Parameters
+    ----------
+    predictions
+        Columns held_out_speed_mm_s, recording, seed (may be missing for one), true_texture and
+        predicted_texture; one row a test sample.
+
+    Returns
+    -------
+    DataFrame
+        Columns held_out_speed_mm_s, recording, seed, right and n.
+    """
+    rows = pd.DataFrame(
+        {
+            "held_out_speed_mm_s": predictions["held_out_speed_mm_s"],
+            "recording": predictions["recording"].astype(str),
+            "seed": predictions.get("seed", 0),
+            "right": predictions["true_texture"] == predictions["predicted_texture"],
+        }
+    )
+    right = rows.groupby(["held_out_speed_mm_s", "recording", "seed"])["right"]
+    return right.agg(right="sum", n="count").reset_index()
+
+
 class Accuracy:
     """Accuracies of one model under one protocol, by held-out speed, recording and seed.
 
@@ -46,29 +72,16 @@ class Accuracy:
     Parameters
     ----------
     predictions
-        Columns held_out_speed_mm_s, recording, seed (may be missing for one), true_texture and
-        predicted_texture; one row a test sample.
+        As `count_right` takes them.
     """
 
     def __init__(self, predictions: pd.DataFrame) -> None:
         """Count once what is drawn from often."""
-        rows = pd.DataFrame(
-            {
-                "held_out_speed_mm_s": predictions["held_out_speed_mm_s"],
-                "recording": predictions["recording"].astype(str),
-                "seed": predictions.get("seed", 0),
-                "right": predictions["true_texture"] == predictions["predicted_texture"],
-            }
-        )
-        right = rows.groupby(["held_out_speed_mm_s", "recording", "seed"])["right"]
-        self._take(right.agg(right="sum", n="count").reset_index())
+        self._take(count_right(predictions))
 
     @classmethod
     def of_counts(cls, counts: pd.DataFrame) -> "Accuracy":
-        """Return the accuracies of samples that are counted already.
-
-        Columns held_out_speed_mm_s, recording, seed, right and n.
-        """
+        """Return the accuracies of samples that `count_right` has counted already."""
         found = object.__new__(cls)
         found._take(counts)
         return found

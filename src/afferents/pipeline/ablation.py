@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.recording import LETTERS, folder_of, natural_order
-from afferents.core.responses import Responses, conditions
+from afferents.core.recording import LETTERS, folder_of
+from afferents.core.responses import Responses, conditions, speeds_of, textures_of
 from afferents.core.samples import Samples
 from afferents.evaluation import Fold
 
@@ -66,8 +66,8 @@ class Ablation:
         InputError
             If one of them is not in the data.
         """
-        there = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
-        speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+        there = textures_of(recordings)
+        speeds = speeds_of(recordings)
         textures = [_known_texture(name, there) for name in self.textures] or there
         require_speeds(self.speeds_mm_s, speeds, "--speeds")
         wanted = self.speeds_mm_s or speeds

@@ -11,15 +11,13 @@ from typing import Any
 from joblib import cpu_count
 
 from afferents import __version__
-from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.families import Family
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
-from afferents.core.recording import natural_order
-from afferents.core.responses import Responses
+from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import SCHEMA
 from afferents.encodings import Encodings
 from afferents.evaluation import (
@@ -155,11 +153,11 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
 
 
 def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> None:
-    textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+    textures = textures_of(recordings)
     if len(textures) < 2:
         found = ", ".join(textures) or "none"
         raise InputError("the data", "at least 2 textures to tell apart", found)
-    speeds = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    speeds = speeds_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
     solved = any(family.learner != "network" for family in evaluation.families)
     needed = 3 if nested or solved else 2
@@ -196,7 +194,7 @@ def held_out_speeds(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
     InputError
         If one is asked for that no recording has.
     """
-    there = sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    there = speeds_of(recordings)
     require_speeds(evaluation.held_out, there, "--held-out")
     return [speed for speed in there if speed in evaluation.held_out or not evaluation.held_out]
 
@@ -280,7 +278,7 @@ def summarise_folder(
     Folds of other speeds than those to be held out are not looked at.
     """
     speeds = held_out_speeds(evaluation, recordings)
-    textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+    textures = textures_of(recordings)
     keys = [key for key in finished_keys(evaluation.out) if key.held_out_mm_s in speeds]
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {

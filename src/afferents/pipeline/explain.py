@@ -18,7 +18,7 @@ from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import write_json
 from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
-from afferents.core.responses import Responses
+from afferents.core.responses import Responses, textures_of
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import (
     Encodings,
@@ -146,7 +146,7 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     """
     known = [r for r in data.responses if str(r.attrs[dims.TEXTURE]) in card.textures]
     if not known:
-        found = ", ".join(sorted({str(r.attrs[dims.TEXTURE]) for r in data.responses}))
+        found = ", ".join(textures_of(data.responses))
         raise InputError(data.source, f"some of {', '.join(card.textures)}", found)
     unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
     recordings, how = unseen or known, _encodings(card)

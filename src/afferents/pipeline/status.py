@@ -67,8 +67,17 @@ def _sentences(found: list[Standing], counts: Counter[State], left: float | None
         return [*said, "Nothing is running; the same evaluate command goes on where it stopped."]
     if left is not None:
         end = time.strftime("%H:%M on %d %b", time.localtime(time.time() + left))
-        said.append(f"Expected end: {end}, in {_duration(left)}.")
+        said.append(f"Expected end: {end}, in {_duration(left)}{_unless(found)}.")
     return said
+
+
+def _unless(found: list[Standing]) -> str:
+    """Return what an expected end assumes of models of which no training has ended."""
+    ended = {s.key.model for s in found if s.state == "done"}
+    unknown = list(dict.fromkeys(s.key.model for s in found if s.key.model not in ended))
+    if not unknown:
+        return ""
+    return f", taking {', '.join(unknown)} (none ended yet) to be like the others"
 
 
 def _duration(seconds: float) -> str:

@@ -13,13 +13,11 @@ import pandas as pd
 import torch
 
 from afferents import __version__
-from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES, Family
 from afferents.core.files import write_aside, write_json
 from afferents.core.progress import Progress
-from afferents.core.recording import natural_order
-from afferents.core.responses import Responses
+from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
 from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN
@@ -56,7 +54,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     require_support(evaluation.families, everything, may_leave_out=False)
     skipped = skipped_recordings(evaluation, evaluation.families, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
-    textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+    textures = textures_of(recordings)
     _require_enough(textures, recordings)
     strange, mm = [], []
     for family in evaluation.families:
@@ -91,7 +89,7 @@ def _about(
         "options": list(evaluation.options),
         "cut": evaluation.cut,
         "preset": "none: solved at once",
-        "speeds_mm_s": sorted({float(r.attrs[dims.SPEED]) for r in recordings}),
+        "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
     }
 
@@ -145,7 +143,7 @@ def _refuse(evaluation: Evaluation) -> None:
 
 
 def _require_enough(textures: Sequence[str], recordings: Sequence[Responses]) -> None:
-    speeds = {float(r.attrs[dims.SPEED]) for r in recordings}
+    speeds = speeds_of(recordings)
     if len(textures) < LEAST_TEXTURES or len(speeds) < LEAST_SPEEDS:
         raise InputError(
             "the data",
