@@ -19,6 +19,7 @@ from typing import Any
 import pandas as pd
 
 from afferents.core.families import FAMILIES, TABLE1
+from afferents.core.files import write_aside
 from afferents.evaluation import finished_keys
 from afferents.evaluation.bootstrap import (
     Accuracy,
@@ -42,8 +43,8 @@ def keep(results: Path, out: Path) -> None:
         lines[name_of(line)] = line
     models = list(FAMILIES)
     ordered = sorted(lines.values(), key=lambda a: (models.index(a["model"]), *name_of(a)[1:]))
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text("".join(json.dumps(line) + "\n" for line in ordered), encoding="utf-8")
+    with write_aside(out) as partial:
+        partial.write_text("".join(json.dumps(line) + "\n" for line in ordered), encoding="utf-8")
 
 
 def lines_of(results: Path) -> Iterator[Line]:
@@ -52,7 +53,7 @@ def lines_of(results: Path) -> Iterator[Line]:
         facts, predictions = load_fold(results, key)
         counts = count_right(predictions).set_index("recording")[["right", "n"]]
         yield {
-            **{name: facts[name] for name in (*NAMES, *FACTS)},
+            **{name: facts.get(name) for name in (*NAMES, *FACTS)},
             "right_of": counts.T.to_dict("list"),
         }
 

@@ -5,7 +5,7 @@ import signal
 import sys
 import traceback
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 from rich.console import Console
@@ -13,7 +13,7 @@ from rich.table import Table
 
 from afferents import __version__
 from afferents.core.cut import Cut
-from afferents.core.errors import AfferentsError, InputError, PartialFailureError, StoppedError
+from afferents.core.errors import AfferentsError, InputError, PartialFailureError, Stopped
 from afferents.core.families import BEST, FAMILIES, TABLE1, Family, families
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
@@ -68,21 +68,31 @@ def main() -> None:
     signal.signal(signal.SIGINT, _stop)
     try:
         app(arguments, prog_name="afferents")
-    except (AfferentsError, OSError) as error:
-        if debug:
-            traceback.print_exc()
-        print(f"afferents: {_sentence(error)}", file=sys.stderr)  # noqa: T201
-        sys.exit(_EXIT_CODES.get(type(error), 2))
+    except (AfferentsError, OSError, Stopped) as error:
+        _end(error, _sentence(error), debug)
+    except (MemoryError, RuntimeError) as error:
+        from afferents.training import is_out_of_memory
+
+        if not is_out_of_memory(error):
+            raise
+        _end(error, "out of memory; run it again with less data, or where there is more", debug)
 
 
-_EXIT_CODES: dict[type[Exception], int] = {PartialFailureError: 3, StoppedError: 130}
+def _end(error: BaseException, sentence: str, debug: bool) -> NoReturn:
+    if debug:
+        traceback.print_exc()
+    print(f"afferents: {sentence}", file=sys.stderr)  # noqa: T201
+    sys.exit(_EXIT_CODES.get(type(error), 2))
+
+
+_EXIT_CODES: dict[type[BaseException], int] = {PartialFailureError: 3, Stopped: 130}
 
 
 def _stop(*_: object) -> None:
-    raise StoppedError("stopped; what is finished is kept")
+    raise Stopped("stopped; what is finished is kept")
 
 
-def _sentence(error: Exception) -> str:
+def _sentence(error: BaseException) -> str:
     """Return what the error says; the system's own errors name the file first."""
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
@@ -425,11 +435,13 @@ def evaluate(
         )
         if split == "texture":
             found = evaluate_textures(evaluation, progress)
-            _say(as_json, found, *map(to_rich, texture_tables(found)), f"Results: {out}")
-            return
-        summary = run(evaluation, progress)
-    _say(as_json, summary, *_tables(summary), f"Results: {out}")
-    _fail_if_skipped({entry["recording"]: entry["reason"] for entry in summary["skipped"]})
+            tables = list(map(to_rich, texture_tables(found)))
+            skipped = next(iter(found.values()))["skipped"]
+        else:
+            found = run(evaluation, progress)
+            tables, skipped = _tables(found), found["skipped"]
+    _say(as_json, found, *tables, f"Results: {out}")
+    _fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})
 
 
 def _tables(summary: dict[str, Any]) -> list[Any]:

@@ -26,7 +26,8 @@ class Score(BaseModel):
     worst_accuracy, worst_mm_s
         At the worst of them.
     same_data
-        Whether the evaluation learnt from the data that the model learnt from.
+        Whether the evaluation learnt from the data that the model learnt from, cut and encoded
+        alike, all of their textures, speeds and markers.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -43,7 +44,7 @@ class Score(BaseModel):
     def said(self) -> str:
         """Return it in words."""
         low, high = (100 * bound for bound in self.ci95)
-        other = "" if self.same_data else ", learnt from other data"
+        other = "" if self.same_data else ", learnt from other data or parts of them"
         return (
             f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at speeds held out "
             f"({self.protocol}, {self.preset}{other}), "

@@ -41,9 +41,9 @@ class LeakageError(AfferentsError):
     """Something of the held-out speed was seen before the final test."""
 
 
-class StoppedError(AfferentsError):
-    """The user stopped the command (exit code 130)."""
-
-
 class PartialFailureError(AfferentsError):
     """Some recordings failed and were skipped because `--keep-going` was given (exit code 3)."""
+
+
+class Stopped(BaseException):
+    """The user stopped the command (exit code 130): nothing that could be skipped or named."""

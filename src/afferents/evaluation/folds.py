@@ -1,5 +1,7 @@
 """Folds on disk: each finished one is written whole, at once, and never trained again."""
 
+import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,7 +14,13 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES
-from afferents.core.files import read_json, require_same_config, write_aside, write_json
+from afferents.core.files import (
+    PARTIAL_PREFIX,
+    read_json,
+    require_same_config,
+    write_aside,
+    write_json,
+)
 from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY, read_predictions
 from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
@@ -145,7 +153,8 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
 
 def _foreign(results: Path) -> bool:
     """Say whether a folder without finished folds holds other than what a run leaves at first."""
-    return any(path.name not in (PLAN, FOLDS) for path in results.iterdir())
+    names = (path.name for path in results.iterdir())
+    return any(not (n in (PLAN, FOLDS) or n.startswith(PARTIAL_PREFIX)) for n in names)
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -155,6 +164,20 @@ def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
-    """Write the configuration if it is not there yet; called when a fold is about to be kept."""
-    if not (results / CONFIG).is_file():
+    """Write the configuration if it is not there yet; called when a fold is about to be kept.
+
+    Raises
+    ------
+    InputError
+        If an evaluation with another configuration was quicker.
+    """
+    if (results / CONFIG).is_file():
+        check_results_folder(results, config)
+    else:
         write_json(results / CONFIG, dict(config))
+
+
+def digest_of(config: Mapping[str, Any]) -> str:
+    """Return what tells a configuration from others, wherever its data lie."""
+    text = json.dumps(_without_paths(config), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()

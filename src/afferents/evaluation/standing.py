@@ -43,12 +43,21 @@ class Standing:
     why: str = ""
 
 
-def plan(results: Path, keys: Iterable[FoldKey], workers: int) -> None:
-    """Write down what is to be done, beside what was planned before and begun to be kept."""
+def plan(results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | None = None) -> None:
+    """Write down what is to be done, beside what was planned before and begun to be kept.
+
+    Parameters
+    ----------
+    workers
+        Trainings side by side.
+    cluster
+        Where they are, if not on this machine.
+    """
     begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
     earlier = read_json(results / PLAN, "a plan")["jobs"] if begun else []
     jobs = {tuple(job.values()): job for job in [*earlier, *(asdict(key) for key in keys)]}
-    write_json(results / PLAN, {"workers": workers, "jobs": list(jobs.values())})
+    by = {"workers": workers, "cluster": cluster}
+    write_json(results / PLAN, {**by, "jobs": list(jobs.values())})
 
 
 @contextmanager
@@ -101,9 +110,10 @@ def seconds_left(found: list[Standing], workers: int) -> float | None:
     return left / workers
 
 
-def planned_workers(results: Path) -> int:
-    """Return how many processes the last run had."""
-    return int(read_json(results / PLAN, "a plan")["workers"])
+def planned_workers(results: Path) -> tuple[int, str | None]:
+    """Return how many processes the last run had, and on which cluster, if on one."""
+    planned = read_json(results / PLAN, "a plan")
+    return int(planned["workers"]), planned.get("cluster")
 
 
 def _standing(results: Path, key: FoldKey) -> Standing:

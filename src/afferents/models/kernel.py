@@ -127,36 +127,6 @@ def first_layer(kernel_shape: tuple[int, int], pool: tuple[int, int]) -> Any:
     n_values, n_places = kernel_shape[0] * kernel_shape[1], pool[0] * pool[1]
 
     @_fast_kernel
-    def maps_of_place(patches, kernels, bias, maps, which, row):
-        for c in range(len(bias)):
-            largest, best = np.float32(-np.inf), np.uint8(0)
-            for place in range(n_places):
-                response = np.float32(0)
-                for k in range(n_values):
-                    response += patches[place, k] * kernels[k, c]
-                best = np.uint8(place) if response > largest else best
-                largest = response if response > largest else largest
-            largest += bias[c]
-            which[row, c] = best if largest > 0 else np.uint8(n_places)
-            maps[row, c] = largest if largest > 0 else np.float32(0)
-
-    @_fast_kernel
-    def gradient_of_place(patches, change, which, row, of_places, of_kernels):
-        for place in range(n_places):
-            for c in range(of_kernels.shape[1]):
-                size = change[row, c]
-                of_places[place, c] = size if which[row, c] == place else np.float32(0)
-        for k in range(n_values):
-            for c in range(of_kernels.shape[1]):
-                size = np.float32(0)
-                for place in range(n_places):
-                    size += patches[place, k] * of_places[place, c]
-                of_kernels[k, c] += size
-        for place in range(n_places):
-            for c in range(of_kernels.shape[1]):
-                of_kernels[n_values, c] += of_places[place, c]
-
-    @_kernel
     def first_maps(images, kernels, bias, maps, which):
         """Convolve single-channel images, same size, then pool and ReLU, in one go.
 
@@ -182,9 +152,19 @@ def first_layer(kernel_shape: tuple[int, int], pool: tuple[int, int]) -> Any:
                 for j in range(aside):
                     _cut(framed, i, j, pool, kernel_shape, patches)
                     row = (i * aside + j) * n_images + n
-                    maps_of_place(patches, kernels, bias, maps, which, row)
+                    for c in range(len(bias)):
+                        largest, best = np.float32(-np.inf), np.uint8(0)
+                        for place in range(n_places):
+                            response = np.float32(0)
+                            for k in range(n_values):
+                                response += patches[place, k] * kernels[k, c]
+                            best = np.uint8(place) if response > largest else best
+                            largest = response if response > largest else largest
+                        largest += bias[c]
+                        which[row, c] = best if largest > 0 else np.uint8(n_places)
+                        maps[row, c] = largest if largest > 0 else np.float32(0)
 
-    @_kernel
+    @_fast_kernel
     def first_maps_gradient(images, change, which, of_kernels):
         """Add to `of_kernels`, 0 before, the gradient of `first_maps` where maps have `change`.
 
@@ -193,7 +173,8 @@ def first_layer(kernel_shape: tuple[int, int], pool: tuple[int, int]) -> Any:
         n_images, height, width = images.shape
         framed = _frame(height, width, kernel_shape)
         patches = np.empty((n_places, n_values), np.float32)
-        of_places = np.empty((n_places, of_kernels.shape[1]), np.float32)
+        n_channels, zero = of_kernels.shape[1], np.float32(0)
+        of_places = np.empty((n_places, n_channels), np.float32)
         down, aside = height // pool[0], width // pool[1]
         for n in range(n_images):
             _fill(framed, images[n], kernel_shape)
@@ -201,7 +182,19 @@ def first_layer(kernel_shape: tuple[int, int], pool: tuple[int, int]) -> Any:
                 for j in range(aside):
                     _cut(framed, i, j, pool, kernel_shape, patches)
                     row = (i * aside + j) * n_images + n
-                    gradient_of_place(patches, change, which, row, of_places, of_kernels)
+                    for place in range(n_places):
+                        for c in range(n_channels):
+                            size = change[row, c]
+                            of_places[place, c] = size if which[row, c] == place else zero
+                    for k in range(n_values):
+                        for c in range(n_channels):
+                            size = zero
+                            for place in range(n_places):
+                                size += patches[place, k] * of_places[place, c]
+                            of_kernels[k, c] += size
+                    for place in range(n_places):
+                        for c in range(n_channels):
+                            of_kernels[n_values, c] += of_places[place, c]
 
     return first_maps, first_maps_gradient
 

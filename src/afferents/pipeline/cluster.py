@@ -38,8 +38,8 @@ def on_cluster(
     Raises
     ------
     InputError
-        If there is no scheduler, no worker, or a worker without this package or with another
-        version of it.
+        If there is no scheduler, no worker, or a worker with more than one thread, without this
+        package, or with another version of it.
     AfferentsError
         If a job killed several workers, or the cluster went away. Errors of `function` pass
         through, and stop the jobs that wait.
@@ -48,9 +48,25 @@ def on_cluster(
         from distributed import as_completed
 
         _require_workers(client, address)
-        waiting = [client.submit(_keeping_memory, function, *job, pure=False) for job in jobs]
-        for future in as_completed(waiting, loop=client.loop):  # type: ignore[no-untyped-call]
+        waiting = as_completed(  # and nothing else keeps a future: what has come back is let go
+            [client.submit(_keeping_memory, function, *job, pure=False) for job in jobs],
+            loop=client.loop,
+        )  # type: ignore[no-untyped-call]
+        for future in waiting:
             yield _result(future)
+            del future
+
+
+def workers_at(address: str) -> int:
+    """Return how many workers a cluster has.
+
+    Raises
+    ------
+    InputError
+        As `on_cluster`.
+    """
+    with _client(address) as client:
+        return _require_workers(client, address)
 
 
 def _keeping_memory(function: Callable[..., Result], *job: Any) -> Result:
@@ -82,10 +98,18 @@ def _client(address: str) -> Iterator["Client"]:
         client.close()  # type: ignore[no-untyped-call]
 
 
-def _require_workers(client: "Client", address: str) -> None:
-    """Refuse a cluster without workers, or whose workers would not compute the same."""
+def _require_workers(client: "Client", address: str) -> int:
+    """Count the workers; refuse none, and those that would not compute the same.
+
+    Of two trainings in one process each would draw from the other's random numbers.
+    """
     with suppress(TimeoutError):
         client.wait_for_workers(1, timeout=WORKERS_S)
+    threads_of = client.nthreads()  # type: ignore[no-untyped-call]
+    for worker, threads in threads_of.items():
+        if threads != 1:
+            hint = "start it with --nthreads 1, and as many workers as there are cores"
+            raise InputError(f"worker {worker}", "one thread", f"{threads}", hint)
     for package in SAME:
         here = _installed(package)
         found = client.run(version, package, on_error="return")
@@ -101,6 +125,7 @@ def _require_workers(client: "Client", address: str) -> None:
                     "none" if isinstance(there, Exception) else f"{there}",
                     "install the same version there",
                 )
+    return len(threads_of)
 
 
 def _installed(package: str) -> str:

@@ -109,6 +109,7 @@ def open_data(
     if len({data.fingerprint for data in opened}) < len(opened):
         raise InputError("DATA", "each repetition once", "the same recordings twice")
     if without:
+        _require_declared(without, recordings_in(opened))
         opened = [_leave_out(data, without) for data in opened]
     if len(opened) > 1:
         opened = [_numbered(data, number) for number, data in enumerate(opened, start=1)]
@@ -158,17 +159,26 @@ def recordings_in(data: Sequence[DataSet]) -> list[Responses]:
     return [responses for one in data for responses in one.responses]
 
 
-def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
-    kept: list[Responses] = []
-    known: set[str] = set()
-    for responses in data.responses:
-        declared = conditions(responses)
-        known.update(declared)
-        if not any(str(declared.get(name)) == value for name, value in without.items()):
-            kept.append(responses)
-    for name in without:
+def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses]) -> None:
+    """Refuse a condition, or a value of one, that no recording has."""
+    known: dict[str, set[str]] = {}
+    for responses in recordings:
+        for name, value in conditions(responses).items():
+            known.setdefault(name, set()).add(str(value))
+    for name, value in without.items():
         if name not in known:
             raise InputError("--without", f"one of {', '.join(sorted(known)) or 'none'}", name)
+        if value not in known[name]:
+            values = ", ".join(sorted(known[name]))
+            raise InputError("--without", f"{name}= one of {values}", value)
+
+
+def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
+    kept = []
+    for responses in data.responses:
+        declared = conditions(responses)
+        if not any(str(declared.get(name)) == value for name, value in without.items()):
+            kept.append(responses)
     if not kept:
         raise InputError("--without", "to leave some recordings", "none left")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))

@@ -29,7 +29,7 @@ from afferents.evaluation import (
     summarise,
 )
 from afferents.pipeline.ablation import Ablation, require_speeds
-from afferents.pipeline.cluster import on_cluster
+from afferents.pipeline.cluster import on_cluster, workers_at
 from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import kept_part, require_support, sources_of
 from afferents.pipeline.job import Recipe, encoded, keep, run_far_job, run_job
@@ -107,7 +107,7 @@ class Evaluation:
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder."""
         training = {
-            encoding: training_config(self.preset, encoding).model_dump() | self.compute._asdict()
+            encoding: training_config(self.preset, encoding, self.compute).model_dump()
             for encoding in TRAINED
         }
         return {
@@ -146,10 +146,18 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     evaluation = replace(evaluation, skipped=skipped)
     check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
-    plan(evaluation.out, planned(evaluation, able, recordings), evaluation.workers or cpu_count())
+    jobs = planned(evaluation, able, recordings)
+    plan(evaluation.out, jobs, _workers(evaluation), evaluation.cluster)
     for _, group in itertools.groupby(able, key=sources_of):
         evaluate_group(evaluation, list(group), recordings, progress)
     return summarise_folder(evaluation, recordings, left_out)
+
+
+def _workers(evaluation: Evaluation) -> int:
+    """Return how many trainings there will be side by side; a cluster is asked."""
+    if evaluation.cluster is not None:
+        return workers_at(evaluation.cluster)
+    return evaluation.workers or cpu_count()
 
 
 def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> None:

@@ -30,6 +30,7 @@ from afferents.evaluation import (
     LeaveOneSpeedOut,
     at_work,
     claim_results_folder,
+    digest_of,
     find_leaks,
     predictions_table,
     refuse_leaks,
@@ -91,8 +92,7 @@ class Recipe:
 
     def training(self, family: Family) -> TrainingConfig:
         """Return how a family is trained."""
-        usual = training_config(self.preset, family.encoding)
-        return usual.model_copy(update=self.compute._asdict())
+        return training_config(self.preset, family.encoding, self.compute)
 
 
 @dataclass(frozen=True)
@@ -108,23 +108,29 @@ class Outcome:
 
 def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey:
     """Train on one fold, test it once, save it; return its name."""
-    aside = PutAside(key.aside(recipe.out))
-    with at_work(recipe.out, key):
-        keep(recipe, train_and_test(recipe, key, samples, aside))
-        aside.path.unlink(missing_ok=True)
+    with _naming(key), at_work(recipe.out, key):
+        keep(recipe, train_and_test(recipe, key, samples, aside_of(recipe, key)))
     return key
 
 
 def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
-    """Do the same on another machine, which reads the data itself and sends the outcome back."""
-    same_files = (recipe.out / PLAN).is_file()
-    with at_work(recipe.out, key) if same_files else nullcontext():
+    """Do the same on another machine, which reads the data itself and sends the outcome back.
+
+    Where it sees the results folder, the training is marked and put aside in it as ever.
+    """
+    seen = (recipe.out / PLAN).is_file()
+    with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
         samples = samples_of(recipe, sources_of(FAMILIES[key.model]))
-        return train_and_test(recipe, key, samples)
+        return train_and_test(recipe, key, samples, aside_of(recipe, key) if seen else None)
+
+
+def aside_of(recipe: Recipe, key: FoldKey) -> PutAside:
+    """Return where a training waits that was cut off, to be gone on with by this recipe alone."""
+    return PutAside(key.aside(recipe.out), digest_of(recipe.config))
 
 
 def keep(recipe: Recipe, outcome: Outcome) -> None:
-    """Write an outcome to the results folder, whole or not at all."""
+    """Write an outcome to the results folder, whole or not at all; nothing of it waits any more."""
     claim_results_folder(recipe.out, recipe.config)
     save_fold(
         recipe.out,
@@ -134,6 +140,7 @@ def keep(recipe: Recipe, outcome: Outcome) -> None:
         outcome.leaks,
         outcome.weights,
     )
+    outcome.key.aside(recipe.out).unlink(missing_ok=True)
 
 
 def train_and_test(
@@ -149,18 +156,17 @@ def train_and_test(
         Where a long training is put aside now and then.
     """
     torch.set_num_threads(1)
-    with _naming(key):
-        if FAMILIES[key.model].learner == "network":
-            return _network_outcome(recipe, key, samples[0], aside)
-        folds = [fold_of(recipe, key, part)[1] for part in samples]
-        start = time.perf_counter()
-        nested = key.protocol == "nested"
-        family = FAMILIES[key.model]
-        solved = solve(family, samples, folds, recipe.encodings, key.seed, nested)
-        leaks = find_leaks(samples[0], folds[0], solved.learnt_from[0])
-        for part, fold, learnt_from in zip(samples, folds, solved.learnt_from, strict=True):
-            if nested:
-                refuse_leaks(find_leaks(part, fold, learnt_from), fold)
+    family = FAMILIES[key.model]
+    if family.learner == "network":
+        return _network_outcome(recipe, key, samples[0], aside)
+    folds = [fold_of(recipe, key, part)[1] for part in samples]
+    start = time.perf_counter()
+    nested = key.protocol == "nested"
+    solved = solve(family, samples, folds, recipe.encodings, key.seed, nested)
+    leaks = find_leaks(samples[0], folds[0], solved.learnt_from[0])
+    for part, fold, learnt_from in zip(samples, folds, solved.learnt_from, strict=True):
+        if nested:
+            refuse_leaks(find_leaks(part, fold, learnt_from), fold)
     seconds = round(time.perf_counter() - start, 3)
     facts = solved.facts | {"seconds": seconds, "job_seconds": seconds}
     table = predictions_table(
@@ -185,7 +191,9 @@ def _network_outcome(
         refuse_leaks(leaks, fold)
     textures = textures_of(samples)
     model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
+    begun = time.perf_counter()
     trained = fit(model, learnt, config, key.seed, aside)
+    earlier_s = max(0.0, trained.seconds - (time.perf_counter() - begun))  # before it was stopped
     probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
     facts = {
         "validation_mm_s": fold.validation_mm_s,
@@ -195,7 +203,7 @@ def _network_outcome(
         "scale": learnt.scale,
         **trained.facts(),
         **computed_with(config),
-        "job_seconds": round(time.perf_counter() - start, 3),
+        "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
     }
     table = predictions_table(key, samples, fold, probabilities, textures)
     return Outcome(key, table, facts, leaks, weights_of(model))

@@ -90,7 +90,7 @@ def scale_of(
     """Return what the values are divided by, and the samples it was taken from.
 
     Spectra are divided by their largest amplitude, over all bins kept; SA-I and RA-I enter the
-    networks in px, as published (discrepancy 22).
+    networks in px, as published.
     """
     if family.encoding != "spectral":
         return 1.0, np.empty(0, dtype=np.int64)

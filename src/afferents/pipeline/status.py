@@ -36,13 +36,14 @@ def status(results: Path) -> Status:
     """
     found = standings(results)
     counts = Counter(standing.state for standing in found)
-    left = seconds_left(found, planned_workers(results))
+    workers, cluster = planned_workers(results)
+    left = seconds_left(found, workers)
     facts = {
         "counts": {state: counts[state] for state in STATES},
         "seconds_left": left,
         "jobs": [{**asdict(s.key), "state": s.state, "why": s.why} for s in found],
     }
-    return Status(_rows(found), _sentences(found, counts, left), facts)
+    return Status(_rows(found), _sentences(found, counts, left, cluster), facts)
 
 
 def _rows(found: list[Standing]) -> list[tuple[str, ...]]:
@@ -54,7 +55,9 @@ def _rows(found: list[Standing]) -> list[tuple[str, ...]]:
     return [(*group, *(str(n[state] or "") for state in STATES)) for group, n in groups.items()]
 
 
-def _sentences(found: list[Standing], counts: Counter[State], left: float | None) -> list[str]:
+def _sentences(
+    found: list[Standing], counts: Counter[State], left: float | None, cluster: str | None
+) -> list[str]:
     said = [f"{counts['done']} of {len(found)} trainings are done."]
     said += [f"Running: {s.key}, for {_duration(s.seconds or 0)}." for s in found
              if s.state == "running"]  # fmt: skip
@@ -63,7 +66,9 @@ def _sentences(found: list[Standing], counts: Counter[State], left: float | None
         said.append(f"{counts['stopped']} were stopped with their process: killed, or no memory.")
     if counts["done"] == len(found):
         return said
-    if not counts["running"]:
+    if not counts["running"] and cluster is not None:
+        said.append(f"Workers at {cluster} that don't see this folder leave no mark in it.")
+    elif not counts["running"]:
         return [*said, "Nothing is running; the same evaluate command goes on where it stopped."]
     if left is not None:
         end = time.strftime("%H:%M on %d %b", time.localtime(time.time() + left))

@@ -120,8 +120,7 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     family = training.family
     if family.learner == "ridge":
         return _solved(training, samples, fold)
-    config = training_config(training.preset, family.encoding)
-    config = config.model_copy(update=training.compute._asdict())
+    config = training_config(training.preset, family.encoding, training.compute)
     rng = np.random.default_rng(training.seed)
     bins = training.encodings.spectral.model_bins
     learnt = learning_set(samples, family, PROTOCOLS["nested"], fold, bins, config, rng)
@@ -266,7 +265,8 @@ def scores_of(training: Training) -> tuple[Score, ...]:
         If it says nothing of it.
     """
     assert training.results is not None
-    summary = load_results(training.results).summary
+    results = load_results(training.results)
+    summary = results.summary
     found = summary["models"].get(training.family.name, {})
     if not found:
         raise InputError(
@@ -275,8 +275,7 @@ def scores_of(training: Training) -> tuple[Score, ...]:
             f"of {', '.join(summary['models']) or 'nothing'}",
             "evaluate it there, or leave out --results",
         )
-    fingerprints = [data["fingerprint"] for data in summary["data"]]
-    same = fingerprints == [data.fingerprint for data in training.data]
+    same = _same_data(training, results.config)
     return tuple(
         Score(
             protocol=protocol,
@@ -289,6 +288,18 @@ def scores_of(training: Training) -> tuple[Score, ...]:
             same_data=same,
         )
         for protocol, entry in sorted(found.items())
+    )
+
+
+def _same_data(training: Training, config: dict[str, Any]) -> bool:
+    """Say whether an evaluation of that configuration learnt from what the training learns from."""
+    fingerprints = [data["fingerprint"] for data in config["data"]]
+    how = training.encodings.model_dump(mode="json", include={"spectral", "wavenumbers"})
+    return (
+        fingerprints == [data.fingerprint for data in training.data]
+        and "ablation" not in config
+        and config["cut"] == training.cut
+        and all(config[name] == value for name, value in how.items())
     )
 
 

@@ -29,13 +29,15 @@ class PutAside:
     path
         Safetensors: the network, the best weights, Adam's moments, and the random state; the
         rest stands in its metadata.
+    of
+        What tells the training from others of that path: of other data, say.
     every_s
         How often it is written, s.
     """
 
-    def __init__(self, path: Path, every_s: float = EVERY_S) -> None:
+    def __init__(self, path: Path, of: str = "", every_s: float = EVERY_S) -> None:
         """Nothing is read or written yet."""
-        self.path, self._every_s = path, every_s
+        self.path, self.of, self._every_s = path, of, every_s
         self._started_s = self._written_s = time.monotonic()
 
     def save(self, learner: Learner, course: Course, about: Mapping[str, object]) -> None:

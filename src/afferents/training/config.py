@@ -153,8 +153,10 @@ _PRESETS: dict[str, dict[Encoding, TrainingConfig]] = {
 }
 
 
-def training_config(preset: Preset, encoding: Encoding) -> TrainingConfig:
-    """Return the configuration of that name for an encoding.
+def training_config(
+    preset: Preset, encoding: Encoding, compute: Compute | None = None
+) -> TrainingConfig:
+    """Return the configuration of that name for an encoding, to be computed so.
 
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
@@ -178,4 +180,5 @@ def training_config(preset: Preset, encoding: Encoding) -> TrainingConfig:
     """
     if preset not in _PRESETS:
         raise InputError("--preset", "quick, fast or paper", f"'{preset}'")
-    return _PRESETS[preset][encoding]
+    usual = _PRESETS[preset][encoding]
+    return usual.model_copy(update=compute._asdict()) if compute else usual

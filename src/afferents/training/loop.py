@@ -21,7 +21,7 @@ from afferents.training.aside import PutAside
 from afferents.training.config import TrainingConfig
 from afferents.training.course import Course, Epoch
 from afferents.training.data import Data, gather, split
-from afferents.training.hardware import autocast, choose_device, to_channels_last
+from afferents.training.hardware import autocast, choose_device, computed_with, to_channels_last
 from afferents.training.learner import Learner
 
 EVALUATION_BATCH = 256
@@ -113,11 +113,12 @@ def train(
         n_steps = config.max_epochs * len(split(training, config.batch_size))
         learner = Learner(model, config, device, n_steps)
         about = {
+            "of": aside.of if aside else "",
             "seed": seed,
             "scale": scale,
             "samples": [len(training), len(validation)],
             "config": config.model_dump(),
-            "torch": torch.__version__,
+            **computed_with(config),
         }
         course = aside.resume(learner, about) if aside else Course()
         for epoch in _epochs(learner, data, training, validation, config, len(course.history)):
@@ -213,4 +214,5 @@ def _check(
     if len(validation_index) < 1:
         raise InputError("a fold", "at least 1 validation sample", "none")
     if not (math.isfinite(scale) and scale > 0):
-        raise InputError("a fold", "a positive scale", f"{scale}", "look for silent recordings")
+        do = "look for samples that are NaN or infinite"
+        raise InputError("a fold", "a positive scale", f"{scale}", do)

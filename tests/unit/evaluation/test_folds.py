@@ -10,6 +10,7 @@ from afferents.evaluation import (
     LeaveOneSpeedOut,
     check_results_folder,
     claim_results_folder,
+    digest_of,
     finished,
     finished_keys,
     predictions_table,
@@ -73,6 +74,23 @@ def test_results_of_another_configuration_are_refused(tmp_path):
     check_results_folder(tmp_path / "r", {"cut": "all", "data": [{"source": "./s", "n": 1}]})
     with pytest.raises(InputError, match=r"cut published.*found results of another \(cut all\)"):
         check_results_folder(tmp_path / "r", {"cut": "published", "data": [{"n": 1}]})
+    with pytest.raises(InputError, match="found results of another"):  # of who was slower
+        claim_results_folder(tmp_path / "r", {"cut": "published", "data": [{"n": 1}]})
+
+
+def test_what_a_killed_run_left_is_no_other_thing(tmp_path):
+    for name in ("plan.json", ".partial-plan.json-1", ".partial-config.json-2"):
+        (tmp_path / name).touch()
+    check_results_folder(tmp_path, {"cut": "all"})
+
+
+def test_a_digest_tells_configurations_and_not_where_data_lie():
+    one, other = (
+        {"cut": "all", "data": [{"source": "s"}]},
+        {"data": [{"source": "t"}], "cut": "all"},
+    )
+    assert digest_of(one) == digest_of(other)
+    assert digest_of(one) != digest_of({**one, "cut": "published"})
 
 
 def test_checking_claims_nothing(tmp_path):

@@ -97,6 +97,19 @@ def test_scores_are_those_of_the_results(run, stores, tmp_path):
     assert "at speeds held out (nested, quick)" in out.replace("\n", " ")
 
 
+@pytest.mark.parametrize("part", [("--textures", "1,2"), ("--stride-s", 0.25)])
+def test_scores_of_another_task_are_not_called_the_same(run, stores, tmp_path, part):
+    results, store = tmp_path / "results", stores["audio"]
+    asked = ("--models", "vib-te", "--workers", 1, "--quiet", *part)
+    assert run("evaluate", store, "--out", results, *asked)[0] == 0
+    code, out, _ = run(
+        "train", store, tmp_path / "m", "--model", "vib-te", "--preset", "quick",
+        "--results", results, "--json",
+    )  # fmt: skip
+    assert code == 0
+    assert [score["same_data"] for score in json.loads(out)["scores"]] == [False]
+
+
 def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     def refused(*arguments):
         code, _, said = run("train", *arguments, "--quiet")

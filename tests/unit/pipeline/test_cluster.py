@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import threading
 import time
 from pathlib import Path
 
@@ -57,31 +56,30 @@ def test_a_cluster_gives_the_numbers_that_this_machine_gives(run, store, tmp_pat
 
 
 def test_a_killed_worker_costs_its_job_alone(cluster, tmp_path):
-    """Ten jobs, of which the first to run is shot once; all come back, that one from another."""
-    killer = threading.Thread(target=shoot, args=(tmp_path / "pid",))
-    killer.start()
-    found = dict(on_cluster(square, [(n, str(tmp_path)) for n in range(10)],
-                            cluster.scheduler_address))  # fmt: skip
-    killer.join()
+    """Ten jobs; a worker that has done some is shot at another, when all else has come back."""
+    found = {}
+    for n, squared in on_cluster(
+        square, [(n, str(tmp_path)) for n in range(10)], cluster.scheduler_address
+    ):
+        found[n] = squared
+        if len(found) == 9:
+            os.kill(int((tmp_path / "pid").read_text()), signal.SIGKILL)
     assert found == {n: n * n for n in range(10)}
-    assert len((tmp_path / "begun").read_text().split()) == 11
+    begun = (tmp_path / "begun").read_text().split()
+    assert len(begun) == 11, begun
 
 
 def square(n, folder):
-    """Return n and its square; the first call of all says who it is, and waits to be shot."""
+    """Return n and its square; who is the first to begin a second one waits to be shot."""
+    mine, pid = Path(folder) / f"{os.getpid()}", Path(folder) / "pid"
     with (Path(folder) / "begun").open("a") as begun:
         begun.write(f"{n}\n")
-    if n == 0 and not (Path(folder) / "pid").exists():
-        with write_aside(Path(folder) / "pid") as whole:
+    if mine.exists() and not pid.exists():
+        with write_aside(pid) as whole:
             whole.write_text(str(os.getpid()))
         time.sleep(60)
+    mine.touch()
     return n, n * n
-
-
-def shoot(pid):
-    while not pid.exists():
-        time.sleep(0.05)
-    os.kill(int(pid.read_text()), signal.SIGKILL)
 
 
 def test_what_else_computes_with_dask_is_left_alone(cluster):
@@ -122,6 +120,13 @@ def test_no_scheduler_and_no_workers_are_named(monkeypatch):
         pytest.raises(InputError, match="at least one worker"),
     ):
         list(on_cluster(complain, [("",)], empty.scheduler_address))
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=2, protocol="tcp", dashboard_address=":0"
+        ) as threaded,
+        pytest.raises(InputError, match=r"worker tcp://.*: expected one thread, found 2; .*nthr"),
+    ):
+        list(on_cluster(complain, [("",)], threaded.scheduler_address))
     assert dask.base.get_scheduler() is None
 
 

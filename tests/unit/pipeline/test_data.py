@@ -49,6 +49,8 @@ def test_a_session_declared_anew_is_another_store(store, sounds, tmp_path):
 def test_leaving_out_says_what_could_be(store):
     with pytest.raises(InputError, match="expected one of direction, found pressure"):
         open_data([str(store)], {"pressure": "F250"})
+    with pytest.raises(InputError, match=r"direction= one of .*, found sideways"):
+        open_data([str(store)], {"direction": "sideways"})
 
 
 def taxels(folder, name, broken=False):

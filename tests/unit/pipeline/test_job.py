@@ -1,12 +1,16 @@
 """A training that goes wrong says which it was, and why."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import torch
 
 from afferents.core.errors import AfferentsError
 from afferents.evaluation import FoldKey
+from afferents.pipeline import evaluate as evaluation
 from afferents.pipeline import job
+from afferents.training import PutAside
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 
@@ -25,6 +29,24 @@ def test_samples_that_are_no_numbers(run, sounds, tmp_path, monkeypatch):
     code, _, said = run("evaluate", store, "--out", tmp_path / "results", *ASKED)
     assert code == 2
     assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said
+
+
+def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, sounds, tmp_path, monkeypatch):
+    store, waits = tmp_path / "store", []
+    assert run("extract", sounds, store, "--quiet")[0] == 0
+
+    def keep(recipe, outcome):
+        waits.append(outcome.key.aside(recipe.out).is_file())
+        job.keep(recipe, outcome)
+        waits.append(outcome.key.aside(recipe.out).is_file())
+
+    monkeypatch.setattr(job, "PutAside", partial(PutAside, every_s=0))
+    monkeypatch.setattr(evaluation, "keep", keep)
+    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, _: (ask(*job) for job in jobs))
+    ended = run("evaluate", store, "--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
+    assert ended[0] == 0, ended
+    assert waits
+    assert waits == [True, False] * (len(waits) // 2)
 
 
 @pytest.mark.parametrize("ask", [lambda: torch.empty(10**15), lambda: np.empty(10**16)])

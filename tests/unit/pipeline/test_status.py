@@ -1,7 +1,9 @@
 """What a run says of itself while it is at work."""
 
+from afferents.core.errors import AfferentsError
 from afferents.core.files import write_json
 from afferents.evaluation import FoldKey, at_work, plan
+from afferents.pipeline import job
 from afferents.pipeline.status import status
 
 SHORT, LONG = (
@@ -22,3 +24,26 @@ def test_an_expected_end_says_which_models_it_knows_nothing_of(tmp_path):
         write_json(LONG[1].folder(tmp_path) / "fold.json", {"seconds": 900.0})
         assert "Expected end" in expected_end(tmp_path)
         assert "taking" not in expected_end(tmp_path)
+
+
+def test_what_workers_elsewhere_do_is_not_called_nothing(tmp_path):
+    plan(tmp_path, SHORT, workers=2)
+    assert "Nothing is running" in status(tmp_path).sentences[-1]
+    plan(tmp_path, SHORT, workers=2, cluster="tcp://there:1")
+    said = " ".join(status(tmp_path).sentences)
+    assert "Workers at tcp://there:1 that don't see this folder leave no mark" in said
+    assert "Nothing is running" not in said
+
+
+def test_what_failed_is_named_once(run, sounds, tmp_path, monkeypatch):
+    assert run("extract", sounds, tmp_path / "s.zarr", "--quiet")[0] == 0
+
+    def fail(*_):
+        raise AfferentsError("no luck")
+
+    monkeypatch.setattr(job, "learning_set", fail)
+    asked = ("--models", "vib-te", "--workers", 1, "--quiet")
+    code, _, error = run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)
+    key = "vib-te, nested, seed 0, 20 mm/s held out"
+    assert (code, error) == (2, f"afferents: {key}: no luck\n")
+    assert f"Failed: {key}: no luck" in status(tmp_path / "r").sentences

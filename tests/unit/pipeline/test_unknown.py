@@ -1,6 +1,7 @@
 """Textures never felt: found where they are unlike, at the false alarms that are stated."""
 
 import json
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -114,3 +115,14 @@ def test_the_command_leaves_a_table_and_a_page(make_session, tmp_path, run):
     code, _, err = run(*split, "--protocol", "published")
     assert code == 2
     assert "--protocol: expected nested with --split texture, found published" in err
+
+
+def test_recordings_that_were_skipped_are_named(make_session, tmp_path, run):
+    session = make_session(tmp_path / "s", textures=(0, 1, 2, 3), seconds=0.5)
+    assert run("extract", session, tmp_path / "s.zarr", "--quiet")[0] == 0
+    shutil.rmtree(tmp_path / "s.zarr" / "3" / "20")
+    code, _, err = run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--quiet",
+                       "--split", "texture", "--models", "sa-wave", "--frames", 5,
+                       "--keep-going")  # fmt: skip
+    assert code == 3
+    assert "skipped 1 of the recordings: 3/20" in err

@@ -63,6 +63,9 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
         train(copy.deepcopy(small_net), *problem, 1.0, config, 0, stop_after(3), aside)
     assert aside.path.is_file()
     seen = []
+    elsewhere = PutAside(aside.path, of="other data", every_s=0)
+    with pytest.raises(StoppedHereError):
+        train(copy.deepcopy(small_net), *problem, 1.0, config, 0, stop_after(1), elsewhere)
     train(
         copy.deepcopy(small_net), *problem, 1.0, config, 1, lambda e: seen.append(e.number), aside
     )
