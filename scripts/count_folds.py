@@ -5,9 +5,10 @@
     python scripts/count_folds.py compare docs/counts/rig-fast.jsonl docs/counts/rig-paper.jsonl
 
 Predictions and weights of a whole evaluation take a gigabyte. A line a fold is kept of them: model,
-protocol, seed, held-out speed, samples gone forward and backward, epochs, precision, and for each
-recording how many of its test samples were named rightly, and of how many. `keep` adds lines to
-those that are there, so seeds may come from several machines.
+protocol, seed, held-out speed, samples learnt from, those gone forward and backward, epochs,
+precision, the accuracy of the validation after each epoch, and for each recording how many of its
+test samples were named rightly, and of how many. `keep` adds lines to those that are there, so
+seeds may come from several machines.
 """
 
 import json
@@ -16,22 +17,19 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from afferents.core.families import FAMILIES, TABLE1
 from afferents.core.files import write_aside
 from afferents.evaluation import finished_keys
-from afferents.evaluation.bootstrap import (
-    Accuracy,
-    bootstrap_interval,
-    count_right,
-    paired_difference,
-)
+from afferents.evaluation.bootstrap import Accuracy, count_right
 from afferents.evaluation.folds import load_fold
 from afferents.report.published import published_families
 
 NAMES = ("model", "protocol", "seed", "held_out_mm_s")
-FACTS = ("passes", "epochs", "precision")
+FACTS = ("n_train", "passes", "epochs", "precision")
 
 Line = dict[str, Any]
 
@@ -54,6 +52,7 @@ def lines_of(results: Path) -> Iterator[Line]:
         counts = count_right(predictions).set_index("recording")[["right", "n"]]
         yield {
             **{name: facts.get(name) for name in (*NAMES, *FACTS)},
+            "validation": [round(e["validation_accuracy"], 4) for e in facts.get("history", [])],
             "right_of": counts.T.to_dict("list"),
         }
 
@@ -98,17 +97,23 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
         if not all(both):
             continue
         nested, published = map(accuracy_of, both)
-        added = paired_difference(published, nested)
+        drawn = [published.resampled(), nested.resampled()]
         cells = [
             FAMILIES[model].title,
             f"{published_families()[model].mean_percent}",
-            said(published),
-            said(nested),
+            said(published.mean(), drawn[0]),
+            said(nested.mean(), drawn[1]),
         ]
         of_speeds = [nested.counts[speed].sum(axis=(0, 1)) for speed in speeds]
         cells += [f"{100 * right / n:.0f}" for right, n in of_speeds]
-        cells.append(difference(added.mean, added.low, added.high))
+        cells.append(said(published.mean() - nested.mean(), drawn[0] - drawn[1], sign="+"))
         yield f"| {' | '.join(cells)} |"
+
+
+def in_both(*sides: Sequence[Line]) -> list[list[Line]]:
+    """Return of each side the folds that all sides have."""
+    common = set.intersection(*({name_of(line) for line in side} for side in sides))
+    return [[line for line in side if name_of(line) in common] for side in sides]
 
 
 def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
@@ -118,31 +123,40 @@ def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
         "| passes, `paper` | passes, `fast` | times fewer |"
     )
     yield "|---" * 9 + "|"
-    in_both = {name_of(line) for line in fast} & {name_of(line) for line in paper}
-    sides = [[line for line in lines if name_of(line) in in_both] for lines in (fast, paper)]
-    for model, protocol in dict.fromkeys((a["model"], a["protocol"]) for a in sides[0]):
-        a, b = (those_of(side, model, protocol) for side in sides)
-        shorter, longer = accuracy_of(a), accuracy_of(b)
-        more = paired_difference(shorter, longer)
-        passes = [sum(line["passes"] for line in side) for side in (b, a)]
-        cells = [
-            FAMILIES[model].title, protocol, ", ".join(f"{x['held_out_mm_s']:g}" for x in a),
-            said(longer), said(shorter), difference(more.mean, more.low, more.high),
-            *(f"{n:,}" for n in passes), f"{passes[0] / passes[1]:.1f}",
-        ]  # fmt: skip
-        yield f"| {' | '.join(cells)} |"
+    sides = in_both(fast, paper)
+    models = dict.fromkeys((a["model"], a["protocol"]) for a in sides[0])
+    for model, protocol in models:
+        of_model = [those_of(side, model, protocol) for side in sides]
+        speeds = ", ".join(f"{line['held_out_mm_s']:g}" for line in of_model[0])
+        yield compared((FAMILIES[model].title, protocol, speeds), [of_model])
+    if len(models) > 1:
+        every = [[those_of(side, *model) for side in sides] for model in models]
+        yield compared(("all of these", "", ""), every)
 
 
-def said(accuracy: Accuracy) -> str:
-    """Return a mean and its interval, percent."""
-    interval = bootstrap_interval(accuracy)
-    mean, low, high = (100 * x for x in (accuracy.mean(), interval.low, interval.high))
-    return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+def compared(names: Sequence[str], models: Sequence[Sequence[Sequence[Line]]]) -> str:
+    """Return a row: the mean over models of folds with `fast` and with `paper`, and all passes."""
+    fast, paper = ([accuracy_of(lines) for lines in side] for side in zip(*models, strict=True))
+    passes = [
+        sum(line["passes"] for lines in side for line in lines)
+        for side in zip(*models, strict=True)
+    ]
+    means = [np.mean([a.mean() for a in side]) for side in (paper, fast)]
+    drawn = [np.mean([a.resampled() for a in side], axis=0) for side in (paper, fast)]
+    cells = [
+        *names,
+        *(said(mean, draws) for mean, draws in zip(means, drawn, strict=True)),
+        said(means[1] - means[0], drawn[1] - drawn[0], sign="+"),
+        f"{passes[1]:,}", f"{passes[0]:,}", f"{passes[1] / passes[0]:.1f}",
+    ]  # fmt: skip
+    return f"| {' | '.join(cells)} |"
 
 
-def difference(mean: float, low: float, high: float) -> str:
-    """Return a difference and its interval, percentage points."""
-    return f"{100 * mean:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]"
+def said(mean: float, draws: NDArray[np.float64], sign: str = "") -> str:
+    """Return a mean and its 95% interval, percent."""
+    numbers = (100 * x for x in (mean, *np.quantile(draws, [0.025, 0.975])))
+    a, low, high = (f"{x:{sign}.1f}" for x in numbers)
+    return f"{a} [{low}, {high}]"
 
 
 if __name__ == "__main__":
