@@ -1,5 +1,6 @@
 """How a network is trained: frozen, and by name for the presets."""
 
+import math
 from typing import Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -36,9 +37,12 @@ class TrainingConfig(BaseModel):
     batch_size
         Samples a step.
     patience
-        Epochs without a better validation accuracy before training stops.
+        Epochs without a better validation accuracy before training stops; None for going on to
+        the last epoch, as a cycle must.
     max_epochs
         Epochs at most.
+    least_steps
+        Where samples are few, epochs are added until there are so many steps.
     training_samples
         How many samples to train on at most, stretched copies included; None for all. The
         caller thins; the test always uses all.
@@ -62,8 +66,9 @@ class TrainingConfig(BaseModel):
     learning_rate: float = Field(gt=0)
     one_cycle: bool = False
     batch_size: int = Field(default=64, ge=2)
-    patience: int = Field(ge=1)
+    patience: int | None = Field(default=None, ge=1)
     max_epochs: int = Field(default=150, ge=1)
+    least_steps: int = Field(default=0, ge=0)
     training_samples: int | None = Field(default=None, ge=1)
     validation_samples: int | None = Field(default=None, ge=1)
     image_epochs: int = Field(default=0, ge=0)
@@ -75,9 +80,13 @@ class TrainingConfig(BaseModel):
 
     @model_validator(mode="after")
     def _ends_its_cycle(self) -> "TrainingConfig":
-        if self.one_cycle and self.patience < self.max_epochs:
-            raise ValueError("a cycle must not be stopped: patience must reach max_epochs")
+        if self.one_cycle and self.patience is not None:
+            raise ValueError("a cycle must not be stopped: no patience with one_cycle")
         return self
+
+    def epochs(self, steps: int) -> int:
+        """Return how many epochs of so many steps there are at most."""
+        return max(self.max_epochs, math.ceil(self.least_steps / steps))
 
 
 _PAPER: dict[Encoding, TrainingConfig] = {
@@ -120,7 +129,6 @@ _FAST: dict[Encoding, TrainingConfig] = {
     "spatial": TrainingConfig(
         learning_rate=4e-3,
         one_cycle=True,
-        patience=3,
         max_epochs=3,
         training_samples=40_000,
         validation_samples=2000,
@@ -128,7 +136,6 @@ _FAST: dict[Encoding, TrainingConfig] = {
     "spatiotemporal": TrainingConfig(
         learning_rate=5e-3,
         one_cycle=True,
-        patience=8,
         max_epochs=8,
         training_samples=6000,
         validation_samples=500,
@@ -139,7 +146,6 @@ _FAST: dict[Encoding, TrainingConfig] = {
     "spectral": TrainingConfig(
         learning_rate=2e-3,
         one_cycle=True,
-        patience=5,
         max_epochs=5,
         training_samples=28_000,
         validation_samples=2000,

@@ -49,9 +49,9 @@ class Course:
             self.best_epoch = epoch.number
             self.weights = {name: value.clone() for name, value in model.state_dict().items()}
 
-    def is_over(self, patience: int) -> bool:
-        """Tell whether `patience` epochs have gone by without a better one."""
-        return len(self.history) - self.best_epoch >= patience
+    def is_over(self, patience: int | None) -> bool:
+        """Tell whether `patience` epochs have gone by without a better one; never of None."""
+        return patience is not None and len(self.history) - self.best_epoch >= patience
 
     @property
     def _best(self) -> Epoch:

@@ -110,8 +110,9 @@ def train(
     data = Data(values, labels, scale).on(device)
     with _seeded(seed, device):
         training, validation = (_indices(i, device) for i in (train_index, validation_index))
-        n_steps = config.max_epochs * len(split(training, config.batch_size))
-        learner = Learner(model, config, device, n_steps)
+        steps = len(split(training, config.batch_size))
+        epochs = range(1, config.epochs(steps) + 1)
+        learner = Learner(model, config, device, len(epochs) * steps)
         about = {
             "of": aside.of if aside else "",
             "seed": seed,
@@ -121,7 +122,8 @@ def train(
             **computed_with(config),
         }
         course = aside.resume(learner, about) if aside else Course()
-        for epoch in _epochs(learner, data, training, validation, config, len(course.history)):
+        left = epochs[len(course.history) :]
+        for epoch in _epochs(learner, data, training, validation, config, left):
             course.add(epoch, model)
             if progress:
                 progress(epoch)
@@ -177,10 +179,10 @@ def _epochs(
     training: Tensor,
     validation: Tensor,
     config: TrainingConfig,
-    done: int,
+    numbers: range,
 ) -> Iterator[Epoch]:
-    """Train an epoch whenever the next one is asked for; so many are done already."""
-    for number in range(done + 1, config.max_epochs + 1):
+    """Train the epoch of the next number whenever it is asked for."""
+    for number in numbers:
         start = time.perf_counter()
         order = training[torch.randperm(len(training)).to(training.device)]
         learnt = learner.learn(data, split(order, config.batch_size))

@@ -35,7 +35,7 @@ def test_who_is_stopped_ends_where_others_end(
 ):
     problem = make_problem(shape, noise=3.0)
     config = config.model_copy(
-        update={"one_cycle": one_cycle, "max_epochs": 6, "patience": 6, "batch_size": 16}
+        update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )
     aside = PutAside(tmp_path / "fold.aside", every_s=0)
     whole = train(build(encoding, 3, shape, 1), *problem, 1.0, config, 5)

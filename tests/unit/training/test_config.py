@@ -32,13 +32,23 @@ def test_quick_sees_fewer_samples_for_fewer_epochs(encoding):
 def test_fast_goes_one_cycle_over_fewer_samples(encoding):
     fast, paper = training_config("fast", encoding), training_config("paper", encoding)
     assert (fast.one_cycle, paper.one_cycle) == (True, False)
-    assert fast.patience == fast.max_epochs < paper.patience
+    assert fast.patience is None
+    assert fast.max_epochs < paper.patience
     assert fast.training_samples is not None
 
 
 def test_an_unknown_preset_is_refused():
     with pytest.raises(InputError, match="--preset: expected quick, fast or paper, found 'slow'"):
         training_config("slow", "spatial")
+
+
+@pytest.mark.parametrize(
+    ("steps", "epochs"), [(1, 100), (9, 12), (10, 10), (34, 3), (50, 3), (1000, 3)]
+)
+def test_few_samples_are_gone_through_more_often(steps, epochs):
+    config = TrainingConfig(learning_rate=1e-3, max_epochs=3, least_steps=100)
+    assert config.epochs(steps) == epochs
+    assert config.model_copy(update={"least_steps": 0}).epochs(steps) == 3
 
 
 @pytest.mark.parametrize(
@@ -52,7 +62,8 @@ def test_an_unknown_preset_is_refused():
         {"precision": "float16"},
         {"device": "tpu"},
         {"epochs": 3},
-        {"one_cycle": True, "max_epochs": 4},
+        {"one_cycle": True},
+        {"least_steps": -1},
     ],
 )
 def test_contradictions_are_refused_when_built(wrong):

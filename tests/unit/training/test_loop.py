@@ -43,7 +43,7 @@ def test_data_are_copied_to_a_gpu_alone_and_gathered_there(make_problem):
 
 def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
     problem = make_problem((10, 10))
-    cycle = {"one_cycle": True, "max_epochs": 5, "patience": 5, "learning_rate": 1e-2}
+    cycle = {"one_cycle": True, "max_epochs": 5, "patience": None, "learning_rate": 1e-2}
     config = config.model_copy(update={**cycle, "batch_size": 16})
     data = Data(problem.values, problem.labels, 1.0)
     batches = split(torch.from_numpy(problem.train), 16)
@@ -104,6 +104,16 @@ def test_training_stops_after_patience_and_restores_the_best_epoch(script, best,
     assert [e.validation_accuracy for e in trained.history] == pytest.approx(script[:epochs])
     assert tuple(seen) == trained.history
     assert [e.number for e in seen] == list(range(1, epochs + 1))
+
+
+def test_without_patience_and_with_few_samples_training_goes_on(config):
+    config = config.model_copy(update={"patience": None, "least_steps": 8})
+    script = [0.9, *[0.1] * 7]  # a step an epoch
+    values, labels = torch.zeros(40, 2), torch.zeros(40, dtype=torch.int64)
+    trained = train(
+        Scripted(script), values, labels, np.arange(30), np.arange(30, 40), 1.0, config, 0
+    )
+    assert (len(trained.history), trained.best_epoch, trained.passes) == (8, 1, 240)
 
 
 def test_same_seed_same_weights_and_other_seed_other_weights(problem, small_net, config):
