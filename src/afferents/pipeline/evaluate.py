@@ -148,9 +148,20 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     remove_partials(evaluation.out)
     jobs = planned(evaluation, able, recordings)
     plan(evaluation.out, jobs, _workers(evaluation), evaluation.cluster)
-    for _, group in itertools.groupby(able, key=sources_of):
-        evaluate_group(evaluation, list(group), recordings, progress)
+    for group in _groups(evaluation, able):
+        evaluate_group(evaluation, group, recordings, progress)
     return summarise_folder(evaluation, recordings, left_out)
+
+
+def _groups(evaluation: Evaluation, families: Sequence[Family]) -> list[list[Family]]:
+    """Return families whose trainings run side by side.
+
+    On this machine those that share samples, which are all in memory; a cluster's workers read
+    what they need, so it is given everything at once, and none waits for the last of a group.
+    """
+    if evaluation.cluster is not None:
+        return [list(families)]
+    return [list(group) for _, group in itertools.groupby(families, key=sources_of)]
 
 
 def _workers(evaluation: Evaluation) -> int:
@@ -237,7 +248,7 @@ def evaluate_group(
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> None:
-    """Train and test families that learn from the same samples, where not finished yet."""
+    """Train and test some families where not finished yet."""
     keys = planned(evaluation, families, recordings)
     missing = [key for key in keys if not finished(evaluation.out, key)]
     done = len(keys) - len(missing)
@@ -257,12 +268,12 @@ def run_jobs(
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> Iterator[FoldKey]:
-    """Run jobs of one kind of samples, here or on a cluster; yield the names of the finished.
+    """Run jobs here, where all learn from the same samples, or on a cluster; yield the finished.
 
     Parameters
     ----------
     family
-        Any of them.
+        Any whose samples they are.
     """
     recipe = evaluation.recipe
     if not keys:
