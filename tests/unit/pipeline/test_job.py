@@ -42,6 +42,7 @@ def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, sounds, tmp_p
 
     monkeypatch.setattr(job, "PutAside", partial(PutAside, every_s=0))
     monkeypatch.setattr(evaluation, "keep", keep)
+    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
     monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, _: (ask(*job) for job in jobs))
     ended = run("evaluate", store, "--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
     assert ended[0] == 0, ended
