@@ -19,12 +19,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from afferents.core.families import FAMILIES, TABLE1
 from afferents.core.files import write_aside
 from afferents.evaluation import finished_keys
-from afferents.evaluation.bootstrap import Accuracy, count_right
+from afferents.evaluation.bootstrap import (
+    Accuracy,
+    Difference,
+    Interval,
+    bootstrap_interval,
+    count_right,
+    interval_of,
+    paired_difference,
+)
 from afferents.evaluation.folds import load_fold
 from afferents.report.published import published_families
 
@@ -97,16 +104,16 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
         if not all(both):
             continue
         nested, published = map(accuracy_of, both)
-        drawn = [published.resampled(), nested.resampled()]
+        added = paired_difference(published, nested)
         cells = [
             FAMILIES[model].title,
             f"{published_families()[model].mean_percent}",
-            said(published.mean(), drawn[0]),
-            said(nested.mean(), drawn[1]),
+            said(published.mean(), bootstrap_interval(published)),
+            said(nested.mean(), bootstrap_interval(nested)),
         ]
         of_speeds = [nested.counts[speed].sum(axis=(0, 1)) for speed in speeds]
         cells += [f"{100 * right / n:.0f}" for right, n in of_speeds]
-        cells.append(said(published.mean() - nested.mean(), drawn[0] - drawn[1], sign="+"))
+        cells.append(said(added.mean, added, sign="+"))
         yield f"| {' | '.join(cells)} |"
 
 
@@ -145,17 +152,17 @@ def compared(names: Sequence[str], models: Sequence[Sequence[Sequence[Line]]]) -
     drawn = [np.mean([a.resampled() for a in side], axis=0) for side in (paper, fast)]
     cells = [
         *names,
-        *(said(mean, draws) for mean, draws in zip(means, drawn, strict=True)),
-        said(means[1] - means[0], drawn[1] - drawn[0], sign="+"),
+        *(said(mean, interval_of(draws)) for mean, draws in zip(means, drawn, strict=True)),
+        said(means[1] - means[0], interval_of(drawn[1] - drawn[0]), sign="+"),
         f"{passes[1]:,}", f"{passes[0]:,}", f"{passes[1] / passes[0]:.1f}",
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"
 
 
-def said(mean: float, draws: NDArray[np.float64], sign: str = "") -> str:
+def said(mean: float, interval: Interval | Difference, sign: str = "") -> str:
     """Return a mean and its 95% interval, percent."""
-    numbers = (100 * x for x in (mean, *np.quantile(draws, [0.025, 0.975])))
-    a, low, high = (f"{x:{sign}.1f}" for x in numbers)
+    numbers = (mean, interval.low, interval.high)
+    a, low, high = (f"{100 * x:{sign}.1f}" for x in numbers)
     return f"{a} [{low}, {high}]"
 
 

@@ -127,7 +127,12 @@ class Accuracy:
 
 def bootstrap_interval(accuracy: Accuracy, seed: int = 0) -> Interval:
     """95% percentile interval of the mean over speeds of the accuracy."""
-    low, high = np.quantile(accuracy.resampled(seed), [0.025, 0.975])
+    return interval_of(accuracy.resampled(seed))
+
+
+def interval_of(drawn: NDArray[np.float64]) -> Interval:
+    """Return the 95% percentile interval of what `Accuracy.resampled` has drawn, or made of it."""
+    low, high = np.quantile(drawn, [0.025, 0.975])
     return Interval(float(low), float(high))
 
 
@@ -151,5 +156,5 @@ def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Differen
     if not common:
         raise InputError("a comparison", "recordings that both were tested on", "none")
     a, b = one.of(common), other.of(common)
-    low, high = np.quantile(a.resampled(seed) - b.resampled(seed), [0.025, 0.975])
-    return Difference(a.mean() - b.mean(), float(low), float(high))
+    interval = interval_of(a.resampled(seed) - b.resampled(seed))
+    return Difference(a.mean() - b.mean(), interval.low, interval.high)

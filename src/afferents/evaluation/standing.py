@@ -56,8 +56,8 @@ def plan(results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | No
     begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
     earlier = read_json(results / PLAN, "a plan")["jobs"] if begun else []
     jobs = {tuple(job.values()): job for job in [*earlier, *(asdict(key) for key in keys)]}
-    by = {"workers": workers, "cluster": cluster}
-    write_json(results / PLAN, {**by, "jobs": list(jobs.values())})
+    content = {"workers": workers, "cluster": cluster, "jobs": list(jobs.values())}
+    write_json(results / PLAN, content)
 
 
 @contextmanager

@@ -147,7 +147,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     check_results_folder(evaluation.out, evaluation.config)
     remove_partials(evaluation.out)
     jobs = planned(evaluation, able, recordings)
-    plan(evaluation.out, jobs, _workers(evaluation), evaluation.cluster)
+    plan(evaluation.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
     for group in _groups(evaluation, able):
         evaluate_group(evaluation, group, recordings, progress)
     return summarise_folder(evaluation, recordings, left_out)
@@ -164,9 +164,10 @@ def _groups(evaluation: Evaluation, families: Sequence[Family]) -> list[list[Fam
     return [list(group) for _, group in itertools.groupby(families, key=sources_of)]
 
 
-def _workers(evaluation: Evaluation) -> int:
-    """Return how many trainings there will be side by side; a cluster is asked."""
-    if evaluation.cluster is not None:
+def _workers(evaluation: Evaluation, jobs: Sequence[FoldKey]) -> int:
+    """Return how many trainings there will be side by side; a cluster with work to do is asked."""
+    idle = all(finished(evaluation.out, key) for key in jobs)
+    if evaluation.cluster is not None and not idle:
         return workers_at(evaluation.cluster)
     return evaluation.workers or cpu_count()
 

@@ -299,7 +299,7 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
         fingerprints == [data.fingerprint for data in training.data]
         and "ablation" not in config
         and config["cut"] == training.cut
-        and all(config[name] == value for name, value in how.items())
+        and all(config.get(name) == value for name, value in how.items())
     )
 
 

@@ -79,17 +79,23 @@ def test_the_file_says_what_the_folder_says(models, rng):
             assert outcome.strangeness == pytest.approx(float(strangeness[0]), rel=1e-4), name
 
 
-def test_scores_are_those_of_the_results(run, stores, tmp_path):
-    results, store = tmp_path / "results", stores["audio"]
-    asked = ("--models", "vib-te", "--workers", 1, "--quiet")
-    assert run("evaluate", store, "--out", results, *asked)[0] == 0
+def scores_on_the_card(run, store, folder, *part):
+    """Evaluate in `folder`, on a part of the data; return the scores of a model trained on all."""
+    asked = ("--models", "vib-te", "--workers", 1, "--quiet", *part)
+    assert run("evaluate", store, "--out", folder / "results", *asked)[0] == 0
     code, out, _ = run(
-        "train", store, tmp_path / "m", "--model", "vib-te", "--preset", "quick",
-        "--results", results, "--json",
+        "train", store, folder / "m", "--model", "vib-te", "--preset", "quick",
+        "--results", folder / "results", "--json",
     )  # fmt: skip
     assert code == 0
-    (score,) = json.loads(out)["scores"]
-    entry = json.loads((results / "summary.json").read_text())["models"]["vib-te"]["nested"]
+    return json.loads(out)["scores"]
+
+
+def test_scores_are_those_of_the_results(run, stores, tmp_path):
+    (score,) = scores_on_the_card(run, stores["audio"], tmp_path)
+    entry = json.loads((tmp_path / "results" / "summary.json").read_text())["models"]["vib-te"][
+        "nested"
+    ]
     assert score["mean_accuracy"] == entry["mean_accuracy"]
     assert score["same_data"] is True
     code, out, _ = run("export", tmp_path / "m", tmp_path / "m.onnx")
@@ -99,15 +105,8 @@ def test_scores_are_those_of_the_results(run, stores, tmp_path):
 
 @pytest.mark.parametrize("part", [("--textures", "1,2"), ("--stride-s", 0.25)])
 def test_scores_of_another_task_are_not_called_the_same(run, stores, tmp_path, part):
-    results, store = tmp_path / "results", stores["audio"]
-    asked = ("--models", "vib-te", "--workers", 1, "--quiet", *part)
-    assert run("evaluate", store, "--out", results, *asked)[0] == 0
-    code, out, _ = run(
-        "train", store, tmp_path / "m", "--model", "vib-te", "--preset", "quick",
-        "--results", results, "--json",
-    )  # fmt: skip
-    assert code == 0
-    assert [score["same_data"] for score in json.loads(out)["scores"]] == [False]
+    scores = scores_on_the_card(run, stores["audio"], tmp_path, *part)
+    assert [score["same_data"] for score in scores] == [False]
 
 
 def test_what_can_not_be_trained(run, stores, make_session, tmp_path):

@@ -53,6 +53,7 @@ def test_a_cluster_gives_the_numbers_that_this_machine_gives(run, store, tmp_pat
     kept = tmp_path / "there" / "folds/vib-te/nested/seed-0/20/weights.safetensors"
     same = tmp_path / "here" / "folds/vib-te/nested/seed-0/20/weights.safetensors"
     assert kept.read_bytes() == same.read_bytes()
+    evaluate(run, store, tmp_path / "there", "--cluster", "tcp://127.0.0.1:1")  # nothing to do
 
 
 def test_a_killed_worker_costs_its_job_alone(cluster, tmp_path):
