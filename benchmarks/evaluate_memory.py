@@ -2,8 +2,8 @@
 
 Random marker data and sound are written to a store, then the real command runs on it with its
 worker processes, two held-out speeds for each model: memory peaks while the samples are joined and
-in the first folds, and is the same in all others; so is the time of `fast`, which always goes as
-many epochs.
+in the first folds, and is the same in all others, but for the table of all folds at the end, which
+is smaller; so is the time of `fast`, which always goes as many epochs.
 
     python benchmarks/evaluate_memory.py FOLDER [--models sa-se,sa-ste] [--held-out 40,60]
 """

@@ -28,7 +28,7 @@ from torch.utils.flop_counter import FlopCounterMode
 
 from afferents.core.families import Encoding
 from afferents.models import build, l2_penalty
-from afferents.pipeline.parallel import side_by_side
+from afferents.pipeline.parallel import keep_freed_memory, side_by_side
 from afferents.training import TrainingConfig, train
 from afferents.training.config import Precision
 from afferents.training.hardware import has_bfloat16, to_channels_last
@@ -101,6 +101,7 @@ def loop_rate(case: Case, precision: Precision, n_validation: int | None = None)
 
     Validates on an eighth as many samples as it trains on, or on `n_validation`.
     """
+    keep_freed_memory()  # as every training of an evaluation does
     torch.set_num_threads(1)
     n = BATCH * case.batches
     n_validation = n_validation or n // 8

@@ -77,6 +77,7 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
             partial,
             zarr_format=3,
             consolidated=False,
+            write_empty_chunks=True,  # so that one that is missing has been lost
             encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
 
@@ -128,7 +129,27 @@ def _open(group: Path) -> Responses:
         raise InputError(
             group, "responses that can be read", f"{error}", "remove the folder and extract again"
         ) from error
+    _require_all_chunks(group)
     return check_responses(responses, group)
+
+
+def _require_all_chunks(group: Path) -> None:
+    """Refuse a group that lost part of its arrays, as a copy that was cut off has: it reads as NaN.
+
+    Raises
+    ------
+    InputError
+        If it did.
+    """
+    for name, array in zarr.open_group(group, mode="r", use_consolidated=False).arrays():
+        missing = array.nchunks - array.nchunks_initialized
+        if missing:
+            raise InputError(
+                group / name,
+                f"{array.nchunks} chunks",
+                f"{array.nchunks_initialized}",
+                "copy the store again, or remove the recording's folder and extract again",
+            )
 
 
 def _attributes(path: Path) -> dict[str, Any]:

@@ -75,6 +75,11 @@ def at_work(results: Path, key: FoldKey) -> Iterator[None]:
         running.unlink(missing_ok=True)
 
 
+def has_failed(results: Path, key: FoldKey) -> bool:
+    """Tell whether a job failed when it was last tried."""
+    return _mark(results, key, "failed").is_file()
+
+
 def standings(results: Path) -> list[Standing]:
     """Return where every planned job stands, in the order of the plan.
 

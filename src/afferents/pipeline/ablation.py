@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.families import Encoding
 from afferents.core.recording import LETTERS, folder_of
 from afferents.core.responses import Responses, conditions, speeds_of, textures_of
 from afferents.core.samples import Samples
@@ -99,16 +100,20 @@ class Ablation:
             )
         return tested
 
-    def images(self, samples: Samples) -> Samples:
-        """Return samples whose images show some of the markers; others as they are.
+    def require_images(self, family: str, encodings: Collection[Encoding]) -> None:
+        """Refuse fewer markers for a family that learns from waves: in them no marker has a place.
 
         Raises
         ------
         InputError
-            If the samples are waves, in which no marker has a place any more.
+            If it does.
         """
-        if self.markers != 1 and dims.ROW_WAVENUMBER in samples.dims:
-            raise InputError("--markers", "models of tactile images", "models of their waves")
+        if self.markers != 1 and "wavenumbers" in encodings:
+            found = f"{family}, which learns from their waves"
+            raise InputError("--markers", "models of tactile images or of vibration", found)
+
+    def images(self, samples: Samples) -> Samples:
+        """Return samples whose images show some of the markers; others as they are."""
         if self.markers == 1 or dims.ROW not in samples.dims:
             return samples
         row = np.arange(samples.sizes[dims.ROW])[:, None]

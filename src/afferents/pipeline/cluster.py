@@ -1,12 +1,12 @@
 """Jobs on a Dask cluster: any machines whose workers have this package and can read the data."""
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from afferents.core.errors import AfferentsError, InputError
-from afferents.pipeline.parallel import keep_freed_memory
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -19,6 +19,8 @@ WORKERS_S = 30
 """How long a scheduler without workers is waited for."""
 SAME = ("afferents", "torch")
 """Packages whose versions decide the numbers."""
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
+_ONE_THREAD = "start it with --nthreads 1, and as many workers as there are cores"
 
 
 def on_cluster(
@@ -39,17 +41,18 @@ def on_cluster(
     ------
     InputError
         If there is no scheduler, no worker, or a worker with more than one thread, without this
-        package, or with another version of it.
+        package, or with another version of it; also if such a one joins later.
     AfferentsError
-        If a job killed several workers, or the cluster went away. Errors of `function` pass
-        through, and stop the jobs that wait.
+        If a job killed several workers, the cluster went away, or a worker that joined later
+        lacks a package. Errors of `function` pass through, and stop the jobs that wait.
     """
     with _client(address) as client:
         from distributed import as_completed
 
         _require_workers(client, address)
+        here = {package: _installed(package) for package in SAME}
         waiting = as_completed(  # and nothing else keeps a future: what has come back is let go
-            [client.submit(_keeping_memory, function, *job, pure=False) for job in jobs],
+            [client.submit(_as_here, here, function, *job, pure=False) for job in jobs],
             loop=client.loop,
         )  # type: ignore[no-untyped-call]
         for future in waiting:
@@ -69,9 +72,14 @@ def workers_at(address: str) -> int:
         return _require_workers(client, address)
 
 
-def _keeping_memory(function: Callable[..., Result], *job: Any) -> Result:
-    """Do a job on a worker, which Dask has told to give freed memory back at once."""
-    keep_freed_memory()
+def _as_here(versions: Mapping[str, str], function: Callable[..., Result], *job: Any) -> Result:
+    """Do a job on a worker, after checking it: it may have joined after all others were."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    _require_one_thread(worker.address, worker.state.nthreads)
+    for package, expected in versions.items():
+        _require_version(worker.address, package, expected, version(package))
     return function(*job)
 
 
@@ -83,6 +91,8 @@ def _client(address: str) -> Iterator["Client"]:
         raise InputError(
             "--cluster", "Dask", "none installed", "pip install 'afferents[cluster]'"
         ) from None
+    if not _ADDRESS.fullmatch(address):  # Dask would try for half a minute
+        raise InputError("--cluster", "an address like tcp://scheduler:8786", f"'{address}'")
     try:  # not as Dask's default: whatever else computes with Dask here is none of its business
         client = Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:  # a timeout is an OSError
@@ -107,9 +117,7 @@ def _require_workers(client: "Client", address: str) -> int:
         client.wait_for_workers(1, timeout=WORKERS_S)
     threads_of = client.nthreads()  # type: ignore[no-untyped-call]
     for worker, threads in threads_of.items():
-        if threads != 1:
-            hint = "start it with --nthreads 1, and as many workers as there are cores"
-            raise InputError(f"worker {worker}", "one thread", f"{threads}", hint)
+        _require_one_thread(worker, threads)
     for package in SAME:
         here = _installed(package)
         found = client.run(version, package, on_error="return")
@@ -118,14 +126,24 @@ def _require_workers(client: "Client", address: str) -> int:
             hint = f"start some with 'dask worker {address} --nthreads 1'"
             raise InputError("--cluster", expected, "none", hint)
         for worker, there in found.items():
-            if there != here:
-                raise InputError(
-                    f"worker {worker}",
-                    f"{package} {here}, as here",
-                    "none" if isinstance(there, Exception) else f"{there}",
-                    "install the same version there",
-                )
+            _require_version(worker, package, here, there)
     return len(threads_of)
+
+
+def _require_one_thread(worker: str, threads: int) -> None:
+    if threads != 1:
+        raise InputError(f"worker {worker}", "one thread", f"{threads}", _ONE_THREAD)
+
+
+def _require_version(worker: str, package: str, here: str, there: str | Exception) -> None:
+    """Refuse a worker with another version of a package; an error stands for none at all."""
+    if there != here:
+        raise InputError(
+            f"worker {worker}",
+            f"{package} {here}, as here",
+            "none" if isinstance(there, Exception) else f"{there}",
+            "install the same version there",
+        )
 
 
 def _installed(package: str) -> str:
@@ -142,6 +160,11 @@ def _result(future: Any) -> Any:
         raise AfferentsError(
             "a training killed its worker several times (out of memory?); what is finished is "
             "kept: run the same command again, with more memory a worker"
+        ) from error
+    except ImportError as error:
+        raise AfferentsError(
+            f"a worker that joined late lacks a package ({error}); what is finished is kept: "
+            "install there what is here, and run the same command again"
         ) from error
     except CancelledError as error:
         raise AfferentsError(

@@ -25,6 +25,7 @@ from afferents.evaluation import (
     check_results_folder,
     finished,
     finished_keys,
+    has_failed,
     plan,
     summarise,
 )
@@ -32,7 +33,7 @@ from afferents.pipeline.ablation import Ablation, require_speeds
 from afferents.pipeline.cluster import on_cluster, workers_at
 from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import kept_part, require_support, sources_of
-from afferents.pipeline.job import Recipe, encoded, keep, run_far_job, run_job
+from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
 from afferents.training import TRAINED, Compute, Preset, training_config
 
@@ -140,6 +141,9 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     left_out = [family.name for family in evaluation.families if family not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
+    for family in able:
+        encodings = [encoding for _, encoding in sources_of(family)]
+        evaluation.ablation.require_images(family.name, encodings)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
@@ -252,6 +256,8 @@ def evaluate_group(
     """Train and test some families where not finished yet."""
     keys = planned(evaluation, families, recordings)
     missing = [key for key in keys if not finished(evaluation.out, key)]
+    # What has failed comes last: nothing waits for it to fail again.
+    missing.sort(key=lambda key: has_failed(evaluation.out, key))
     done = len(keys) - len(missing)
     title = ", ".join(family.title for family in families)
     outcomes = run_jobs(evaluation, families[0], missing, recordings, progress)
@@ -285,7 +291,9 @@ def run_jobs(
             yield outcome.key
         return
     samples = encoded(recipe, sources_of(family), recordings, progress)
-    yield from side_by_side(run_job, ((recipe, key, samples) for key in keys), evaluation.workers)
+    opened_again(recipe)  # hours may have gone by: samples of changed data are refused
+    jobs = ((recipe, key, samples) for key in keys)
+    yield from side_by_side(run_job, jobs, evaluation.workers, progress.note)
 
 
 def summarise_folder(

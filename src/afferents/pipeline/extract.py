@@ -85,7 +85,7 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
     remove_partials(extraction.out)
     failed: dict[str, str] = {}
     jobs = ((recording, declared, reference, extraction) for recording in session.recordings)
-    outcomes = side_by_side(_try_one, jobs, extraction.workers)
+    outcomes = side_by_side(_try_one, jobs, extraction.workers, progress.note)
     for name, fault in progress.track(outcomes, "extracting", len(session.recordings)):
         if fault is None:
             continue

@@ -32,15 +32,17 @@ from afferents.evaluation import (
     claim_results_folder,
     digest_of,
     find_leaks,
+    finished,
     predictions_table,
     refuse_leaks,
     save_fold,
 )
 from afferents.models import CnnLstm, build
 from afferents.pipeline.ablation import Ablation
-from afferents.pipeline.data import open_data, recordings_in
+from afferents.pipeline.data import DataSet, open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
 from afferents.pipeline.learning import LearningSet, learning_set
+from afferents.pipeline.parallel import keep_freed_memory
 from afferents.pipeline.solve import solve
 from afferents.training import (
     Compute,
@@ -107,7 +109,12 @@ class Outcome:
 
 
 def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey:
-    """Train on one fold, test it once, save it; return its name."""
+    """Train on one fold, test it once, save it; return its name.
+
+    It may have been finished by a process that died before it could say so.
+    """
+    if finished(recipe.out, key):
+        return key
     with _naming(key), at_work(recipe.out, key):
         keep(recipe, train_and_test(recipe, key, samples, aside_of(recipe, key)))
     return key
@@ -155,6 +162,7 @@ def train_and_test(
     aside
         Where a long training is put aside now and then.
     """
+    keep_freed_memory()
     torch.set_num_threads(1)
     family = FAMILIES[key.model]
     if family.learner == "network":
@@ -272,16 +280,29 @@ def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ..
     Raises
     ------
     InputError
-        If the data are not those that the evaluation began with.
+        As `opened_again`.
     """
-    config, quiet = recipe.config, Progress(quiet=True)
-    data = open_data(list(recipe.sources), dict(recipe.without), keep_going=True, progress=quiet)
-    for found, expected in zip(data, config["data"], strict=True):
+    everything = recipe.ablation.recordings(recordings_in(opened_again(recipe)))
+    skipped = set(recipe.config["skipped"])
+    recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    return encoded(recipe, sources, recordings, Progress(quiet=True))
+
+
+def opened_again(recipe: Recipe) -> list[DataSet]:
+    """Open the data anew.
+
+    Raises
+    ------
+    InputError
+        If they are not those that the evaluation began with.
+    """
+    data = open_data(list(recipe.sources), dict(recipe.without), keep_going=True)
+    for found, expected in zip(data, recipe.config["data"], strict=True):
         if found.fingerprint != expected["fingerprint"]:
             raise InputError(
-                found.source, "the data that the evaluation began with", "changed data"
+                found.source,
+                "the data that the evaluation began with",
+                "changed data",
+                "bring them back, or evaluate them into another folder",
             )
-    everything = recipe.ablation.recordings(recordings_in(data))
-    skipped = set(config["skipped"])
-    recordings = [r for r in everything if r.attrs["name"] not in skipped]
-    return encoded(recipe, sources, recordings, quiet)
+    return data

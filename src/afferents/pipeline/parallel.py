@@ -6,7 +6,8 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
 from typing import Any, TypeVar
 
 import joblib
@@ -16,30 +17,65 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from afferents.core.errors import AfferentsError
 
 Result = TypeVar("Result")
+Job = tuple[Any, ...]
+
+DEATHS = 3
+"""So often a process may die with nothing come back in between; then all is given up."""
 
 _TRIM_THRESHOLD, _TOP_PAD, _MMAP_THRESHOLD = -1, -2, -3
 """Options of glibc's mallopt(3)."""
 
 
 def side_by_side(
-    function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]], workers: int | None
+    function: Callable[..., Result],
+    jobs: Iterable[Job],
+    workers: int | None,
+    note: Callable[[str], None] | None = None,
 ) -> Iterator[Result]:
     """Call `function(*job)` for every job and yield the results as they come.
 
     Every process has one thread: several of them are faster than one with several, above all
     on a busy machine, and nothing depends on how many there are. Jobs are handed out one by
-    one, in their order.
+    one, in their order. Where a process dies, the jobs that were being done begin anew, in new
+    processes; so a job may be done twice.
 
     Parameters
     ----------
     workers
         Processes; None for one a core. With 1 the jobs run in this process.
+    note
+        Told when a process has died.
 
     Raises
     ------
     AfferentsError
-        If a process died. Errors of `function` pass through, and stop the jobs that wait.
+        If processes die again and again. Errors of `function` pass through, and stop the jobs
+        that wait.
     """
+    waiting, deaths = dict(enumerate(jobs)), 0
+    while waiting:
+        before = len(waiting)
+        try:
+            with closing(_results(function, list(waiting.items()), workers)) as results:
+                for number, result in results:
+                    del waiting[number]
+                    yield result
+        except TerminatedWorkerError as error:
+            deaths = deaths + 1 if len(waiting) == before else 1
+            if deaths == DEATHS:
+                raise AfferentsError(
+                    "a worker process died, and again when its job was begun anew (killed, or out "
+                    "of memory); what is finished is kept: run the same command again, with fewer "
+                    "--workers if memory was short"
+                ) from error
+            if note:
+                note("a worker process died (killed, or out of memory): what it did begins anew")
+
+
+def _results(
+    function: Callable[..., Result], jobs: Iterable[tuple[int, Job]], workers: int | None
+) -> Generator[tuple[int, Result], None, None]:
+    """Do numbered jobs, as long as no process dies."""
     options: dict[str, Any] = {
         "return_as": "generator_unordered",
         "batch_size": 1,
@@ -50,18 +86,17 @@ def side_by_side(
     }
     with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
-        results = pool(joblib.delayed(function)(*job) for job in jobs)
+        results = pool(joblib.delayed(_numbered)(number, function, *job) for number, job in jobs)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
                 yield result
-        except TerminatedWorkerError as error:
-            raise AfferentsError(
-                "a worker process died (killed, or out of memory); what is finished is kept: run "
-                "the same command again, with fewer --workers if memory was short"
-            ) from error
         finally:
             with warnings.catch_warnings(action="ignore"):
                 results.close()
+
+
+def _numbered(number: int, function: Callable[..., Result], *job: Any) -> tuple[int, Result]:
+    return number, function(*job)
 
 
 def _prepare(caller: int) -> None:

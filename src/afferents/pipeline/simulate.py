@@ -192,7 +192,7 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
     with progress.task("simulating", len(simulation.names)) as mark:
         mark(done)
         jobs = ((simulation, *run) for run in missing)
-        for name in side_by_side(_record_one, jobs, workers):
+        for name in side_by_side(_record_one, jobs, workers, progress.note):
             done += 1
             mark(done, name)
     if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, "a session file"):

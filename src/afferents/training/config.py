@@ -1,6 +1,5 @@
 """How a network is trained: frozen, and by name for the presets."""
 
-import math
 from typing import Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -41,8 +40,6 @@ class TrainingConfig(BaseModel):
         the last epoch, as a cycle must.
     max_epochs
         Epochs at most.
-    least_steps
-        Where samples are few, epochs are added until there are so many steps.
     training_samples
         How many samples to train on at most, stretched copies included; None for all. The
         caller thins; the test always uses all.
@@ -68,7 +65,6 @@ class TrainingConfig(BaseModel):
     batch_size: int = Field(default=64, ge=2)
     patience: int | None = Field(default=None, ge=1)
     max_epochs: int = Field(default=150, ge=1)
-    least_steps: int = Field(default=0, ge=0)
     training_samples: int | None = Field(default=None, ge=1)
     validation_samples: int | None = Field(default=None, ge=1)
     image_epochs: int = Field(default=0, ge=0)
@@ -83,10 +79,6 @@ class TrainingConfig(BaseModel):
         if self.one_cycle and self.patience is not None:
             raise ValueError("a cycle must not be stopped: no patience with one_cycle")
         return self
-
-    def epochs(self, steps: int) -> int:
-        """Return how many epochs of so many steps there are at most."""
-        return max(self.max_epochs, math.ceil(self.least_steps / steps))
 
 
 _PAPER: dict[Encoding, TrainingConfig] = {

@@ -111,7 +111,7 @@ def train(
     with _seeded(seed, device):
         training, validation = (_indices(i, device) for i in (train_index, validation_index))
         steps = len(split(training, config.batch_size))
-        epochs = range(1, config.epochs(steps) + 1)
+        epochs = range(1, config.max_epochs + 1)
         learner = Learner(model, config, device, len(epochs) * steps)
         about = {
             "of": aside.of if aside else "",

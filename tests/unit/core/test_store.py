@@ -1,3 +1,5 @@
+import shutil
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -87,6 +89,19 @@ def test_a_recording_from_changed_files_is_refused(tmp_path):
     assert has_responses(store, "3/50", "abc")
     with pytest.raises(InputError, match="responses of other files"):
         has_responses(store, "3/50", "other")
+
+
+@pytest.mark.parametrize("array", ["sa1", "time"])
+def test_a_copy_that_was_cut_off_is_refused(tmp_path, array):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    written = responses()
+    written["sa1"][:] = np.nan  # as nothing that is there reads
+    write_responses(store, written)
+    assert np.isnan(open_responses(store)[0]["sa1"]).all()
+    shutil.rmtree(store / "3/50" / array / "c")
+    with pytest.raises(InputError, match=rf"3/50/{array}: expected 1 chunks, found 0; copy the st"):
+        open_responses(store)
 
 
 def test_no_store_is_said_so(tmp_path):

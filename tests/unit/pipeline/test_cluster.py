@@ -3,6 +3,8 @@
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -13,7 +15,7 @@ from distributed import LocalCluster
 
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import write_aside
-from afferents.pipeline.cluster import on_cluster
+from afferents.pipeline.cluster import _require_version, _result, on_cluster
 
 
 @pytest.fixture(scope="module")
@@ -109,13 +111,56 @@ def test_other_versions_are_refused(cluster, monkeypatch):
         list(on_cluster(complain, [("",)], cluster.scheduler_address))
 
 
+def slowly(n):
+    time.sleep(0.2)
+    return n
+
+
+def test_a_worker_that_joins_late_is_checked_too():
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, protocol="tcp", dashboard_address=":0"
+    ) as running:
+        address = running.scheduler_address
+        results = on_cluster(slowly, [(n,) for n in range(1000)], address)
+        next(results)
+        late = subprocess.Popen(
+            [sys.executable, "-m", "dask", "worker", address, "--nthreads", "2", "--no-dashboard"],
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            with pytest.raises(InputError, match=r"worker tcp://.*: expected one thread, found 2"):
+                list(results)
+        finally:
+            late.kill()
+            late.wait()
+
+
+@pytest.mark.parametrize("there", ["0.0.1", ModuleNotFoundError("No module named 'torch'")])
+def test_what_a_worker_has_is_said(there):
+    with pytest.raises(InputError, match=r"torch 2, as here, found (0|none)"):
+        _require_version("tcp://x:1", "torch", "2", there)
+
+
+def test_a_worker_without_the_package_is_one_sentence():
+    class Failed:
+        def result(self):
+            raise ModuleNotFoundError("No module named 'afferents'")
+
+    with pytest.raises(AfferentsError, match=r"joined late lacks .*'afferents'.*what is finished"):
+        _result(Failed())
+
+
+@pytest.mark.parametrize("address", ["", "scheduler", "tcp://scheduler", "http://scheduler:8786"])
+def test_what_is_no_address_is_said_at_once(address):
+    with pytest.raises(InputError, match=r"--cluster: expected an address like tcp://"):
+        list(on_cluster(complain, [("",)], address))
+
+
 def test_no_scheduler_and_no_workers_are_named(monkeypatch):
     monkeypatch.setattr("afferents.pipeline.cluster.ANSWER_S", 0.5)
     monkeypatch.setattr("afferents.pipeline.cluster.WORKERS_S", 0.5)
     with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at tcp://"):
         list(on_cluster(complain, [("",)], "tcp://127.0.0.1:1"))
-    with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at nonsense"):
-        list(on_cluster(complain, [("",)], "nonsense://x"))
     with (
         LocalCluster(n_workers=0, protocol="tcp", dashboard_address=":0") as empty,
         pytest.raises(InputError, match="at least one worker"),

@@ -50,6 +50,23 @@ def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, sounds, tmp_p
     assert waits == [True, False] * (len(waits) // 2)
 
 
+def test_a_store_that_changed_under_the_run_is_refused(run, sounds, tmp_path, monkeypatch):
+    store = tmp_path / "store"
+    assert run("extract", sounds, store, "--quiet")[0] == 0
+    encoded = job.encoded
+
+    def changed(*arguments):
+        settings = store / "zarr.json"
+        settings.write_text(settings.read_text().replace('"windowed"', '"one-to-one"'))
+        return encoded(*arguments)
+
+    monkeypatch.setattr(evaluation, "encoded", changed)
+    code, _, said = run("evaluate", store, "--out", tmp_path / "results", *ASKED)
+    assert code == 2
+    assert "expected the data that the evaluation began with, found changed data; bring" in said
+    assert not list((tmp_path / "results").rglob("fold.json"))
+
+
 @pytest.mark.parametrize("ask", [lambda: torch.empty(10**15), lambda: np.empty(10**16)])
 def test_memory_that_is_short(ask):
     """The errors of the real allocators, whatever they are called."""

@@ -52,8 +52,26 @@ def test_an_error_stays_what_it_was(workers):
 
 
 def test_a_process_that_died_is_one_sentence():
-    with pytest.raises(AfferentsError, match=r"a worker process died .* fewer --workers"):
+    with pytest.raises(AfferentsError, match=r"a worker process died, and again .* fewer --work"):
         list(side_by_side(die, [(0,), (1,)], 2))
+
+
+def die_once(number, folder):
+    """Two of the jobs kill their process when they are done for the first time."""
+    begun = folder / f"{number}"
+    first = not begun.exists()
+    begun.touch()
+    if first and number in (3, 7):
+        die(number)
+    return number
+
+
+def test_a_process_that_died_costs_what_was_being_done(tmp_path):
+    said = []
+    found = list(side_by_side(die_once, [(n, tmp_path) for n in range(10)], 2, said.append))
+    assert sorted(found) == list(range(10))
+    assert len(said) == 2
+    assert all("it did begins anew" in sentence for sentence in said)
 
 
 def say_who_and_sleep(path):

@@ -62,11 +62,12 @@ def test_the_best_is_evaluated_for_what_the_data_are(stored, sounds, tmp_path, r
 
 def test_missing_pins_are_refused_where_no_pin_has_a_place(stored, tmp_path, run):
     code, _, err = run(
-        "evaluate", stored, "--out", tmp_path / "r", "--models", "sa-wave", "--markers", 0.5,
+        "evaluate", stored, "--out", tmp_path / "r", "--models", "sa-se,sa-wave", "--markers", 0.5,
         "--frames", 5,
     )  # fmt: skip
     assert code == 2
-    assert "--markers: expected models of tactile images, found models of their waves" in err
+    assert "--markers: expected models of tactile images or of vibration, found sa-wave" in err
+    assert not (tmp_path / "r").exists(), "nothing was trained before"
 
 
 def test_the_same_seed_gives_the_same_numbers(sounds, tmp_path, run):

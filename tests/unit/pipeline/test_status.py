@@ -41,9 +41,17 @@ def test_what_failed_is_named_once(run, sounds, tmp_path, monkeypatch):
     def fail(*_):
         raise AfferentsError("no luck")
 
+    learning_set = job.learning_set
     monkeypatch.setattr(job, "learning_set", fail)
     asked = ("--models", "vib-te", "--workers", 1, "--quiet")
     code, _, error = run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)
     key = "vib-te, nested, seed 0, 20 mm/s held out"
     assert (code, error) == (2, f"afferents: {key}: no luck\n")
     assert f"Failed: {key}: no luck" in status(tmp_path / "r").sentences
+
+    monkeypatch.setattr(
+        job, "learning_set", lambda *a: fail() if a[3].held_out_mm_s == 20 else learning_set(*a)
+    )
+    assert run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)[0] == 2
+    done = [n for n in range(30, 100) if (tmp_path / f"r/folds/vib-te/nested/seed-0/{n}").is_dir()]
+    assert done == [30, 40, 60], "what failed comes last, so all else is done"

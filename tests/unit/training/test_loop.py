@@ -106,8 +106,8 @@ def test_training_stops_after_patience_and_restores_the_best_epoch(script, best,
     assert [e.number for e in seen] == list(range(1, epochs + 1))
 
 
-def test_without_patience_and_with_few_samples_training_goes_on(config):
-    config = config.model_copy(update={"patience": None, "least_steps": 8})
+def test_without_patience_training_goes_on(config):
+    config = config.model_copy(update={"patience": None, "max_epochs": 8})
     script = [0.9, *[0.1] * 7]  # a step an epoch
     values, labels = torch.zeros(40, 2), torch.zeros(40, dtype=torch.int64)
     trained = train(
