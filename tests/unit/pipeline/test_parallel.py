@@ -70,7 +70,7 @@ def test_a_process_that_died_costs_what_was_being_done(tmp_path):
     said = []
     found = list(side_by_side(die_once, [(n, tmp_path) for n in range(10)], 2, said.append))
     assert sorted(found) == list(range(10))
-    assert len(said) == 2
+    assert 1 <= len(said) <= 2, "they may have died together"
     assert all("it did begins anew" in sentence for sentence in said)
 
 

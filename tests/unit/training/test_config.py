@@ -43,15 +43,6 @@ def test_an_unknown_preset_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("steps", "epochs"), [(1, 100), (9, 12), (10, 10), (34, 3), (50, 3), (1000, 3)]
-)
-def test_few_samples_are_gone_through_more_often(steps, epochs):
-    config = TrainingConfig(learning_rate=1e-3, max_epochs=3, least_steps=100)
-    assert config.epochs(steps) == epochs
-    assert config.model_copy(update={"least_steps": 0}).epochs(steps) == 3
-
-
-@pytest.mark.parametrize(
     "wrong",
     [
         {"learning_rate": 0},
@@ -63,7 +54,6 @@ def test_few_samples_are_gone_through_more_often(steps, epochs):
         {"device": "tpu"},
         {"epochs": 3},
         {"one_cycle": True},
-        {"least_steps": -1},
     ],
 )
 def test_contradictions_are_refused_when_built(wrong):
