@@ -111,8 +111,7 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
             said(published.mean(), bootstrap_interval(published)),
             said(nested.mean(), bootstrap_interval(nested)),
         ]
-        of_speeds = [nested.counts[speed].sum(axis=(0, 1)) for speed in speeds]
-        cells += [f"{100 * right / n:.0f}" for right, n in of_speeds]
+        cells += at_each(nested, speeds)
         cells.append(said(added.mean, added, sign="+"))
         yield f"| {' | '.join(cells)} |"
 
@@ -126,23 +125,43 @@ def in_both(*sides: Sequence[Line]) -> list[list[Line]]:
 def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
     """Yield what `fast` and `paper` give on the folds that both have, percent."""
     yield (
-        "| model | protocol | held out, mm/s | `paper` | `fast` | `fast` minus `paper` "
-        "| passes, `paper` | passes, `fast` | times fewer |"
+        "| model | protocol | held out, mm/s | `paper` | at each | `fast` | at each "
+        "| `fast` minus `paper` | passes, `paper` | passes, `fast` | times fewer |"
     )
-    yield "|---" * 9 + "|"
+    yield "|---" * 11 + "|"
     sides = in_both(fast, paper)
     models = dict.fromkeys((a["model"], a["protocol"]) for a in sides[0])
     for model, protocol in models:
         of_model = [those_of(side, model, protocol) for side in sides]
-        speeds = ", ".join(f"{line['held_out_mm_s']:g}" for line in of_model[0])
-        yield compared((FAMILIES[model].title, protocol, speeds), [of_model])
+        speeds = [line["held_out_mm_s"] for line in of_model[0]]
+        fast_each, paper_each = (
+            ", ".join(at_each(accuracy_of(lines), speeds)) for lines in of_model
+        )
+        names = FAMILIES[model].title, protocol, ", ".join(f"{speed:g}" for speed in speeds)
+        yield compared(names, (paper_each, fast_each), [of_model])
     if len(models) > 1:
         every = [[those_of(side, *model) for side in sides] for model in models]
-        yield compared(("all of these", "", ""), every)
+        yield compared(("all of these", "", ""), ("", ""), every)
 
 
-def compared(names: Sequence[str], models: Sequence[Sequence[Sequence[Line]]]) -> str:
-    """Return a row: the mean over models of folds with `fast` and with `paper`, and all passes."""
+def at_each(accuracy: Accuracy, speeds: Sequence[float]) -> list[str]:
+    """Return the accuracy at each speed, percent."""
+    of_speeds = (accuracy.counts[speed].sum(axis=(0, 1)) for speed in speeds)
+    return [f"{100 * right / n:.0f}" for right, n in of_speeds]
+
+
+def compared(
+    names: Sequence[str], each: Sequence[str], models: Sequence[Sequence[Sequence[Line]]]
+) -> str:
+    """Return a row: the mean over models of folds with `paper` and with `fast`, and all passes.
+
+    Parameters
+    ----------
+    each
+        What stands beside the means of `paper` and `fast`.
+    models
+        The lines of `fast` and of `paper` for each model.
+    """
     fast, paper = ([accuracy_of(lines) for lines in side] for side in zip(*models, strict=True))
     passes = [
         sum(line["passes"] for lines in side for line in lines)
@@ -152,7 +171,10 @@ def compared(names: Sequence[str], models: Sequence[Sequence[Sequence[Line]]]) -
     drawn = [np.mean([a.resampled() for a in side], axis=0) for side in (paper, fast)]
     cells = [
         *names,
-        *(said(mean, interval_of(draws)) for mean, draws in zip(means, drawn, strict=True)),
+        *(
+            f"{said(mean, interval_of(draws))} | {beside}"
+            for mean, draws, beside in zip(means, drawn, each, strict=True)
+        ),
         said(means[1] - means[0], interval_of(drawn[1] - drawn[0]), sign="+"),
         f"{passes[1]:,}", f"{passes[0]:,}", f"{passes[1] / passes[0]:.1f}",
     ]  # fmt: skip
