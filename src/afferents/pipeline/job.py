@@ -162,7 +162,6 @@ def train_and_test(
     aside
         Where a long training is put aside now and then.
     """
-    keep_freed_memory()
     torch.set_num_threads(1)
     family = FAMILIES[key.model]
     if family.learner == "network":
@@ -254,6 +253,7 @@ def fit(
     aside: PutAside | None = None,
 ) -> TrainedModel:
     """Train a network on a fold, in stages where the recipe says so."""
+    keep_freed_memory()
     arrays = (learnt.values, learnt.labels, learnt.train, learnt.validation)
     if config.image_epochs and isinstance(model, CnnLstm):
         return train_in_stages(model, *arrays, config, seed)

@@ -31,7 +31,6 @@ from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import encode_all, require_support
 from afferents.pipeline.job import fit
 from afferents.pipeline.learning import LearningSet, learning_set
-from afferents.pipeline.parallel import keep_freed_memory
 from afferents.pipeline.solve import learn, model_of
 from afferents.training import Compute, Preset, load_weights, save_weights, training_config
 
@@ -128,7 +127,6 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
     torch.set_num_threads(1)
     n_classes = len(textures_of(samples))
     network = build(family.encoding, n_classes, tuple(learnt.values.shape[1:]), training.seed)
-    keep_freed_memory()
     fit(network, learnt, config, training.seed)
     return Deployed(network.cpu(), n_classes, learnt.scale).eval(), learnt
 
