@@ -36,6 +36,10 @@ KeepGoing = Annotated[
         "--keep-going", help="Skip recordings that fail, name them, and exit with code 3."
     ),
 ]
+Force = Annotated[
+    bool,
+    typer.Option("--force", help="Replace what this command wrote there before (nothing else)."),
+]
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes side by side [default: one a core].")
 ]
@@ -138,6 +142,7 @@ def inspect(
     overlay: Annotated[
         Path | None, typer.Option(help="Write the video with its markers drawn in, such as o.mp4.")
     ] = None,
+    force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -148,7 +153,8 @@ def inspect(
     name = Path(source.rpartition(":")[2].rstrip("/")).stem or "source"
     folder = out or Path(f"{name}-inspected")
     with Progress(quiet or as_json) as progress:
-        found = look(source, folder, load_sensor(sensor) if sensor else None, progress, overlay)
+        given = load_sensor(sensor) if sensor else None
+        found = look(source, folder, given, progress, overlay, force)
     _say(
         as_json,
         vars(found),
@@ -167,12 +173,13 @@ def calibrate(
     pitch_mm: Annotated[
         float | None, typer.Option(help="Distance of the markers on the skin, mm, if known.")
     ] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Find out how a sensor's markers look and what layout they form; write its sensor file."""
     from afferents.pipeline.calibrate import calibrate_sensor
 
-    said, picture = calibrate_sensor(video, out, pitch_mm)
+    said, picture = calibrate_sensor(video, out, pitch_mm, force)
     found = {"sensor": str(out), "picture": str(picture), "said": said}
     _say(as_json, found, *said, f"Sensor file: {out}", f"Picture to check: {picture}")
 
@@ -187,6 +194,7 @@ def track(
     ] = None,
     method: TrackerName = "windowed",
     workers: Workers = None,
+    force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -201,7 +209,7 @@ def track(
             follow_session(source, out, given, method, workers, progress)
         else:
             given_or_none = load_sensor(sensor) if sensor else None
-            said = follow_video(source, out, given_or_none, method, progress)
+            said = follow_video(source, out, given_or_none, method, progress, force)
     _say(as_json, {"store": str(out), "said": said}, *said, f"Store: {out}")
 
 
@@ -269,12 +277,13 @@ def drum(
     ],
     out: Annotated[Path, typer.Argument(help="STL to write, such as drum.stl.")],
     bore: Annotated[float, typer.Option(help="Diameter of the spindle's hole, mm.")] = 8.0,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write a textured drum for a 3-D printer."""
     from afferents.pipeline.drums import write_drum
 
-    path = write_drum(texture, out, bore)
+    path = write_drum(texture, out, bore, force)
     _say(as_json, {"stl": str(path)}, f"STL, in mm: {path}")
 
 
@@ -508,6 +517,7 @@ def train(
     cut: CutName = "all",
     frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
+    force: Force = False,
     device: DeviceName = "auto",
     precision: PrecisionName = "auto",
     as_json: Json = False,
@@ -528,7 +538,7 @@ def train(
             raise InputError("--frames", "a model of waves", family.name, "leave it out")
         compute = Compute(device, precision)
         training = Training(opened, family, preset, cut, how, seed, results, compute)
-        card = train_model(training, out, progress)
+        card = train_model(training, out, progress, force)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
 
 
@@ -570,12 +580,13 @@ def explain(
 def export(
     model: Annotated[Path, typer.Argument(help="Folder of a trained model.")],
     out: Annotated[Path, typer.Argument(help="File to write, such as model.onnx.")],
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write a trained model as one ONNX file that carries its card."""
     from afferents.pipeline.export import export_model
 
-    card = export_model(model, out)
+    card = export_model(model, out, force)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"ONNX: {out}")
 
 

@@ -1,49 +1,183 @@
 """Writing so that a file or folder is either whole or absent, and checksums."""
 
+import errno
 import hashlib
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
 from afferents.core.errors import InputError
+from afferents.core.owner import tagged, this_process
 
 PARTIAL_PREFIX = ".partial-"
-"""Names that start like this are unfinished work of a run that was stopped; never data."""
+"""Names that start like this are unfinished work of a run; never data."""
+ABANDONED_S = 600.0
+"""Unfinished work of another host is left alone until nothing of it has changed for so long."""
+
+_NAME_KEPT = 80
+"""Characters of a target's name that its temporary name begins with: names have an end."""
+_SYSTEM = {
+    errno.ENOSPC: "no space left on the disk",
+    errno.EDQUOT: "no space left of your quota",
+    errno.EFBIG: "a limit to the size of files",
+    errno.EACCES: "no permission",
+    errno.EPERM: "no permission",
+    errno.EROFS: "a file system that is read-only",
+    errno.EMFILE: "too many files open",
+    errno.ENAMETOOLONG: "a name that is too long",
+    errno.ENOTDIR: "a file where a folder should be",
+    errno.EIO: "a disk that fails",
+}
+"""Errors of the system while something is written, in words."""
+
+Replaceable = Callable[[Path], bool]
+"""Says of a folder that is there whether it is what is about to be written, of an earlier run."""
+
+
+def holds_only(*names: str) -> Replaceable:
+    """Return what says that a folder holds nothing but files of these names."""
+    return lambda folder: all(entry.name in names for entry in folder.iterdir())
 
 
 @contextmanager
-def write_aside(target: Path) -> Iterator[Path]:
+def write_aside(target: Path, replaces: Replaceable | None = None) -> Iterator[Path]:
     """Yield a temporary path beside `target`; rename it to `target` if the block succeeds.
 
     Works for files and folders. If the block raises, the temporary path is removed and an
-    earlier `target` is left untouched. A folder that already stands at `target` is replaced.
+    earlier `target` is left untouched.
+
+    Parameters
+    ----------
+    replaces
+        Says which folder at `target` may be replaced; without it none is. A file is replaced by
+        a file; whether a user's file may be is asked before (`outputs.require_free`).
+
+    Raises
+    ------
+    InputError
+        If something stands at `target` that is not to be replaced: a folder that holds other
+        things, a device, a link to nowhere. If the disk is full, or there is no permission.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.parent / f"{PARTIAL_PREFIX}{target.name}-{uuid4().hex[:8]}"
+    target = _followed(target)
+    _require_replaceable(target, replaces)
+    partial = target.parent / _partial_name(target.name)
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
         yield partial
-        if target.is_dir():
-            shutil.rmtree(target)
-        partial.replace(target)
-    except BaseException:
-        if partial.is_dir():
-            shutil.rmtree(partial, ignore_errors=True)
-        else:
-            partial.unlink(missing_ok=True)
+        _require_replaceable(target, replaces)
+        _rename(partial, target)
+    except BaseException as error:
+        remove(partial)
+        if isinstance(error, OSError) and _is_of_writing(error, partial):
+            raise _not_written(target, error) from error
         raise
 
 
+def _followed(target: Path) -> Path:
+    """Return where a link leads, so that it stays a link.
+
+    Raises
+    ------
+    InputError
+        If it leads nowhere, or to itself.
+    """
+    if not target.is_symlink():
+        return target
+    try:
+        return target.resolve(strict=True)
+    except (OSError, RuntimeError):
+        raise InputError(
+            target, "a name to write to", "a link that leads nowhere", "choose another name"
+        ) from None
+
+
+def _require_replaceable(target: Path, replaces: Replaceable | None) -> None:
+    try:
+        if not target.exists() or target.is_file():
+            return
+    except OSError as error:
+        raise _not_written(target, error) from error
+    if not target.is_dir():
+        found = "a device or a pipe"
+    elif replaces is not None and replaces(target):
+        return
+    else:
+        found = "a folder" if replaces is None else "a folder that holds other things"
+    raise InputError(target, "a name that is free to write to", found, "choose another name")
+
+
+def _rename(partial: Path, target: Path) -> None:
+    if target.is_dir() and partial.is_dir():
+        earlier = target.parent / _partial_name(target.name)
+        target.replace(earlier)
+        partial.replace(target)
+        remove(earlier)
+    else:
+        partial.replace(target)
+
+
+def _partial_name(name: str) -> str:
+    return f"{PARTIAL_PREFIX}{name[:_NAME_KEPT]}-{this_process().tag()}-{uuid4().hex[:8]}"
+
+
+def _is_of_writing(error: OSError, partial: Path) -> bool:
+    """Tell an error of what is written from one of a file that the block reads."""
+    return error.filename is None or str(error.filename).startswith(str(partial.parent))
+
+
+def _not_written(target: Path, error: OSError) -> InputError:
+    found = _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
+    kept = "nothing of it is left, and what was there before is untouched"
+    return InputError(
+        target, "to be written whole", f"{found} ({kept})", "make room, or choose another place"
+    )
+
+
+def remove(path: Path) -> None:
+    """Remove a file or folder, whatever of it is there."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
 def remove_partials(folder: Path) -> None:
-    """Remove what a run that was killed left unfinished anywhere below `folder`."""
+    """Remove what a run that was killed left unfinished anywhere below `folder`.
+
+    What a process that lives is writing is left alone: another host's as long as something of it
+    has changed within `ABANDONED_S`.
+    """
     for partial in sorted(folder.rglob(f"{PARTIAL_PREFIX}*")):
-        if partial.is_dir():
-            shutil.rmtree(partial, ignore_errors=True)
-        else:
-            partial.unlink(missing_ok=True)
+        if _is_abandoned(partial):
+            remove(partial)
+
+
+def _is_abandoned(partial: Path) -> bool:
+    writer = tagged(partial.name)
+    if writer is None:
+        return True
+    return not writer.is_alive if writer.is_here else unchanged_s(partial) > ABANDONED_S
+
+
+def unchanged_s(path: Path) -> float:
+    """Return how long nothing of a file or folder has changed, s; 0 if it has just gone.
+
+    By the clock of its own file system: of a network's that is another host's, minutes from this
+    one's perhaps.
+    """
+    probe = path.parent / _partial_name("clock")
+    try:
+        probe.touch()
+        now = probe.stat().st_mtime
+        return now - max(one.stat().st_mtime for one in (path, *path.rglob("*")))
+    except OSError:
+        return 0.0
+    finally:
+        probe.unlink(missing_ok=True)
 
 
 def read_json(path: Path, what: str) -> dict[str, Any]:

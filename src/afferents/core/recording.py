@@ -2,8 +2,9 @@
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -12,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from afferents.core.errors import InputError
 from afferents.core.files import checksum
 
 LETTERS = "abcdefghijklm"
@@ -145,10 +147,15 @@ class Recording:
         return self.audio.sample_rate_hz if self.audio else None
 
     @property
+    def files(self) -> tuple[Path, ...]:
+        """The files behind the recording."""
+        sources = (self.video, self.audio)
+        return tuple(source.path for source in sources if source is not None)
+
+    @property
     def checksum(self) -> str:
         """SHA-256 of the files behind the recording (reads them)."""
-        sources = (self.video, self.audio)
-        return checksum(*(source.path for source in sources if source is not None))
+        return checksum(*self.files)
 
 
 @dataclass(frozen=True)
@@ -190,6 +197,41 @@ def folder_of(letter: str) -> str:
 def spacing_mm(texture: str) -> float | None:
     """Return the bump spacing that a texture is named by, None where a word names it."""
     return float(texture) if re.fullmatch(r"\d+(\.\d+)?", texture) else None
+
+
+NEARLY = 1e-3
+"""Speeds closer than this share of one another are one speed, written in two ways."""
+
+
+def require_distinct(
+    where: Path | str, textures: Iterable[str], speeds: Iterable[tuple[str, float]]
+) -> None:
+    """Refuse one texture or one speed under two names.
+
+    Parameters
+    ----------
+    speeds
+        Each with its name.
+
+    Raises
+    ------
+    InputError
+        Naming both, such as the textures ``3`` and ``3.0``, or the speeds ``40`` and ``40.0``.
+    """
+    named: dict[tuple[float, str], str] = {}
+    for texture in sorted(set(textures)):
+        other = named.setdefault(natural_order(texture), texture)
+        if other != texture:
+            raise _one_twice(where, "texture", other, texture)
+    for (slow, one), (fast, other) in pairwise(sorted((v, name) for name, v in set(speeds))):
+        if fast - slow <= NEARLY * fast:
+            raise _one_twice(where, "speed", one, f"{other} mm/s")
+
+
+def _one_twice(where: Path | str, kind: str, one: str, other: str) -> InputError:
+    return InputError(
+        where, f"each {kind} under one name", f"{one} and {other}", "rename one as the other"
+    )
 
 
 def natural_order(texture: str) -> tuple[float, str]:

@@ -21,9 +21,12 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
+from pydantic import BaseModel, ConfigDict, Field, Json, ValidationError, field_validator
 
 from afferents.core import dims
+from afferents.core.digest import require_values
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, natural_order
 
@@ -38,6 +41,32 @@ _DIMS: dict[str, tuple[str, ...]] = {
     dims.RA1: (dims.TIME, dims.MARKER),
     dims.RA2: (dims.AUDIO_TIME, dims.CHANNEL),
 }
+
+
+_LEAST_HZ, _MOST_HZ = 1.0, 1e7
+"""Between these lies the rate of any vibration channel."""
+_FARTHEST_PX = 1e5
+"""No camera's image is so large."""
+
+
+class _Attributes(BaseModel):
+    """What the attributes of a recording must be; others may stand beside them."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+
+    name: str = Field(min_length=1)
+    texture: str = Field(min_length=1)
+    speed_mm_s: float = Field(gt=0, allow_inf_nan=False)
+    steady_s: Json[tuple[float, float] | None] = None
+    conditions: Json[dict[str, str | float | int | bool]] = Field(default_factory=dict)
+    rest_frame: int = Field(0, ge=0)
+
+    @field_validator("steady_s")
+    @classmethod
+    def _is_an_interval(cls, steady: tuple[float, float] | None) -> object:
+        if steady is not None and not 0 <= steady[0] < steady[1] < np.inf:
+            raise ValueError("start and stop, in this order, 0 or more")
+        return steady
 
 
 def label(responses: Responses, recording: Recording) -> Responses:
@@ -91,9 +120,79 @@ def check_responses(responses: Responses, where: Path | str) -> Responses:
     for name in known:
         if responses[name].dims != _DIMS[name]:
             raise InputError(where, f"{name} {_DIMS[name]}", f"{name} {responses[name].dims}")
+    _check_attributes(responses, where)
+    _check_clocks(responses, where)
+    _check_layout(responses, where)
+    return responses
+
+
+def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
+    """Return a variable, read whole, unchanged if its values are as extracted, and possible.
+
+    Raises
+    ------
+    InputError
+        If they have changed since, are infinite, or lie where nothing can be; NaN is a marker that
+        was lost, and may be anywhere but in sound.
+    """
+    require_values(response, where)
+    values = response.values
+    if values.dtype.kind != "f" or not values.size:
+        return response
+    largest = float(np.abs(values).max()) if response.name == dims.RA2 else _largest(values)
+    if not largest < np.inf:
+        n = int((~np.isfinite(values)).sum())
+        found = f"{n} that are not" if response.name == dims.RA2 else "infinite ones"
+        raise InputError(where, "values that are numbers", found, "extract the recording again")
+    if response.name == dims.POSITION and not 0 < largest < _FARTHEST_PX:
+        expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
+        raise InputError(where, expected, f"up to {largest:g}", "extract the recording again")
+    return response
+
+
+def _largest(values: np.ndarray) -> float:
+    """Return the largest magnitude among values, NaN passed over; 0 where all are NaN."""
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+
+
+def _check_attributes(responses: Responses, where: Path | str) -> None:
     for attribute in ("name", dims.TEXTURE, dims.SPEED):
         if attribute not in responses.attrs:
             raise InputError(where, f"the attribute '{attribute}'", "none")
-    if dims.RA2 in responses and dims.SAMPLE_RATE not in responses[dims.RA2].attrs:
-        raise InputError(where, f"ra2 with the attribute '{dims.SAMPLE_RATE}'", "none")
-    return responses
+    plain = {n: v.item() if isinstance(v, np.generic) else v for n, v in responses.attrs.items()}
+    try:
+        _Attributes.model_validate(plain)
+    except ValidationError as error:
+        first = error.errors()[0]
+        attribute = ".".join(map(str, first["loc"]))
+        found = f"{first['input']!r:.80} ({first['msg']})"
+        raise InputError(where, f"a valid attribute '{attribute}'", found) from error
+
+
+def _check_clocks(responses: Responses, where: Path | str) -> None:
+    """Refuse times that don't go on, and rates that no vibration has."""
+    if dims.TIME in responses.coords:
+        time_s = responses[dims.TIME].values
+        if time_s.dtype.kind != "f" or not (
+            np.isfinite(time_s).all() and (np.diff(time_s) > 0).all()
+        ):
+            raise InputError(where, "frame times in s, each after the one before", "others")
+    if dims.RA2 in responses:
+        rate = responses[dims.RA2].attrs.get(dims.SAMPLE_RATE)
+        if rate is None:
+            raise InputError(where, f"ra2 with the attribute '{dims.SAMPLE_RATE}'", "none")
+        if not (isinstance(rate, int | float) and _LEAST_HZ <= rate <= _MOST_HZ):
+            expected = f"a {dims.SAMPLE_RATE} from {_LEAST_HZ:g} to {_MOST_HZ:g} Hz"
+            raise InputError(where, expected, f"{rate!r}", "extract the recording again")
+
+
+def _check_layout(responses: Responses, where: Path | str) -> None:
+    """Refuse rows and columns that are not a grid's."""
+    if dims.ROW not in responses.coords:
+        return
+    places = np.stack([responses[name].values for name in (dims.ROW, dims.COLUMN)])
+    n = places.shape[1]
+    if places.dtype.kind not in "iu" or not ((places >= 0) & (places < max(n, 1))).all():
+        raise InputError(where, f"rows and columns from 0 to {n - 1}", "others")
+    if len(np.unique(places, axis=1).T) < n:
+        raise InputError(where, "a row and column for each marker", "two markers at one")

@@ -1,7 +1,8 @@
 """The store of extracted responses: one Zarr v3 store a session, a group a recording.
 
 A recording is written under a temporary name and renamed when whole, so a group that is there
-is complete. Plain xarray reads it: ``xarray.open_zarr("OUT.zarr", group="3/50")``.
+is complete; its digest (`core.digest`) tells one that has changed since. Plain xarray reads it:
+``xarray.open_zarr("OUT.zarr", group="3/50")``.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,13 +13,26 @@ import xarray as xr
 import zarr
 
 from afferents.core import dims
+from afferents.core.digest import require_described, require_small_values, sealed
 from afferents.core.errors import InputError
-from afferents.core.files import PARTIAL_PREFIX, read_json, require_same_config, write_aside
+from afferents.core.files import (
+    PARTIAL_PREFIX,
+    read_json,
+    require_same_config,
+    write_aside,
+    write_json,
+)
+from afferents.core.outputs import require_new_folder
 from afferents.core.recording import natural_order
 from afferents.core.responses import Responses, check_responses
 
-FORMAT, SCHEMA = "afferents responses", 1
+FORMAT, SCHEMA = "afferents responses", 2
+TRACKS = "afferents tracks"
+"""Format of a store of one video's tracks."""
 FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
+FOLLOWS = ("declared", "recordings")
+"""What of a store's configuration follows the session as it is now: a session.json may be mended
+and recordings added without another store; what was made under another declaration is made anew."""
 _ROOT = "zarr.json"
 
 
@@ -28,14 +42,34 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
     Raises
     ------
     InputError
-        If something else stands there, or a store of another configuration.
+        If something else stands there, or a store of another configuration, or of recordings
+        that are not the session's.
     """
     if (store / _ROOT).is_file():
-        require_same_config(store, "responses", store_config(store), config)
+        earlier = store_config(store)
+        lost = sorted(set(earlier.get("recordings", ())) - set(config.get("recordings", ())))
+        lost = [name for name in lost if (store / name / _ROOT).is_file()]
+        if lost:
+            found = f"responses of {', '.join(lost[:3])}, which it does not have"
+            raise InputError(store, "responses of this session", found, "choose another name")
+        require_same_config(store, "responses", _fixed(earlier), _fixed(config))
+        if earlier != config:
+            write_json(store / _ROOT, _group(_root_attributes(config)))
         return
-    if store.exists():
-        raise InputError(store, "a new store", "something else of that name", "choose another name")
-    _write_group(store, {"format": FORMAT, "schema": SCHEMA, "config": dict(config)})
+    require_no_store(store)
+    _write_group(store, _root_attributes(config))
+
+
+def require_no_store(store: Path) -> None:
+    """Refuse anything but a new or empty folder, or a store.
+
+    Raises
+    ------
+    InputError
+        If something else stands there.
+    """
+    if not (store / _ROOT).is_file():
+        require_new_folder(store, "a new store")
 
 
 def create_parents(store: Path, names: Iterable[str]) -> None:
@@ -57,22 +91,35 @@ def store_config(store: Path) -> dict[str, Any]:
         raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
     attributes = _attributes(store)
     if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
-        found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')}"
-        raise InputError(store, f"format {FORMAT!r}, schema {SCHEMA}", found, "extract again")
-    config: dict[str, Any] = attributes["config"]
+        found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')!r}"
+        do = "extract the session again, into a store of another name"
+        raise InputError(store, f"format {FORMAT!r}, schema {SCHEMA}", found, do)
+    config = attributes.get("config")
+    if not (isinstance(config, dict) and _are_names(config.get("recordings", []))):
+        raise InputError(
+            store / _ROOT, "the configuration of a store", "a damaged one", "extract again"
+        )
     return config
+
+
+def is_tracks(path: Path) -> bool:
+    """Tell whether a folder is a store of one video's tracks."""
+    try:
+        return (path / _ROOT).is_file() and _attributes(path).get("format") == TRACKS
+    except InputError:
+        return False
 
 
 def write_responses(store: Path, responses: Responses) -> None:
     """Write the responses of one recording as the group of its name, whole or not at all."""
     target = store / responses.attrs["name"]
     create_parents(store, [responses.attrs["name"]])
-    write_group(target, check_responses(responses, target))
+    write_group(target, sealed(check_responses(responses, target)))
 
 
 def write_group(target: Path, dataset: xr.Dataset) -> None:
-    """Write a dataset as a Zarr v3 group, whole or not at all."""
-    with write_aside(target) as partial:
+    """Write a dataset as a Zarr v3 group, whole or not at all; it replaces another group."""
+    with write_aside(target, replaces=_holds_arrays) as partial:
         _variable_strings(dataset).to_zarr(
             partial,
             zarr_format=3,
@@ -80,26 +127,46 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
             write_empty_chunks=True,  # so that one that is missing has been lost
             encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
+        if not (partial / _ROOT).is_file():  # somebody removed it while it was being written
+            raise InputError(target, "to be written whole", "parts of it removed meanwhile")
+        _require_all_chunks(partial)
 
 
-def has_responses(store: Path, name: str, source_checksum: str) -> bool:
-    """Tell whether the store holds this recording, from the same source files.
+def _holds_arrays(folder: Path) -> bool:
+    """Tell whether a folder is a group, whole or not: arrays and metadata, nothing else."""
+    return all(
+        entry.name == _ROOT
+        or (entry.is_dir() and {p.name for p in entry.iterdir()} <= {_ROOT, "c"})
+        for entry in folder.iterdir()
+    )
+
+
+def has_responses(store: Path, name: str, checksum: str, declared: str = "") -> bool:
+    """Tell whether the store holds this recording whole, from the same files, declared alike.
+
+    One that is broken, or was made when the session declared something else, counts as not there.
 
     Raises
     ------
     InputError
         If it holds the recording but from other files.
     """
-    if not (store / name / _ROOT).is_file():
+    try:
+        attributes = _attributes(store / name)
+    except InputError:
         return False
-    if _attributes(store / name).get("checksum") != source_checksum:
+    if attributes.get("checksum", checksum) != checksum:
         raise InputError(
             store / name,
             "responses of the recording as it is now",
             "responses of other files",
             "choose another name for the store",
         )
-    return True
+    try:
+        _open(store, store / name)
+    except InputError:
+        return False
+    return bool(attributes.get("declared", "") == declared)
 
 
 def open_responses(store: Path) -> list[Responses]:
@@ -116,21 +183,35 @@ def open_responses(store: Path) -> list[Responses]:
         for path in store.glob(f"*/*/{_ROOT}")
         if not path.parent.name.startswith(PARTIAL_PREFIX)
     )
-    opened = [_open(group) for group in groups]
+    opened = [_open(store, group) for group in groups]
     if not opened:
         raise InputError(store, "at least one recording", "none", "extract again")
     return sorted(opened, key=lambda r: (natural_order(r.attrs[dims.TEXTURE]), r.attrs[dims.SPEED]))
 
 
-def _open(group: Path) -> Responses:
+def _open(store: Path, group: Path) -> Responses:
+    for metadata in (group / _ROOT, *group.glob(f"*/{_ROOT}")):
+        read_json(metadata, "a part of a Zarr store")  # what zarr would choke on
     try:
         responses = xr.open_zarr(group, consolidated=False, chunks=None)
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            group, "responses that can be read", f"{error}", "remove the folder and extract again"
-        ) from error
-    _require_all_chunks(group)
-    return check_responses(responses, group)
+        _require_all_chunks(group)
+        checked = check_responses(responses, group)
+        require_described(checked, group)
+        require_small_values(checked, group)
+    except InputError:
+        raise
+    except _UNREADABLE as error:
+        do = "remove the folder and extract again"
+        raise InputError(group, "responses that can be read", f"{error}", do) from error
+    name = str(group.relative_to(store))
+    if checked.attrs["name"] != name:
+        found = f"those of '{checked.attrs['name']}'"
+        raise InputError(group, f"the responses of '{name}'", found, "extract again")
+    return checked
+
+
+_UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, IndexError)
+"""What xarray and Zarr raise at metadata that make no sense; which, follows no rule."""
 
 
 def _require_all_chunks(group: Path) -> None:
@@ -153,8 +234,22 @@ def _require_all_chunks(group: Path) -> None:
 
 
 def _attributes(path: Path) -> dict[str, Any]:
-    attributes: dict[str, Any] = read_json(path / _ROOT, "a Zarr group").get("attributes", {})
+    attributes = read_json(path / _ROOT, "a Zarr group").get("attributes", {})
+    if not isinstance(attributes, dict):
+        raise InputError(path / _ROOT, "a Zarr group with attributes", "others", "extract again")
     return attributes
+
+
+def _root_attributes(config: Mapping[str, Any]) -> dict[str, Any]:
+    return {"format": FORMAT, "schema": SCHEMA, "config": dict(config)}
+
+
+def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in config.items() if name not in FOLLOWS}
+
+
+def _are_names(names: object) -> bool:
+    return isinstance(names, list) and all(isinstance(name, str) for name in names)
 
 
 def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
@@ -169,6 +264,11 @@ def _encoding(variable: xr.DataArray) -> dict[str, Any]:
     whole = variable.shape
     chunks = (min(along, whole[0]), *whole[1:]) if along else whole
     return {"chunks": tuple(max(1, size) for size in chunks)}
+
+
+def _group(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the metadata of a Zarr v3 group."""
+    return {"attributes": dict(attributes), "zarr_format": 3, "node_type": "group"}
 
 
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:

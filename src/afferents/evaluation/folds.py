@@ -16,11 +16,13 @@ from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES
 from afferents.core.files import (
     PARTIAL_PREFIX,
+    holds_only,
     read_json,
     require_same_config,
     write_aside,
     write_json,
 )
+from afferents.core.lock import LOCK
 from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY, read_predictions
 from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
@@ -121,7 +123,7 @@ def save_fold(
     weights: bytes,
 ) -> None:
     """Write a fold's predictions, facts, and the content of its weights file; all or nothing."""
-    with write_aside(key.folder(results)) as partial:
+    with write_aside(key.folder(results), holds_only(FOLD, PREDICTIONS, WEIGHTS)) as partial:
         partial.mkdir()
         predictions.to_parquet(partial / PREDICTIONS, compression="zstd", index=False)
         (partial / WEIGHTS).write_bytes(weights)
@@ -154,7 +156,7 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
 def _foreign(results: Path) -> bool:
     """Say whether a folder without finished folds holds other than what a run leaves at first."""
     names = (path.name for path in results.iterdir())
-    return any(not (n in (PLAN, FOLDS) or n.startswith(PARTIAL_PREFIX)) for n in names)
+    return any(not (n in (PLAN, FOLDS, LOCK) or n.startswith(PARTIAL_PREFIX)) for n in names)
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from afferents.markers.sensor import Sensor
 
 N_FRAMES = 9
 """The picture is the median of so many frames: without noise, and without what flickers."""
+MADE_BY = "# Made by afferents calibrate; see the picture beside it."
+"""First line of a sensor file that `calibrate` writes."""
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
@@ -97,8 +99,8 @@ def _count_still(images: list[GreyImage], sensor: Sensor) -> int:
 def sensor_toml(sensor: Sensor) -> str:
     """Return a sensor file that `load_sensor` reads."""
     lines = [
+        MADE_BY,
         "# Lengths are in px of the camera image, so they hold for this image size alone.",
-        "# Made by afferents calibrate; see the picture beside it.",
         "",
     ]
     values = sensor.model_dump(exclude={"detector", "markers"}, exclude_none=True)

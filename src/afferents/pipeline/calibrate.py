@@ -6,29 +6,44 @@ import numpy as np
 
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
-from afferents.markers.calibrate import Calibration, calibrate, sensor_toml
+from afferents.core.outputs import has_mark, is_our_picture, require_free
+from afferents.markers.calibrate import MADE_BY, Calibration, calibrate, sensor_toml
 from afferents.markers.estimate import looks
 from afferents.markers.sensor import DiscDetector
 from afferents.recordings import open_video
 from afferents.report import markers_figure, save_figure
 
 
-def calibrate_sensor(video: Path, out: Path, pitch_mm: float | None) -> tuple[list[str], Path]:
+def calibrate_sensor(
+    video: Path, out: Path, pitch_mm: float | None, force: bool = False
+) -> tuple[list[str], Path]:
     """Write a sensor file and the picture beside it; return sentences and the picture's path.
+
+    Parameters
+    ----------
+    force
+        Whether those of an earlier calibration may be replaced.
 
     Raises
     ------
     InputError
-        If the clip shows no markers, or `out` is no .toml.
+        If the clip shows no markers, `out` is no .toml, or it or the picture is not free.
     """
     if out.suffix != ".toml":
         raise InputError("--out", "a name that ends in .toml", f"'{out}'")
+    picture = out.with_suffix(".png")
+    require_free(out, "a sensor file", _is_calibrated, force=force, reads=[video])
+    require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=[video])
     found = calibrate(open_video(video), out.stem, pitch_mm)
     with write_aside(out) as partial:
         partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
     seen = np.ones(len(found.position), dtype=bool)
     figure = markers_figure(found.image, found.position, seen, video.name)
-    return describe(found), save_figure(figure, out.with_suffix(".png"))
+    return describe(found), save_figure(figure, picture)
+
+
+def _is_calibrated(path: Path) -> bool:
+    return path.is_file() and has_mark(path, MADE_BY)
 
 
 def describe(found: Calibration) -> list[str]:

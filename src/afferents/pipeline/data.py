@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from afferents.core import dims
+from afferents.core.digest import DIGEST, sealed, values_digest
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.progress import Progress
+from afferents.core.recording import require_distinct
 from afferents.core.responses import Responses, conditions
 from afferents.core.store import open_responses, store_config
 from afferents.encodings import Encodings, KernelEncoding, OrderEncoding, SpectralEncoding
@@ -113,6 +116,7 @@ def open_data(
         opened = [_leave_out(data, without) for data in opened]
     if len(opened) > 1:
         opened = [_numbered(data, number) for number, data in enumerate(opened, start=1)]
+    require_one_of_each(recordings_in(opened))
     return opened
 
 
@@ -131,8 +135,8 @@ def _open(source: str, keep_going: bool, progress: Progress) -> DataSet:
             f"{len(there)} ({', '.join(missing[:5])} missing)",
             "extract again, or use --keep-going",
         )
-    checksums = [str(r.attrs.get("checksum")) for r in responses]
-    digest = hashlib.sha256(json.dumps([config, checksums]).encode()).hexdigest()
+    digests = [str(r.attrs[DIGEST]) for r in responses]
+    digest = hashlib.sha256(json.dumps([config, digests]).encode()).hexdigest()
     simulated = bool(config.get("declared", {}).get("simulated"))
     failed = dict.fromkeys(missing, "not in the store: its extraction failed or was stopped")
     return DataSet(source, "store", responses, failed, digest, simulated)
@@ -145,13 +149,43 @@ def _open_fabricslide(source: str, path: Path, keep_going: bool, progress: Progr
     recordings = session.recordings
     for recording in progress.track(recordings, "reading FabricSlide", len(recordings)):
         try:
-            responses.append(responses_of(recording))
+            responses.append(sealed(responses_of(recording)))
         except AfferentsError as error:
             if not keep_going:
                 raise
             failed[recording.name] = str(error)
     checksum = session.checksum
     return DataSet(source, "fabricslide", tuple(responses), failed, checksum, simulated=False)
+
+
+def require_one_of_each(recordings: Sequence[Responses]) -> None:
+    """Refuse a recording that is there twice, or a texture or speed under two names.
+
+    A model would be tested on what it learnt from.
+
+    Raises
+    ------
+    InputError
+        Naming two recordings of the same files or the same values, or both names.
+    """
+    seen: dict[str, str] = {}
+    for responses in recordings:
+        name = str(responses.attrs["name"])
+        for told in _what_tells(responses):
+            other = seen.setdefault(told, name)
+            if other != name:
+                raise InputError(
+                    f"recording {name}", "a recording of its own", f"a copy of {other}",
+                    "remove one from its session and extract again",
+                )  # fmt: skip
+    speeds = [(f"{v:.10g}", v) for v in (float(r.attrs[dims.SPEED]) for r in recordings)]
+    require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
+
+
+def _what_tells(responses: Responses) -> list[str]:
+    """Return what no other recording has: the checksum of its files, the digests of its arrays."""
+    arrays = [values_digest(responses, n) for n in (dims.POSITION, dims.RA2) if n in responses]
+    return [told for told in (responses.attrs.get("checksum"), *arrays) if told]
 
 
 def recordings_in(data: Sequence[DataSet]) -> list[Responses]:

@@ -35,8 +35,8 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {FAMILIES[name].title} on {store}")
         training = Training(data, FAMILIES[name], "fast", "all", ENCODINGS["store"])
-        card: Card = train_model(training, folder / name, progress)
-        export_model(folder / name, path)
+        card: Card = train_model(training, folder / name, progress, force=True)
+        export_model(folder / name, path, force=True)
         for sentence in card.said():
             progress.note(sentence)
     return exported

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from afferents.core.errors import InputError
+from afferents.core.outputs import require_free
 from afferents.core.recording import LETTERS, folder_of
-from afferents.rig import Drum, Surface, bumped_surface, read_height_map, write_stl
+from afferents.rig import Drum, Surface, bumped_surface, is_drum, read_height_map, write_stl
 
 _SAMPLES_A_BUMP = 4
 _COARSEST = 4
@@ -57,19 +58,22 @@ def height_map(text: str, drum: Drum) -> tuple[str, Surface]:
     return name, read_height_map(Path(file), *size, drum)
 
 
-def write_drum(texture: str, path: Path, bore_mm: float) -> Path:
+def write_drum(texture: str, path: Path, bore_mm: float, force: bool = False) -> Path:
     """Write a drum for a 3-D printer, at its nominal heights.
 
     Parameters
     ----------
     texture
         A letter, a bump spacing in mm, or ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
+    force
+        Whether a drum that was written there before may be replaced.
 
     Raises
     ------
     InputError
-        If there is no such drum, or the bore leaves no wall.
+        If there is no such drum, the bore leaves no wall, or `path` is not free.
     """
+    require_free(path, "a drum", is_drum, force=force)
     drum = Drum(print_sd_mm=0)
     if "=" in texture:
         write_stl(path, height_map(texture, drum)[1], drum, bore_mm, every=2)

@@ -18,7 +18,7 @@ from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
 from afferents.core.families import BEST, FAMILIES, MEMORY_FRAMES, VIBRATIONS, Encoding, Family
 from afferents.core.progress import Progress
-from afferents.core.responses import Responses, steady_s
+from afferents.core.responses import Responses, check_values, steady_s
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import (
     FRAMES,
@@ -181,19 +181,21 @@ def encode(
 
 def response_of(responses: Responses, afferent: str, encoding: WavenumberEncoding) -> xr.DataArray:
     """Return what waves are looked for in: of every so manyth frame, lost markers held."""
-    slower = responses.isel({dims.TIME: slice(None, None, encoding.every)})
+    variable = _MADE_OF.get(afferent, dims.SA1)
+    read = responses.assign({variable: _load(responses, variable)})
+    slower = read.isel({dims.TIME: slice(None, None, encoding.every)})
     return hold(_worked_out(slower, afferent))
 
 
 def _worked_out(responses: Responses, afferent: str) -> xr.DataArray:
     """Return a response of the frames that are there, from SA-I or from the markers' places."""
     if afferent == dims.SA1:
-        return _load(responses, dims.SA1)
+        return _labelled(responses[dims.SA1], responses)
     if afferent in (dims.RA1, dims.RA1_SIGNED):
-        sa1 = _load(responses, dims.SA1)
+        sa1 = _labelled(responses[dims.SA1], responses)
         change = ra1(sa1) if afferent == dims.RA1 else ra1_signed(sa1)
         return _labelled(change, responses)
-    displacement = sa1_vector(_load(responses, dims.POSITION), responses[dims.REST_POSITION])
+    displacement = sa1_vector(responses[dims.POSITION], responses[dims.REST_POSITION])
     further = {dims.RA1_VECTOR: ra1_vector, dims.RA1_CIRCUMFERENTIAL: ra1_circumferential}
     response = further[afferent](displacement) if afferent in further else displacement
     return _labelled(response, responses)
@@ -203,7 +205,9 @@ def _load(responses: Responses, variable: str) -> xr.DataArray:
     """Read a response into memory, with its own attributes and the recording's."""
     try:
         # Not `load`, which would keep what was read in the responses.
-        response = responses[variable].compute()
+        response = check_values(
+            responses[variable].compute(), f"{variable} of {responses.attrs['name']}"
+        )
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(
             f"{variable} of {responses.attrs['name']}",

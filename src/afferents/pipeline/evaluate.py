@@ -15,6 +15,7 @@ from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.families import Family
 from afferents.core.files import remove_partials
+from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
@@ -149,12 +150,14 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     _require_enough(evaluation, recordings)
     evaluation = replace(evaluation, skipped=skipped)
     check_results_folder(evaluation.out, evaluation.config)
-    remove_partials(evaluation.out)
-    jobs = planned(evaluation, able, recordings)
-    plan(evaluation.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
-    for group in _groups(evaluation, able):
-        evaluate_group(evaluation, group, recordings, progress)
-    return summarise_folder(evaluation, recordings, left_out)
+    with writing_alone(evaluation.out, "evaluate"):
+        check_results_folder(evaluation.out, evaluation.config)
+        remove_partials(evaluation.out)
+        jobs = planned(evaluation, able, recordings)
+        plan(evaluation.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
+        for group in _groups(evaluation, able):
+            evaluate_group(evaluation, group, recordings, progress)
+        return summarise_folder(evaluation, recordings, left_out)
 
 
 def _groups(evaluation: Evaluation, families: Sequence[Family]) -> list[list[Family]]:

@@ -16,6 +16,7 @@ from afferents.core.cut import Cut
 from afferents.core.errors import InputError
 from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import write_json
+from afferents.core.outputs import require_picture_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, textures_of
@@ -97,9 +98,8 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
     InputError
         If the model is none, knows none of the textures, or the data don't go with it.
     """
+    require_picture_folder(out, FACTS)
     card, deployed = load_model(model)
-    if out.is_file():
-        raise InputError(out, "a folder for the pictures", "a file", "choose another --out")
     asked = _asked(card, data, cut, progress)
     speeds = np.unique(asked.samples[dims.SPEED].values)
     unseen = not set(speeds) & set(card.learnt_from_mm_s)
@@ -121,7 +121,6 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
     with progress.task("taking parts away", 1) as mark:
         by_part = _losses(card, deployed, asked)
         mark(1)
-    out.mkdir(parents=True, exist_ok=True)
     kind = "simulated " if data.simulated else ""
     source = f"{card.of_family.title} on {kind}{Path(data.source).name}. {found.sentences[0]}"
     for name, lost in by_part.items():

@@ -9,9 +9,10 @@ import torch
 from torch import nn
 
 from afferents.core.card import METADATA, Card
-from afferents.core.errors import AfferentsError, InputError
+from afferents.core.errors import AfferentsError
 from afferents.core.extras import import_extra
 from afferents.core.files import write_aside
+from afferents.core.outputs import require_free
 from afferents.models import CnnLstm, Deployed, Stepping
 from afferents.pipeline.train_model import load_model
 
@@ -20,7 +21,7 @@ AGREES = 1e-4
 _TRIALS = 8
 
 
-def export_model(folder: Path, out: Path) -> Card:
+def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     """Write a model as ONNX, whole or not at all, once it is seen to say the same.
 
     Inputs are one sample as the encodings make it, not scaled: `image` (1, row, column) or
@@ -30,18 +31,22 @@ def export_model(folder: Path, out: Path) -> Card:
     output `next_past` to give back with the next image; before `frames` images it says nothing
     of worth.
 
+    Parameters
+    ----------
+    force
+        Whether a model that was exported there before may be replaced.
+
     Raises
     ------
     InputError
-        If the folder is no model's, or the packages that write ONNX are missing.
+        If the folder is no model's, the packages that write ONNX are missing, or `out` is not free.
     AfferentsError
         If the file does not say what the model says.
     """
     onnx = import_extra("live", "export", "onnx", "onnxscript", "onnxruntime")
+    require_free(out, "an exported model", _is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
     module, sample = _exported(card, deployed)
-    if out.is_dir():
-        raise InputError(out, "a file to write, such as model.onnx", "a folder")
     with write_aside(out) as partial:
         _write(module, sample, card, partial)
         model = onnx.load(str(partial))
@@ -49,6 +54,11 @@ def export_model(folder: Path, out: Path) -> Card:
         onnx.save(model, str(partial))
         _check(module, sample, card, partial)
     return card
+
+
+def _is_exported(path: Path) -> bool:
+    """Tell whether a file is a model that `export_model` wrote: its card stands in it as text."""
+    return path.is_file() and b'"format":"afferents model"' in path.read_bytes()
 
 
 def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Tensor, ...]]:

@@ -12,10 +12,17 @@ from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
+from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses, label
-from afferents.core.store import create_parents, create_store, has_responses, write_responses
+from afferents.core.store import (
+    create_parents,
+    create_store,
+    has_responses,
+    require_no_store,
+    write_responses,
+)
 from afferents.markers import (
     Method,
     Positions,
@@ -26,7 +33,14 @@ from afferents.markers import (
     undistorted,
 )
 from afferents.pipeline.parallel import side_by_side
-from afferents.recordings import SessionFile, check_recording, read_session, session_file
+from afferents.recordings import (
+    SessionFile,
+    check_files,
+    check_recording,
+    read_session,
+    require_own_files,
+    session_file,
+)
 
 Rest = Literal["own", "reference"]
 """Whether displacement counts from each recording's own rest frame or the reference clip's."""
@@ -53,7 +67,7 @@ class Extraction:
         return {
             "afferents": __version__,
             "session": self.session.resolve().name,
-            "declared": declared.model_dump(mode="json"),
+            "declared": declared.model_dump(mode="json", exclude={"checksums"}),
             "recordings": [recording.name for recording in session.recordings],
             "sensor": self.sensor.model_dump(mode="json"),
             "method": self.method,
@@ -80,11 +94,28 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
     session = read_session(extraction.session)
     declared = session_file(extraction.session)
     reference = _reference(session, extraction)
-    create_store(extraction.out, extraction.config(session, declared))
-    create_parents(extraction.out, [recording.name for recording in session.recordings])
-    remove_partials(extraction.out)
+    require_own_files(session)
+    require_no_store(extraction.out)
+    with writing_alone(extraction.out, "extract"):
+        create_store(extraction.out, extraction.config(session, declared))
+        create_parents(extraction.out, [recording.name for recording in session.recordings])
+        remove_partials(extraction.out)
+        return _extract_all(session, declared, reference, extraction, progress)
+
+
+def _extract_all(
+    session: Session,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+    progress: Progress,
+) -> dict[str, str]:
+    """Extract what is missing; return the recordings that failed, and why."""
     failed: dict[str, str] = {}
-    jobs = ((recording, declared, reference, extraction) for recording in session.recordings)
+    jobs = (
+        (recording, declared.of(recording.name), reference, extraction)
+        for recording in session.recordings
+    )
     outcomes = side_by_side(_try_one, jobs, extraction.workers, progress.note)
     for name, fault in progress.track(outcomes, "extracting", len(session.recordings)):
         if fault is None:
@@ -126,15 +157,21 @@ def _try_one(
     cv2.setNumThreads(1)
     try:
         check_recording(recording, declared)
-        _extract_one(recording, reference, extraction)
+        _extract_one(recording, declared, reference, extraction)
     except AfferentsError as error:
         return recording.name, str(error)
     return recording.name, None
 
 
-def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:
-    checksum = recording.checksum
-    if not has_responses(extraction.out, recording.name, checksum):
+def _extract_one(
+    recording: Recording,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+) -> None:
+    checksum = check_files(recording, declared)
+    matters = declared.model_dump_json(include={"sensor_channel", "steady_s", "direction"})
+    if not has_responses(extraction.out, recording.name, checksum, matters):
         if not extraction.vibration:
             if recording.video is None:
                 raise InputError(recording.name, "a video to track", "none")
@@ -142,7 +179,7 @@ def _extract_one(recording: Recording, reference: Positions | None, extraction: 
         found = responses_of(
             recording, extraction.sensor, extraction.method, reference, extraction.rest
         )
-        write_responses(extraction.out, found.assign_attrs(checksum=checksum))
+        write_responses(extraction.out, found.assign_attrs(checksum=checksum, declared=matters))
 
 
 def responses_of(

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from afferents.core.errors import InputError, PartialFailureError
+from afferents.core.errors import PartialFailureError
+from afferents.core.outputs import require_free
 from afferents.core.progress import Progress
-from afferents.core.store import write_group
+from afferents.core.store import TRACKS, is_tracks, write_group
 from afferents.markers import Method, Sensor, describe, recognise_sensor, track, undistorted
 from afferents.pipeline.extract import Extraction, extract, marker_responses
 from afferents.pipeline.inspect import Watched
@@ -12,7 +13,12 @@ from afferents.recordings import open_video
 
 
 def follow_video(
-    path: Path, out: Path, sensor: Sensor | None, method: Method, progress: Progress
+    path: Path,
+    out: Path,
+    sensor: Sensor | None,
+    method: Method,
+    progress: Progress,
+    force: bool = False,
 ) -> list[str]:
     """Track one video and write a Zarr store that plain xarray reads; say how that went.
 
@@ -20,22 +26,24 @@ def follow_video(
     ----------
     sensor
         None to recognise or estimate it.
+    force
+        Whether tracks that were written there before may be replaced.
 
     Raises
     ------
     InputError
-        If the video or the sensor is not what it should be, or `out` is there already.
+        If the video or the sensor is not what it should be, or `out` is not free.
     PartialFailureError
         If the video can't be decoded to its end; the store holds what came before.
     """
-    if out.exists():
-        raise InputError(out, "a new store", "one that is there already", "choose another name")
+    require_free(out, "a video's tracks", is_tracks, force=force, reads=[path])
     video = open_video(path)
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
     tracks = track(Watched(video, progress), sensor, method, keep_partial=True)
-    write_group(out, marker_responses(undistorted(tracks, sensor.lens)))
+    found = marker_responses(undistorted(tracks, sensor.lens)).assign_attrs(format=TRACKS)
+    write_group(out, found)
     if tracks.attrs["stopped"]:
         kept = f"{tracks.sizes['time']} frames before that are kept in {out}, marked as stopped"
         raise PartialFailureError(f"{tracks.attrs['stopped']}; {kept}")

@@ -11,6 +11,7 @@ import xarray as xr
 from afferents.core import dims
 from afferents.core.cut import AUDIO_S, LAST_FRAME
 from afferents.core.errors import AfferentsError, InputError
+from afferents.core.outputs import require_free, require_picture_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import Frame, GreyImage, Recording, Session
 from afferents.core.store import open_responses, store_config
@@ -28,6 +29,7 @@ from afferents.recordings import (
     video_facts,
 )
 from afferents.report import (
+    is_overlay,
     markers_figure,
     responses_figure,
     save_figure,
@@ -63,6 +65,7 @@ def inspect(
     sensor: Sensor | None,
     progress: Progress,
     overlay: Path | None = None,
+    force: bool = False,
 ) -> Inspection:
     """Look at a video, a wav file, a session, a store or ``fabricslide:PATH``.
 
@@ -74,6 +77,8 @@ def inspect(
         For a video; None to recognise or estimate it.
     overlay
         For a video; where to write it with its markers drawn in.
+    force
+        Whether an overlay that was written there before may be replaced.
 
     Raises
     ------
@@ -82,6 +87,10 @@ def inspect(
     """
     if overlay is not None and not (Path(source).is_file() and not source.endswith(".wav")):
         raise InputError("--overlay", "a video to draw markers into", f"'{source}'")
+    require_picture_folder(out)
+    if overlay is not None:
+        reads = [Path(source)]
+        require_free(overlay, "a video with its markers", is_overlay, force=force, reads=reads)
     if source.startswith("fabricslide:"):
         session = read_fabricslide(Path(source.partition(":")[2]))
         return inspect_session(source, session, out, read_vibration, progress)

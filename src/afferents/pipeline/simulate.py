@@ -15,11 +15,13 @@ from afferents.core.files import (
     require_same_config,
     write_json,
 )
+from afferents.core.lock import writing_alone
+from afferents.core.outputs import require_new_folder
 from afferents.core.progress import Progress
-from afferents.core.recording import LETTERS, natural_order
+from afferents.core.recording import LETTERS, natural_order, require_distinct
 from afferents.pipeline.drums import height_map, texture_name
 from afferents.pipeline.parallel import side_by_side
-from afferents.recordings.session import SESSION_FILE
+from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
 from afferents.rig import (
     AUDIO,
     HARD,
@@ -185,9 +187,16 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
         recordings finished before stay.
     """
     _check(simulation)
-    _claim(simulation)
-    remove_partials(simulation.session)
-    missing = [run for run in simulation.names if not (_folder(simulation, *run) / TRUTH).is_file()]
+    _require_own_session(simulation)
+    with writing_alone(simulation.session, "simulate"):
+        _claim(simulation)
+        remove_partials(simulation.session)
+        _record_missing(simulation, workers, progress)
+    return simulation.session
+
+
+def _record_missing(simulation: Simulation, workers: int | None, progress: Progress) -> None:
+    missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
     done = len(simulation.names) - len(missing)
     with progress.task("simulating", len(simulation.names)) as mark:
         mark(done)
@@ -197,19 +206,38 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
             mark(done, name)
     if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, "a session file"):
         _seal(simulation)
-    return simulation.session
+
+
+def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
+    """Tell whether a run is there with all its files; one that lost some is recorded again."""
+    folder = _folder(simulation, texture, speed_mm_s)
+    files = (folder / name for name in (VIDEO, AUDIO, TRUTH))
+    return all(path.is_file() and path.stat().st_size for path in files)
 
 
 def _check(simulation: Simulation) -> None:
     for speed in simulation.speeds_mm_s:
         if not 0 < speed <= 500:
             raise InputError("--speeds", "speeds above 0 and up to 500 mm/s", f"{speed:g}")
+    named = [(f"{speed!r}", speed) for speed in simulation.speeds_mm_s]
+    require_distinct("--speeds", simulation.textures, named)
+    for name in NOT_TEXTURES & set(simulation.textures):
+        raise InputError(
+            "--height-map", "a name that a session may have as a texture", f"'{name}'",
+            "choose another: folders of that name are passed over when a session is read",
+        )  # fmt: skip
     if simulation.seconds <= STEADY_S:
         raise InputError(
             "--seconds",
             f"more than {STEADY_S:g} (the drum runs up before that)",
             f"{simulation.seconds:g}",
         )
+
+
+def _require_own_session(simulation: Simulation) -> None:
+    """Refuse a folder that holds something else than a session begun here."""
+    if not (simulation.session / SESSION_FILE).is_file():
+        require_new_folder(simulation.session, "a new session")
 
 
 def _claim(simulation: Simulation) -> None:
@@ -222,10 +250,7 @@ def _claim(simulation: Simulation) -> None:
                 config.pop(name, None)
         require_same_config(simulation.session, "a session", earlier, now)
         return
-    if simulation.session.is_dir() and any(simulation.session.iterdir()):
-        raise InputError(
-            simulation.session, "a new or empty folder", "other files in it", "choose another place"
-        )
+    _require_own_session(simulation)
     write_json(path, simulation.config())
 
 
@@ -257,9 +282,10 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
 def _seal(simulation: Simulation) -> None:
     """Add the checksums of all recordings to session.json."""
     sums = {
-        _name(texture, speed): checksum(
-            *(_folder(simulation, texture, speed) / file for file in (VIDEO, AUDIO, TRUTH))
-        )
+        _name(texture, speed): {
+            file: checksum(_folder(simulation, texture, speed) / file)
+            for file in (VIDEO, AUDIO, TRUTH)
+        }
         for texture, speed in simulation.names
     }
     write_json(simulation.session / SESSION_FILE, {**simulation.config(), _CHECKSUMS: sums})

@@ -18,7 +18,8 @@ from afferents.core.cut import Cut
 from afferents.core.errors import InputError
 from afferents.core.evidence import Evidence
 from afferents.core.families import Family
-from afferents.core.files import write_aside
+from afferents.core.files import holds_only, write_aside
+from afferents.core.outputs import require_free
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.results import load_results
@@ -61,12 +62,17 @@ class Training:
     compute: Compute = field(default_factory=Compute)
 
 
-def train_model(training: Training, out: Path, progress: Progress) -> Card:
+def train_model(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
     """Train a model and write its folder, whole or not at all; return its card.
 
     The weights learn from all speeds but the middle one, which stops the training, sets the
     temperature, how much evidence a second of touch is, and from where on a touch is unknown:
     what a speed never learnt from needs, not what was learnt by heart.
+
+    Parameters
+    ----------
+    force
+        Whether a model that was written there before may be replaced.
 
     Raises
     ------
@@ -76,7 +82,8 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
     AfferentsError
         If the loss is no longer a number.
     """
-    _check_free(out)
+    reads = [Path(data.located.rpartition(":")[2]) for data in training.data]
+    require_free(out, "a model", _is_model, force=force, reads=reads)
     recordings = recordings_in(training.data)
     require_support([training.family], recordings, may_leave_out=False)
     if training.encodings.wavenumbers.every != 1:
@@ -108,7 +115,7 @@ def train_model(training: Training, out: Path, progress: Progress) -> Card:
         **calibration._asdict(),
         **felt_with(training.data, family, training.encodings),
     )
-    with write_aside(out) as partial:
+    with write_aside(out, replaces=_is_model) as partial:
         partial.mkdir()
         save_weights(deployed, partial / WEIGHTS)
         (partial / CARD).write_text(card.model_dump_json(indent=2) + "\n", encoding="utf-8")
@@ -169,9 +176,9 @@ def calibrate(deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samp
     )
 
 
-def _check_free(out: Path) -> None:
-    if out.exists() and not (out / CARD).is_file():
-        raise InputError(out, "a new folder, or a model's", "something else of that name")
+def _is_model(folder: Path) -> bool:
+    """Tell whether a folder is a model's, and holds nothing else."""
+    return (folder / CARD).is_file() and holds_only(CARD, WEIGHTS)(folder)
 
 
 def load_model(folder: Path) -> tuple[Card, Deployed]:

@@ -5,8 +5,10 @@ from afferents.recordings.fabricslide import TaxelFile, read_fabricslide
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.session import (
     SessionFile,
+    check_files,
     check_recording,
     read_session,
+    require_own_files,
     session_file,
 )
 from afferents.recordings.video import VideoFile, luma_of, open_video
@@ -19,12 +21,14 @@ __all__ = [
     "VideoFacts",
     "VideoFile",
     "WavFile",
+    "check_files",
     "check_recording",
     "facts",
     "luma_of",
     "open_video",
     "read_fabricslide",
     "read_session",
+    "require_own_files",
     "session_file",
     "video_facts",
 ]

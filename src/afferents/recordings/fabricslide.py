@@ -186,6 +186,8 @@ def _named_as_slides(paths: Iterable[Path]) -> list[Path]:
 def _recording(path: Path) -> Recording:
     name = _NAME.fullmatch(path.stem)
     assert name is not None
+    if int(name["speed"]) == 0:
+        raise InputError(path, "a slide faster than 0 mm/s", "V0mmps in its name")
     taxels = TaxelFile(path)
     return Recording(
         name=path.stem,

@@ -5,6 +5,7 @@ texture folders ``0 0.5 ... 6`` (bump spacing, mm), speed folders ``10 20 ... 10
 the marker reference ``throw_away.mp4`` in the first of them, ``0/10``.
 """
 
+import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,7 +14,15 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 
 from afferents.core.errors import InputError
-from afferents.core.recording import Recording, Session, Vibration, Video, natural_order
+from afferents.core.files import checksum
+from afferents.core.recording import (
+    Recording,
+    Session,
+    Vibration,
+    Video,
+    natural_order,
+    require_distinct,
+)
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import VideoFile
 
@@ -34,7 +43,7 @@ _POSITIVE = re.compile(r"\d+(\.\d+)?")
 class SessionFile(BaseModel):
     """What `session.json` declares; the defaults are the published recordings.
 
-    Other fields (sensor, versions, checksums) may stand in the file and are not looked at.
+    Other fields (sensor, versions) may stand in the file and are not looked at.
 
     Attributes
     ----------
@@ -55,6 +64,8 @@ class SessionFile(BaseModel):
         Direction in which the texture slides in the image, ``+x``, ``-x``, ``+y`` or ``-y``.
     simulated
         Whether a simulation made the recordings.
+    checksums
+        SHA-256 (hex) of files, by recording and file: ``{"3/50": {"video.mp4": ...}}``.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -69,6 +80,12 @@ class SessionFile(BaseModel):
     holes: tuple[tuple[str, float], ...] = ()
     direction: str = Field("+x", pattern=r"^[+-][xy]$")
     simulated: bool = False
+    checksums: Mapping[str, Mapping[str, str]] = Field(default_factory=dict)
+
+    def of(self, name: str) -> "SessionFile":
+        """Return what it says of one recording, light enough to be sent along with it."""
+        sums = {name: self.checksums[name]} if name in self.checksums else {}
+        return self.model_copy(update={"checksums": sums, "holes": ()})
 
     @field_validator("holes", mode="before")
     @classmethod
@@ -205,6 +222,8 @@ def _grid_order(recording: Recording) -> tuple[tuple[float, str], float]:
 
 
 def _check_grid(root: Path, recordings: Sequence[Recording], declared: SessionFile) -> None:
+    folders = {(r.source.name, r.speed_mm_s) for r in recordings}
+    require_distinct(root, (r.texture for r in recordings), folders)
     present = {(r.texture, r.speed_mm_s) for r in recordings}
     expected = {(texture, speed) for texture, _ in present for _, speed in present}
     missing = sorted(
@@ -233,6 +252,72 @@ def _check_all_or_none(root: Path, file: str, has: Mapping[str, bool]) -> None:
             "record what is missing, or move these folders away and declare them in "
             f"{SESSION_FILE} as 'holes'",
         )
+
+
+def require_own_files(session: Session) -> None:
+    """Refuse recordings that share a file: one recorded once and copied, or laid in twice.
+
+    Only files of one size are read, so that a session of any size is looked at but once.
+
+    Raises
+    ------
+    InputError
+        Naming two files of the same bytes.
+    """
+    by_size: dict[tuple[str, int], list[Path]] = {}
+    for path in (path for recording in session.recordings for path in recording.files):
+        by_size.setdefault((path.name, _size(path)), []).append(path)
+    seen: dict[str, Path] = {}
+    for paths in by_size.values():
+        for path in paths if len(paths) > 1 else ():
+            other = seen.setdefault(_checksum(path), path)
+            if other != path:
+                raise InputError(
+                    path,
+                    "a recording of its own",
+                    f"the same bytes as {other}",
+                    "remove the copy, or record what is missing",
+                )
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError as error:
+        raise InputError(path, "a readable file", f"{error.strerror}") from error
+
+
+def _checksum(path: Path) -> str:
+    try:
+        return checksum(path)
+    except OSError as error:
+        raise InputError(path, "a readable file", f"{error.strerror}") from error
+
+
+def check_files(recording: Recording, declared: SessionFile) -> str:
+    """Compare a recording's files with the checksums that its session declares.
+
+    Returns
+    -------
+    str
+        SHA-256 over those of its files: what tells these files from others.
+
+    Raises
+    ------
+    InputError
+        If a file can't be read, or is not the one that was declared.
+    """
+    expected = declared.checksums.get(recording.name, {})
+    found = {path.name: _checksum(path) for path in recording.files}
+    for path in recording.files:
+        if expected.get(path.name, found[path.name]) != found[path.name]:
+            raise InputError(
+                path,
+                f"the file whose checksum {SESSION_FILE} declares",
+                "another",
+                "bring it back, or take its checksum out if it was changed on purpose",
+            )
+    return hashlib.sha256(json.dumps(found, sort_keys=True).encode()).hexdigest()
 
 
 def check_recording(recording: Recording, declared: SessionFile) -> None:

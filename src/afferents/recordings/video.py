@@ -220,8 +220,8 @@ def _is_full_range(frame: VideoFrame) -> bool:
 def _opened(path: Path) -> InputContainer:
     if not path.is_file():
         raise InputError(path, "a video file", "no such file")
-    try:
-        container = av.open(str(path))
+    try:  # without "file:" FFmpeg takes what stands before a colon for a protocol
+        container = av.open(f"file:{path}")
     except av.FFmpegError as error:
         raise InputError(path, "a readable video", f"{error.strerror}") from error
     if not container.streams.video:
@@ -233,7 +233,11 @@ def _opened(path: Path) -> InputContainer:
 def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
     rate = stream.average_rate or stream.guessed_rate
     if not rate or not stream.width or not stream.height:
-        raise InputError(container.name, "a video with a frame rate and a size", "neither in it")
+        raise InputError(
+            container.name.removeprefix("file:"),
+            "a video with a frame rate and a size",
+            "neither in it",
+        )
     start_s = float((stream.start_time or 0) * (stream.time_base or 0))
     container_s = None if container.duration is None else container.duration / av.time_base
     return _Header(

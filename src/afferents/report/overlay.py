@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.core.files import write_aside
+from afferents.core.outputs import MARK
 from afferents.core.recording import Frame, GreyImage
 
 ENLARGED = 2
@@ -18,6 +19,7 @@ TRAIL_FRAMES = 20
 _RED, _ORANGE, _WHITE = (40, 40, 255), (0, 159, 230), (255, 255, 255)
 """Blue, green, red."""
 _TICKS_HZ = 90_000
+_COMMENT = f"{MARK}: a video with its markers drawn in"
 _SUBPIXEL_BITS = 4
 
 Colour = tuple[int, int, int]
@@ -49,8 +51,9 @@ def write_overlay(
     last = _last_seen(position)
     with (
         write_aside(path) as partial,
-        av.open(str(partial), "w", format="mp4") as container,
+        av.open(f"file:{partial}", "w", format="mp4") as container,
     ):
+        container.metadata["comment"] = _COMMENT
         stream = container.add_stream("libx264", rate=max(1, round(fps_hz)), options={"crf": "20"})
         stream.pix_fmt = "yuv420p"
         stream.time_base = stream.codec_context.time_base = Fraction(1, _TICKS_HZ)
@@ -64,6 +67,15 @@ def write_overlay(
             container.mux(stream.encode(drawn))
         container.mux(stream.encode(None))
     return path
+
+
+def is_overlay(path: Path) -> bool:
+    """Tell whether a file is a video that `write_overlay` wrote."""
+    try:
+        with av.open(f"file:{path}") as container:
+            return container.metadata.get("comment") == _COMMENT
+    except (av.FFmpegError, OSError):
+        return False
 
 
 def draw_overlay(

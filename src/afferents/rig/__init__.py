@@ -10,7 +10,7 @@ from afferents.rig.microphone import Microphone
 from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.run import Drawn, Simulated, draw, simulate
 from afferents.rig.skin import Skin
-from afferents.rig.stl import write_stl
+from afferents.rig.stl import is_drum, write_stl
 from afferents.rig.surface import (
     Drum,
     Surface,
@@ -41,6 +41,7 @@ __all__ = [
     "bumped_surface",
     "draw",
     "felt",
+    "is_drum",
     "mapped_surface",
     "project",
     "read_height_map",

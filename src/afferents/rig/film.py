@@ -37,7 +37,7 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ca
         If the disk is full.
     """
     options = dict.fromkeys(("video_track_timescale", "movie_timescale"), str(_TICKS_HZ))
-    with av.open(str(path), "w", format="mp4", options=options) as container:
+    with av.open(f"file:{path}", "w", format="mp4", options=options) as container:
         stream = container.add_stream("libx264", rate=round(camera.fps_hz), options=_OPTIONS)
         stream.width, stream.height, stream.pix_fmt = camera.width, camera.height, "yuv420p"
         stream.bit_rate = camera.bit_rate

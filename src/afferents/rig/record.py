@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
-from afferents.core.files import write_aside
+from afferents.core.files import holds_only, write_aside
 from afferents.core.recording import GreyImage
 from afferents.rig.camera import project
 from afferents.rig.config import Rig
@@ -57,7 +57,7 @@ def record(
     run = simulate(rig, texture, surface, speed_mm_s, seconds, seed)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)
-    with write_aside(folder) as partial:
+    with write_aside(folder, holds_only(VIDEO, AUDIO, TRUTH, REFERENCE)) as partial:
         partial.mkdir()
         if reference:
             still = round(REFERENCE_S * rig.camera.fps_hz)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
+from afferents.core.outputs import MARK, has_mark
 from afferents.rig.surface import Drum, Surface
 
 Ring = NDArray[np.float32]
@@ -20,6 +21,12 @@ Ring = NDArray[np.float32]
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL."""
 _LEAST_WALL_MM = 2.0
+_HEADER = f"{MARK}: a textured drum, binary STL in mm, axis along z".encode()
+
+
+def is_drum(path: Path) -> bool:
+    """Tell whether a file is a drum that `write_stl` wrote."""
+    return path.is_file() and has_mark(path, _HEADER.decode())
 
 
 def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: int = 1) -> None:
@@ -46,7 +53,7 @@ def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: i
     n_along, n_across = heights.shape
     n_rings = n_across + 4
     with write_aside(path) as partial, partial.open("wb") as file:
-        file.write(b"binary STL, mm: a textured drum, axis along z".ljust(80))
+        file.write(_HEADER.ljust(80))
         file.write(np.uint32(2 * n_along * n_rings).tobytes())
         first_mm, pitch_mm = surface.pitch_mm[1] / 2, surface.pitch_mm[1] * every
         place_mm = first_mm + pitch_mm * np.arange(n_across)

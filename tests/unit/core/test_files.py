@@ -1,6 +1,19 @@
+import errno
+import os
+import time
+
 import pytest
 
-from afferents.core.files import remove_partials, write_aside, write_json
+from afferents.core.errors import InputError
+from afferents.core.files import (
+    ABANDONED_S,
+    PARTIAL_PREFIX,
+    holds_only,
+    remove_partials,
+    write_aside,
+    write_json,
+)
+from afferents.core.owner import this_process
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path):
@@ -30,3 +43,91 @@ def test_partials_of_a_killed_run_are_removed(tmp_path):
     (tmp_path / ".partial-summary").write_text("x")
     remove_partials(tmp_path)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["3", "50"]
+
+
+def test_a_living_writers_partials_are_left_alone(tmp_path):
+    mine = this_process()
+    gone = mine._replace(started=mine.started + 1)
+    elsewhere = mine._replace(host="elsewhere")
+    for name, owner in {"mine": mine, "gone": gone, "far": elsewhere, "far-old": elsewhere}.items():
+        folder = tmp_path / f"{PARTIAL_PREFIX}{name}-{owner.tag()}-0123abcd"
+        folder.mkdir()
+        (folder / "half").write_text("x")
+        if name == "far-old":
+            for path in (folder / "half", folder):
+                os.utime(path, (time.time() - 2 * ABANDONED_S,) * 2)
+    remove_partials(tmp_path)
+    kept = {p.name.removeprefix(PARTIAL_PREFIX).rsplit("-", 3)[0] for p in tmp_path.iterdir()}
+    assert kept == {"mine", "far"}
+
+
+def test_a_folder_is_replaced_only_by_what_it_holds(tmp_path):
+    def write(**options):
+        with write_aside(tmp_path / "fold", **options) as partial:
+            partial.mkdir()
+            (partial / "fold.json").write_text("new")
+
+    write()
+    with pytest.raises(InputError, match="found a folder"):
+        write()
+    write(replaces=holds_only("fold.json"))
+    assert (tmp_path / "fold" / "fold.json").read_text() == "new"
+    (tmp_path / "fold" / "notes.txt").write_text("precious")
+    with pytest.raises(InputError, match="holds other things"):
+        write(replaces=holds_only("fold.json"))
+    assert (tmp_path / "fold" / "notes.txt").read_text() == "precious"
+    assert [p.name for p in tmp_path.iterdir()] == ["fold"]
+
+
+def test_a_file_never_replaces_a_folder_or_a_device(tmp_path):
+    (tmp_path / "d").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "nowhere").symlink_to("not/there")
+    (tmp_path / "loop").symlink_to("loop")
+    for name, found in {"d": "a folder", "pipe": "a device", "nowhere": "leads nowhere",
+                        "loop": "leads nowhere"}.items():  # fmt: skip
+        with pytest.raises(InputError, match=found):
+            write_json(tmp_path / name, {})
+    assert (tmp_path / "pipe").is_fifo()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["d", "loop", "nowhere", "pipe"]
+
+
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "real").write_text("{}")
+    (tmp_path / "link").symlink_to("real")
+    write_json(tmp_path / "link", {"a": 1})
+    assert (tmp_path / "link").is_symlink()
+    assert "1" in (tmp_path / "real").read_text()
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "no space left on the disk"),
+        (OSError(errno.EFBIG, "File too large"), "a limit to the size of files"),
+        (OSError("12 requested and 3 written"), "a write that was cut short"),
+    ],
+)
+def test_a_full_disk_is_said_with_the_files_name(tmp_path, error, sentence):
+    def write():
+        with write_aside(tmp_path / "a.stl") as partial:
+            partial.write_text("half")
+            raise error
+
+    with pytest.raises(InputError, match=rf"a\.stl: .*{sentence}.*before is untouched"):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_of_what_is_read_stays_what_it_is(tmp_path):
+    def copy():
+        with write_aside(tmp_path / "out"):
+            (tmp_path.parent / "not there").read_bytes()
+
+    with pytest.raises(FileNotFoundError):
+        copy()
+
+
+def test_long_names_have_temporary_names_that_fit(tmp_path):
+    write_json(tmp_path / ("x" * 250), {})
+    assert len([*tmp_path.iterdir()]) == 1

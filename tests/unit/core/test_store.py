@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from afferents.core.digest import sealed
 from afferents.core.errors import InputError
 from afferents.core.store import create_store, has_responses, open_responses, write_responses
 
@@ -25,7 +26,7 @@ def test_what_is_written_comes_back(tmp_path):
     create_store(store, {"session": "s"})
     written = responses()
     write_responses(store, written)
-    xr.testing.assert_identical(open_responses(store)[0].load(), written)
+    xr.testing.assert_identical(open_responses(store)[0].load(), sealed(written))
 
 
 def test_plain_xarray_reads_a_recording(tmp_path):

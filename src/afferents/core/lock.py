@@ -1,0 +1,176 @@
+"""One command at a time writes an output: a lock in its folder, with a heartbeat.
+
+The lock is a file that names its owner, and its time of change moves on while the owner lives. One
+whose process has ended is taken over at once; one of another host, where nobody here can see
+processes, when its heart has not beaten for `SILENT_S`.
+"""
+
+import fcntl
+import json
+import os
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, TextIO
+from uuid import uuid4
+
+from afferents.core.errors import InputError
+from afferents.core.files import unchanged_s
+from afferents.core.owner import Owner, this_process
+
+LOCK = ".afferents-lock"
+BEAT_S, SILENT_S = 5.0, 60.0
+
+
+@contextmanager
+def writing_alone(folder: Path, command: str, beat_s: float = BEAT_S) -> Iterator[None]:
+    """Let no other command write `folder` while the block runs; it is made if it is not there.
+
+    If nothing has been written into a folder that was made here, it is removed again.
+
+    Raises
+    ------
+    InputError
+        If another command is writing there, or the folder can't be written.
+    """
+    lock = folder / LOCK
+    token = uuid4().hex
+    made = _made(folder)
+    try:
+        _take(lock, command, token)
+    except BaseException:
+        _tidy(folder, made)
+        raise
+    ended = threading.Event()
+    heart = threading.Thread(target=_beat, args=(lock, ended, beat_s), daemon=True)
+    heart.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        heart.join()
+        if _content(lock).get("token") == token:  # not taken over while this machine slept
+            with suppress(OSError):
+                lock.unlink()
+        _tidy(folder, made)
+
+
+def is_locked(folder: Path) -> bool:
+    """Tell whether a command that is alive is writing there."""
+    lock = folder / LOCK
+    return lock.is_file() and not _is_stale(lock, _content(lock))
+
+
+def _made(folder: Path) -> bool:
+    """Make the folder; say whether it was not there."""
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        if folder.is_dir():
+            return False
+        raise InputError(
+            folder, "a folder to write", "something else of that name", "choose another name"
+        ) from None
+    except OSError as error:
+        raise _not_writable(folder, error) from error
+    return True
+
+
+def _tidy(folder: Path, made: bool) -> None:
+    if made:
+        with suppress(OSError):  # what was written stays
+            folder.rmdir()
+
+
+def _take(lock: Path, command: str, token: str) -> None:
+    """Make the lock, or take over one that is stale."""
+    mine = json.dumps(
+        {**this_process()._asdict(), "command": command, "since": time.time(), "token": token}
+    )
+    try:
+        while True:
+            try:
+                with lock.open("x", encoding="utf-8") as file:
+                    file.write(mine)
+                return
+            except FileNotFoundError:  # its folder was empty, and its maker has removed it
+                lock.parent.mkdir(parents=True, exist_ok=True)
+            except FileExistsError:
+                if _taken_over(lock, mine):
+                    return
+    except OSError as error:
+        raise _not_writable(lock.parent, error) from error
+
+
+def _taken_over(lock: Path, mine: str) -> bool:
+    """Write `mine` into a stale lock; False if it has gone meanwhile.
+
+    Two that take over at once are told apart by the system's lock on the file: the second finds
+    the first one's name in it. Renaming or removing it could hit a lock that is alive.
+    """
+    try:
+        with lock.open("r+", encoding="utf-8") as file:
+            _hold(file)
+            content = _content(lock)
+            if not _is_stale(lock, content):
+                raise _busy(lock.parent, content)
+            if not _is_same_file(file, lock):
+                return False
+            file.seek(0)
+            file.truncate()
+            file.write(mine)
+    except FileNotFoundError:
+        return False
+    return True
+
+
+def _hold(file: TextIO) -> None:
+    with suppress(OSError):  # some network file systems have no such locks
+        fcntl.flock(file, fcntl.LOCK_EX)
+
+
+def _is_same_file(file: TextIO, path: Path) -> bool:
+    with suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    return False
+
+
+def _content(lock: Path) -> dict[str, Any]:
+    """Return what a lock says; nothing where it has gone, or is being written."""
+    try:
+        content = json.loads(lock.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _is_stale(lock: Path, content: dict[str, Any]) -> bool:
+    try:
+        owner = Owner(str(content["host"]), int(content["pid"]), int(content["started"]))
+    except (KeyError, TypeError, ValueError):
+        return unchanged_s(lock) > SILENT_S
+    return not owner.is_alive if owner.is_here else unchanged_s(lock) > SILENT_S
+
+
+def _beat(lock: Path, ended: threading.Event, beat_s: float) -> None:
+    while not ended.wait(beat_s):
+        with suppress(OSError):
+            os.utime(lock)
+
+
+def _busy(folder: Path, content: dict[str, Any]) -> InputError:
+    since = content.get("since")
+    begun = time.strftime("%H:%M:%S", time.localtime(since)) if isinstance(since, float) else "?"
+    who = f"process {content.get('pid', '?')} on {content.get('host', '?')}"
+    return InputError(
+        folder,
+        "an output that no other command is writing",
+        f"'{content.get('command', '?')}' at work there since {begun} ({who})",
+        "wait until it has ended, or choose another name",
+    )
+
+
+def _not_writable(folder: Path, error: OSError) -> InputError:
+    return InputError(folder, "a folder that can be written", f"{error.strerror or error}")

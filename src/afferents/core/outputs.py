@@ -1,0 +1,131 @@
+"""Whether what a command is asked to write may be written: one rule for every output.
+
+What is there already is replaced only if it is an earlier output of the same kind and the user says
+``--force``; never what the command reads, never a folder that holds anything else, never a device.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from afferents.core.errors import InputError
+from afferents.core.lock import LOCK
+
+MARK = "afferents"
+"""What we write into every file that a user names, where its format has room for it."""
+_HEAD_BYTES = 4096
+
+Recognise = Callable[[Path], bool]
+"""Says of a file or folder that is there whether it is an earlier output of the same kind."""
+
+
+def require_free(
+    target: Path,
+    what: str,
+    is_ours: Recognise,
+    *,
+    force: bool = False,
+    reads: Sequence[Path] = (),
+) -> None:
+    """Refuse a target that must not be written, before any work is done.
+
+    Parameters
+    ----------
+    what
+        What is to be written, such as ``a drum``.
+    is_ours
+        Says whether what is there is one already.
+    force
+        Whether the user lets one be replaced.
+    reads
+        Files and folders that the command reads.
+
+    Raises
+    ------
+    InputError
+        If the target is one of these or holds one, is a device or a link to nowhere, or holds
+        something else than an earlier output of the same kind that may be replaced.
+    """
+    try:
+        _refuse_what_is_read(target, what, reads)
+        if target.is_symlink() and not target.exists():
+            raise _taken(target, what, "a link that leads nowhere")
+        if not target.exists():
+            return
+        if not (target.is_file() or target.is_dir()):
+            raise _taken(target, what, "a device or a pipe")
+        ours = is_ours(target)
+    except (OSError, RuntimeError) as error:  # a link to itself is a RuntimeError
+        found = getattr(error, "strerror", None) or "a link that leads to itself"
+        raise _taken(target, what, str(found)) from error
+    if not ours:
+        kind = "a folder" if target.is_dir() else "a file"
+        raise _taken(target, what, f"{kind} that holds something else")
+    if not force:
+        raise _taken(target, what, "an earlier one", "add --force to replace it, or ")
+
+
+def require_new_folder(folder: Path, what: str) -> None:
+    """Refuse anything but a folder that is new, or empty but for a lock.
+
+    Raises
+    ------
+    InputError
+        If something else stands there.
+    """
+    if folder.is_symlink() and not folder.exists():
+        raise _taken(folder, what, "a link that leads nowhere")
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise _taken(folder, what, "something else of that name")
+    if any(entry.name != LOCK for entry in folder.iterdir()):
+        raise _taken(folder, what, "a folder that holds something else")
+
+
+def require_picture_folder(folder: Path, *files: str) -> None:
+    """Refuse a folder for pictures that holds anything but pictures of ours, and `files` of ours.
+
+    Raises
+    ------
+    InputError
+        Naming what else it holds.
+    """
+    if folder.is_symlink() and not folder.exists():
+        raise _taken(folder, "pictures", "a link that leads nowhere")
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise _taken(folder, "pictures", "something that is no folder")
+    for entry in sorted(folder.iterdir()):
+        if not (entry.name in files or is_our_picture(entry)):
+            raise InputError(
+                folder,
+                "a new or empty folder, or one of earlier pictures, to draw into",
+                f"'{entry.name}' in it",
+                "choose another --out",
+            )
+
+
+def is_our_picture(path: Path) -> bool:
+    """Tell whether a file is a PNG of ours."""
+    return path.suffix == ".png" and path.is_file() and has_mark(path, f"Software\0{MARK}")
+
+
+def has_mark(path: Path, mark: str) -> bool:
+    """Tell whether a file's first bytes hold our mark."""
+    with path.open("rb") as file:
+        return mark.encode() in file.read(_HEAD_BYTES)
+
+
+def _refuse_what_is_read(target: Path, what: str, reads: Sequence[Path]) -> None:
+    if not target.exists():
+        return
+    place = target.resolve()
+    for source in reads:
+        read = source.resolve()
+        if place == read or place in read.parents:
+            raise _taken(target, what, "what the command reads")
+
+
+def _taken(target: Path, what: str, found: str, do: str = "") -> InputError:
+    return InputError(target, f"a name that is free, for {what}", found, f"{do}choose another name")
