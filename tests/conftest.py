@@ -112,3 +112,21 @@ def add_reference_video():
         write_video(folder / "throw_away.mp4", np.zeros(15))
 
     return add
+
+
+@pytest.fixture
+def fails(monkeypatch, capsys):
+    """Run a command line that must fail; return its sentence."""
+
+    def command(*arguments, code=2):
+        monkeypatch.setattr(sys, "argv", ["afferents", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        printed = capsys.readouterr().err
+        assert stop.value.code == code, printed
+        assert "Traceback" not in printed
+        sentences = [line for line in printed.splitlines() if line.startswith("afferents: ")]
+        assert len(sentences) == 1, printed
+        return sentences[0]
+
+    return command

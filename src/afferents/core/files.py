@@ -5,7 +5,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -65,16 +65,36 @@ def write_aside(target: Path, replaces: Replaceable | None = None) -> Iterator[P
     target = _followed(target)
     _require_replaceable(target, replaces)
     partial = target.parent / _partial_name(target.name)
+    made = [folder for folder in target.parents if not folder.exists()]
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        yield partial
-        _require_replaceable(target, replaces)
-        _rename(partial, target)
-    except BaseException as error:
+        with said_of(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            yield partial
+            _require_replaceable(target, replaces)
+            _rename(partial, target)
+    except BaseException:
         remove(partial)
-        if isinstance(error, OSError) and _is_of_writing(error, partial):
-            raise _not_written(target, error) from error
+        for folder in made:
+            with suppress(OSError):  # something else has been written there
+                folder.rmdir()
         raise
+
+
+@contextmanager
+def said_of(target: Path) -> Iterator[None]:
+    """Turn the system's errors of writing `target` into a sentence that names it.
+
+    Raises
+    ------
+    InputError
+        If the disk is full, a file may not be so large, or there is no permission.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None or str(error.filename).startswith(str(target.parent)):
+            raise _not_written(target, error) from error
+        raise  # of a file that is read meanwhile
 
 
 def _followed(target: Path) -> Path:
@@ -124,16 +144,14 @@ def _partial_name(name: str) -> str:
     return f"{PARTIAL_PREFIX}{name[:_NAME_KEPT]}-{this_process().tag()}-{uuid4().hex[:8]}"
 
 
-def _is_of_writing(error: OSError, partial: Path) -> bool:
-    """Tell an error of what is written from one of a file that the block reads."""
-    return error.filename is None or str(error.filename).startswith(str(partial.parent))
-
-
 def _not_written(target: Path, error: OSError) -> InputError:
     found = _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
     kept = "nothing of it is left, and what was there before is untouched"
     return InputError(
-        target, "to be written whole", f"{found} ({kept})", "make room, or choose another place"
+        target,
+        "room and permission to write it",
+        f"{found} ({kept})",
+        "make room, or choose another place",
     )
 
 

@@ -17,7 +17,7 @@ from typing import Any, TextIO
 from uuid import uuid4
 
 from afferents.core.errors import InputError
-from afferents.core.files import unchanged_s
+from afferents.core.files import said_of, unchanged_s
 from afferents.core.owner import Owner, this_process
 
 LOCK = ".afferents-lock"
@@ -65,16 +65,14 @@ def is_locked(folder: Path) -> bool:
 
 def _made(folder: Path) -> bool:
     """Make the folder; say whether it was not there."""
-    try:
-        folder.mkdir(parents=True)
-    except FileExistsError:
-        if folder.is_dir():
-            return False
+    if folder.is_dir():
+        return False
+    if folder.exists():
         raise InputError(
             folder, "a folder to write", "something else of that name", "choose another name"
-        ) from None
-    except OSError as error:
-        raise _not_writable(folder, error) from error
+        )
+    with said_of(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     return True
 
 
@@ -89,19 +87,33 @@ def _take(lock: Path, command: str, token: str) -> None:
     mine = json.dumps(
         {**this_process()._asdict(), "command": command, "since": time.time(), "token": token}
     )
-    try:
+    with said_of(lock):
         while True:
             try:
-                with lock.open("x", encoding="utf-8") as file:
-                    file.write(mine)
+                _write_new(lock, mine)
                 return
             except FileNotFoundError:  # its folder was empty, and its maker has removed it
                 lock.parent.mkdir(parents=True, exist_ok=True)
             except FileExistsError:
                 if _taken_over(lock, mine):
                     return
-    except OSError as error:
-        raise _not_writable(lock.parent, error) from error
+
+
+def _write_new(lock: Path, text: str) -> None:
+    """Write a lock that is not there yet; none is left if the disk is full.
+
+    Raises
+    ------
+    FileExistsError
+        If it is there.
+    """
+    file = lock.open("x", encoding="utf-8")
+    try:
+        with file:
+            file.write(text)
+    except OSError:
+        lock.unlink()
+        raise
 
 
 def _taken_over(lock: Path, mine: str) -> bool:
@@ -170,7 +182,3 @@ def _busy(folder: Path, content: dict[str, Any]) -> InputError:
         f"'{content.get('command', '?')}' at work there since {begun} ({who})",
         "wait until it has ended, or choose another name",
     )
-
-
-def _not_writable(folder: Path, error: OSError) -> InputError:
-    return InputError(folder, "a folder that can be written", f"{error.strerror or error}")

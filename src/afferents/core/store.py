@@ -5,6 +5,7 @@ is complete; its digest (`core.digest`) tells one that has changed since. Plain 
 ``xarray.open_zarr("OUT.zarr", group="3/50")``.
 """
 
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,8 @@ from afferents.core.files import (
     PARTIAL_PREFIX,
     read_json,
     require_same_config,
+    said_of,
     write_aside,
-    write_json,
 )
 from afferents.core.outputs import require_new_folder
 from afferents.core.recording import natural_order
@@ -54,7 +55,7 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
             raise InputError(store, "responses of this session", found, "choose another name")
         require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier != config:
-            write_json(store / _ROOT, _group(_root_attributes(config)))
+            _rewrite_root(store, config)
         return
     require_no_store(store)
     _write_group(store, _root_attributes(config))
@@ -128,7 +129,7 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
             encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
         if not (partial / _ROOT).is_file():  # somebody removed it while it was being written
-            raise InputError(target, "to be written whole", "parts of it removed meanwhile")
+            raise InputError(target, "to be written undisturbed", "parts of it removed meanwhile")
         _require_all_chunks(partial)
 
 
@@ -266,10 +267,14 @@ def _encoding(variable: xr.DataArray) -> dict[str, Any]:
     return {"chunks": tuple(max(1, size) for size in chunks)}
 
 
-def _group(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the metadata of a Zarr v3 group."""
-    return {"attributes": dict(attributes), "zarr_format": 3, "node_type": "group"}
+def _rewrite_root(store: Path, config: Mapping[str, Any]) -> None:
+    """Give a store another configuration, at one stroke, which Zarr does not."""
+    attributes = _root_attributes(config)
+    group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
+    with write_aside(store / _ROOT) as partial:
+        partial.write_text(json.dumps(group, indent=2), encoding="utf-8")
 
 
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
-    zarr.create_group(path, zarr_format=3, attributes=dict(attributes))
+    with said_of(path):
+        zarr.create_group(path, zarr_format=3, attributes=dict(attributes))

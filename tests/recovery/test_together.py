@@ -1,0 +1,79 @@
+"""Three commands on one output, begun 0 to 6 s apart: what one alone would have left, each time."""
+
+import random
+import subprocess
+import sys
+import time
+
+import pytest
+
+TRIALS = 20
+AT_WORK, DONE = 2, 0
+
+
+def contents(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def start(arguments, cwd):
+    line = [sys.executable, "-m", "afferents", *map(str, arguments), "--quiet"]
+    return subprocess.Popen(line, cwd=cwd, stderr=subprocess.PIPE, text=True)
+
+
+def together(arguments, cwd, rng):
+    """Run three at once; return their exit codes and what they said."""
+    running = []
+    for _ in range(3):
+        running.append(start(arguments, cwd))
+        time.sleep(rng.uniform(0, 3))
+    said = [one.communicate(timeout=300)[1] for one in running]
+    return [one.returncode for one in running], said
+
+
+def run_trials(arguments, out, folder, trials=TRIALS, ignore=()):
+    calm = folder / "calm"
+    calm.mkdir()
+    assert start(arguments, calm).wait() == DONE
+    expected = contents(calm / out)
+    rng = random.Random(0)
+    refused = 0
+    for trial in range(trials):
+        there = folder / f"{trial}"
+        there.mkdir()
+        codes, said = together(arguments, there, rng)
+        assert DONE in codes, said
+        for code, sentence in zip(codes, said, strict=True):
+            assert code in (DONE, AT_WORK), sentence
+            assert "Traceback" not in sentence
+            if code == AT_WORK:
+                refused += 1
+                assert "at work there since" in sentence
+        found = contents(there / out)
+        assert found.keys() == expected.keys()
+        differ = [p for p in expected if found[p] != expected[p] and p.name not in ignore]
+        assert not differ
+    return refused
+
+
+@pytest.mark.slow
+def test_three_that_extract_into_one_store(sounds, tmp_path):
+    assert run_trials(("extract", sounds, "s.zarr", "--workers", "2"), "s.zarr", tmp_path) > 0
+
+
+@pytest.mark.slow
+def test_three_that_simulate_one_session(tmp_path):
+    options = ("--textures", "a,g", "--speeds", "40,50", "--seconds", "2", "--workers", "2")
+    assert run_trials(("simulate", "session", *options), "session", tmp_path, trials=5) > 0
+
+
+@pytest.mark.slow
+def test_three_that_evaluate_into_one_folder(run, sounds, tmp_path):
+    assert run("extract", sounds, tmp_path / "s.zarr", "--quiet")[0] == 0
+    options = ("--out", "r", "--models", "ridge-te", "--window-s", "0.5", "--workers", "2")
+    times = ("fold.json", "summary.json")  # they hold the seconds that it took
+    command = ("evaluate", tmp_path / "s.zarr", *options)
+    assert run_trials(command, "r", tmp_path, trials=5, ignore=times) > 0
+
+
+def test_three_at_once_leave_what_one_leaves(sounds, tmp_path):
+    run_trials(("extract", sounds, "s.zarr", "--workers", "1"), "s.zarr", tmp_path, trials=1)
