@@ -7,8 +7,13 @@ import cv2
 import numpy as np
 import pytest
 import soundfile
+from hypothesis import settings
 
 from afferents import cli
+
+# A busy machine makes no property false.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 RATE_HZ, FPS, SECONDS = 8000, 90, 0.5
 STEADY_S = 0.17
@@ -40,11 +45,11 @@ def write_video(path, shifts_px, covered=()):
     return path
 
 
-def write_condition(folder, texture, speed, seconds, video):
+def write_condition(folder, texture, speed, seconds, video, repetition=0):
     """A texture pulls and shakes the skin, and sounds at texture * speed / 10 Hz."""
     folder.mkdir(parents=True)
     time = np.arange(round(RATE_HZ * seconds)) / RATE_HZ
-    rng = np.random.default_rng([texture, speed])
+    rng = np.random.default_rng([texture, speed, repetition] if repetition else [texture, speed])
     sound = 0.1 * texture * np.sin(2 * np.pi * texture * speed / 10 * time)
     sound += 0.01 * rng.normal(size=len(time))
     soundfile.write(folder / "audio.wav", np.stack([0 * sound, sound], axis=1), RATE_HZ)
@@ -60,10 +65,13 @@ def shift_px(texture, speed, n_frames):
     )
 
 
-def write_session(root, textures=(1, 2, 3), speeds=(20, 40, 60), seconds=SECONDS, video=True):
+def write_session(
+    root, textures=(1, 2, 3), speeds=(20, 40, 60), seconds=SECONDS, video=True, repetition=0
+):
     for texture in textures:
         for speed in speeds:
-            write_condition(root / str(texture) / str(speed), texture, speed, seconds, video)
+            folder = root / str(texture) / str(speed)
+            write_condition(folder, texture, speed, seconds, video, repetition)
     declared = {"sample_rate_hz": RATE_HZ, "steady_s": [STEADY_S, seconds], "simulated": True}
     (root / "session.json").write_text(json.dumps(declared))
     return root

@@ -83,20 +83,15 @@ def require_new_folder(folder: Path, what: str) -> None:
 
 
 def require_picture_folder(folder: Path, *files: str) -> None:
-    """Refuse a folder for pictures that holds anything but pictures of ours, and `files` of ours.
+    """Refuse a folder that holds anything but pictures of ours, and `files` of ours.
 
     Raises
     ------
     InputError
         Naming what else it holds.
     """
-    if folder.is_symlink() and not folder.exists():
-        raise _taken(folder, "pictures", "a link that leads nowhere")
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise _taken(folder, "pictures", "something that is no folder")
-    for entry in sorted(folder.iterdir()):
+    require_pictures_free(folder)
+    for entry in sorted(folder.iterdir()) if folder.exists() else ():
         if not (entry.name in files or is_our_picture(entry)):
             raise InputError(
                 folder,
@@ -104,6 +99,25 @@ def require_picture_folder(folder: Path, *files: str) -> None:
                 f"'{entry.name}' in it",
                 "choose another --out",
             )
+
+
+def require_pictures_free(folder: Path, *names: str) -> None:
+    """Refuse to draw into what is no folder, or over a file that is no picture of ours.
+
+    Pictures of an earlier run are replaced.
+
+    Raises
+    ------
+    InputError
+        Naming what is in the way.
+    """
+    if folder.is_symlink() and not folder.exists():
+        raise _taken(folder, "pictures", "a link that leads nowhere")
+    if folder.exists() and not folder.is_dir():
+        raise _taken(folder, "pictures", "something that is no folder")
+    for path in (folder / name for name in names):
+        if path.is_symlink() or (path.exists() and not is_our_picture(path)):
+            raise _taken(path, "a picture", "a file that holds something else")
 
 
 def is_our_picture(path: Path) -> bool:

@@ -171,9 +171,9 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
     seen: dict[str, str] = {}
     for responses in recordings:
         name = str(responses.attrs["name"])
-        for told in _what_tells(responses):
+        for variable, told in _what_tells(responses).items():
             other = seen.setdefault(told, name)
-            if other != name:
+            if other != name and not _is_silent(responses, variable):
                 raise InputError(
                     f"recording {name}", "a recording of its own", f"a copy of {other}",
                     "remove one from its session and extract again",
@@ -182,10 +182,17 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
     require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
 
 
-def _what_tells(responses: Responses) -> list[str]:
+def _what_tells(responses: Responses) -> dict[str, str]:
     """Return what no other recording has: the checksum of its files, the digests of its arrays."""
-    arrays = [values_digest(responses, n) for n in (dims.POSITION, dims.RA2) if n in responses]
-    return [told for told in (responses.attrs.get("checksum"), *arrays) if told]
+    there = [name for name in (dims.POSITION, dims.RA2) if name in responses]
+    told = {"checksum": responses.attrs.get("checksum")}
+    told |= {name: values_digest(responses, name) for name in there}
+    return {name: digest for name, digest in told.items() if digest}
+
+
+def _is_silent(responses: Responses, variable: str) -> bool:
+    """Tell whether it is sound without any: that is the same in many recordings."""
+    return variable == dims.RA2 and not responses[dims.RA2].values.any()
 
 
 def recordings_in(data: Sequence[DataSet]) -> list[Responses]:

@@ -11,7 +11,7 @@ import xarray as xr
 from afferents.core import dims
 from afferents.core.cut import AUDIO_S, LAST_FRAME
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.outputs import require_free, require_picture_folder
+from afferents.core.outputs import require_free, require_pictures_free
 from afferents.core.progress import Progress
 from afferents.core.recording import Frame, GreyImage, Recording, Session
 from afferents.core.store import open_responses, store_config
@@ -37,6 +37,7 @@ from afferents.report import (
     write_overlay,
 )
 
+MARKERS, RESPONSES, VIBRATION = "markers.png", "responses.png", "vibration.png"
 PICTURED_S = 10.0
 """Length of the vibration that is drawn, s."""
 CLIPPED = 0.999
@@ -87,7 +88,7 @@ def inspect(
     """
     if overlay is not None and not (Path(source).is_file() and not source.endswith(".wav")):
         raise InputError("--overlay", "a video to draw markers into", f"'{source}'")
-    require_picture_folder(out)
+    require_pictures_free(out, MARKERS, RESPONSES, VIBRATION)
     if overlay is not None:
         reads = [Path(source)]
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=reads)
@@ -194,8 +195,8 @@ def draw_video(image: GreyImage, tracks: xr.Dataset, name: str, out: Path) -> li
     )
     over_time = responses_figure(responses[dims.SA1], responses[dims.RA1], name)
     return [
-        save_figure(markers, out / "markers.png"),
-        save_figure(over_time, out / "responses.png"),
+        save_figure(markers, out / MARKERS),
+        save_figure(over_time, out / RESPONSES),
     ]
 
 
@@ -237,7 +238,7 @@ def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
     """Draw the first seconds of vibration and their spectrum."""
     n = round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE])
     figure = vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
-    return save_figure(figure, out / "vibration.png")
+    return save_figure(figure, out / VIBRATION)
 
 
 def read_vibration(recording: Recording) -> None:

@@ -1,3 +1,5 @@
+import errno
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -60,10 +62,10 @@ def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
     key = FoldKey("vib-te", "nested", 0, 10.0)
 
     def fail(path, content):
-        raise OSError("disk full")
+        raise OSError(errno.ENOSPC, "disk full")
 
     monkeypatch.setattr("afferents.evaluation.folds.write_json", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InputError, match="no space left on the disk"):
         save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, b"w")
     assert not finished(tmp_path, key)
     assert not [p for p in tmp_path.rglob("*") if p.is_file()]

@@ -1,9 +1,10 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data
@@ -38,11 +39,19 @@ def test_the_same_recordings_are_no_repetition(store, tmp_path):
         open_data([str(store), str(copy)])
 
 
-def test_a_session_declared_anew_is_another_store(store, sounds, tmp_path):
+def test_recordings_of_a_session_declared_anew_are_made_anew(store, sounds, tmp_path):
     changed = shutil.copytree(sounds, tmp_path / sounds.name)
     declared = json.loads((changed / "session.json").read_text())
     (changed / "session.json").write_text(json.dumps({**declared, "sensor_channel": 0}))
-    with pytest.raises(InputError, match="responses of another"):
+    before = open_data([str(store)])[0]
+    extract(extraction(changed, store), QUIET)
+    after = open_data([str(store)])[0]
+    assert after.fingerprint != before.fingerprint
+    for earlier, later in zip(before.responses, after.responses, strict=True):
+        assert not np.array_equal(earlier["ra2"], later["ra2"])  # of the other channel
+    other = json.loads((changed / "session.json").read_text()) | {"sample_rate_hz": 16000}
+    (changed / "session.json").write_text(json.dumps(other))
+    with pytest.raises(AfferentsError, match="at 16000 Hz, found 2 at 8000 Hz"):
         extract(extraction(changed, store), QUIET)
 
 

@@ -84,9 +84,10 @@ def test_an_overlay_and_tracks_are_replaced_if_asked(fails, run, clip, tmp_path)
     command = ("inspect", clip, "--out", tmp_path / "p", "--overlay", tmp_path / "o.mp4", "--quiet")
     assert run(*command)[0] == 0
     assert "add --force" in fails(*command)
-    assert run(*command, "--force")[0] == 0  # the pictures too: the folder holds nothing else
-    (tmp_path / "p" / "notes.txt").write_text("precious")
-    assert "found 'notes.txt' in it" in fails(*command, "--force")
+    assert run(*command, "--force")[0] == 0  # earlier pictures too
+    (tmp_path / "p" / "markers.png").write_bytes(b"a photograph")
+    assert "markers.png: expected a name that is free" in fails(*command, "--force")
+    assert (tmp_path / "p" / "markers.png").read_bytes() == b"a photograph"
     track = ("track", clip, tmp_path / "t.zarr", "--quiet")
     assert run(*track)[0] == 0
     assert "add --force" in fails(*track)
@@ -143,6 +144,6 @@ def test_an_exported_model_is_known_by_the_card_in_it(tmp_path):
 
 
 def test_a_picture_folder_that_leads_nowhere(precious):
-    for name in ("nowhere", "f", "d"):
-        with pytest.raises(InputError):
+    for name, found in {"nowhere": "leads nowhere", "f": "no folder", "d": "notes.txt"}.items():
+        with pytest.raises(InputError, match=found):
             require_picture_folder(precious / name)

@@ -193,6 +193,6 @@ def test_a_session_of_another_configuration_is_refused(session):
 
 def test_a_folder_with_other_files_is_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match=r"a new or empty folder, found other files"):
+    with pytest.raises(InputError, match=r"a new session, found a folder that holds something"):
         simulate(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]

@@ -115,7 +115,8 @@ def test_predictions_are_one_row_a_test_sample(sounds, tmp_path, run):
 
 
 def test_several_sessions_are_repetitions(sounds, make_session, tmp_path, run):
-    other = make_session(tmp_path / "other", speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+    speeds = (20, 30, 40, 60)
+    other = make_session(tmp_path / "other", speeds=speeds, seconds=3.0, video=False, repetition=1)
     stores = [tmp_path / "one.zarr", tmp_path / "two.zarr"]
     for root, store in zip((sounds, other), stores, strict=True):
         run("extract", root, store, "--quiet")
