@@ -679,8 +679,7 @@ def reproduce(
     quiet: Quiet = False,
 ) -> None:
     """Go the paper's whole way: simulate (unless given), extract, evaluate both ways, report."""
-    from afferents.core.files import read_json
-    from afferents.core.results import SUMMARY
+    from afferents.core.results import read_summary
     from afferents.markers import load_sensor
     from afferents.pipeline.reproduce import Reproduction
     from afferents.pipeline.reproduce import reproduce as run
@@ -689,7 +688,7 @@ def reproduce(
     wanted = Reproduction(out, session, load_sensor(sensor), preset, cut, seed, workers)
     with Progress(quiet or as_json) as progress:
         page = run(wanted, progress)
-    summary = read_json(wanted.results / SUMMARY, "the summary of an evaluation")
+    summary = read_summary(wanted.results)
     _say(as_json, summary, to_rich(table1(summary)), f"Report: {page.resolve()}")
 
 

@@ -22,14 +22,17 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import xarray as xr
+from pydantic import BaseModel
 
 from afferents.core import dims
+from afferents.core.documents import as_form, parse_json
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, natural_order
 
 Responses = xr.Dataset
 """A data set of the form above."""
 
+_AGAIN = "extract again"
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
     dims.DETECTED: (dims.TIME, dims.MARKER),
@@ -57,14 +60,27 @@ def label(responses: Responses, recording: Recording) -> Responses:
 
 def steady_s(responses: Responses) -> tuple[float, float] | None:
     """Return start and end of constant speed in s, or None where the source did not say."""
-    steady = json.loads(responses.attrs.get("steady_s", "null"))
-    return (float(steady[0]), float(steady[1])) if steady else None
+    return _declared(responses).steady_s
 
 
 def conditions(responses: Responses) -> dict[str, str | float]:
     """Return whatever else the source declared: pressure, direction, repetition."""
-    declared: dict[str, str | float] = json.loads(responses.attrs.get("conditions", "{}"))
-    return declared
+    return {**_declared(responses).conditions}
+
+
+class _Declared(BaseModel):
+    """What a source declared, which stands in the attributes as JSON."""
+
+    steady_s: tuple[float, float] | None = None
+    conditions: dict[str, str | int | float] = {}
+
+
+def _declared(responses: Responses) -> _Declared:
+    where, what = responses.attrs.get("name", "a recording"), "what 'afferents extract' declares"
+    there = {name: responses.attrs[name] for name in ("steady_s", "conditions")
+             if name in responses.attrs}  # fmt: skip
+    content = {name: parse_json(text, where, what, _AGAIN) for name, text in there.items()}
+    return as_form(content, _Declared, where, what, _AGAIN)
 
 
 def textures_of(recordings: Iterable[Responses]) -> list[str]:
