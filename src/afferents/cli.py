@@ -1,11 +1,12 @@
 """The command line: one command a stage, each a thin call of the pipeline."""
 
 import json
-import signal
 import sys
 import traceback
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -17,6 +18,8 @@ from afferents.core.errors import AfferentsError, InputError, PartialFailureErro
 from afferents.core.families import BEST, FAMILIES, TABLE1, Family, families
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
+from afferents.core.stopping import stop_on_signals
+from afferents.core.streams import flush_streams, prepare_streams
 
 app = typer.Typer(
     help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
@@ -67,44 +70,72 @@ TrackerName = Annotated[
 
 def main() -> None:
     """Run the command line; exit code 2 and one sentence for what the user can mend."""
+    stop_on_signals()
+    prepare_streams()
     debug = "--debug" in sys.argv
-    arguments = [a for a in sys.argv[1:] if a != "--debug"]
-    signal.signal(signal.SIGINT, _stop)
+    code = _run([a for a in sys.argv[1:] if a != "--debug"], debug)
+    fault = flush_streams()
+    if fault and code == 0:  # the work is done, and nobody is told
+        code = 1 if isinstance(fault, BrokenPipeError) else _ended(_no_room(fault), debug)
+    sys.exit(code)
+
+
+def _run(arguments: list[str], debug: bool) -> int:
+    """Run a command; return its exit code."""
     try:
         app(arguments, prog_name="afferents")
-    except (AfferentsError, OSError, Stopped) as error:
-        _end(error, _sentence(error), debug)
+    except Stopped as stop:
+        traceback.clear_frames(stop.__traceback__)  # whoever waits in them tidies up
+        return _ended(
+            "stopped; what is finished is kept",
+            debug,
+            stop.code if isinstance(stop.code, int) else 130,
+        )
+    except (AfferentsError, OSError) as error:
+        return _ended(_sentence(error), debug, 3 if isinstance(error, PartialFailureError) else 2)
     except (MemoryError, RuntimeError) as error:
         from afferents.training import is_out_of_memory
 
         if not is_out_of_memory(error):
             raise
-        _end(error, "out of memory; run it again with less data, or where there is more", debug)
+        return _ended("out of memory; run it again with less data, or where there is more", debug)
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(bool(end.code))
+    return 0
 
 
-def _end(error: BaseException, sentence: str, debug: bool) -> NoReturn:
-    if debug:
-        traceback.print_exc()
-    print(f"afferents: {sentence}", file=sys.stderr)  # noqa: T201
-    sys.exit(_EXIT_CODES.get(type(error), 2))
-
-
-_EXIT_CODES: dict[type[BaseException], int] = {PartialFailureError: 3, Stopped: 130}
-
-
-def _stop(*_: object) -> None:
-    raise Stopped("stopped; what is finished is kept")
+def _ended(sentence: str, debug: bool, code: int = 2) -> int:
+    """Say in one sentence why a command ended; return its exit code."""
+    with suppress(OSError):
+        if debug:
+            traceback.print_exc()
+        print(f"afferents: {sentence}", file=sys.stderr)  # noqa: T201
+    return code
 
 
 def _sentence(error: BaseException) -> str:
     """Return what the error says; the system's own errors name the file first."""
-    if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
+
+
+def _no_room(error: OSError) -> str:
+    return f"stdout: expected room for what the command says, found {error.strerror}"
 
 
 def _say(as_json: bool, content: Any, *lines: Any) -> None:
     """Print the outcome: JSON for scripts, or the lines for people."""
+    try:
+        _print(as_json, content, lines)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise  # who reads has heard enough
+    except OSError as error:
+        raise AfferentsError(_no_room(error)) from error
+
+
+def _print(as_json: bool, content: Any, lines: Iterable[Any]) -> None:
     if as_json:
         print(json.dumps(content, indent=2, default=str))  # noqa: T201
         return
@@ -690,8 +721,7 @@ def reproduce(
     quiet: Quiet = False,
 ) -> None:
     """Go the paper's whole way: simulate (unless given), extract, evaluate both ways, report."""
-    from afferents.core.files import read_json
-    from afferents.core.results import SUMMARY
+    from afferents.core.results import read_summary
     from afferents.markers import load_sensor
     from afferents.pipeline.reproduce import Reproduction
     from afferents.pipeline.reproduce import reproduce as run
@@ -700,7 +730,7 @@ def reproduce(
     wanted = Reproduction(out, session, load_sensor(sensor), preset, cut, seed, workers)
     with Progress(quiet or as_json) as progress:
         page = run(wanted, progress)
-    summary = read_json(wanted.results / SUMMARY, "the summary of an evaluation")
+    summary = read_summary(wanted.results)
     _say(as_json, summary, to_rich(table1(summary)), f"Report: {page.resolve()}")
 
 

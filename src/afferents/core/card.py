@@ -3,17 +3,28 @@
 It lies beside the weights as `model.json`, and in the metadata of an exported ONNX file.
 """
 
-from typing import Any, Literal, Self
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents.core.errors import InputError
+from afferents.core.documents import as_form, parse_json, read_json
 from afferents.core.families import FAMILIES, Family
+from afferents.core.forms import Count, Share, Shares, Source, Speed
 
 SCHEMA = 1
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 METADATA = "afferents"
 """Key of the card in an ONNX file's metadata."""
+LARGEST = 1_000_000
+"""Values of one sample: a card asks for memory before the weights that belong to it are seen."""
+
+_WHAT = "the card of a model as 'afferents train' writes it"
+_AGAIN = "train or export it again with this version"
+
+Size = Annotated[int, Field(ge=1, le=10_000)]
+"""Of a side of a sample, or frames."""
 
 
 class Score(BaseModel):
@@ -34,11 +45,11 @@ class Score(BaseModel):
 
     protocol: str
     preset: str
-    seeds: tuple[int, ...]
-    mean_accuracy: float
-    ci95: tuple[float, float]
-    worst_accuracy: float
-    worst_mm_s: float
+    seeds: tuple[Count, ...]
+    mean_accuracy: Share
+    ci95: Shares
+    worst_accuracy: Share
+    worst_mm_s: Speed
     same_data: bool
 
     def said(self) -> str:
@@ -94,8 +105,8 @@ class Card(BaseModel):
     schema_version: int = SCHEMA
     family: str
     textures: tuple[str, ...] = Field(min_length=2)
-    shape: tuple[int, ...]
-    frames: int = Field(default=1, ge=1)
+    shape: tuple[Size, ...] = Field(min_length=2, max_length=3)
+    frames: Size = 1
     scale: float = Field(gt=0)
     temperature: float = Field(default=1.0, gt=0)
     evidence_per_s: float = Field(default=1.0, gt=0)
@@ -103,13 +114,13 @@ class Card(BaseModel):
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
     spectral: dict[str, Any] | None = None
-    waves: dict[str, Any] | None = None
+    waves: dict[str, Size] | None = None
     preset: str
-    seed: int
-    learnt_from_mm_s: tuple[float, ...]
-    validated_on_mm_s: float
-    validation_accuracy: float
-    data: tuple[dict[str, Any], ...]
+    seed: Count
+    learnt_from_mm_s: tuple[Speed, ...]
+    validated_on_mm_s: Speed
+    validation_accuracy: Share
+    data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()
     versions: dict[str, str]
 
@@ -117,6 +128,10 @@ class Card(BaseModel):
     def _has_what_its_family_needs(self) -> Self:
         if self.schema_version != SCHEMA:
             raise ValueError(f"schema_version must be {SCHEMA}")
+        if prod(self.sample_shape) > LARGEST:
+            raise ValueError(f"frames and shape must make at most {LARGEST} values a sample")
+        if len(set(self.textures)) < len(self.textures):
+            raise ValueError("textures must each have a name of its own")
         known = [name for name, family in FAMILIES.items() if family.deployable]
         if self.family not in known:
             raise ValueError(f"family must be one of {', '.join(known)}")
@@ -165,7 +180,7 @@ class Card(BaseModel):
     @property
     def simulated(self) -> bool:
         """Whether it learnt from simulated recordings."""
-        return any(data.get("simulated") for data in self.data)
+        return any(data.simulated for data in self.data)
 
     def said(self) -> list[str]:
         """Return in sentences what it is and how far it has been tested."""
@@ -176,7 +191,7 @@ class Card(BaseModel):
         chosen = "weights and temperature" if is_network else "the temperature"
         return [
             f"{self.of_family.title}: {len(self.textures)} textures, learnt from "
-            f"{sum(int(data.get('n_recordings', 0)) for data in self.data)} {kind} "
+            f"{sum(data.n_recordings for data in self.data)} {kind} "
             f"at {speeds} mm/s{recipe}.",
             f"At {self.validated_on_mm_s:g} mm/s, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
@@ -185,22 +200,17 @@ class Card(BaseModel):
         ]
 
 
-def read_card(text: str, where: object) -> Card:
-    """Read a card from JSON.
+def read_card(path: Path) -> Card:
+    """Read the card of a model's folder.
 
     Raises
     ------
     InputError
         If it is none, or of another version of the package that changed its form.
     """
-    try:
-        return Card.model_validate_json(text)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        key = ".".join(str(part) for part in fault["loc"])
-        raise InputError(
-            where,
-            "the card of a model as 'afferents train' writes it",
-            f"{key + ': ' if key else ''}{fault['msg'].removeprefix('Value error, ')}",
-            "train or export it again with this version",
-        ) from error
+    return as_form(read_json(path, _WHAT, _AGAIN), Card, path, _WHAT, _AGAIN)
+
+
+def parse_card(text: str, where: object) -> Card:
+    """Read the card of an exported model from its text; see `read_card`."""
+    return as_form(parse_json(text, where, _WHAT, _AGAIN), Card, where, _WHAT, _AGAIN)

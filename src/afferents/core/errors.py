@@ -45,5 +45,15 @@ class PartialFailureError(AfferentsError):
     """Some recordings failed and were skipped because `--keep-going` was given (exit code 3)."""
 
 
-class Stopped(BaseException):
-    """The user stopped the command (exit code 130): nothing that could be skipped or named."""
+class Stopped(SystemExit):
+    """A signal stopped the command: nothing that could be skipped or named.
+
+    Parameters
+    ----------
+    number
+        Of the signal; 128 more is the exit code, as shells have it.
+    """
+
+    def __init__(self, number: int) -> None:
+        """Keep the exit code."""
+        super().__init__(128 + number)

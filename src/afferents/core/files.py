@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
+from afferents.core.documents import read_json as read_json
 from afferents.core.errors import InputError
 from afferents.core.owner import tagged, this_process
 
@@ -196,30 +197,6 @@ def unchanged_s(path: Path) -> float:
         return 0.0
     finally:
         probe.unlink(missing_ok=True)
-
-
-def read_json(path: Path, what: str) -> dict[str, Any]:
-    """Read a JSON object.
-
-    Parameters
-    ----------
-    what
-        What the file should hold, for the error.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or holds something other than an object.
-    """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(path, what, "no such file") from None
-    except ValueError as error:
-        raise InputError(path, what, f"a damaged file ({error})") from error
-    if not isinstance(content, dict):
-        raise InputError(path, what, f"a JSON {type(content).__name__}")
-    return content
 
 
 def write_json(target: Path, content: Any) -> None:

@@ -8,6 +8,8 @@ from typing import Protocol, Self, TypeVar
 from rich import progress as bars
 from rich.console import Console
 
+from afferents.core.streams import unfailing_stderr
+
 T = TypeVar("T")
 
 
@@ -29,7 +31,7 @@ class Progress:
     """
 
     def __init__(self, quiet: bool = False) -> None:
-        console = Console(stderr=True, no_color=quiet, highlight=False, soft_wrap=True)
+        console = Console(file=unfailing_stderr(), no_color=quiet, highlight=False, soft_wrap=True)
         self._bars = bars.Progress(
             bars.TextColumn("{task.description}"),
             bars.BarColumn(),

@@ -20,19 +20,22 @@ n lies at n / `ra2.attrs["sample_rate_hz"]` s.
 import json
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from pydantic import BaseModel, ConfigDict, Field, Json, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
 
 from afferents.core import dims
 from afferents.core.digest import require_values
+from afferents.core.documents import as_form
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, natural_order
 
 Responses = xr.Dataset
 """A data set of the form above."""
 
+_AGAIN = "extract again"
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
     dims.DETECTED: (dims.TIME, dims.MARKER),
@@ -43,20 +46,18 @@ _DIMS: dict[str, tuple[str, ...]] = {
 }
 
 
+_ATTRIBUTES = "the attributes of a recording"
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
 _FARTHEST_PX = 1e5
 """No camera's image is so large."""
 
 
-class _Attributes(BaseModel):
-    """What the attributes of a recording must be; others may stand beside them."""
+class _Declared(BaseModel):
+    """What a source declared of a recording, in its attributes, in part as JSON."""
 
-    model_config = ConfigDict(extra="allow", strict=True)
+    model_config = ConfigDict(extra="allow")
 
-    name: str = Field(min_length=1)
-    texture: str = Field(min_length=1)
-    speed_mm_s: float = Field(gt=0, allow_inf_nan=False)
     steady_s: Json[tuple[float, float] | None] = None
     conditions: Json[dict[str, str | float | int | bool]] = Field(default_factory=dict)
     rest_frame: int = Field(0, ge=0)
@@ -67,6 +68,14 @@ class _Attributes(BaseModel):
         if steady is not None and not 0 <= steady[0] < steady[1] < np.inf:
             raise ValueError("start and stop, in this order, 0 or more")
         return steady
+
+
+class _Attributes(_Declared):
+    """What the attributes of a recording must be; others may stand beside them."""
+
+    name: str = Field(min_length=1)
+    texture: str = Field(min_length=1)
+    speed_mm_s: float = Field(gt=0, allow_inf_nan=False)
 
 
 def label(responses: Responses, recording: Recording) -> Responses:
@@ -86,14 +95,25 @@ def label(responses: Responses, recording: Recording) -> Responses:
 
 def steady_s(responses: Responses) -> tuple[float, float] | None:
     """Return start and end of constant speed in s, or None where the source did not say."""
-    steady = json.loads(responses.attrs.get("steady_s", "null"))
-    return (float(steady[0]), float(steady[1])) if steady else None
+    return _declared(responses).steady_s
 
 
 def conditions(responses: Responses) -> dict[str, str | float]:
     """Return whatever else the source declared: pressure, direction, repetition."""
-    declared: dict[str, str | float] = json.loads(responses.attrs.get("conditions", "{}"))
-    return declared
+    return {**_declared(responses).conditions}
+
+
+def _declared(responses: Responses) -> _Declared:
+    where = responses.attrs.get("name", "a recording")
+    return as_form(_plain(responses), _Declared, where, _ATTRIBUTES, _AGAIN)
+
+
+def _plain(responses: Responses) -> dict[str, Any]:
+    """Return the attributes as a store holds them."""
+    return {
+        str(name): value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+        for name, value in responses.attrs.items()
+    }
 
 
 def textures_of(recordings: Iterable[Responses]) -> list[str]:
@@ -143,10 +163,10 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
     if not largest < np.inf:
         n = int((~np.isfinite(values)).sum())
         found = f"{n} that are not" if response.name == dims.RA2 else "infinite ones"
-        raise InputError(where, "values that are numbers", found, "extract the recording again")
+        raise InputError(where, "values that are numbers", found, _AGAIN)
     if response.name == dims.POSITION and not 0 < largest < _FARTHEST_PX:
         expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
-        raise InputError(where, expected, f"up to {largest:g}", "extract the recording again")
+        raise InputError(where, expected, f"up to {largest:g}", _AGAIN)
     return response
 
 
@@ -159,14 +179,7 @@ def _check_attributes(responses: Responses, where: Path | str) -> None:
     for attribute in ("name", dims.TEXTURE, dims.SPEED):
         if attribute not in responses.attrs:
             raise InputError(where, f"the attribute '{attribute}'", "none")
-    plain = {n: v.item() if isinstance(v, np.generic) else v for n, v in responses.attrs.items()}
-    try:
-        _Attributes.model_validate(plain)
-    except ValidationError as error:
-        first = error.errors()[0]
-        attribute = ".".join(map(str, first["loc"]))
-        found = f"{first['input']!r:.80} ({first['msg']})"
-        raise InputError(where, f"a valid attribute '{attribute}'", found) from error
+    as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
 
 
 def _check_clocks(responses: Responses, where: Path | str) -> None:
@@ -183,7 +196,7 @@ def _check_clocks(responses: Responses, where: Path | str) -> None:
             raise InputError(where, f"ra2 with the attribute '{dims.SAMPLE_RATE}'", "none")
         if not (isinstance(rate, int | float) and _LEAST_HZ <= rate <= _MOST_HZ):
             expected = f"a {dims.SAMPLE_RATE} from {_LEAST_HZ:g} to {_MOST_HZ:g} Hz"
-            raise InputError(where, expected, f"{rate!r}", "extract the recording again")
+            raise InputError(where, expected, f"{rate!r}", _AGAIN)
 
 
 def _check_layout(responses: Responses, where: Path | str) -> None:

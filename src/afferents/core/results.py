@@ -14,18 +14,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
+from pandas.api.types import is_numeric_dtype
 
+from afferents.core.documents import read_checked
 from afferents.core.errors import InputError
-from afferents.core.files import read_json
+from afferents.core.forms import SCHEMA as SCHEMA
+from afferents.core.forms import About, Config, RoughnessSummary, Summary, UnknownSummary
 
-SCHEMA = 1
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
 """What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"
 """Prefix of the predictions' probability columns, one a texture."""
+AGAIN = "evaluate again into another folder"
+
+_TEXTS = ("model", "protocol", "recording", "true_texture", "predicted_texture")
+_NUMBERS = ("seed", "held_out_speed_mm_s", "start_s", "stop_s")
+_ABOVE_ONE = 1e-5
+"""By so much a probability may exceed 1: it is rounded."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +67,42 @@ def load_results(root: Path) -> Results:
     for name in (CONFIG, SUMMARY, PREDICTIONS):
         if not (root / name).is_file():
             raise InputError(root, f"a results folder with {name}", "none", "run evaluate first")
-    config = read_json(root / CONFIG, "the configuration of an evaluation")
-    summary = read_json(root / SUMMARY, "the summary of an evaluation")
-    if summary.get("schema") != SCHEMA:
-        raise InputError(root / SUMMARY, f"schema {SCHEMA}", f"{summary.get('schema')}")
-    return Results(root, config, summary, read_predictions(root / PREDICTIONS))
+    config, summary = read_config(root), read_summary(root)
+    predictions = read_predictions(root / PREDICTIONS)
+    named = {*predictions["true_texture"], *predictions["predicted_texture"]}
+    if foreign := named - set(summary["textures"]):
+        expected = f"predictions of the textures that {SUMMARY} names"
+        raise InputError(root / PREDICTIONS, expected, f"one of '{min(foreign)}'", AGAIN)
+    return Results(root, config, summary, predictions)
+
+
+def read_config(root: Path) -> dict[str, Any]:
+    """Read what a results folder holds; see `load_results`."""
+    return read_checked(root / CONFIG, Config, "the configuration of an evaluation", AGAIN)
+
+
+def read_summary(root: Path) -> dict[str, Any]:
+    """Read the numbers of a results folder; see `load_results`."""
+    return read_checked(root / SUMMARY, Summary, "the summary of an evaluation", AGAIN)
+
+
+def texture_summaries(root: Path) -> dict[str, dict[str, Any]]:
+    """Read the summaries of a folder of `--split texture`, by question; none of any other.
+
+    Raises
+    ------
+    InputError
+        If one is damaged.
+    """
+    forms: dict[str, type[About]] = {UNKNOWN: UnknownSummary, ROUGHNESS: RoughnessSummary}
+    there = {name: root / f"{name}.json" for name in forms}
+    if not there[UNKNOWN].is_file():
+        return {}
+    return {
+        name: read_checked(path, forms[name], "the summary of an evaluation", AGAIN)
+        for name, path in there.items()
+        if path.is_file()
+    }
 
 
 def read_predictions(path: Path) -> pd.DataFrame:
@@ -71,11 +111,29 @@ def read_predictions(path: Path) -> pd.DataFrame:
     Raises
     ------
     InputError
-        If the file is missing or damaged.
+        If the file is missing, damaged, or holds another table.
     """
+    do = "remove its folder and evaluate again"
     try:
-        return pd.read_parquet(path)
-    except (OSError, pa.ArrowException) as error:
-        raise InputError(
-            path, "a table of predictions", f"{error}", "remove its folder and evaluate again"
-        ) from error
+        table = pd.read_parquet(path)
+    except (OSError, KeyError, ValueError, pa.ArrowException) as error:
+        raise InputError(path, "a table of predictions", f"{error}", do) from error
+    if fault := _fault(table):
+        raise InputError(path, "a table of predictions", fault, do)
+    return table
+
+
+def _fault(table: pd.DataFrame) -> str | None:
+    """Return what keeps a table from being one of predictions."""
+    for name in (*_TEXTS, *_NUMBERS):
+        if name not in table:
+            return f"one without the column '{name}'"
+    for name in _NUMBERS:
+        if not is_numeric_dtype(table[name]) or not np.isfinite(table[name]).all():
+            return f"one whose column '{name}' holds more than numbers"
+    for label, column in table.items():
+        if not str(label).startswith(PROBABILITY):
+            continue
+        if not is_numeric_dtype(column) or not column.between(0, 1 + _ABOVE_ONE).all():
+            return f"one whose column '{label}' holds more than probabilities"
+    return None

@@ -15,10 +15,10 @@ import zarr
 
 from afferents.core import dims
 from afferents.core.digest import require_described, require_small_values, sealed
+from afferents.core.documents import read_json
 from afferents.core.errors import InputError
 from afferents.core.files import (
     PARTIAL_PREFIX,
-    read_json,
     require_same_config,
     said_of,
     write_aside,

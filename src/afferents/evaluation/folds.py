@@ -12,24 +12,32 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.core import dims
+from afferents.core.documents import read_checked
 from afferents.core.errors import InputError
 from afferents.core.families import FAMILIES
 from afferents.core.files import (
     PARTIAL_PREFIX,
     holds_only,
-    read_json,
     require_same_config,
     write_aside,
     write_json,
 )
+from afferents.core.forms import FoldFacts
 from afferents.core.lock import LOCK
-from afferents.core.results import CONFIG, PREDICTIONS, PROBABILITY, read_predictions
+from afferents.core.results import (
+    CONFIG,
+    PREDICTIONS,
+    PROBABILITY,
+    read_config,
+    read_predictions,
+)
 from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
 from afferents.evaluation.splits import Fold
 
 FOLDS, PLAN = "folds", "plan.json"
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
+AGAIN = "remove its folder and evaluate again"
 
 
 @dataclass(frozen=True)
@@ -70,11 +78,29 @@ def finished(results: Path, key: FoldKey) -> bool:
 
 def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, speed."""
-    facts = [read_json(path, "a fold") for path in results.glob(f"folds/*/*/*/*/{FOLD}")]
-    names = FoldKey.__dataclass_fields__
-    keys = [FoldKey(**{name: fact[name] for name in names}) for fact in facts]
+    keys = [_key_of(results, path) for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
     models = list(FAMILIES)
     return sorted(keys, key=lambda k: (models.index(k.model), k.protocol, k.seed, k.held_out_mm_s))
+
+
+def read_facts(path: Path) -> dict[str, Any]:
+    """Read a fold's facts.
+
+    Raises
+    ------
+    InputError
+        If they are missing or damaged.
+    """
+    return read_checked(path, FoldFacts, "the facts of a fold", AGAIN)
+
+
+def _key_of(results: Path, path: Path) -> FoldKey:
+    """Return the key of the fold whose facts lie at `path`."""
+    facts = read_facts(path)
+    key = FoldKey(**{name: facts[name] for name in FoldKey.__dataclass_fields__})
+    if key.folder(results) != path.parent:
+        raise InputError(path, "the facts of the fold that its folder names", str(key), AGAIN)
+    return key
 
 
 def predictions_table(
@@ -133,7 +159,7 @@ def save_fold(
 def load_fold(results: Path, key: FoldKey) -> tuple[dict[str, Any], pd.DataFrame]:
     """Read a finished fold: its facts and its predictions."""
     folder = key.folder(results)
-    return read_json(folder / FOLD, "a fold"), read_predictions(folder / PREDICTIONS)
+    return read_facts(folder / FOLD), read_predictions(folder / PREDICTIONS)
 
 
 def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
@@ -145,7 +171,7 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
         If it holds something else, or the results of another configuration.
     """
     if (results / CONFIG).is_file():
-        earlier = read_json(results / CONFIG, "the configuration of an evaluation")
+        earlier = read_config(results)
         require_same_config(results, "results", _without_paths(earlier), _without_paths(config))
     elif results.exists() and (not results.is_dir() or _foreign(results)):
         raise InputError(

@@ -15,10 +15,14 @@ from pathlib import Path
 from statistics import mean
 from typing import Any, Literal
 
+from afferents.core.documents import read_checked
 from afferents.core.errors import InputError
-from afferents.core.files import read_json, write_json
+from afferents.core.files import write_json
+from afferents.core.forms import Failed, Plan, Running
 from afferents.core.results import CONFIG
-from afferents.evaluation.folds import FOLD, PLAN, FoldKey, finished
+from afferents.evaluation.folds import FOLD, PLAN, FoldKey, finished, read_facts
+
+_REMOVE = "remove it: it is only shown"
 
 State = Literal["done", "running", "failed", "stopped", "to do"]
 
@@ -54,10 +58,16 @@ def plan(results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | No
         Where they are, if not on this machine.
     """
     begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
-    earlier = read_json(results / PLAN, "a plan")["jobs"] if begun else []
-    jobs = {tuple(job.values()): job for job in [*earlier, *(asdict(key) for key in keys)]}
-    content = {"workers": workers, "cluster": cluster, "jobs": list(jobs.values())}
-    write_json(results / PLAN, content)
+    earlier = _planned(results)[0] if begun else []
+    jobs = [asdict(key) for key in dict.fromkeys([*earlier, *keys])]
+    write_json(results / PLAN, {"workers": workers, "cluster": cluster, "jobs": jobs})
+
+
+def _planned(results: Path) -> tuple[list[FoldKey], dict[str, Any]]:
+    """Return the jobs that are planned, and the whole plan."""
+    found = read_checked(results / PLAN, Plan, "a plan of trainings", _REMOVE)
+    names = FoldKey.__dataclass_fields__
+    return [FoldKey(**{name: job[name] for name in names}) for job in found["jobs"]], found
 
 
 @contextmanager
@@ -90,8 +100,7 @@ def standings(results: Path) -> list[Standing]:
     """
     if not (results / PLAN).is_file():
         raise InputError(results, "a results folder that evaluate has begun", "none")
-    jobs = read_json(results / PLAN, "a plan")["jobs"]
-    return [_standing(results, FoldKey(**job)) for job in jobs]
+    return [_standing(results, key) for key in _planned(results)[0]]
 
 
 def seconds_left(found: list[Standing], workers: int) -> float | None:
@@ -117,19 +126,19 @@ def seconds_left(found: list[Standing], workers: int) -> float | None:
 
 def planned_workers(results: Path) -> tuple[int, str | None]:
     """Return how many processes the last run had, and on which cluster, if on one."""
-    planned = read_json(results / PLAN, "a plan")
-    return int(planned["workers"]), planned.get("cluster")
+    _, planned = _planned(results)
+    return planned["workers"], planned["cluster"]
 
 
 def _standing(results: Path, key: FoldKey) -> Standing:
     if finished(results, key):
-        facts = read_json(key.folder(results) / FOLD, "a fold")
+        facts = read_facts(key.folder(results) / FOLD)
         return Standing(key, "done", facts.get("job_seconds", facts["seconds"]))
     failed, running = _mark(results, key, "failed"), _mark(results, key, "running")
     if failed.is_file():
-        return Standing(key, "failed", why=read_json(failed, "a mark")["why"])
+        return Standing(key, "failed", why=read_checked(failed, Failed, "a mark", _REMOVE)["why"])
     if running.is_file():
-        mark = read_json(running, "a mark")
+        mark = read_checked(running, Running, "a mark", _REMOVE)
         state: State = "running" if _alive(mark) else "stopped"
         return Standing(key, state, time.time() - mark["since"])
     return Standing(key, "to do")

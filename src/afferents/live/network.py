@@ -5,9 +5,10 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
-from afferents.core.card import METADATA, Card, read_card
+from afferents.core.card import METADATA, Card, parse_card
+from afferents.core.documents import as_form
 from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
 from afferents.core.families import MEMORY_FRAMES
@@ -59,7 +60,7 @@ class Network:
                 "one without",
                 "export the model again",
             )
-        self.card: Card = read_card(text, path)
+        self.card: Card = parse_card(text, path)
         self._check()
         self.skip()
 
@@ -84,7 +85,7 @@ class Network:
         encoding = self.part(WavenumberEncoding, self.card.waves, "waves")
         return Waves(encoding, MEMORY_FRAMES[self.card.of_family.afferent])
 
-    def part(self, kind: type[Part], content: object, what: str) -> Part:
+    def part(self, kind: type[Part], content: Any, what: str) -> Part:
         """Return a part of its card as what it stands for.
 
         Raises
@@ -92,11 +93,8 @@ class Network:
         InputError
             If it is of another version of the package.
         """
-        try:
-            return kind.model_validate(content)
-        except ValidationError as error:
-            wanted, found = f"a card with {what} of this version", error.errors()[0]["msg"]
-            raise InputError(self.path, wanted, found, "train the model again") from error
+        wanted = f"a card with {what} of this version"
+        return as_form(content, kind, self.path, wanted, "train the model again")
 
     def skip(self) -> None:
         """Begin a new run of images: what comes next does not follow what came before."""

@@ -1,6 +1,5 @@
 """What is known of a sensor before its video is read: layout, detector, limits."""
 
-import tomllib
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -12,10 +11,10 @@ from pydantic import (
     Field,
     PositiveFloat,
     Tag,
-    ValidationError,
     model_validator,
 )
 
+from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
 
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
@@ -217,22 +216,5 @@ def load_sensor(name_or_path: str | Path) -> Sensor:
         raise InputError(
             name_or_path, f"a sensor file, or a sensor of the package ({known})", "none"
         )
-    try:
-        return Sensor.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, "a sensor file in TOML", str(error)) from error
-    except ValidationError as error:
-        raise _first_fault(path, error) from error
-
-
-def _first_fault(path: Path, error: ValidationError) -> InputError:
-    """Say in one sentence which key is at fault and why."""
-    fault = error.errors()[0]
-    key = ".".join(str(part) for part in fault["loc"] if part not in ("blob", "disc"))
-    if fault["type"] == "extra_forbidden":
-        return InputError(path, "keys of a sensor file", f"the unknown key '{key}'")
-    if fault["type"] == "missing":
-        return InputError(path, f"the key '{key}'", "none")
-    reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    found = f"{fault['input']!r}" if not isinstance(fault["input"], dict) else "other values"
-    return InputError(path, f"{key}: {reason}" if key else reason, found)
+    what = "a sensor file in TOML"
+    return as_form(read_toml(path, what), Sensor, path, what)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.card import Card
 from afferents.core.cut import Cut
+from afferents.core.documents import as_form
 from afferents.core.errors import InputError
 from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import write_json
@@ -188,10 +189,11 @@ def _require_same_sensor(card: Card, data: DataSet, how: Encodings) -> None:
 def _encodings(card: Card) -> Encodings:
     """Return how the model's samples were made."""
     how: dict[str, Any] = {}
+    of_card = ("the model's card", "encodings of this version", "train the model again")
     if card.spectral is not None:
-        how["spectral"] = SpectralEncoding.model_validate(card.spectral)
+        how["spectral"] = as_form(card.spectral, SpectralEncoding, *of_card)
     if card.waves is not None:
-        how["wavenumbers"] = WavenumberEncoding.model_validate(card.waves)
+        how["wavenumbers"] = as_form(card.waves, WavenumberEncoding, *of_card)
     return Encodings(**how)
 
 

@@ -2,16 +2,20 @@
 
 import ctypes
 import os
+import select
+import signal
 import sys
 import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager, suppress
+from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
 import joblib
 from joblib.externals.loky import process_executor
+from joblib.externals.loky.backend import resource_tracker as loky_resource_tracker
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from afferents.core.errors import AfferentsError
@@ -86,13 +90,32 @@ def _results(
     }
     with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
-        results = pool(joblib.delayed(_numbered)(number, function, *job) for number, job in jobs)
+        calls = (joblib.delayed(_numbered)(number, function, *job) for number, job in jobs)
+        with _deaf_to_the_terminal():
+            results = pool(calls)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
                 yield result
         finally:
             with warnings.catch_warnings(action="ignore"):
                 results.close()
+
+
+@contextmanager
+def _deaf_to_the_terminal() -> Iterator[None]:
+    """Start processes inside that a Ctrl-C or a closed terminal, meant for all, does not reach.
+
+    It is for this process to stop them, and they would print what they were at.
+    """
+    meant_for_all = {signal.SIGINT, signal.SIGHUP}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, meant_for_all)
+    try:
+        for tracker in (resource_tracker, loky_resource_tracker):
+            tracker.ensure_running()  # which lets signals through again when it starts its own
+        signal.pthread_sigmask(signal.SIG_BLOCK, meant_for_all)
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _numbered(number: int, function: Callable[..., Result], *job: Any) -> tuple[int, Result]:
@@ -109,12 +132,17 @@ def _prepare(caller: int) -> None:
     process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
     keep_freed_memory()
 
-    def watch() -> None:
-        while os.getppid() == caller:
-            time.sleep(1)
-        os._exit(1)
+    threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
 
-    threading.Thread(target=watch, daemon=True).start()
+
+def _end_with(caller: int) -> None:
+    """End this process when its caller is gone."""
+    if hasattr(os, "pidfd_open"):  # Linux says so at once
+        with suppress(OSError):
+            select.select([os.pidfd_open(caller)], [], [])
+    while os.getppid() == caller:
+        time.sleep(0.2)
+    os._exit(1)
 
 
 def keep_freed_memory() -> None:

@@ -192,7 +192,7 @@ def load_model(folder: Path) -> tuple[Card, Deployed]:
     path = folder / CARD
     if not path.is_file():
         raise InputError(folder, f"a model's folder with {CARD}", "none", "run 'afferents train'")
-    card = read_card(path.read_text(encoding="utf-8"), path)
+    card = read_card(path)
     network = build(card.of_family.encoding, len(card.textures), card.sample_shape)
     deployed = Deployed(network, len(card.textures), card.scale)
     load_weights(deployed, folder / WEIGHTS)

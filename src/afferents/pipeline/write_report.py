@@ -10,12 +10,19 @@ from numpy.typing import NDArray
 
 from afferents.channels import hold
 from afferents.core import dims
+from afferents.core.documents import as_form
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.families import MEMORY_FRAMES
-from afferents.core.files import read_json, write_aside
+from afferents.core.files import write_aside
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
-from afferents.core.results import ROUGHNESS, SUMMARY, UNKNOWN, Results, load_results
+from afferents.core.results import (
+    CONFIG,
+    Results,
+    load_results,
+    read_summary,
+    texture_summaries,
+)
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encodings, SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.evaluation import reliability_of
@@ -69,15 +76,6 @@ def write_report(results_folder: Path, progress: Progress) -> Path:
     return write_page(results_folder / PAGE, results, pictures, notes)
 
 
-def texture_summaries(folder: Path) -> dict[str, dict[str, Any]]:
-    """Return the summaries of a folder of `--split texture`, by question; none of any other."""
-    return {
-        name: read_json(folder / f"{name}.json", "the summary of an evaluation")
-        for name in (UNKNOWN, ROUGHNESS)
-        if (folder / f"{UNKNOWN}.json").is_file() and (folder / f"{name}.json").is_file()
-    }
-
-
 def _write_textures(folder: Path, tables: Sequence[Table]) -> None:
     with write_aside(folder / TEXTURES) as partial:
         partial.write_text("\n".join(map(to_markdown, tables)), encoding="utf-8")
@@ -120,10 +118,7 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
         )  # fmt: skip
     if of_textures:
         return texture_tables(texture_summaries(folders[0]))[0], folders[0] / TEXTURES
-    runs = {
-        folder.resolve().name: read_json(folder / SUMMARY, "the summary of an evaluation")
-        for folder in folders
-    }
+    runs = {folder.resolve().name: read_summary(folder) for folder in folders}
     if len(runs) < len(folders):
         raise InputError("RESULTS", "folders of different names", "one name twice", "rename one")
     if len(folders) == 1:
@@ -170,7 +165,8 @@ def _spectra(
     with_vibration = [r for r in recordings if dims.RA2 in r]
     if not with_vibration:
         return None
-    how = Encodings(spectral=SpectralEncoding(**config["spectral"]))
+    spectral = as_form(config["spectral"], SpectralEncoding, CONFIG, "spectra of this version")
+    how = Encodings(spectral=spectral)
     return encode_all(with_vibration, dims.RA2, "spectral", config["cut"], how, progress)
 
 

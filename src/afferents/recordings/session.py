@@ -11,8 +11,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from afferents.core.documents import as_form, read_json
 from afferents.core.errors import InputError
 from afferents.core.files import checksum
 from afferents.core.recording import (
@@ -92,7 +93,7 @@ class SessionFile(BaseModel):
     def _textures_may_be_numbers(cls, holes: object) -> object:
         if not isinstance(holes, list | tuple):
             return holes
-        return [_named(hole) for hole in holes]
+        return tuple(_named(hole) for hole in holes)
 
     @field_validator("sensor_channel")
     @classmethod
@@ -113,7 +114,7 @@ def _named(hole: object) -> object:
     """Return ``[texture, speed]`` with the texture as a folder name."""
     if isinstance(hole, list | tuple) and len(hole) == 2:
         texture, speed = hole
-        return (f"{texture:g}" if isinstance(texture, int | float) else texture, speed)
+        return (f"{texture:g}" if type(texture) in (int, float) else texture, speed)
     return hole
 
 
@@ -126,20 +127,9 @@ def session_file(root: Path) -> SessionFile:
         If it is not JSON, or a field is not what it should be.
     """
     path = root / SESSION_FILE
-    if not path.is_file():
+    if not path.exists():
         return SessionFile()
-    try:
-        return SessionFile.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except ValidationError as error:
-        raise _bad_field(path, error) from error
-    except (ValueError, OSError) as error:
-        raise InputError(path, "JSON", f"{error}") from error
-
-
-def _bad_field(path: Path, error: ValidationError) -> InputError:
-    first = error.errors()[0]
-    field = ".".join(map(str, first["loc"])) or "session"
-    return InputError(path, f"a valid '{field}'", f"{first['input']!r} ({first['msg']})")
+    return as_form(read_json(path, "a session file"), SessionFile, path, "a session file")
 
 
 def read_session(root: Path) -> Session:

@@ -20,6 +20,31 @@ from afferents.evaluation import (
     summarise,
 )
 
+SOURCE = {
+    "source": "s",
+    "kind": "store",
+    "fingerprint": "f",
+    "n_recordings": 6,
+    "simulated": False,
+}
+CONFIG = {
+    "schema": 1,
+    "data": [SOURCE],
+    "without": {},
+    "skipped": [],
+    "cut": "all",
+    "preset": "quick",
+    "spectral": {},
+}
+ABOUT = {
+    "afferents": "0",
+    "data": [SOURCE],
+    "cut": "all",
+    "preset": "quick",
+    "speeds_mm_s": [10.0, 20.0, 30.0],
+    "chance": 0.5,
+    "skipped": [],
+}
 FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "seconds": 1.5}
 LEAKS = Leaks(0, 4, 0, 2, True)
 
@@ -40,10 +65,10 @@ def save_all(root, data, accuracy_of):
 
 def test_summary_and_predictions(tmp_path, samples):
     data = samples((10, 20, 30), n=5)
-    claim_results_folder(tmp_path, {"schema": 1})
+    claim_results_folder(tmp_path, CONFIG)
     keys = save_all(tmp_path, data, {10: 0.5, 20: 1.0, 30: 0.0})
     assert finished_keys(tmp_path) == keys
-    summarise(tmp_path, keys, ["a", "b"], {"cut": "all"})
+    summarise(tmp_path, keys, ["a", "b"], ABOUT)
     results = load_results(tmp_path)
     entry = results.summary["models"]["vib-te"]["nested"]
     assert entry["mean_accuracy"] == pytest.approx(0.5)
@@ -72,12 +97,12 @@ def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
 
 
 def test_results_of_another_configuration_are_refused(tmp_path):
-    claim_results_folder(tmp_path / "r", {"cut": "all", "data": [{"source": "s", "n": 1}]})
-    check_results_folder(tmp_path / "r", {"cut": "all", "data": [{"source": "./s", "n": 1}]})
+    claim_results_folder(tmp_path / "r", CONFIG)
+    check_results_folder(tmp_path / "r", {**CONFIG, "data": [{**SOURCE, "source": "./s"}]})
     with pytest.raises(InputError, match=r"cut published.*found results of another \(cut all\)"):
-        check_results_folder(tmp_path / "r", {"cut": "published", "data": [{"n": 1}]})
+        check_results_folder(tmp_path / "r", {**CONFIG, "cut": "published"})
     with pytest.raises(InputError, match="found results of another"):  # of who was slower
-        claim_results_folder(tmp_path / "r", {"cut": "published", "data": [{"n": 1}]})
+        claim_results_folder(tmp_path / "r", {**CONFIG, "cut": "published"})
 
 
 def test_what_a_killed_run_left_is_no_other_thing(tmp_path):
@@ -108,9 +133,9 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["config.json", "summary.json", "predictions.parquet"])
 def test_damaged_results_are_named(tmp_path, samples, name):
-    claim_results_folder(tmp_path, {"schema": 1})
+    claim_results_folder(tmp_path, CONFIG)
     keys = save_all(tmp_path, samples((10, 20, 30)), {10: 0.5, 20: 1.0, 30: 0.0})
-    summarise(tmp_path, keys, ["a", "b"], {})
+    summarise(tmp_path, keys, ["a", "b"], ABOUT)
     (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:10])
     with pytest.raises(InputError, match=name):
         load_results(tmp_path)

@@ -30,7 +30,7 @@ def test_the_card_says_what_it_learnt_from(models):
     sound = Network(models["vib-te-aug"]).card
     assert (sound.sample_rate_hz, sound.shape, sound.sensor) == (8000, (1, 200), None)
     folder = models["ra-ste"].with_suffix("")
-    assert read_card((folder / "model.json").read_text(), folder) == card
+    assert read_card(folder / "model.json") == card
 
 
 def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):

@@ -59,8 +59,12 @@ def test_recordings_too_short_for_the_published_cut(fails, sounds, tmp_path, mon
 
 
 def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
+    source = {"source": "s", "kind": "store", "fingerprint": "f", "n_recordings": 9}
+    config = {"data": [{**source, "simulated": True}], "without": {}, "skipped": [], "spectral": {}}
     (tmp_path / "r").mkdir()
-    (tmp_path / "r" / "config.json").write_text(json.dumps({"cut": "published"}))
+    (tmp_path / "r" / "config.json").write_text(
+        json.dumps({**config, "cut": "published", "preset": "quick"})
+    )
     monkeypatch.setattr(
         sys, "argv", ["afferents", "extract", str(sounds), str(tmp_path / "s.zarr")]
     )

@@ -1,5 +1,7 @@
 """What a run says of itself while it is at work."""
 
+from dataclasses import asdict
+
 from afferents.core.errors import AfferentsError
 from afferents.core.files import write_json
 from afferents.evaluation import FoldKey, at_work, plan
@@ -11,6 +13,12 @@ SHORT, LONG = (
 )
 
 
+def finish(results, key, seconds):
+    facts = {"validation_mm_s": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
+    content = {**asdict(key), **facts, "seconds": seconds}
+    write_json(key.folder(results) / "fold.json", content)
+
+
 def expected_end(results):
     return status(results).sentences[-1]
 
@@ -19,9 +27,9 @@ def test_an_expected_end_says_which_models_it_knows_nothing_of(tmp_path):
     plan(tmp_path, [*SHORT, *LONG], workers=1)
     with at_work(tmp_path, LONG[0]):
         assert "Expected end" not in expected_end(tmp_path)
-        write_json(SHORT[0].folder(tmp_path) / "fold.json", {"seconds": 9.0})
+        finish(tmp_path, SHORT[0], 9.0)
         assert "taking ra-se (none ended yet) to be like the others" in expected_end(tmp_path)
-        write_json(LONG[1].folder(tmp_path) / "fold.json", {"seconds": 900.0})
+        finish(tmp_path, LONG[1], 900.0)
         assert "Expected end" in expected_end(tmp_path)
         assert "taking" not in expected_end(tmp_path)
 

@@ -1,0 +1,309 @@
+"""What must stand in the files of a results folder for them to be read back.
+
+Each form lists what the code goes by and the range that it may have; what else stands in a file
+(docs/results-format.md) is let be. Written by `evaluate`, read by `report`, `status`, `train`, and
+by `evaluate` itself when it goes on.
+"""
+
+from itertools import chain
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from afferents.core.cut import Cut
+from afferents.core.families import FAMILIES
+from afferents.core.protocol import ProtocolName
+
+SCHEMA = 1
+
+
+def _family(name: str) -> str:
+    if name not in FAMILIES:
+        raise ValueError(f"one of {', '.join(FAMILIES)}")
+    return name
+
+
+def _counted(value: Any) -> Any:
+    if not isinstance(value, int) or value < 0:
+        raise ValueError("a count, true or false")
+    return value
+
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=0)]
+Amount = Annotated[float, Field(ge=0)]
+Speed = Annotated[float, Field(gt=0)]
+Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
+"""A speed or a spacing as the key of a table: ``10``, ``12.5``."""
+Shares = tuple[Share, Share]
+Difference = Annotated[float, Field(ge=-1, le=1)]
+FamilyName = Annotated[str, AfterValidator(_family)]
+Counted = Annotated[Any, AfterValidator(_counted)]
+
+
+class Form(BaseModel):
+    """Base of all forms: other keys may stand beside those that are listed."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class Source(Form):
+    """Data that were learnt from: `DataSet.describe`."""
+
+    source: str
+    kind: Literal["store", "fabricslide"]
+    fingerprint: str
+    n_recordings: Count
+    simulated: bool
+
+
+class Used(Form):
+    """What of the data was used: `Ablation`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    textures: tuple[str, ...] = ()
+    speeds_mm_s: tuple[Speed, ...] = ()
+    markers: Share = 1.0
+    train_speeds: Annotated[int, Field(ge=1)] | None = None
+    test_only: tuple[str, str] | None = None
+
+
+class Config(Form):
+    """`config.json`: what must agree for folds to stand in one folder."""
+
+    data: tuple[Source, ...] = Field(min_length=1)
+    without: dict[str, str]
+    skipped: tuple[str, ...]
+    cut: Cut
+    preset: str
+    spectral: dict[str, Any]
+    ablation: Used = Used()
+
+
+class Job(Form):
+    """Which fold a training is of: `FoldKey`."""
+
+    model: FamilyName
+    protocol: ProtocolName
+    seed: Count
+    held_out_mm_s: Speed
+
+
+class Plan(Form):
+    """`plan.json`: what is to be done."""
+
+    workers: int = Field(ge=1)
+    cluster: str | None
+    jobs: tuple[Job, ...]
+
+
+class Running(Form):
+    """``<speed>.running``: which process is at work."""
+
+    host: str
+    pid: int = Field(ge=1, lt=1 << 31)
+    since: Amount
+
+
+class Failed(Form):
+    """``<speed>.failed``: why a training could not be done."""
+
+    why: str
+
+
+class FoldFacts(Job):
+    """`fold.json`: a finished fold."""
+
+    seconds: Amount
+    job_seconds: Amount | None = None
+    validation_mm_s: Speed
+    validation_accuracy: Share
+    epochs: Count
+    leaks: dict[str, Counted]
+
+
+class Accuracies(Form):
+    """Of samples or whole recordings, at some held-out speeds."""
+
+    mean_accuracy: Share
+    ci95: Shares | None = None
+    by_speed: dict[Key, Share | None]
+    worst_speed: str
+
+    @model_validator(mode="after")
+    def _worst_is_one_of_them(self) -> Self:
+        if self.by_speed.get(self.worst_speed) is None:
+            raise ValueError("worst_speed must be one of by_speed")
+        return self
+
+
+class Touches(Accuracies):
+    """The same, and of the speeds that lie between others."""
+
+    between: Accuracies | None = None
+
+
+class Bins(Form):
+    """Reliability: samples gathered by confidence."""
+
+    ece: Share
+    count: tuple[Count, ...]
+    confidence: tuple[Share, ...]
+    accuracy: tuple[Share, ...]
+
+    @model_validator(mode="after")
+    def _are_as_many(self) -> Self:
+        if not len(self.count) == len(self.confidence) == len(self.accuracy) or not any(self.count):
+            raise ValueError("count, confidence and accuracy must be as many, of samples")
+        return self
+
+
+class Outcome(Touches):
+    """What came out for a model under a protocol."""
+
+    recordings: Touches | None = None
+    macro_f1: Share
+    reliability: Bins | None = None
+    n_test: Count
+    seeds: tuple[Count, ...]
+    seconds: Amount
+    validation_speeds: dict[Key, Speed]
+    epochs: dict[Key, tuple[Count, ...]]
+    leaks: dict[str, Counted | None]
+
+
+class Paired(Form):
+    """How much better one is than another, with its interval."""
+
+    difference: Difference
+    ci95: tuple[Difference, Difference]
+
+
+class Comparison(Paired):
+    """Of two models under one protocol."""
+
+    protocol: ProtocolName
+    model: str
+    than: str
+
+
+class Skipped(Form):
+    """A recording that was left out, and why."""
+
+    recording: str
+    reason: str
+
+
+class About(Form):
+    """What every summary says of the whole."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    afferents: str
+    data: tuple[Source, ...] = Field(min_length=1)
+    options: tuple[str, ...] = ()
+    cut: Cut
+    preset: str
+    textures: tuple[str, ...] = Field(min_length=1)
+    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
+    skipped: tuple[Skipped, ...]
+
+
+class Summary(About):
+    """`summary.json`."""
+
+    chance: Share
+    models: dict[str, dict[ProtocolName, Outcome]]
+    selection_effect: dict[str, Paired] = {}
+    comparisons: tuple[Comparison, ...] = ()
+
+
+class Unknown(Form):
+    """Shares called unknown, at some held-out speeds."""
+
+    mean: Share
+    ci95: Shares
+
+
+class UnknownBySpeed(Unknown):
+    """The same at all of them and, where there are any, at those that lie between others."""
+
+    between: Unknown | None
+    by_speed: dict[Key, Share] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _some_lie_between(self) -> Self:
+        if self.between is not None and len(self.by_speed) < 3:
+            raise ValueError("between must be null where by_speed has fewer than 3")
+        return self
+
+
+class Units(Form):
+    """Of samples, and of whole recordings."""
+
+    samples: UnknownBySpeed
+    recordings: UnknownBySpeed
+
+
+class Areas(Form):
+    """Under the curve of false alarms against finds, of both."""
+
+    samples: Share | None
+    recordings: Share | None
+
+
+class OfTexture(Form):
+    """How often one texture is called unknown."""
+
+    found_samples: Share
+    false_alarms: Share
+
+
+class UnknownOutcome(Form):
+    """What a model makes of textures never felt."""
+
+    found: Units
+    false_alarms: Units
+    auroc: Areas
+    auroc_between: Areas
+    by_texture: dict[str, OfTexture]
+
+    @model_validator(mode="after")
+    def _areas_go_with_speeds(self) -> Self:
+        known = [self.auroc] + [self.auroc_between] * (self.found.samples.between is not None)
+        if None in chain.from_iterable((one.samples, one.recordings) for one in known):
+            raise ValueError("auroc must be a number")
+        return self
+
+
+class UnknownSummary(About):
+    """`unknown.json`."""
+
+    false_alarms_stated: Share
+    models: dict[str, UnknownOutcome] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _knows_all_textures(self) -> Self:
+        for name, outcome in self.models.items():
+            if missing := set(self.textures) - set(outcome.by_texture):
+                raise ValueError(f"models.{name}.by_texture must have {min(missing)}")
+        return self
+
+
+class RoughnessOutcome(Form):
+    """How far off a model is in mm."""
+
+    mae_mm: Amount
+    mae_mm_between: Amount | None
+    mae_mm_recordings: Amount
+    by_speed: dict[Key, Amount] = Field(min_length=1)
+    by_spacing: dict[Key, Amount] = Field(min_length=1)
+    covered: Share
+    half_interval_mm: Amount
+
+
+class RoughnessSummary(About):
+    """`roughness.json`."""
+
+    coverage_asked: Share
+    models: dict[str, dict[Literal["seen", "unseen"], RoughnessOutcome]]
