@@ -5,7 +5,7 @@ OUT ?= out/demo
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo live test lint slow clean
+.PHONY: install demo live test test-processors lint slow clean
 
 install: $(VENV)/.installed
 
@@ -29,6 +29,9 @@ lint: install
 
 test: lint
 	$(BIN)/python -m pytest
+
+test-processors: install
+	sh scripts/test_processors.sh $(BIN)/python
 
 slow: install
 	$(BIN)/python -m pytest -m slow

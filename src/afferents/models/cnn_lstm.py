@@ -4,9 +4,17 @@ Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.2; layers as in the aut
 spatiotemporal/train_dynamic.ipynb, cell 4 (commit 880f9e4).
 """
 
+from contextlib import nullcontext
+
+import torch
 from torch import Tensor, nn
 
-from afferents.models.layers import RegularisedLinear, batch_norm_units, initialise_like_keras
+from afferents.models.layers import (
+    RegularisedLinear,
+    batch_norm_units,
+    initialise_like_keras,
+    takes_bfloat16,
+)
 from afferents.models.spatial import image_features, image_stack
 
 UNITS = 10
@@ -82,5 +90,16 @@ class CnnLstm(nn.Module):
 
     def after(self, of_frames: Tensor) -> Tensor:
         """Return the same of what the image stack made of the frames, (batch, frame, feature)."""
-        last: Tensor = self.lstm(of_frames)[0][:, -1]
-        return last
+        return last_state(self.lstm, of_frames)
+
+
+def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:
+    """Return the last state (batch, unit) of LSTMs that go through (batch, frame, feature).
+
+    On a CPU that has no LSTM in bfloat16 it is computed in float32, whatever the rest of the
+    network is in: it is a small part of the work.
+    """
+    apart = torch.is_autocast_enabled("cpu") and not takes_bfloat16()
+    with torch.autocast("cpu", enabled=False) if apart else nullcontext():
+        last: Tensor = lstm(of_frames.float() if apart else of_frames)[0][:, -1]
+    return last

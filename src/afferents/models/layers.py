@@ -33,6 +33,16 @@ class FlattenChannelsLast(nn.Module):
         return x.permute(0, 2, 3, 1).flatten(1)
 
 
+def takes_bfloat16() -> bool:
+    """Return whether oneDNN, which multiplies for PyTorch on a CPU, is at home in bfloat16.
+
+    It is from AVX-512 on, unless the environment keeps it from that (ONEDNN_MAX_CPU_ISA).
+    Below it computes convolutions and dense layers in bfloat16 slowly, and LSTMs not at all.
+    """
+    asked = getattr(torch.ops.mkldnn, "_is_mkldnn_bf16_supported", None)
+    return asked is not None and bool(asked())
+
+
 def batch_norm_maps(n_channels: int) -> nn.BatchNorm2d:
     """Batch normalisation of feature maps with Keras' defaults (momentum 0.99, eps 1e-3)."""
     return nn.BatchNorm2d(n_channels, eps=_EPS, momentum=_MOMENTUM)

@@ -6,6 +6,7 @@ import torch
 from torch import nn
 
 from afferents.core.errors import InputError
+from afferents.models.layers import takes_bfloat16
 from afferents.training.config import TrainingConfig
 
 
@@ -30,13 +31,17 @@ def is_out_of_memory(error: Exception) -> bool:
 
 
 def has_bfloat16(device: torch.device) -> bool:
-    """Return whether the device multiplies bfloat16 natively; emulation would be slower."""
+    """Return whether the device multiplies bfloat16 natively; emulation would be slower.
+
+    A processor that could, but whose newer instructions oneDNN is kept from, does not.
+    """
     if device.type == "cuda":
         return bool(torch.cuda.is_bf16_supported(including_emulation=False))
     if not hasattr(torch.cpu, "get_capabilities"):  # an older PyTorch cannot tell
         return False
     capabilities = torch.cpu.get_capabilities()
-    return any(capabilities.get(name, False) for name in ("avx512_bf16", "amx_bf16"))
+    native = any(capabilities.get(name, False) for name in ("avx512_bf16", "amx_bf16"))
+    return native and takes_bfloat16()
 
 
 def autocast(config: TrainingConfig, device: torch.device) -> AbstractContextManager[object]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.models import CnnLstm, SpatialNet, build
+from afferents.models.cnn_lstm import last_state
 from afferents.models.spatial import image_features
 from afferents.training.config import TrainingConfig
 from afferents.training.hardware import autocast, choose_device
@@ -31,7 +32,7 @@ class _Head(nn.Module):
         self.lstm, self.dense = model.lstm, model.dense
 
     def forward(self, features: Tensor) -> Tensor:
-        logits: Tensor = self.dense(self.lstm(features)[0][:, -1])
+        logits: Tensor = self.dense(last_state(self.lstm, features))
         return logits
 
 

@@ -21,9 +21,9 @@ def test_runs_follow_one_another():
         assert begins[1].time_s >= RUN_S
         steps = np.diff([p.time_s for p in first])
         np.testing.assert_allclose(steps, 1 / 90, atol=0.007)
-        # Frames come when they are due.
-        arrived = np.diff([p.arrived_s for p in first])
-        assert abs(arrived.sum() - steps.sum()) < 0.1
+        # Frames come when they are due, but for some that a busy processor was late for.
+        late = np.array([p.arrived_s - p.time_s for p in first])
+        assert np.median(late) - late.min() < 0.05
         sound = list(itertools.islice(RigSound(show).events(), 150))
         assert sum(len(e.samples) for e in sound if isinstance(e, Sound)) == 149 * 441
         folder = show._folder_of(0).parent

@@ -1,4 +1,11 @@
-"""What runs live is what was evaluated: inputs bit by bit, and outputs to 1e-5."""
+"""What runs live is what was evaluated: inputs bit by bit, and outputs to 1e-5.
+
+Inputs are the same functions of the same numbers, one frame or window at a time or all at once.
+Images are made by one compiled kernel, by copying, and by differences, products and roots, which
+are rounded alike on any processor; the transform of a window takes the same steps alone and beside
+others, as SciPy has no kernels for some processors only. Networks are computed by ONNX Runtime here
+and by PyTorch there, which add up in different orders.
+"""
 
 import math
 from dataclasses import replace

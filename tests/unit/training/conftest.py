@@ -64,6 +64,7 @@ def config() -> TrainingConfig:
 
 @pytest.fixture(autouse=True)
 def _one_thread():
+    """As in every training of ours: then the same steps on one machine agree to the last bit."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     yield

@@ -47,6 +47,7 @@ def test_who_is_stopped_ends_where_others_end(
         build(encoding, 3, shape, 1), *problem, 1.0, config, 5, lambda e: seen.append(e.number),
         aside,
     )  # fmt: skip
+    # To the last bit, for what is put aside is, and the same steps follow in the same one thread.
     assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
     assert fates(again) == fates(whole)
     assert again.best_epoch == whole.best_epoch

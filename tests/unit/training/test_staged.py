@@ -3,6 +3,7 @@
 import copy
 
 import numpy as np
+import pytest
 import torch
 
 from afferents.models import build
@@ -24,11 +25,15 @@ def test_it_learns_and_leaves_one_whole_network(make_problem, config):
     assert trained.model is model
     probabilities = predict(model, problem.values, problem.validation, 1.0, config)
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
+    second, first = np.sort(probabilities, axis=1)[:, -2:].T
     assert accuracy > 0.8
     n = len(problem.train)
     assert trained.passes == n * len(trained.history) + 2 * n * 6
-    # What was judged on features is what the whole network says of the runs.
-    assert accuracy == trained.history[trained.best_epoch - 1].validation_accuracy
+    # What was judged on features is what the whole network says of the runs, but where rounding
+    # decides between two textures: features are sums of up to 576 products.
+    undecided = (first - second < 576 * np.finfo(np.float32).eps).mean()
+    judged = trained.history[trained.best_epoch - 1].validation_accuracy
+    assert accuracy == pytest.approx(judged, abs=undecided)
 
 
 def test_only_training_runs_teach(make_problem, config):

@@ -1,0 +1,27 @@
+#!/bin/sh
+# Test what rounds as it would on other processors: sh scripts/test_processors.sh PYTHON
+#
+# Libraries choose their kernels by what the processor can, and split sums by threads, so they round
+# differently. Here all are told to leave newer instructions alone: oneDNN and PyTorch, MKL,
+# OpenBLAS (in NumPy and SciPy), NumPy, Numba and OpenCV. ONNX Runtime can't be told.
+set -eu
+
+python=$1
+tests="tests/unit/models tests/unit/training tests/unit/encodings tests/unit/live tests/golden"
+
+test_as() {
+    echo "== as $1"
+    shift
+    env "$@" "$python" -m pytest -q $tests
+}
+
+test_as "this processor, two threads" OMP_NUM_THREADS=2 MKL_NUM_THREADS=2
+test_as "this processor, one thread" OMP_NUM_THREADS=1 MKL_NUM_THREADS=1
+test_as "a processor with AVX2 and no AVX-512" \
+    ONEDNN_MAX_CPU_ISA=AVX2 ATEN_CPU_CAPABILITY=avx2 OPENBLAS_CORETYPE=Haswell \
+    NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL AVX512_SPR" \
+    NUMBA_CPU_NAME=haswell NUMBA_CPU_FEATURES= OPENCV_CPU_DISABLE=AVX512-SKX
+test_as "a processor with nothing above SSE 4" \
+    ONEDNN_MAX_CPU_ISA=SSE41 ATEN_CPU_CAPABILITY=default OPENBLAS_CORETYPE=Nehalem \
+    MKL_CBWR=COMPATIBLE NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR" \
+    NUMBA_CPU_NAME=x86-64-v2 NUMBA_CPU_FEATURES= OPENCV_CPU_DISABLE=AVX512-SKX,AVX2,FP16,AVX
