@@ -151,22 +151,56 @@ def has_responses(store: Path, name: str, checksum: str, declared: str = "") -> 
     InputError
         If it holds the recording but from other files.
     """
-    try:
-        attributes = _attributes(store / name)
-    except InputError:
+    there = _made_of(store / name)
+    if there is None:
         return False
-    if attributes.get("checksum", checksum) != checksum:
+    same = is_of_same_files(store / name, there, (checksum, declared))
+    return same and _is_whole(store, name)
+
+
+def responses_there(store: Path, name: str) -> tuple[str, str] | None:
+    """Return from which files a recording was made that the store holds whole; None if none.
+
+    Returns
+    -------
+    Their checksum, and what the session declared of them; both may be empty.
+    """
+    there = _made_of(store / name)
+    return there if there is not None and _is_whole(store, name) else None
+
+
+def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str]) -> bool:
+    """Tell whether responses are of these files, declared alike: their checksum, the declaration.
+
+    Raises
+    ------
+    InputError
+        If they are of other files.
+    """
+    if there[0] not in ("", wanted[0]):
         raise InputError(
-            store / name,
+            where,
             "responses of the recording as it is now",
             "responses of other files",
             "choose another name for the store",
         )
+    return there[1] == wanted[1]
+
+
+def _made_of(group: Path) -> tuple[str, str] | None:
+    try:
+        attributes = _attributes(group)
+    except InputError:
+        return None
+    return str(attributes.get("checksum", "")), str(attributes.get("declared", ""))
+
+
+def _is_whole(store: Path, name: str) -> bool:
     try:
         _open(store, store / name)
     except InputError:
         return False
-    return bool(attributes.get("declared", "") == declared)
+    return True
 
 
 def open_responses(store: Path) -> list[Responses]:
