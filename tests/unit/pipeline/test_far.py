@@ -133,9 +133,7 @@ def test_simulate_writes_the_same_bytes(run, tmp_path, cluster):
     assert bytes_of(there) == bytes_of(here)
 
 
-def test_simulated_files_come_back_from_workers_that_do_not_see_the_session(
-    run, tmp_path, blind
-):
+def test_simulated_files_come_back_from_workers_that_do_not_see_the_session(run, tmp_path, blind):
     here, there = tmp_path / "here", tmp_path / "there"
     (tmp_path / "waves.pgm").write_bytes(b"P5 64 8 255 " + bytes(range(64)) * 8)
     waves = ("--height-map", f"waves={tmp_path}/waves.pgm,12,0.5")
@@ -146,9 +144,7 @@ def test_simulated_files_come_back_from_workers_that_do_not_see_the_session(
     assert bytes_of(there) == bytes_of(here)
 
 
-def test_a_worker_without_the_session_is_one_sentence(
-    run, session, tmp_path, cluster, monkeypatch
-):
+def test_a_worker_without_the_session_is_one_sentence(run, session, tmp_path, cluster, monkeypatch):
     mine = shutil.copytree(session, tmp_path / "mine")
 
     def gone(function, jobs, *more):
@@ -160,7 +156,8 @@ def test_a_worker_without_the_session_is_one_sentence(
     command = ("extract", mine, tmp_path / "s.zarr", *on(cluster), "--quiet", "--keep-going")
     code, _, err = run(*command)
     assert code == 2
-    assert "worker on" in err and "2/40/video.mp4 as it is where the command runs" in err
+    assert "worker on" in err
+    assert "2/40/video.mp4 as it is where the command runs" in err
     assert err.count("\n") == 1
 
 
