@@ -46,6 +46,10 @@ Force = Annotated[
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes side by side [default: one a core].")
 ]
+ClusterName = Annotated[
+    str | None,
+    typer.Option("--cluster", help="Work on a Dask cluster instead, such as tcp://scheduler:8786."),
+]
 SensorName = Annotated[
     str, typer.Option("--sensor", help="Sensor file, or the name of a packaged one.")
 ]
@@ -225,6 +229,7 @@ def track(
     ] = None,
     method: TrackerName = "windowed",
     workers: Workers = None,
+    cluster: ClusterName = None,
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -237,7 +242,9 @@ def track(
     with Progress(quiet or as_json) as progress:
         if source.is_dir():
             given = load_sensor(sensor or "tip_b")
-            follow_session(source, out, given, method, workers, progress)
+            follow_session(source, out, given, method, workers, progress, cluster)
+        elif cluster is not None:
+            raise InputError("--cluster", "a session, whose videos go side by side", "one video")
         else:
             given_or_none = load_sensor(sensor) if sensor else None
             said = follow_video(source, out, given_or_none, method, progress, force)
@@ -276,6 +283,7 @@ def simulate(
     ] = "run",
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same session.")] = 0,
     workers: Workers = None,
+    cluster: ClusterName = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -294,7 +302,7 @@ def simulate(
             remount,
             seed,
         )
-        simulate_session(simulation, workers, progress)
+        simulate_session(simulation, workers, progress, cluster)
     _say(as_json, {"session": str(session)}, f"Session (simulated): {session}")
 
 
@@ -329,6 +337,7 @@ def extract(
         typer.Option(help="Count SA-I from each recording's rest frame, or throw_away.mp4's."),
     ] = "own",
     workers: Workers = None,
+    cluster: ClusterName = None,
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -339,7 +348,7 @@ def extract(
     from afferents.pipeline.extract import extract as run
 
     extraction = Extraction(
-        session, out, load_sensor(sensor), method, keep_going, workers, rest=rest
+        session, out, load_sensor(sensor), method, keep_going, workers, rest=rest, cluster=cluster
     )
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)
@@ -405,10 +414,7 @@ def evaluate(
         typer.Option(help="Lines cut out of orders and kernels, with harmonics: 50Hz,0.0573/mm."),
     ] = None,
     workers: Workers = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(help="Train on a Dask cluster instead, such as tcp://scheduler:8786."),
-    ] = None,
+    cluster: ClusterName = None,
     device: DeviceName = "auto",
     precision: PrecisionName = "auto",
     keep_going: KeepGoing = False,

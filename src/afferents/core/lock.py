@@ -25,10 +25,14 @@ BEAT_S, SILENT_S = 5.0, 60.0
 
 
 @contextmanager
-def writing_alone(folder: Path, command: str, beat_s: float = BEAT_S) -> Iterator[None]:
+def writing_alone(folder: Path, command: str, beat_s: float = BEAT_S) -> Iterator[str]:
     """Let no other command write `folder` while the block runs; it is made if it is not there.
 
     If nothing has been written into a folder that was made here, it is removed again.
+
+    Yields
+    ------
+    The lock's token: who finds it in a folder, on whatever machine, sees this very folder.
 
     Raises
     ------
@@ -47,11 +51,11 @@ def writing_alone(folder: Path, command: str, beat_s: float = BEAT_S) -> Iterato
     heart = threading.Thread(target=_beat, args=(lock, ended, beat_s), daemon=True)
     heart.start()
     try:
-        yield
+        yield token
     finally:
         ended.set()
         heart.join()
-        if _content(lock).get("token") == token:  # not taken over while this machine slept
+        if is_locked_by(folder, token):  # not taken over while this machine slept
             with suppress(OSError):
                 lock.unlink()
         _tidy(folder, made)
@@ -61,6 +65,11 @@ def is_locked(folder: Path) -> bool:
     """Tell whether a command that is alive is writing there."""
     lock = folder / LOCK
     return lock.is_file() and not _is_stale(lock, _content(lock))
+
+
+def is_locked_by(folder: Path, token: str) -> bool:
+    """Tell whether the lock there is the one of this token, and so the folder the one it locks."""
+    return bool(_content(folder / LOCK).get("token") == token)
 
 
 def _made(folder: Path) -> bool:

@@ -7,6 +7,7 @@ is complete; its digest (`core.digest`) tells one that has changed since. Plain 
 
 import json
 from collections.abc import Iterable, Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -152,22 +153,56 @@ def has_responses(store: Path, name: str, checksum: str, declared: str = "") -> 
     InputError
         If it holds the recording but from other files.
     """
-    try:
-        attributes = _attributes(store / name)
-    except InputError:
+    there = _made_of(store / name)
+    if there is None:
         return False
-    if attributes.get("checksum", checksum) != checksum:
+    same = is_of_same_files(store / name, there, (checksum, declared))
+    return same and _is_whole(store, name)
+
+
+def responses_there(store: Path, name: str) -> tuple[str, str] | None:
+    """Return from which files a recording was made that the store holds whole; None if none.
+
+    Returns
+    -------
+    Their checksum, and what the session declared of them; both may be empty.
+    """
+    there = _made_of(store / name)
+    return there if there is not None and _is_whole(store, name) else None
+
+
+def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str]) -> bool:
+    """Tell whether responses are of these files, declared alike: their checksum, the declaration.
+
+    Raises
+    ------
+    InputError
+        If they are of other files.
+    """
+    if there[0] not in ("", wanted[0]):
         raise InputError(
-            store / name,
+            where,
             "responses of the recording as it is now",
             "responses of other files",
             "choose another name for the store",
         )
+    return there[1] == wanted[1]
+
+
+def _made_of(group: Path) -> tuple[str, str] | None:
+    try:
+        attributes = _attributes(group)
+    except InputError:
+        return None
+    return str(attributes.get("checksum", "")), str(attributes.get("declared", ""))
+
+
+def _is_whole(store: Path, name: str) -> bool:
     try:
         _open(store, store / name)
     except InputError:
         return False
-    return bool(attributes.get("declared", "") == declared)
+    return True
 
 
 def open_responses(store: Path) -> list[Responses]:
@@ -191,11 +226,10 @@ def open_responses(store: Path) -> list[Responses]:
 
 
 def _open(store: Path, group: Path) -> Responses:
-    for metadata in (group / _ROOT, *group.glob(f"*/{_ROOT}")):
-        read_json(metadata, "a part of a Zarr store")  # what zarr would choke on
+    read_json(group / _ROOT, "a part of a Zarr store")  # what zarr would choke on
     try:
-        responses = xr.open_zarr(group, consolidated=False, chunks=None)
         _require_all_chunks(group)
+        responses = xr.open_zarr(group, consolidated=False, chunks=None)
         checked = check_responses(responses, group)
         require_described(checked, group)
         require_small_values(checked, group)
@@ -218,20 +252,34 @@ _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, Runtime
 def _require_all_chunks(group: Path) -> None:
     """Refuse a group that lost part of its arrays, as a copy that was cut off has: it reads as NaN.
 
+    The files are looked for without opening the arrays, which takes as long again as reading them.
+
     Raises
     ------
     InputError
         If it did.
     """
-    for name, array in zarr.open_group(group, mode="r", use_consolidated=False).arrays():
-        missing = array.nchunks - array.nchunks_initialized
-        if missing:
-            raise InputError(
-                group / name,
-                f"{array.nchunks} chunks",
-                f"{array.nchunks_initialized}",
-                "copy the store again, or remove the recording's folder and extract again",
-            )
+    for metadata in sorted(group.glob(f"*/{_ROOT}")):
+        array = read_json(metadata, "a part of a Zarr store")
+        if array["node_type"] == "array":
+            chunks = _chunk_names(array)
+            found = sum((metadata.parent / name).is_file() for name in chunks)
+            if found < len(chunks):
+                raise InputError(
+                    metadata.parent,
+                    f"{len(chunks)} chunks",
+                    f"{found}",
+                    "copy the store again, or remove the recording's folder and extract again",
+                )
+
+
+def _chunk_names(array: Mapping[str, Any]) -> list[str]:
+    """Return the files of an array's chunks (or shards), from its Zarr v3 metadata."""
+    along = array["chunk_grid"]["configuration"]["chunk_shape"]
+    counts = (-(-size // chunk) for size, chunk in zip(array["shape"], along, strict=True))
+    separator = array["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
+    numbers = product(*map(range, counts))
+    return [separator.join(("c", *map(str, number))) for number in numbers]
 
 
 def _attributes(path: Path) -> dict[str, Any]:

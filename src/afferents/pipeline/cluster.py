@@ -1,12 +1,19 @@
 """Jobs on a Dask cluster: any machines whose workers have this package and can read the data."""
 
+import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import lru_cache
 from importlib.metadata import version
+from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from afferents.core.errors import AfferentsError, InputError
+from afferents.core.lock import is_locked_by
+from afferents.core.owner import host_here
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -19,12 +26,39 @@ WORKERS_S = 30
 """How long a scheduler without workers is waited for."""
 SAME = ("afferents", "torch")
 """Packages whose versions decide the numbers."""
+OF_RECORDINGS = ("av", "numba", "numpy", "opencv-python-headless", "scipy")
+"""Further ones that decide what is recorded and extracted, to the last byte."""
+AHEAD = 4
+"""So many jobs a worker are with the scheduler at a time: none of them waits for the next, and
+neither the jobs of a million recordings nor what comes back of them pile up anywhere."""
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
 _ONE_THREAD = "start it with --nthreads 1, and as many workers as there are cores"
 
 
+@dataclass(frozen=True)
+class Output:
+    """A folder that a command is writing, told from any other of the same path.
+
+    Attributes
+    ----------
+    token
+        Of the lock in it, which no other folder has; see `core.lock.writing_alone`.
+    """
+
+    folder: Path
+    token: str
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether this process sees it too, and can write there itself."""
+        return is_locked_by(self.folder, self.token) and os.access(self.folder, os.W_OK)
+
+
 def on_cluster(
-    function: Callable[..., Result], jobs: Sequence[tuple[Any, ...]], address: str
+    function: Callable[..., Result],
+    jobs: Iterable[tuple[Any, ...]],
+    address: str,
+    packages: tuple[str, ...] = SAME,
 ) -> Iterator[Result]:
     """Call `function(*job)` for every job on some worker; yield the results as they come.
 
@@ -33,9 +67,12 @@ def on_cluster(
     Parameters
     ----------
     jobs
-        Light: they are sent as they are. What is large is read by the workers themselves.
+        Light: they are sent as they are, `AHEAD` a worker. What is large is read by the workers
+        themselves.
     address
         Of the scheduler, such as ``tcp://scheduler:8786``.
+    packages
+        That workers must have in the version that is here.
 
     Raises
     ------
@@ -49,15 +86,27 @@ def on_cluster(
     with _client(address) as client:
         from distributed import as_completed
 
-        _require_workers(client, address)
-        here = {package: _installed(package) for package in SAME}
-        waiting = as_completed(  # and nothing else keeps a future: what has come back is let go
-            [client.submit(_as_here, here, function, *job, pure=False) for job in jobs],
-            loop=client.loop,
-        )  # type: ignore[no-untyped-call]
+        _require_workers(client, address, packages)
+        here = {package: _installed(package) for package in packages}
+        left = iter(jobs)
+        # And nothing else keeps a future: what has come back is let go.
+        waiting = as_completed(loop=client.loop)  # type: ignore[no-untyped-call]
+
+        def hand_out() -> None:
+            for job in islice(left, _room(client, waiting.count())):  # type: ignore[no-untyped-call]
+                waiting.add(client.submit(_as_here, here, function, *job, pure=False))  # type: ignore[no-untyped-call]
+
+        hand_out()
         for future in waiting:
+            hand_out()
             yield _result(future)
             del future
+
+
+def _room(client: "Client", waiting: int) -> int:
+    """Return how many more jobs the workers that are there now should have; one if none waits."""
+    workers = int(client.scheduler_info(n_workers=0)["n_workers"])
+    return max(AHEAD * workers - waiting, 0 if waiting else 1)
 
 
 def workers_at(address: str) -> int:
@@ -69,7 +118,25 @@ def workers_at(address: str) -> int:
         As `on_cluster`.
     """
     with _client(address) as client:
-        return _require_workers(client, address)
+        return _require_workers(client, address, SAME)
+
+
+def require_same_file(path: Path, size: int) -> None:
+    """Refuse to go on, on a worker, where a file is not as it is where the command runs.
+
+    Raises
+    ------
+    InputError
+        If it is not there, or of another size in bytes.
+    """
+    found = path.stat().st_size if path.is_file() else None
+    if found != size:
+        raise InputError(
+            f"worker on {host_here()}",
+            f"{path} as it is where the command runs ({size} bytes)",
+            "none" if found is None else f"{found} bytes",
+            "let all workers see the same files at the same paths",
+        )
 
 
 def _as_here(versions: Mapping[str, str], function: Callable[..., Result], *job: Any) -> Result:
@@ -79,8 +146,14 @@ def _as_here(versions: Mapping[str, str], function: Callable[..., Result], *job:
     worker = get_worker()
     _require_one_thread(worker.address, worker.state.nthreads)
     for package, expected in versions.items():
-        _require_version(worker.address, package, expected, version(package))
+        _require_version(worker.address, package, expected, _there(package))
     return function(*job)
+
+
+@lru_cache
+def _there(package: str) -> str:
+    """Return a package's version, which every job asks for and which does not change."""
+    return version(package)
 
 
 @contextmanager
@@ -108,7 +181,7 @@ def _client(address: str) -> Iterator["Client"]:
         client.close()  # type: ignore[no-untyped-call]
 
 
-def _require_workers(client: "Client", address: str) -> int:
+def _require_workers(client: "Client", address: str, packages: tuple[str, ...]) -> int:
     """Count the workers; refuse none, and those that would not compute the same.
 
     Of two trainings in one process each would draw from the other's random numbers.
@@ -118,7 +191,7 @@ def _require_workers(client: "Client", address: str) -> int:
     threads_of = client.nthreads()  # type: ignore[no-untyped-call]
     for worker, threads in threads_of.items():
         _require_one_thread(worker, threads)
-    for package in SAME:
+    for package in packages:
         here = _installed(package)
         found = client.run(version, package, on_error="return")
         if not found:
@@ -158,7 +231,7 @@ def _result(future: Any) -> Any:
         return future.result()
     except KilledWorker as error:
         raise AfferentsError(
-            "a training killed its worker several times (out of memory?); what is finished is "
+            "a job killed its worker several times (out of memory?); what is finished is "
             "kept: run the same command again, with more memory a worker"
         ) from error
     except ImportError as error:

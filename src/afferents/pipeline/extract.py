@@ -1,5 +1,6 @@
 """From a session's videos and audio to a store of responses."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -20,7 +21,9 @@ from afferents.core.store import (
     create_parents,
     create_store,
     has_responses,
+    is_of_same_files,
     require_no_store,
+    responses_there,
     write_responses,
 )
 from afferents.markers import (
@@ -32,6 +35,7 @@ from afferents.markers import (
     track,
     undistorted,
 )
+from afferents.pipeline.cluster import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import (
     SessionFile,
@@ -48,7 +52,13 @@ Rest = Literal["own", "reference"]
 
 @dataclass(frozen=True)
 class Extraction:
-    """What is extracted and how."""
+    """What is extracted and how.
+
+    Attributes
+    ----------
+    cluster
+        Address of a Dask scheduler whose workers extract; None for this machine.
+    """
 
     session: Path
     out: Path
@@ -58,6 +68,13 @@ class Extraction:
     workers: int | None = None
     vibration: bool = True
     rest: Rest = "own"
+    cluster: str | None = None
+
+    def as_found_anywhere(self) -> "Extraction":
+        """Return it with paths that a cluster's workers find, wherever they were started."""
+        if self.cluster is None:
+            return self
+        return replace(self, session=self.session.resolve(), out=self.out.resolve())
 
     def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.
@@ -91,32 +108,32 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
     AfferentsError
         If a recording is not what it should be (without `keep_going`), or a process died.
     """
+    extraction = extraction.as_found_anywhere()
     session = read_session(extraction.session)
     declared = session_file(extraction.session)
     reference = _reference(session, extraction)
     require_own_files(session)
     require_no_store(extraction.out)
-    with writing_alone(extraction.out, "extract"):
+    with writing_alone(extraction.out, "extract") as token:
         create_store(extraction.out, extraction.config(session, declared))
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
-        return _extract_all(session, declared, reference, extraction, progress)
+        outcomes = (
+            _outcomes_here(session, declared, reference, extraction, progress)
+            if extraction.cluster is None
+            else _outcomes_there(session, declared, reference, extraction, token)
+        )
+        return _failures(session, outcomes, extraction, progress)
 
 
-def _extract_all(
+def _failures(
     session: Session,
-    declared: SessionFile,
-    reference: Positions | None,
+    outcomes: Iterator[tuple[str, str | None]],
     extraction: Extraction,
     progress: Progress,
 ) -> dict[str, str]:
     """Extract what is missing; return the recordings that failed, and why."""
     failed: dict[str, str] = {}
-    jobs = (
-        (recording, declared.of(recording.name), reference, extraction)
-        for recording in session.recordings
-    )
-    outcomes = side_by_side(_try_one, jobs, extraction.workers, progress.note)
     for name, fault in progress.track(outcomes, "extracting", len(session.recordings)):
         if fault is None:
             continue
@@ -124,6 +141,49 @@ def _extract_all(
             raise AfferentsError(fault)
         failed[name] = fault
     return failed
+
+
+def _outcomes_here(
+    session: Session,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+    progress: Progress,
+) -> Iterator[tuple[str, str | None]]:
+    """Extract on this machine; yield each recording's name, and what is wrong with it."""
+    jobs = (
+        (recording, declared.of(recording.name), reference, extraction)
+        for recording in session.recordings
+    )
+    return side_by_side(_try_one, jobs, extraction.workers, progress.note)
+
+
+def _outcomes_there(
+    session: Session,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+    token: str,
+) -> Iterator[tuple[str, str | None]]:
+    """Extract on a cluster; write what comes back from workers that don't see the store."""
+    output = Output(extraction.out, token)
+    jobs = (
+        (
+            recording,
+            {path: path.stat().st_size for path in recording.files},
+            declared.of(recording.name),
+            reference,
+            extraction,
+            output,
+            responses_there(extraction.out, recording.name),
+        )
+        for recording in session.recordings
+    )
+    packages = SAME + OF_RECORDINGS
+    for name, fault, found in on_cluster(_try_far, jobs, extraction.cluster or "", packages):
+        if found is not None:
+            write_responses(extraction.out, found)
+        yield name, fault
 
 
 def _reference(session: Session, extraction: Extraction) -> Positions | None:
@@ -163,23 +223,78 @@ def _try_one(
     return recording.name, None
 
 
+def _try_far(
+    recording: Recording,
+    sizes: Mapping[Path, int],
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+    output: Output,
+    there: tuple[str, str] | None,
+) -> tuple[str, str | None, Responses | None]:
+    """Do the same on a worker; one that doesn't see the store returns the responses as well.
+
+    Parameters
+    ----------
+    sizes
+        Of the recording's files, in bytes, where the command runs.
+    there
+        From which files the store has the recording already, and how these were declared.
+
+    Raises
+    ------
+    InputError
+        If the worker doesn't see the recording as it is.
+    """
+    for path, size in sizes.items():
+        require_same_file(path, size)
+    if output.is_seen:
+        return *_try_one(recording, declared, reference, extraction), None
+    cv2.setNumThreads(1)
+    try:
+        check_recording(recording, declared)
+        made_of = _made_of(recording, declared)
+        if there is not None and is_of_same_files(output.folder / recording.name, there, made_of):
+            return recording.name, None, None
+        return recording.name, None, _new_responses(recording, made_of, reference, extraction)
+    except AfferentsError as error:
+        return recording.name, str(error), None
+
+
 def _extract_one(
     recording: Recording,
     declared: SessionFile,
     reference: Positions | None,
     extraction: Extraction,
 ) -> None:
-    checksum = check_files(recording, declared)
+    made_of = _made_of(recording, declared)
+    if not has_responses(extraction.out, recording.name, *made_of):
+        found = _new_responses(recording, made_of, reference, extraction)
+        write_responses(extraction.out, found)
+
+
+def _made_of(recording: Recording, declared: SessionFile) -> tuple[str, str]:
+    """Return the checksum of a recording's files, and what is declared of them that matters."""
     matters = declared.model_dump_json(include={"sensor_channel", "steady_s", "direction"})
-    if not has_responses(extraction.out, recording.name, checksum, matters):
-        if not extraction.vibration:
-            if recording.video is None:
-                raise InputError(recording.name, "a video to track", "none")
-            recording = replace(recording, audio=None)
-        found = responses_of(
-            recording, extraction.sensor, extraction.method, reference, extraction.rest
-        )
-        write_responses(extraction.out, found.assign_attrs(checksum=checksum, declared=matters))
+    return check_files(recording, declared), matters
+
+
+def _new_responses(
+    recording: Recording,
+    made_of: tuple[str, str],
+    reference: Positions | None,
+    extraction: Extraction,
+) -> Responses:
+    """Extract a recording; its responses say what they were made of."""
+    if not extraction.vibration:
+        if recording.video is None:
+            raise InputError(recording.name, "a video to track", "none")
+        recording = replace(recording, audio=None)
+    found = responses_of(
+        recording, extraction.sensor, extraction.method, reference, extraction.rest
+    )
+    checksum, matters = made_of
+    return found.assign_attrs(checksum=checksum, declared=matters)
 
 
 def responses_of(

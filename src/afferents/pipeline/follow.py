@@ -57,6 +57,7 @@ def follow_session(
     method: Method,
     workers: int | None,
     progress: Progress,
+    cluster: str | None = None,
 ) -> None:
     """Track the videos of a session into a store as `extract` writes it, without vibration.
 
@@ -65,4 +66,7 @@ def follow_session(
     InputError
         As `extract`.
     """
-    extract(Extraction(session, out, sensor, method, workers=workers, vibration=False), progress)
+    extraction = Extraction(
+        session, out, sensor, method, workers=workers, vibration=False, cluster=cluster
+    )
+    extract(extraction, progress)

@@ -1,9 +1,12 @@
 """A whole session of the simulated rig, in the published layout."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from afferents import __version__
@@ -13,12 +16,14 @@ from afferents.core.files import (
     read_json,
     remove_partials,
     require_same_config,
+    write_aside,
     write_json,
 )
 from afferents.core.lock import writing_alone
 from afferents.core.outputs import require_new_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import LETTERS, natural_order, require_distinct
+from afferents.pipeline.cluster import OF_RECORDINGS, SAME, Output, on_cluster
 from afferents.pipeline.drums import height_map, texture_name
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
@@ -26,9 +31,11 @@ from afferents.rig import (
     AUDIO,
     HARD,
     NUISANCES,
+    RECORDED,
     STEADY_S,
     TRUTH,
     VIDEO,
+    Drum,
     Mounting,
     Rig,
     Surface,
@@ -59,6 +66,8 @@ class Simulation:
         Bump spacings by folder name, mm, and the names of height maps.
     height_maps
         Surfaces of their own, by name.
+    told_maps
+        How the user told of each of these, by name; see `simulation_of`.
     """
 
     session: Path
@@ -68,6 +77,7 @@ class Simulation:
     seed: int
     rig: Rig = field(default_factory=Rig)
     height_maps: Mapping[str, Surface] = field(default_factory=dict)
+    told_maps: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> list[tuple[str, float]]:
@@ -136,7 +146,8 @@ def simulation_of(
     if remount == "drum":
         rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
-    maps = dict(height_map(text, rig.drum) for text in height_maps)
+    read = {text: height_map(text, rig.drum) for text in height_maps}
+    maps = dict(read.values())
     folders = dict.fromkeys(texture_name(texture.strip(), maps) for texture in [*textures, *maps])
     return Simulation(
         session,
@@ -146,6 +157,7 @@ def simulation_of(
         seed,
         rig,
         maps,
+        {name: text for text, (name, _) in read.items()},
     )
 
 
@@ -169,7 +181,9 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
     return {name: value for name, value in strengths.items() if name != "none"}
 
 
-def simulate_session(simulation: Simulation, workers: int | None, progress: Progress) -> Path:
+def simulate_session(
+    simulation: Simulation, workers: int | None, progress: Progress, cluster: str | None = None
+) -> Path:
     """Record every run that the session does not hold yet.
 
     Recordings come out the same whatever the number of workers; each is written under a
@@ -179,6 +193,8 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
     ----------
     workers
         Processes side by side; None for one a core.
+    cluster
+        Address of a Dask scheduler whose workers simulate; None for this machine.
 
     Raises
     ------
@@ -188,24 +204,70 @@ def simulate_session(simulation: Simulation, workers: int | None, progress: Prog
     """
     _check(simulation)
     _require_own_session(simulation)
-    with writing_alone(simulation.session, "simulate"):
+    with writing_alone(simulation.session, "simulate") as token:
         _claim(simulation)
         remove_partials(simulation.session)
-        _record_missing(simulation, workers, progress)
+        missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
+        names = (
+            _record_here(simulation, missing, workers, progress)
+            if cluster is None
+            else _record_there(simulation, missing, cluster, token)
+        )
+        _record_missing(simulation, len(missing), names, progress)
     return simulation.session
 
 
-def _record_missing(simulation: Simulation, workers: int | None, progress: Progress) -> None:
-    missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
-    done = len(simulation.names) - len(missing)
+def _record_missing(
+    simulation: Simulation, missing: int, names: Iterator[str], progress: Progress
+) -> None:
+    done = len(simulation.names) - missing
     with progress.task("simulating", len(simulation.names)) as mark:
         mark(done)
-        jobs = ((simulation, *run) for run in missing)
-        for name in side_by_side(_record_one, jobs, workers, progress.note):
+        for name in names:
             done += 1
             mark(done, name)
     if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, "a session file"):
         _seal(simulation)
+
+
+def _record_here(
+    simulation: Simulation,
+    missing: Sequence[tuple[str, float]],
+    workers: int | None,
+    progress: Progress,
+) -> Iterator[str]:
+    """Record runs on this machine; yield the names of those that are done."""
+    first = simulation.names[0]
+    jobs = ((simulation, *run, run == first) for run in missing)
+    return side_by_side(_record_one, jobs, workers, progress.note)
+
+
+def _record_there(
+    simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str, token: str
+) -> Iterator[str]:
+    """Record runs on a cluster; write the files that workers send which don't see the session.
+
+    Maps of heights are large: workers read them where the user said they are.
+    """
+    first = simulation.names[0]
+    output = Output(simulation.session.resolve(), token)
+    told = replace(
+        simulation,
+        session=output.folder,
+        textures=(),
+        speeds_mm_s=(),
+        height_maps={},
+        told_maps={},
+    )
+    maps = {name: _Map.of(simulation, name) for name in simulation.height_maps}
+    jobs = ((told, *run, run == first, maps.get(run[0]), output) for run in missing)
+    for run, files in on_cluster(_record_far, jobs, cluster, SAME + OF_RECORDINGS):
+        if files:
+            with write_aside(_folder(simulation, *run), RECORDED) as partial:
+                partial.mkdir()
+                for name, content in files.items():
+                    (partial / name).write_bytes(content)
+        yield _name(*run)
 
 
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
@@ -262,10 +324,10 @@ def _name(texture: str, speed_mm_s: float) -> str:
     return f"{texture}/{speed_mm_s:g}"
 
 
-def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
+def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, reference: bool) -> str:
     surface = simulation.height_maps.get(texture)
     if surface is None:
-        surface = bumped_surface(float(texture), simulation.rig.drum)
+        surface = _drum_of(texture, simulation.rig.drum)
     record(
         simulation.rig,
         _folder(simulation, texture, speed_mm_s),
@@ -274,9 +336,67 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float) -> str:
         speed_mm_s,
         simulation.seconds,
         simulation.seed,
-        reference=(texture, speed_mm_s) == simulation.names[0],
+        reference,
     )
     return _name(texture, speed_mm_s)
+
+
+@lru_cache(maxsize=1)
+def _drum_of(texture: str, drum: Drum) -> Surface:
+    """Return a drum's surface, once for its runs in a row."""
+    return bumped_surface(float(texture), drum)
+
+
+@dataclass(frozen=True)
+class _Map:
+    """Where workers find a map of heights, as a user tells of it, and what tells it from others."""
+
+    text: str
+    digest: str
+
+    @classmethod
+    def of(cls, simulation: Simulation, name: str) -> "_Map":
+        """Return a map with the file's path as it is found wherever a worker was started."""
+        file, *sizes = simulation.told_maps[name].partition("=")[2].rsplit(",", 2)
+        text = ",".join([f"{name}={Path(file).resolve()}", *sizes])
+        return cls(text, _digest(simulation.height_maps[name]))
+
+
+def _digest(surface: Surface) -> str:
+    return sha256(surface.height_mm.tobytes()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _surface_of(told: _Map, drum: Drum) -> Surface:
+    _, surface = height_map(told.text, drum)
+    if _digest(surface) != told.digest:
+        raise InputError(
+            told.text, "the map that is where the command runs", "another on a worker",
+            "let all workers see the same files at the same paths",
+        )  # fmt: skip
+    return surface
+
+
+def _record_far(
+    simulation: Simulation,
+    texture: str,
+    speed_mm_s: float,
+    reference: bool,
+    told: _Map | None,
+    output: Output,
+) -> tuple[tuple[str, float], dict[str, bytes]]:
+    """Record a run on a worker; return which, and its files if the session isn't seen there."""
+    run = (texture, speed_mm_s)
+    if told is not None:
+        maps = {texture: _surface_of(told, simulation.rig.drum)}
+        simulation = replace(simulation, height_maps=maps)
+    if output.is_seen:
+        _record_one(simulation, *run, reference)
+        return run, {}
+    with TemporaryDirectory() as folder:
+        aside = replace(simulation, session=Path(folder))
+        _record_one(aside, *run, reference)
+        return run, {path.name: path.read_bytes() for path in _folder(aside, *run).iterdir()}
 
 
 def _seal(simulation: Simulation) -> None:

@@ -7,7 +7,7 @@ from afferents.rig.camera import Camera, project
 from afferents.rig.config import HARD, NUISANCES, Mounting, Rig
 from afferents.rig.drive import STEADY_S, Drive
 from afferents.rig.microphone import Microphone
-from afferents.rig.record import AUDIO, REFERENCE, TRUTH, VIDEO, record
+from afferents.rig.record import AUDIO, RECORDED, REFERENCE, TRUTH, VIDEO, record
 from afferents.rig.run import Drawn, Simulated, draw, simulate
 from afferents.rig.skin import Skin
 from afferents.rig.stl import is_drum, write_stl
@@ -24,6 +24,7 @@ __all__ = [
     "AUDIO",
     "HARD",
     "NUISANCES",
+    "RECORDED",
     "REFERENCE",
     "STEADY_S",
     "TRUTH",

@@ -19,6 +19,8 @@ from afferents.rig.run import CAMERA, Simulated, random_of, simulate
 from afferents.rig.surface import Surface
 
 VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
+RECORDED = holds_only(VIDEO, AUDIO, TRUTH, REFERENCE)
+"""Says which folder is an earlier recording, that may be replaced."""
 REFERENCE_S = 0.5
 """Length of the reference clip of the skin at rest, s."""
 
@@ -57,7 +59,7 @@ def record(
     run = simulate(rig, texture, surface, speed_mm_s, seconds, seed)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)
-    with write_aside(folder, holds_only(VIDEO, AUDIO, TRUTH, REFERENCE)) as partial:
+    with write_aside(folder, RECORDED) as partial:
         partial.mkdir()
         if reference:
             still = round(REFERENCE_S * rig.camera.fps_hz)
