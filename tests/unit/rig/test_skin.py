@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from afferents.core.errors import InputError
 from afferents.rig import Rig, Skin, bumped_surface, felt
+from afferents.rig.kernel import SPAN
 from afferents.rig.run import check_step
 from afferents.rig.skin import PHYSICS_RATE_HZ, Felt, Motion, SkinOnDrum
 
@@ -52,9 +53,11 @@ def test_a_run_in_pieces_is_the_run_in_one(g):
         for i in range(0, len(way.slide_mm), 441)
     ]
     whole = run(g, way)
-    np.testing.assert_array_equal(
-        np.concatenate([piece.pressure_rate for piece in pieces]), whole.pressure_rate
-    )
+    # The skin's states go on as they were. The first rate of a piece is a step between two sums
+    # over the nodes that the compiler may have put in different orders.
+    rounding = 2 * SPAN * np.finfo(float).eps * whole.pressure_mn.max() * PHYSICS_RATE_HZ
+    found = np.concatenate([piece.pressure_rate for piece in pieces])
+    np.testing.assert_allclose(found, whole.pressure_rate, rtol=0, atol=rounding)
 
 
 def test_free_skin_stays_at_rest_and_is_silent(g):
