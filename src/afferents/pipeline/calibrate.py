@@ -6,6 +6,7 @@ import numpy as np
 
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
+from afferents.core.streams import printable
 from afferents.markers.calibrate import Calibration, calibrate, sensor_toml
 from afferents.markers.estimate import looks
 from afferents.markers.sensor import DiscDetector
@@ -23,7 +24,7 @@ def calibrate_sensor(video: Path, out: Path, pitch_mm: float | None) -> tuple[li
     """
     if out.suffix != ".toml":
         raise InputError("--out", "a name that ends in .toml", f"'{out}'")
-    found = calibrate(open_video(video), out.stem, pitch_mm)
+    found = calibrate(open_video(video), printable(out.stem), pitch_mm)
     with write_aside(out) as partial:
         partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
     seen = np.ones(len(found.position), dtype=bool)
