@@ -90,13 +90,11 @@ def _run(arguments: list[str], debug: bool) -> int:
         app(arguments, prog_name="afferents")
     except Stopped as stop:
         traceback.clear_frames(stop.__traceback__)  # whoever waits in them tidies up
-        return _ended(
-            "stopped; what is finished is kept",
-            debug,
-            stop.code if isinstance(stop.code, int) else 130,
-        )
+        return _ended("stopped; what is finished is kept", debug, stop.code)
     except (AfferentsError, OSError) as error:
         return _ended(_sentence(error), debug, 3 if isinstance(error, PartialFailureError) else 2)
+    except UnicodeEncodeError as error:  # several libraries take no other names of files
+        return _ended(_no_letters(error), debug)
     except (MemoryError, RuntimeError) as error:
         from afferents.training import is_out_of_memory
 
@@ -122,6 +120,13 @@ def _sentence(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
+
+
+def _no_letters(error: UnicodeEncodeError) -> str:
+    if error.object is None:  # of another process
+        return "a name of a file or folder: expected letters of utf-8, found others; rename it"
+    found = error.object[max(0, error.start - 40) : error.end + 40]
+    return f"{found}: expected letters that {error.encoding} has, found others; rename it"
 
 
 def _no_room(error: OSError) -> str:

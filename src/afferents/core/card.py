@@ -3,6 +3,7 @@
 It lies beside the weights as `model.json`, and in the metadata of an exported ONNX file.
 """
 
+import json
 from math import prod
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -141,6 +142,10 @@ class Card(BaseModel):
             if getattr(self, name) is None:
                 raise ValueError(f"{name} must be given for {self.family}")
         return self
+
+    def to_json(self, indent: int | None = None) -> str:
+        """Return it as text, in ASCII: a source's path need not be text."""
+        return json.dumps(self.model_dump(mode="json"), indent=indent, allow_nan=False)
 
     @property
     def of_family(self) -> Family:

@@ -54,6 +54,8 @@ class Stopped(SystemExit):
         Of the signal; 128 more is the exit code, as shells have it.
     """
 
+    code: int
+
     def __init__(self, number: int) -> None:
         """Keep the exit code."""
         super().__init__(128 + number)

@@ -205,6 +205,12 @@ def write_json(target: Path, content: Any) -> None:
         partial.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
+def write_text(target: Path, text: str) -> None:
+    """Write text, whole or not at all; names of files in it need not be text themselves."""
+    with write_aside(target) as partial:
+        partial.write_text(text, encoding="utf-8", errors="backslashreplace")
+
+
 def checksum(*paths: Path) -> str:
     """Return the SHA-256 (hex) of the files' contents, in the order given."""
     digest = hashlib.sha256()

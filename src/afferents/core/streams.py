@@ -26,6 +26,11 @@ def prepare_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
+def printable(text: str) -> str:
+    r"""Return text that any file can hold: what is no letter becomes ``\udcff``."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 def flush_streams() -> OSError | None:
     """Write what is held back; return what kept stdout from taking it.
 

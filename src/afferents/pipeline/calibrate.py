@@ -7,6 +7,7 @@ import numpy as np
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
 from afferents.core.outputs import has_mark, is_our_picture, require_free
+from afferents.core.streams import printable
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate, sensor_toml
 from afferents.markers.estimate import looks
 from afferents.markers.sensor import DiscDetector
@@ -34,7 +35,7 @@ def calibrate_sensor(
     picture = out.with_suffix(".png")
     require_free(out, "a sensor file", _is_calibrated, force=force, reads=[video])
     require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=[video])
-    found = calibrate(open_video(video), out.stem, pitch_mm)
+    found = calibrate(open_video(video), printable(out.stem), pitch_mm)
     with write_aside(out) as partial:
         partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
     seen = np.ones(len(found.position), dtype=bool)

@@ -50,7 +50,7 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     with write_aside(out) as partial:
         _write(module, sample, card, partial)
         model = onnx.load(str(partial))
-        onnx.helper.set_model_props(model, {METADATA: card.model_dump_json()})
+        onnx.helper.set_model_props(model, {METADATA: card.to_json()})
         onnx.save(model, str(partial))
         _check(module, sample, card, partial)
     return card

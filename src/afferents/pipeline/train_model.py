@@ -118,7 +118,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     with write_aside(out, replaces=_is_model) as partial:
         partial.mkdir()
         save_weights(deployed, partial / WEIGHTS)
-        (partial / CARD).write_text(card.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        (partial / CARD).write_text(card.to_json(indent=2) + "\n", encoding="utf-8")
     return card
 
 

@@ -13,7 +13,7 @@ from afferents.core import dims
 from afferents.core.documents import as_form
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.families import MEMORY_FRAMES
-from afferents.core.files import write_aside
+from afferents.core.files import write_text
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
 from afferents.core.results import (
@@ -71,14 +71,12 @@ def write_report(results_folder: Path, progress: Progress) -> Path:
     pictures = draw_pictures(results, data)
     drawn = progress.track(pictures, "drawing", len(pictures))
     save_pictures(drawn, results_folder / "figures")
-    with write_aside(results_folder / TABLE1) as partial:
-        partial.write_text(to_markdown(table1(results.summary)), encoding="utf-8")
+    write_text(results_folder / TABLE1, to_markdown(table1(results.summary)))
     return write_page(results_folder / PAGE, results, pictures, notes)
 
 
 def _write_textures(folder: Path, tables: Sequence[Table]) -> None:
-    with write_aside(folder / TEXTURES) as partial:
-        partial.write_text("\n".join(map(to_markdown, tables)), encoding="utf-8")
+    write_text(folder / TEXTURES, "\n".join(map(to_markdown, tables)))
 
 
 def with_reliability(results: Results) -> Results:
@@ -124,8 +122,7 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
     if len(folders) == 1:
         return table1(*runs.values()), folders[0] / TABLE1
     table, path = runs_side_by_side(runs), folders[0] / "runs.md"
-    with write_aside(path) as partial:
-        partial.write_text(to_markdown(table), encoding="utf-8")
+    write_text(path, to_markdown(table))
     return table, path
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
-from afferents.core.files import write_aside
+from afferents.core.files import write_text
 from afferents.core.results import Results
 from afferents.report.differences import differences
 from afferents.report.labels import (
@@ -65,8 +65,7 @@ def write_report(
         Sentences for the reader, such as why a figure is missing.
     """
     page = render_report(results, pictures, notes)
-    with write_aside(path) as partial:
-        partial.write_text(page, encoding="utf-8")
+    write_text(path, page)
     return path
 
 

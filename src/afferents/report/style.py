@@ -14,10 +14,12 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from afferents.core.files import write_aside
 from afferents.core.outputs import MARK
+from afferents.core.streams import printable
 
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (
     "#0072B2",
@@ -43,6 +45,7 @@ styled = rc_context(
         "font.family": "DejaVu Sans",
         "font.size": 8.5,
         "text.color": INK,
+        "text.parse_math": False,  # a $ is part of a name
         "axes.edgecolor": GREY,
         "axes.labelcolor": INK,
         "axes.linewidth": 0.7,
@@ -137,6 +140,9 @@ def save_figure(figure: Figure, path: Path) -> Path:
 @styled
 def png_bytes(figure: Figure) -> bytes:
     """Return the figure as the content of a PNG file."""
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and text.get_text() != (said := printable(text.get_text())):
+            text.set_text(said)  # the name of a file
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": MARK})
     return buffer.getvalue()

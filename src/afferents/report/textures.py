@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from afferents.core.files import write_aside
+from afferents.core.files import write_text
 from afferents.core.results import UNKNOWN
 from afferents.report.html import shortened, source_argument, template
 from afferents.report.labels import Summary, data_line, model_title, percent, speed_key
@@ -34,8 +34,7 @@ def write_texture_page(path: Path, summaries: Mapping[str, dict[str, Any]]) -> P
         citation=CITATION,
         version=summary["afferents"],
     )
-    with write_aside(path) as partial:
-        partial.write_text(page, encoding="utf-8")
+    write_text(path, page)
     return path
 
 

@@ -1,4 +1,6 @@
 import errno
+import json
+from operator import setitem
 
 import numpy as np
 import pandas as pd
@@ -139,3 +141,118 @@ def test_damaged_results_are_named(tmp_path, samples, name):
     (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:10])
     with pytest.raises(InputError, match=name):
         load_results(tmp_path)
+
+
+@pytest.fixture
+def evaluated(tmp_path, samples):
+    """A results folder, and how to change what a file of it says."""
+    claim_results_folder(tmp_path, CONFIG)
+    keys = save_all(tmp_path, samples((10, 20, 30)), {10: 0.5, 20: 1.0, 30: 0.0})
+    summarise(tmp_path, keys, ["a", "b"], ABOUT)
+
+    def change(name, change):
+        content = json.loads((tmp_path / name).read_text())
+        change(content)
+        (tmp_path / name).write_text(json.dumps(content))
+        return tmp_path
+
+    return change
+
+
+def outcome(summary):
+    return summary["models"]["vib-te"]["nested"]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        ("summary.json", lambda c: c.pop("data"), "with the key 'data', found none"),
+        ("summary.json", lambda c: c.update(schema=99), "with schema: 1, found 99"),
+        ("summary.json", lambda c: c.update(textures=5), "with textures: a valid array, found 5"),
+        ("summary.json", lambda c: c.update(chance=True), "chance: a valid number, found True"),
+        ("summary.json", lambda c: c.update(models=[]), "with models: an object, found []"),
+        (
+            "summary.json",
+            lambda c: outcome(c).update(mean_accuracy=5),
+            "models.vib-te.nested.mean_accuracy: less than or equal to 1, found 5",
+        ),
+        (
+            "summary.json",
+            lambda c: outcome(c).update(worst_speed="99"),
+            "a fault in models.vib-te.nested: worst_speed must be one of by_speed",
+        ),
+        (
+            "summary.json",
+            lambda c: setitem(outcome(c)["leaks"], "scale_saw_held_out_speed", "no"),
+            "scale_saw_held_out_speed: a count, true or false, found 'no'",
+        ),
+        (
+            "summary.json",
+            lambda c: outcome(c)["reliability"]["count"].pop(),
+            "count, confidence and accuracy must be as many",
+        ),
+        (
+            "summary.json",
+            lambda c: setitem(c["models"], "vib-te", {"by-guess": outcome(c)}),
+            "'nested' or 'published', found 'by-guess'",
+        ),
+        ("summary.json", lambda c: c.update(textures=["a", "c"]), "found one of 'b'"),
+        ("config.json", lambda c: c.clear(), "with the key 'data', found none"),
+        (
+            "config.json",
+            lambda c: setitem(c["data"][0], "n_recordings", -1),
+            "data.0.n_recordings: greater than or equal to 0, found -1",
+        ),
+        (
+            "config.json",
+            lambda c: c.update(ablation={"noses": 3}),
+            "the unknown key 'ablation.noses'",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_named(evaluated, name, change, said):
+    root = evaluated(name, change)
+    with pytest.raises(InputError) as caught:
+        load_results(root)
+    assert said in str(caught.value)
+    assert "evaluate again into another folder" in str(caught.value)
+    assert (root / "predictions.parquet" if "'b'" in said else root / name).name in str(
+        caught.value
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda c: c.clear(), "with the key 'model', found none"),
+        (lambda c: c.update(model="touch"), "model: one of sa-se"),
+        (lambda c: c.update(validation_accuracy=1.5), "validation_accuracy: less than"),
+        (lambda c: c.update(epochs=-1), "epochs: greater than or equal to 0"),
+        (lambda c: c.update(held_out_mm_s=20), "found vib-te, nested, seed 0, 20 mm/s held out"),
+        (lambda c: c.update(seed=True), "seed: a valid integer, found True"),
+    ],
+)
+def test_facts_of_a_fold_that_make_no_sense_are_named(evaluated, change, said):
+    name = "folds/vib-te/nested/seed-0/10/fold.json"
+    root = evaluated(name, change)
+    with pytest.raises(InputError, match=name) as caught:
+        finished_keys(root)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t: t.drop(columns="model"), "one without the column 'model'"),
+        (lambda t: t.assign(seed="x"), "whose column 'seed' holds more than numbers"),
+        (lambda t: t.assign(stop_s=np.nan), "whose column 'stop_s' holds more than numbers"),
+        (lambda t: t.assign(p_a=5.0), "whose column 'p_a' holds more than probabilities"),
+        (lambda t: t.assign(p_b=np.nan), "whose column 'p_b' holds more than probabilities"),
+    ],
+)
+def test_a_table_that_holds_no_predictions(evaluated, change, said):
+    root = evaluated("config.json", lambda _: None)
+    table = pd.read_parquet(root / "predictions.parquet")
+    change(table).to_parquet(root / "predictions.parquet")
+    with pytest.raises(InputError, match=said):
+        load_results(root)

@@ -14,6 +14,7 @@ from afferents.core.files import write_json
 from afferents.evaluation import FoldKey, at_work, plan, seconds_left, standings
 
 FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
+FOLDER = "folds/vib-te/nested/seed-0"
 KEYS = [FoldKey("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
 
 
@@ -75,6 +76,26 @@ def test_plans_add_up_once_something_is_kept(tmp_path):
     plan(tmp_path, KEYS, workers=3)
     assert len(standings(tmp_path)) == 4
     assert json.loads((tmp_path / "plan.json").read_text())["workers"] == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("plan.json", {}, "a plan of trainings with the key 'workers'"),
+        ("plan.json", {"workers": 0, "cluster": None, "jobs": []}, "workers: greater than or"),
+        ("plan.json", {"workers": 1, "cluster": None, "jobs": [{"model": "../x"}]}, "jobs.0.model"),
+        (f"{FOLDER}/10.running", {"host": "h", "pid": 1 << 40, "since": 0}, "pid: less than"),
+        (f"{FOLDER}/10.running", {"host": "h", "pid": True, "since": 0}, "pid: a valid integer"),
+        (f"{FOLDER}/10.failed", [], "found a list, no object"),
+        (f"{FOLDER}/10/fold.json", {"seconds": "x"}, "the facts of a fold with the key 'model'"),
+    ],
+)
+def test_marks_and_plans_that_make_no_sense_are_named(tmp_path, name, content, said):
+    plan(tmp_path, KEYS, workers=2)
+    write_json(tmp_path / name, content)
+    with pytest.raises(InputError, match=name) as caught:
+        standings(tmp_path)
+    assert said in str(caught.value)
 
 
 def test_a_folder_without_a_plan_is_refused(tmp_path):
