@@ -28,9 +28,10 @@ import psutil
 
 from afferents.recordings.session import SESSION_FILE
 
-GRIDS = {9: (3, 3), 100: (10, 10), 400: (20, 20), 2000: (40, 50)}
-"""Bump spacings and speeds, by how many recordings they make."""
-SECONDS, PORT = "2.5", 18786
+MOST, SPEEDS = 2000, 50
+"""Recordings of the largest session, and the speeds of each of its textures."""
+SECONDS = "2.5"
+PORT = int(os.environ.get("PORT", "18786"))
 _PYTHON = [sys.executable, "-m"]
 
 
@@ -130,15 +131,9 @@ def sent_by_connection() -> dict[str, int]:
 
 
 def grid(recordings: int) -> tuple[list[str], list[str]]:
-    """Return bump spacings, mm, and speeds, mm/s; of fewer recordings some of those of the most."""
-    n_textures, n_speeds = GRIDS[recordings]
-    textures = [f"{1 + i * 0.1:.1f}" for i in range(max(GRIDS.values())[0])]
-    speeds = [f"{10 + i * 1.8:.1f}" for i in range(max(GRIDS.values())[1])]
-    last = len(speeds) - 1
-    return (
-        [f"{float(texture):g}" for texture in textures[:n_textures]],
-        [f"{float(speeds[round(i * last / (n_speeds - 1))]):g}" for i in range(n_speeds)],
-    )
+    """Return bump spacings, mm, and speeds, mm/s; smaller sessions have fewer textures."""
+    textures = [f"{1 + i / 10:g}" for i in range(recordings // SPEEDS)]
+    return textures, [f"{10 + i * 1.8:g}" for i in range(SPEEDS)]
 
 
 def link_part(whole: Path, part: Path, recordings: int) -> None:
@@ -150,10 +145,9 @@ def link_part(whole: Path, part: Path, recordings: int) -> None:
         (part / name).mkdir(parents=True)
         for file in (whole / name).iterdir():
             (part / name / file.name).hardlink_to(file)
-    for entry in ("runs", "checksums"):
+    for entry in {"runs", "checksums"} & set(content):
         content[entry] = {name: content[entry][name] for name in names}
-    content |= {"textures": textures, "speeds_mm_s": [float(speed) for speed in speeds]}
-    (part / SESSION_FILE).write_text(json.dumps(content))
+    (part / SESSION_FILE).write_text(json.dumps({**content, "textures": textures}))
 
 
 def digest_of(folder: Path) -> str:
@@ -192,15 +186,14 @@ def go_through(folder: Path, recordings: int, way: str, models: str, workers: in
     told(recordings, "report", way, measured(["report", str(results)], None))
 
 
-def simulate(folder: Path, recordings: int, workers: int) -> None:
-    """Simulate a session on a cluster, or go on with it."""
-    textures, speeds = grid(recordings)
+def simulate(session: Path, workers: int) -> None:
+    """Simulate the largest session on a cluster, or go on with it."""
+    textures, speeds = grid(MOST)
     words = ["--textures", ",".join(textures), "--speeds", ",".join(speeds), "--seconds", SECONDS]
     where = ["--cluster", f"tcp://127.0.0.1:{PORT}"]
     with running_cluster(workers) as cluster:
-        session = str(folder / f"session-{recordings}")
-        cost = measured(["simulate", session, *words, *where], cluster)
-        told(recordings, "simulate", "cluster", cost)
+        cost = measured(["simulate", str(session), *words, *where], cluster)
+    told(MOST, "simulate", "cluster", cost)
 
 
 def compare(folder: Path, recordings: int) -> None:
@@ -226,20 +219,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--recordings", default="100,400,2000")
-    parser.add_argument("--ways", default="cluster,one", help="none for the simulation alone")
+    parser.add_argument("--ways", default="cluster,one")
+    parser.add_argument("--no-simulate", action="store_true", help="take what is there")
     parser.add_argument("--models", default="ra-wave-vector")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     fields = " | ".join(field.replace("_", " ") for field in Cost._fields)
     print(f"| recordings | stage | way | {fields} | load |\n{'|---' * (len(Cost._fields) + 4)}|")
-    numbers = sorted(map(int, arguments.recordings.split(",")))
-    simulate(arguments.folder, numbers[-1], arguments.workers)
-    ways = [way for way in arguments.ways.split(",") if way != "none"]
-    for recordings in numbers if ways else ():
+    whole = arguments.folder / f"session-{MOST}"
+    if not arguments.no_simulate:
+        simulate(whole, arguments.workers)
+    for recordings in (int(number) for number in arguments.recordings.split(",") if number):
         part = arguments.folder / f"session-{recordings}"
         if not part.exists():
-            link_part(arguments.folder / f"session-{numbers[-1]}", part, recordings)
+            link_part(whole, part, recordings)
+        ways = arguments.ways.split(",")
         for way in ways:
             go_through(arguments.folder, recordings, way, arguments.models, arguments.workers)
         if len(ways) == 2:

@@ -29,7 +29,7 @@ PORT, BUCKET = 15555, "afferents"
 OPTIONS = {
     "key": "any",
     "secret": "any",
-    "client_kwargs": {"endpoint_url": f"http://127.0.0.1:{PORT}", "region_name": "us-east-1"},
+    "client_kwargs": {"endpoint_url": f"http://127.0.0.1:{PORT}"},
 }
 
 
@@ -49,7 +49,7 @@ def write_groups(name: str, recordings: list[xr.Dataset]) -> None:
     """Write a group a recording, as `extract` does on a disk."""
     store = place(name)
     for recording in recordings:
-        plain = recording.drop_encoding().astype({"sa1": "float32"})[["sa1"]]
+        plain = recording[["sa1"]].drop_encoding()
         plain = plain.drop_vars(list(plain.coords))
         plain.to_zarr(store, group=recording.attrs["name"], zarr_format=3, consolidated=False)
 

@@ -98,9 +98,11 @@ def on_cluster(
 
         hand_out()
         for future in waiting:
-            hand_out()
-            yield _result(future)
+            result = _result(future)
             del future
+            hand_out()
+            yield result
+            del result
 
 
 def _room(client: "Client", waiting: int) -> int:

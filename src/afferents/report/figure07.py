@@ -57,8 +57,12 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
     None where no texture has a speed together with its half and its double.
     """
     textures = sorted(textures_of(spectra), key=lambda name: name != TEXTURE)
+    # Of many recordings, looking for each in all samples would take longer than all the rest.
+    recorded = set(zip(spectra[dims.TEXTURE].values, spectra[dims.SPEED].values, strict=True))
     for speed in sorted(speeds_of(spectra), key=lambda v: abs(v - SPEED)):
         for texture in textures:
+            if not {(texture, k * speed) for k in (0.5, 1.0, 2.0)} <= recorded:
+                continue
             found = [condition_spectrum(spectra, texture, k * speed) for k in (0.5, 1.0, 2.0)]
             half, middle, double = found
             if half is not None and middle is not None and double is not None:
