@@ -2,20 +2,23 @@
 
 import json
 import os
+import resource
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import time
 import urllib.error
 import urllib.request
+from functools import partial
 
 import cv2
 import numpy as np
 import pytest
 import soundfile
 import torch
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 from websockets.sync.client import connect
 
 from afferents.core.card import CARD, WEIGHTS
@@ -43,11 +46,14 @@ def recording(make_video, tmp_path_factory):
 class Running:
     """`afferents live --web` in a process of its own."""
 
-    def __init__(self, recording, *arguments):
+    def __init__(self, recording, *arguments, files=None):
         command = [sys.executable, "-m", "afferents", "live", "--web", "--port", "0"]
         sources = ["--video", f"replay:{recording}", "--audio", f"replay:{recording}"]
         self.process = subprocess.Popen(
-            [*command, *sources, *map(str, arguments)], stderr=subprocess.PIPE, text=True
+            [*command, *sources, *map(str, arguments)],
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=files and partial(resource.setrlimit, resource.RLIMIT_NOFILE, (files,) * 2),
         )
         said = iter(self.process.stderr.readline, "")
         page = next(line for line in said if line.startswith("Page: "))
@@ -117,6 +123,33 @@ def test_rubbish_a_second_and_a_slow_visitor_harm_nobody(running):
         after, _ = states(good, 1.5)
         assert after[-1]["sight"]["rate_hz"] > 60
         assert slow.recv(timeout=10)
+
+
+def test_a_crowd_takes_neither_the_stream_nor_the_terminal(recording, models):
+    """120 connections that ask for nothing, where a process may open 64 files."""
+    running = Running(recording, "--model", models["sa-se"], files=64)
+    try:
+        address = running.url.removeprefix("http://").split(":")
+        crowd = [socket.create_connection(address, timeout=60) for _ in range(120)]
+        until = time.monotonic() + 60
+        while True:  # until those who had a place have lost it
+            try:
+                assert status_of(running.url) == 200
+                with running.socket() as good:
+                    found, _ = states(good, 1)
+                break
+            except (OSError, AssertionError, WebSocketException):
+                assert time.monotonic() < until
+                time.sleep(0.5)
+        assert found[-1]["percepts"]
+        assert running.process.poll() is None
+        for visitor in crowd:
+            visitor.close()
+        running.process.send_signal(signal.SIGINT)
+        assert running.process.wait(20) == 130
+        assert running.process.stderr.read().count("\n") <= 2
+    finally:
+        running.process.kill()
 
 
 def status_of(url, host=None):

@@ -2,32 +2,40 @@
 
 import asyncio
 import hmac
-import ipaddress
 import json
-import socket
 import sys
 import threading
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, suppress
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, urlsplit
 
-from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
+from afferents.live.web.door import check_address, is_loopback, open_door
+from afferents.live.web.limits import Limits
+from afferents.live.web.quiet import told_in_a_line
 from afferents.live.web.snapshot import Snapshots
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
-LEAST_TOKEN = 8
+
+LAST_S = 2.0
+"""The stream is given so long for its last percept."""
 
 
 def serve(
-    percepts: Iterator[Percept], feeler: Feeler, host: str, port: int, token: str | None
+    percepts: Iterator[Percept],
+    feeler: Feeler,
+    host: str,
+    port: int,
+    token: str | None,
+    limits: Limits | None = None,
 ) -> None:
     """Show percepts on a page until the user stops.
 
@@ -41,6 +49,8 @@ def serve(
         Where; port 0 for any that is free.
     token
         Word that visitors must give as `?token=`; None for none.
+    limits
+        What visitors may take.
 
     Raises
     ------
@@ -52,61 +62,54 @@ def serve(
     """
     check_address(host, token)
     uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
+    from afferents.live.web.guard import OneRequest, Onlooker
+
+    limits = limits or Limits()
     snapshots = Snapshots(feeler)
-    bound = _bound(host, port)
+    door = open_door(host, port, limits.places)
     config = uvicorn.Config(
         application(snapshots, host, token),
-        log_level="warning",
-        ws_max_size=1 << 16,
+        loop="asyncio:SelectorEventLoop",  # takes visitors from the door, on every system
+        http=partial(OneRequest, limits),
+        ws=partial(Onlooker, limits),
+        backlog=128,  # who waits there takes no file of ours
+        h11_max_incomplete_event_size=1 << 14,
+        ws_max_size=limits.saying,
+        ws_per_message_deflate=False,  # pictures are compressed already
+        log_config=None,
+        log_level="error",
+        access_log=False,
         timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
     )
     server = uvicorn.Server(config)
     failed: list[BaseException] = []
+    stopped = threading.Event()
 
     def feel() -> None:
         try:
             for percept in percepts:
                 snapshots.take(percept)
+                if stopped.is_set():
+                    return
             snapshots.ended = "the source has ended"
         except BaseException as error:  # noqa: BLE001  raised when the server has stopped
             failed.append(error)
             server.should_exit = True
 
-    threading.Thread(target=feel, name="afferents-stream", daemon=True).start()
+    stream = threading.Thread(target=feel, name="afferents-stream", daemon=True)
+    stream.start()
     shown = f"[{host}]" if ":" in host else host
     query = "" if token is None else f"/?token={quote(token, safe='')}"
-    sys.stderr.write(f"Page: http://{shown}:{bound.getsockname()[1]}{query}\n")
+    sys.stderr.write(f"Page: http://{shown}:{door.getsockname()[1]}{query}\n")
     sys.stderr.flush()
-    server.run(sockets=[bound])
+    try:
+        with told_in_a_line():
+            server.run(sockets=[door])
+    finally:
+        stopped.set()
+        stream.join(LAST_S)  # an interpreter that ends while a network runs is aborted
     if failed:
         raise failed[0]
-
-
-def check_address(host: str, token: str | None) -> None:
-    """Refuse to show a lab to the network by accident.
-
-    Raises
-    ------
-    InputError
-        If others could reach the page without a token, or the token is too short.
-    """
-    if token is not None and len(token) < LEAST_TOKEN:
-        raise InputError("--token", f"at least {LEAST_TOKEN} characters", f"{len(token)}")
-    if not is_loopback(host) and token is None:
-        raise InputError(
-            "--host", "this machine's own address without --token", host,
-            "add --token WORD, which visitors must give",
-        )  # fmt: skip
-
-
-def is_loopback(host: str) -> bool:
-    """Tell whether only this machine reaches an address."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
@@ -118,7 +121,7 @@ def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
     from starlette.responses import FileResponse, PlainTextResponse, Response
     from starlette.routing import Mount, Route, WebSocketRoute
     from starlette.staticfiles import StaticFiles
-    from starlette.websockets import WebSocket
+    from starlette.websockets import WebSocket, WebSocketDisconnect
 
     def knows_token(given: str | None) -> bool:
         return token is None or hmac.compare_digest((given or "").encode(), token.encode())
@@ -129,15 +132,16 @@ def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
         return FileResponse(PAGE / "index.html")
 
     async def feed(visitor: WebSocket) -> None:
-        if not knows_token(visitor.query_params.get("token")) or not _same_origin(visitor):
-            await visitor.close(1008)
-            return
-        await visitor.accept()
-        await _attend(visitor, snapshots)
+        with suppress(WebSocketDisconnect, RuntimeError, ConnectionError):  # it may go any time
+            if not knows_token(visitor.query_params.get("token")) or not _same_origin(visitor):
+                await visitor.close(1008)
+                return
+            await visitor.accept()
+            await _attend(visitor, snapshots)
 
     # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
     own = ["127.0.0.1", "localhost", "[::1]", host] if is_loopback(host) else ["*"]
-    return Starlette(
+    routed = Starlette(
         routes=[
             Route("/", page),
             WebSocketRoute("/feel", feed),
@@ -145,24 +149,38 @@ def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
         ],
         middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=own)],
     )
+    return _one_answer(routed)
+
+
+def _one_answer(app: Any) -> Any:
+    """Close every connection after an answer, as each has one place and one time limit."""
+
+    async def answered(scope: Any, receive: Any, send: Any) -> None:
+        async def send_last(message: Any) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", []), (b"connection", b"close")]
+            await send(message)
+
+        await app(scope, receive, send_last)
+
+    return answered
 
 
 async def _attend(visitor: Any, snapshots: Snapshots) -> None:
     """Send a visitor the newest of everything until it goes; whatever it says is not heeded."""
-    from starlette.websockets import WebSocketDisconnect
 
     async def listen() -> None:
         while (await visitor.receive())["type"] != "websocket.disconnect":
             pass
 
     async with _in_background(listen()) as gone:
-        with suppress(WebSocketDisconnect, RuntimeError, ConnectionError):
-            await visitor.send_text(json.dumps(snapshots.hello()))
-            while not gone.done():
-                await visitor.send_text(json.dumps(snapshots.state()))
-                if (jpeg := snapshots.jpeg()) is not None:
-                    await visitor.send_bytes(jpeg)
-                await asyncio.sleep(EVERY_S)
+        await visitor.send_text(json.dumps(snapshots.hello()))
+        while not gone.done():
+            state, jpeg = snapshots.newest()
+            await visitor.send_text(state)
+            if jpeg is not None:
+                await visitor.send_bytes(jpeg)
+            await asyncio.sleep(EVERY_S)
 
 
 @asynccontextmanager
@@ -179,15 +197,7 @@ async def _in_background(work: Any) -> AsyncIterator["asyncio.Task[None]"]:
 def _same_origin(visitor: Any) -> bool:
     """Tell whether the page that opens the socket is ours; programs name none."""
     origin = visitor.headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == visitor.headers.get("host")
-
-
-def _bound(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        return socket.create_server((host, port), family=family)
-    except OSError as error:
-        raise InputError(
-            f"--port {port}", f"an address of this machine that is free, {host}",
-            str(error.strerror or error), "take another --port",
-        ) from error  # fmt: skip
+        return origin is None or urlsplit(origin).netloc == visitor.headers.get("host")
+    except ValueError:  # no address at all
+        return False

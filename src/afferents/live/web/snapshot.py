@@ -1,5 +1,7 @@
 """What the page draws: the newest of everything, as JSON and as a picture."""
 
+import json
+import math
 import time
 from typing import Any
 
@@ -14,6 +16,8 @@ from afferents.live.percept import Percept
 _QUALITY = 70
 """Of the JPEG, per cent."""
 _DIGITS = 4
+FRESH_S = 0.025
+"""What is drawn up serves all visitors for so long."""
 
 
 class Rate:
@@ -47,6 +51,8 @@ class Snapshots:
         self._percepts: dict[str, tuple[Percept, float]] = {}
         self._frames, self._samples = Rate(), Rate()
         self._encoded: tuple[Picture | None, bytes] = None, b""
+        self._newest: tuple[str, bytes | None] = "", None
+        self._drawn_s = -math.inf
         self.ended: str | None = None
 
     def take(self, percept: Percept) -> None:
@@ -69,6 +75,14 @@ class Snapshots:
                 for judge in sense.judges
             ],
         }
+
+    def newest(self) -> tuple[str, bytes | None]:
+        """Return the state as JSON, and the picture; drawn up once for many visitors."""
+        now_s = time.monotonic()
+        if now_s - self._drawn_s > FRESH_S:
+            self._newest = json.dumps(self.state()), self.jpeg()
+            self._drawn_s = now_s
+        return self._newest
 
     def state(self) -> dict[str, Any]:
         """Return the newest of everything but the picture."""
@@ -118,7 +132,7 @@ class Snapshots:
         if sight is None or sight.picture is None:
             return None
         picture = sight.picture
-        if picture is not self._encoded[0]:  # once for all visitors
+        if picture is not self._encoded[0]:
             options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
             _, encoded = cv2.imencode(".jpg", picture.frame.image, options)
             self._encoded = picture, bytes(encoded)

@@ -1,0 +1,41 @@
+"""A page of noise, served: `python served.py FILES LIMITS`, with at most FILES open at a time.
+
+The stream counts to 50 a second; its percepts carry the count as their time.
+"""
+
+import json
+import resource
+import sys
+import time
+from types import SimpleNamespace
+
+import numpy as np
+
+from afferents.live.percept import Percept
+from afferents.live.web.limits import Limits
+from afferents.live.web.server import serve
+
+RATE_HZ = 50
+
+
+def main(files, limits):
+    resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
+    image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
+    sight = SimpleNamespace(counters=SimpleNamespace(frames=0), felt=None, picture=None)
+    feeler = SimpleNamespace(senses={}, sight=sight, hearing=None)
+
+    def percepts():
+        while True:
+            time.sleep(1 / RATE_HZ)
+            sight.counters.frames += 1
+            sight.picture = SimpleNamespace(frame=SimpleNamespace(image=image))
+            yield Percept("counting", "texture", float(sight.counters.frames))
+
+    try:
+        serve(percepts(), feeler, "127.0.0.1", 0, None, Limits(**limits))
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), json.loads(sys.argv[2]))

@@ -1,0 +1,397 @@
+"""Visitors who come in crowds, dawdle, shout or never listen: real sockets, a real server."""
+
+import errno
+import json
+import logging
+import os
+import resource
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from contextlib import ExitStack, closing, suppress
+from http.client import HTTPException
+from pathlib import Path
+
+import pytest
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.sync.client import connect
+
+from afferents.live.web import door, limits
+from afferents.live.web.limits import Limits, affordable
+from afferents.live.web.quiet import told_in_a_line
+
+FILES = 64
+SHORT = {"request_s": 2.0, "taking_s": 2.0}
+PATIENCE_S = 60
+"""Nothing here should take a tenth of it, on a machine that has nothing else to do."""
+SERVED = Path(__file__).parent / "served.py"
+HEAD = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+UPGRADE = (
+    b"GET /feel HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="counts files in /proc")
+
+
+class Served:
+    """A page in a process of its own, which may have `FILES` files open."""
+
+    def __init__(self, said_in, **asked):
+        self.said_in = said_in
+        with said_in.open("w") as said:
+            command = [sys.executable, SERVED, str(FILES), json.dumps(SHORT | asked)]
+            self.process = subprocess.Popen(command, stderr=said)
+        until(lambda: self.said().startswith("Page: http") and self.said().endswith("\n"))
+        self.url = self.said().removeprefix("Page: ").strip()
+        self.address = ("127.0.0.1", int(self.url.rpartition(":")[2]))
+        self.count()
+        time.sleep(1)  # until that visitor's files are closed
+        self.files_at_rest = self.files()
+
+    def said(self):
+        return self.said_in.read_text()
+
+    def files(self):
+        return len(list(Path(f"/proc/{self.process.pid}/fd").iterdir()))
+
+    def memory_mb(self):
+        status = Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(status.partition("VmRSS:")[2].split()[0]) / 1024
+
+    def visit(self, said=b""):
+        visitor = socket.create_connection(self.address, timeout=PATIENCE_S)
+        with suppress(ConnectionError):
+            visitor.sendall(said)
+        return visitor
+
+    def shaken_hands(self, said):
+        """Return a web socket over which something is said."""
+        visitor = self.visit(UPGRADE)
+        assert visitor.recv(12) == b"HTTP/1.1 101"
+        with suppress(ConnectionError):
+            visitor.sendall(said)
+        return visitor
+
+    def onlooker(self):
+        return connect(self.url.replace("http", "ws") + "/feel", max_size=None, close_timeout=1)
+
+    def count(self):
+        """Return how far the stream has come, as a good visitor hears at last."""
+        found = []
+        assert until(lambda: found.append(self._count()) or True)
+        return found[0]
+
+    def _count(self):
+        with urllib.request.urlopen(self.url, timeout=PATIENCE_S) as page:
+            assert b"afferents" in page.read()
+        with self.onlooker() as visitor:
+            while True:
+                message = visitor.recv(timeout=PATIENCE_S)
+                found = {} if isinstance(message, bytes) else json.loads(message)
+                if found.get("percepts"):
+                    return found["percepts"][0]["time_s"]
+
+    def is_as_before(self):
+        """Tell whether all is over: a good visitor is served, and no file is open any more."""
+        self.count()
+        return until(lambda: self.files() <= self.files_at_rest)
+
+
+def until(what):
+    """Wait for something to be true, and tell whether it was."""
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        with suppress(OSError, HTTPException, WebSocketException):
+            if what():
+                return True
+        time.sleep(0.05)
+    return False
+
+
+def is_closed(visitor):
+    """Tell whether a visitor, who hears whatever is said, is let go at last."""
+    with closing(visitor), suppress(ConnectionError):
+        while visitor.recv(1 << 16):
+            pass
+    return True
+
+
+def reset(visitor):
+    visitor.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    visitor.close()
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    page = Served(tmp_path_factory.mktemp("served") / "said.txt")
+    yield page
+    page.process.send_signal(signal.SIGINT)
+    assert page.process.wait(PATIENCE_S) == 130
+    assert page.said().count("\n") == 1
+
+
+@pytest.mark.parametrize("said", [b"", HEAD])
+def test_a_crowd_that_asks_for_nothing(served, said):
+    before = served.count()
+    crowd = [served.visit(said) for _ in range(120)]
+    assert served.files() <= FILES
+    answers = []
+    for visitor in crowd:
+        with suppress(ConnectionError):
+            answers.append(visitor.recv(1000))
+        visitor.close()
+    assert answers.count(b"") < FILES  # had a place, until time was up
+    assert any(b"503 Service Unavailable" in answer for answer in answers)
+    assert served.is_as_before()
+    assert served.count() > before
+    assert served.said().count("\n") == 1
+
+
+def drip(visitor, what):
+    """Say a byte at a time, until hung up on; tell whether it was."""
+    end_s = time.monotonic() + PATIENCE_S
+    visitor.settimeout(0.1)
+    while time.monotonic() < end_s:
+        try:
+            visitor.sendall(what)
+            if not visitor.recv(1 << 16):
+                return True
+        except TimeoutError:
+            continue
+        except ConnectionError:
+            return True
+    return False
+
+
+@pytest.mark.parametrize(
+    "begun",
+    [
+        HEAD,
+        HEAD.replace(b"GET", b"POST") + b"Content-Length: 1000000\r\n\r\n",
+        HEAD.replace(b"GET", b"POST") + b"Transfer-Encoding: chunked\r\n\r\n",
+        HEAD + b"Expect: 100-continue\r\nContent-Length: 1000000\r\n\r\n",
+    ],
+)
+def test_a_head_or_a_body_that_never_ends(served, begun):
+    with served.visit(begun) as slow:
+        assert drip(slow, b"1")
+    assert served.is_as_before()
+
+
+def rubbish():
+    """Return what sensible visitors do not say."""
+    rng = os.urandom
+    return {
+        "noise": rng(4000),
+        "lines of noise": b"\r\n".join(rng(40) for _ in range(100)) + b"\r\n\r\n",
+        "tls": bytes.fromhex("16030100c8010000c40303") + rng(196) + b"\r\n\r\n",
+        "http/2": b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+        "upgrade to http/2": HEAD + b"Connection: Upgrade\r\nUpgrade: h2c\r\n\r\n",
+        "a long header": HEAD + b"X: " + b"x" * 200_000 + b"\r\n\r\n",
+        "many headers": HEAD + b"X: x\r\n" * 20_000 + b"\r\n",
+        "a long path": HEAD.replace(b"/ ", b"/" + b"x" * 10_000 + b" ") + b"\r\n",
+        "a null byte": HEAD.replace(b"/ ", b"/page/%00 ") + b"\r\n",
+        "not utf-8": HEAD.replace(b"/ ", b"/page/%ff?token=%ff ") + b"\r\n",
+        "a bad range": HEAD.replace(b"/ ", b"/page/live.js ") + b"Range: bytes=9-1,x\r\n\r\n",
+        "a bad date": HEAD + b"If-Modified-Since: never\r\n\r\n",
+        "a bad chunk": HEAD + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n" + rng(100),
+        "pipelined": (HEAD + b"\r\n") * 2000,
+        "no such method": HEAD.replace(b"GET", b"BREW") + b"\r\n",
+        "many headers, upgraded": UPGRADE[:-2] + b"X: x\r\n" * 500 + b"\r\n",
+        "a long header, upgraded": UPGRADE[:-2] + b"X: " + b"x" * 12_000 + b"\r\n\r\n",
+        "an odd key": UPGRADE.replace(b"dGhl", b"----") + b"\r\n",
+        "an odd origin": UPGRADE[:-2] + b"Origin: http://[\r\n\r\n",
+    }
+
+
+def rubbish_frames():
+    """Return what sensible visitors do not say over a web socket."""
+    mask = bytes(4)
+    return {
+        "noise": b"\xff" + os.urandom(4000),
+        "not masked": b"\x81\x02xx",
+        "a part of nothing": b"\x80\x82" + mask + b"xx",
+        "a huge frame": b"\x82\xff\x7f" + os.urandom(4000),
+        "unending parts": b"\x01\x80" + mask + (b"\x00\x80" + mask) * 50_000,
+        "texts that are none": (b"\x81\x82" + mask + b"\xff\xfe") * 50_000,
+        "pings": (b"\x89\xfd" + mask + b"x" * 125) * 1000,
+        "a bad close": b"\x88\x81" + mask + b"x",
+    }
+
+
+@pytest.mark.parametrize("what", list(rubbish()))
+def test_rubbish_is_answered_by_hanging_up(served, what):
+    said = rubbish()[what]
+    for _ in range(5):
+        reset(served.visit(said))
+        with served.visit(said) as gone, suppress(OSError):  # it may have been hung up on
+            gone.shutdown(socket.SHUT_WR)
+    assert is_closed(served.visit(said))
+    assert served.is_as_before()
+    assert served.said().count("\n") == 1
+
+
+@pytest.mark.parametrize("what", list(rubbish_frames()))
+def test_rubbish_frames_are_answered_by_hanging_up(served, what):
+    said = rubbish_frames()[what]
+    for _ in range(5):
+        reset(served.shaken_hands(said))
+    assert is_closed(served.shaken_hands(said))
+    assert served.is_as_before()
+    assert served.said().count("\n") == 1
+
+
+def test_a_web_socket_that_never_reads(served):
+    deaf = socket.socket()
+    deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
+    deaf.connect(served.address)
+    with deaf, served.onlooker() as good:
+        deaf.sendall(UPGRADE)
+        assert deaf.recv(12) == b"HTTP/1.1 101"
+        assert until(lambda: served.files() <= served.files_at_rest + 1)
+        assert is_closed(deaf)
+        good.recv(timeout=PATIENCE_S)
+    assert served.is_as_before()
+
+
+def shout(visitor):
+    for _ in range(1000):
+        visitor.send("x" * 10_000)
+
+
+def test_a_web_socket_that_shouts(served):
+    with served.onlooker() as good, served.onlooker() as loud:
+        with pytest.raises(ConnectionClosed):
+            shout(loud)
+        good.send("{]")
+        good.recv(timeout=PATIENCE_S)
+    assert served.is_as_before()
+
+
+def press(served, over):
+    """Come and go, mostly with nothing to say, else with rubbish."""
+    said = list(rubbish().values())
+    with ExitStack() as held:
+        for n in range(10_000):
+            if over.is_set():
+                return
+            with suppress(OSError):
+                held.enter_context(served.visit(b"" if n % 3 else said[n % len(said)]))
+            if n % 50 == 49:
+                held.close()
+
+
+def counted(visitor, seconds):
+    """Return how far the stream came in so many seconds, as a visitor hears."""
+    counts, end_s = [], time.monotonic() + seconds
+    while time.monotonic() < end_s or len(counts) < 2:
+        message = visitor.recv(timeout=PATIENCE_S)
+        found = {} if isinstance(message, bytes) else json.loads(message)
+        counts += [percept["time_s"] for percept in found.get("percepts", [])]
+    return counts[-1] - counts[0]
+
+
+def test_under_all_of_it_the_stream_goes_on_and_little_is_taken(served):
+    """A third of the rate is asked for, as who presses needs the machine as well."""
+    memory_mb, over = served.memory_mb(), threading.Event()
+    with served.onlooker() as good:
+        at_rest = counted(good, 3)
+        pressing = [threading.Thread(target=press, args=(served, over)) for _ in range(3)]
+        for thread in pressing:
+            thread.start()
+        pressed = counted(good, 9)
+        over.set()
+        for thread in pressing:
+            thread.join()
+    assert pressed > at_rest
+    assert served.is_as_before()
+    assert served.memory_mb() < memory_mb + 50
+    assert served.said().count("\n") == 1
+
+
+def test_places_are_taken_and_given_up(tmp_path):
+    served = Served(tmp_path / "said.txt", places=3)
+    try:
+        with ExitStack() as inside:
+            for _ in range(3):
+                inside.enter_context(served.onlooker()).recv(timeout=PATIENCE_S)
+            with served.visit() as late:
+                assert late.recv(1000).startswith(b"HTTP/1.1 503")
+        assert served.is_as_before()
+        # The end waits neither for who asks nothing nor for who takes nothing.
+        with served.visit(HEAD), served.visit(UPGRADE):
+            time.sleep(1)
+            served.process.send_signal(signal.SIGINT)
+            assert served.process.wait(PATIENCE_S) == 130
+        assert served.said().count("\n") == 1
+    finally:
+        served.process.kill()
+
+
+def from_host(host, address):
+    return socket.create_connection(address, timeout=PATIENCE_S, source_address=(host, 0))
+
+
+def test_an_address_has_half_of_the_places(monkeypatch):
+    with door.open_door("127.0.0.1", 0, 4) as opened, ExitStack() as inside:
+        monkeypatch.setattr(door, "is_loopback", lambda host: host == "127.0.0.1")
+        opened.setblocking(False)
+
+        def comes_in(host):
+            inside.enter_context(from_host(host, opened.getsockname()))
+            try:
+                visitor, address = opened.accept()
+            except BlockingIOError:
+                return None
+            assert address[0] == host
+            return inside.enter_context(visitor)
+
+        first = comes_in("127.0.0.2")
+        assert first
+        assert comes_in("127.0.0.2")
+        assert comes_in("127.0.0.2") is None
+        assert comes_in("127.0.0.1")
+        assert comes_in("127.0.0.1")
+        assert comes_in("127.0.0.1") is None
+        first.close()
+        assert comes_in("127.0.0.2")
+
+
+def test_a_door_without_files_waits(monkeypatch):
+    def none(_):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    with door.open_door("127.0.0.1", 0, 4) as opened:
+        monkeypatch.setattr(socket.socket, "accept", none)
+        with pytest.raises(BlockingIOError):
+            opened.accept()
+
+
+def test_what_goes_wrong_is_told_once_in_a_line(capsys):
+    with told_in_a_line():
+        for name in ("asyncio", "uvicorn.error", "uvicorn.error"):
+            logging.getLogger(name).warning("a visitor did something")
+            try:
+                raise ValueError("of\nlines")
+            except ValueError:
+                logging.getLogger(name).exception("Failed\nat length")
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert said.startswith("Page: Failed: ValueError('of\\nlines')")
+
+
+@pytest.mark.parametrize(
+    ("files", "fewest", "most"),
+    [(64, 5, 18), (20, 1, 1), (100_000, limits.CEILING, limits.CEILING),
+     (resource.RLIM_INFINITY, limits.CEILING, limits.CEILING)],
+)  # fmt: skip
+def test_places_by_the_files_that_may_be_open(monkeypatch, files, fewest, most):
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (files, files))
+    monkeypatch.setattr(os, "listdir", lambda _: ["0"] * 10)
+    assert fewest <= affordable() <= most
+    assert Limits().places == affordable()
