@@ -6,24 +6,56 @@ import subprocess
 import sys
 import time
 
+import psutil
+import pytest
+
 from afferents.pipeline.status import status
 
 
-def test_ctrl_c_stops_a_training_and_is_no_failure_of_it(run, sounds, tmp_path):
+@pytest.fixture
+def training(run, sounds, tmp_path):
+    """Start a training that takes long, in some processes, and wait until it is at work."""
     store, results = tmp_path / "s.zarr", tmp_path / "r"
     assert run("extract", sounds, store, "--quiet")[0] == 0
-    command = [sys.executable, "-m", "afferents", "evaluate", store, "--out", results, "--quiet"]
-    command += ["--models", "vib-te-aug", "--preset", "paper", "--workers", "1", "--keep-going"]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    while not list(results.rglob("*.running")):
-        assert running.poll() is None
-        time.sleep(0.02)
-    os.kill(running.pid, signal.SIGINT)
+
+    def start(workers):
+        command = [sys.executable, "-m", "afferents", "evaluate", store, "--out", results]
+        command += ["--models", "vib-te-aug", "--preset", "paper", "--keep-going", "--quiet"]
+        command += ["--workers", str(workers)]
+        running = subprocess.Popen(
+            command, stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+        while len(list(results.rglob("*.running"))) < workers:
+            assert running.poll() is None
+            time.sleep(0.02)
+        return running, results
+
+    return start
+
+
+@pytest.mark.parametrize(
+    ("number", "workers", "to_all"),
+    [
+        (signal.SIGINT, 1, False),
+        (signal.SIGTERM, 1, False),
+        (signal.SIGINT, 2, True),  # as a terminal does
+        (signal.SIGHUP, 2, True),
+        (signal.SIGTERM, 2, False),
+    ],
+)
+def test_a_signal_stops_a_training_and_is_no_failure_of_it(training, number, workers, to_all):
+    running, results = training(workers)
+    children = psutil.Process(running.pid).children(recursive=True)
+    (os.killpg if to_all else os.kill)(running.pid, number)
     _, said = running.communicate()
-    assert (running.returncode, said) == (130, "afferents: stopped; what is finished is kept\n")
+    assert said == "afferents: stopped; what is finished is kept\n"
+    assert running.returncode == 128 + number
+    psutil.wait_procs(children, timeout=10)
+    assert not [child for child in children if child.is_running()]
     assert not list(results.rglob("*.failed"))
-    assert not list(results.rglob("*.running"))
     assert status(results).facts["counts"]["failed"] == 0
+    if workers == 1:  # of others the mark says that its process is gone
+        assert not list(results.rglob("*.running"))
 
 
 def test_memory_that_is_short_is_one_sentence_of_any_command(run, monkeypatch, tmp_path):

@@ -1,0 +1,82 @@
+"""A card says what it should, or one sentence says why not."""
+
+import json
+
+import pytest
+
+from afferents.core.card import Card, parse_card, read_card
+from afferents.core.errors import InputError
+
+CONTENT = {
+    "family": "ra-wave-vector",
+    "textures": ["0", "3"],
+    "shape": [2, 19, 19],
+    "scale": 1.0,
+    "sensor": {"name": "tip_b"},
+    "fps_hz": 90,
+    "waves": {"frames": 10, "every": 1},
+    "preset": "fast",
+    "seed": 0,
+    "learnt_from_mm_s": [40, 60],
+    "validated_on_mm_s": 50.0,
+    "validation_accuracy": 0.75,
+    "data": [
+        {
+            "source": "Z\udcff",
+            "kind": "store",
+            "fingerprint": "f",
+            "n_recordings": 6,
+            "simulated": True,
+        }
+    ],
+    "versions": {"afferents": "0.1.0"},
+}
+WIDE = {"shape": [2, 1000, 1000]}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"scale": 0}, "scale: greater than 0, found 0"),
+        ({"scale": float("nan")}, "found scale = nan"),
+        ({"temperature": -1}, "temperature: greater than 0"),
+        ({"textures": ["0"]}, "textures: "),
+        ({"textures": ["0", "0"]}, "textures must each have a name of its own"),
+        ({"shape": []}, "shape: "),
+        ({"shape": [2, 19, -19]}, "shape.2: greater than or equal to 1"),
+        ({"shape": [2, 10**6, 10**6]}, "shape.1: less than or equal to 10000"),
+        (WIDE, "frames and shape must make at most 1000000 values a sample"),
+        ({"frames": True}, "frames: a valid integer, found True"),
+        ({"waves": {"frames": 10**9}}, "waves.frames: less than or equal to 10000"),
+        ({"waves": None}, "waves must be given for ra-wave-vector"),
+        ({"validation_accuracy": 7}, "validation_accuracy: less than or equal to 1"),
+        ({"fps_hz": "90"}, "fps_hz: a valid number, found '90'"),
+        ({"data": [{"source": 1}]}, "data.0.source: a valid string"),
+        ({"family": "resnet"}, "family must be one of sa-se"),
+        ({"schema_version": 99}, "schema_version must be 1"),
+        ({"evil": 1}, "the unknown key 'evil'"),
+    ],
+)
+def test_a_card_that_makes_no_sense_is_named(tmp_path, changed, said):
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps({**CONTENT, **changed}))
+    with pytest.raises(InputError) as caught:
+        read_card(path)
+    assert str(caught.value).startswith(f"{path}: expected ")
+    assert said in str(caught.value)
+    assert str(caught.value).endswith("train or export it again with this version")
+
+
+REQUIRED = [name for name, field in Card.model_fields.items() if field.is_required()]
+
+
+@pytest.mark.parametrize("name", REQUIRED)
+def test_a_card_that_lacks_something_is_named(name):
+    content = {key: value for key, value in CONTENT.items() if key != name}
+    with pytest.raises(InputError, match=rf"m.onnx: .* the key '{name}', found none"):
+        parse_card(json.dumps(content), "m.onnx")
+
+
+def test_a_card_of_data_whose_name_is_no_text_is_written_and_read():
+    card = Card(**CONTENT)
+    assert parse_card(card.to_json(), "m.onnx").data[0].source == "Z?"

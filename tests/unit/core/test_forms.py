@@ -1,0 +1,90 @@
+"""Summaries of `--split texture`: what makes no sense is named."""
+
+import json
+
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.core.results import texture_summaries
+
+SHARES = {"mean": 0.5, "ci95": [0.4, 0.6]}
+UNIT = {**SHARES, "between": SHARES, "by_speed": {"10": 0.4, "12.5": 0.5, "20": 0.6}}
+UNITS = {"samples": UNIT, "recordings": UNIT}
+AREAS = {"samples": 0.9, "recordings": 1}
+ABOUT = {
+    "schema": 1,
+    "afferents": "0",
+    "data": [
+        {
+            "source": "s",
+            "kind": "store",
+            "fingerprint": "f",
+            "n_recordings": 6,
+            "simulated": False,
+        }
+    ],
+    "options": [],
+    "cut": "all",
+    "preset": "none",
+    "textures": ["1", "2"],
+    "speeds_mm_s": [10, 12.5, 20],
+    "skipped": [],
+}
+
+
+def unknown(**changed):
+    texture = {"found_samples": 0.5, "false_alarms": 0.01}
+    outcome = {
+        "found": UNITS,
+        "false_alarms": UNITS,
+        "auroc": AREAS,
+        "auroc_between": AREAS,
+        "by_texture": {"1": texture, "2": texture},
+        **changed,
+    }
+    return {**ABOUT, "false_alarms_stated": 0.01, "models": {"sa-wave": outcome}}
+
+
+def roughness(**changed):
+    outcome = {
+        "mae_mm": 0.5,
+        "mae_mm_between": None,
+        "mae_mm_recordings": 0.4,
+        "by_speed": {"10": 0.5},
+        "by_spacing": {"1": 0.5},
+        "covered": 0.9,
+        "half_interval_mm": 1,
+        **changed,
+    }
+    return {**ABOUT, "coverage_asked": 0.9, "models": {"sa-wave": {"seen": outcome}}}
+
+
+def read(folder, of_unknown, of_roughness):
+    (folder / "unknown.json").write_text(json.dumps(of_unknown))
+    (folder / "roughness.json").write_text(json.dumps(of_roughness))
+    return texture_summaries(folder)
+
+
+def test_summaries_are_as_they_stand_in_their_files(tmp_path):
+    assert texture_summaries(tmp_path) == {}
+    expected = {"unknown": unknown(), "roughness": roughness()}
+    assert read(tmp_path, *expected.values()) == expected
+
+
+@pytest.mark.parametrize(
+    ("of_unknown", "of_roughness", "said"),
+    [
+        ({}, roughness(), "unknown.json: expected .* with the key 'schema', found none"),
+        (unknown(found=5), roughness(), "models.sa-wave.found: an object, found 5"),
+        (unknown(by_texture={}), roughness(), "models.sa-wave.by_texture must have 1"),
+        (unknown(auroc={"samples": None, "recordings": 1}), roughness(), "auroc must be a number"),
+        (unknown(), {**ABOUT}, "roughness.json: expected .* with the key 'coverage_asked'"),
+        (unknown(), roughness(mae_mm=-1), "seen.mae_mm: greater than or equal to 0, found -1"),
+        (unknown(), roughness(covered=5), "seen.covered: less than or equal to 1, found 5"),
+        (unknown(), roughness(by_speed={"../x": 1}), r"by_speed.../x.\[key\]: "),
+        (unknown(), roughness(by_spacing={}), "seen.by_spacing: "),
+    ],
+)
+def test_summaries_that_make_no_sense_are_named(tmp_path, of_unknown, of_roughness, said):
+    with pytest.raises(InputError, match=said):
+        read(tmp_path, of_unknown, of_roughness)
