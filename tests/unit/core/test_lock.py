@@ -11,7 +11,7 @@ import pytest
 
 from afferents.core import lock as locks
 from afferents.core.errors import InputError
-from afferents.core.lock import LOCK, is_locked, writing_alone
+from afferents.core.lock import LOCK, is_locked, is_locked_by, writing_alone
 from afferents.core.owner import Owner, tagged, this_process
 
 
@@ -156,3 +156,11 @@ def test_no_flock_on_this_file_system(tmp_path, monkeypatch, dead):
     (tmp_path / LOCK).write_text(content_of(dead))
     with writing_alone(tmp_path, "extract"):
         assert is_locked(tmp_path)
+
+
+def test_its_token_tells_a_folder_from_another_of_the_same_path(tmp_path):
+    with writing_alone(tmp_path / "one", "extract") as token:
+        assert is_locked_by(tmp_path / "one", token)
+        with writing_alone(tmp_path / "other", "extract"):
+            assert not is_locked_by(tmp_path / "other", token)
+    assert not is_locked_by(tmp_path / "one", token)
