@@ -174,7 +174,8 @@ class Stopping:
 
 
 def test_a_silent_source_is_stalled(models, pictures):
-    percepts = list(stream([Stopping(pictures, 1.3)], [models["sa-se"]]))
+    # Long enough also for who is still busy with the pictures before.
+    percepts = list(stream([Stopping(pictures, 2.5)], [models["sa-se"]]))
     stalled = [p for p in percepts if not p.fresh]
     assert any("nothing for" in t for p in stalled for t in p.troubles)
     assert all(p.texture is None and p.probabilities == {} for p in stalled)

@@ -4,7 +4,8 @@ Inputs are the same functions of the same numbers, one frame or window at a time
 Images are made by one compiled kernel, by copying, and by differences, products and roots, which
 are rounded alike on any processor; the transform of a window takes the same steps alone and beside
 others, as SciPy has no kernels for some processors only. Networks are computed by ONNX Runtime here
-and by PyTorch there, which add up in different orders.
+and by PyTorch there, which add up in different orders: n roundings at random come to some
+sqrt(n) * eps of what is added up, 4e-6 for the 1152 products of the longest sums.
 """
 
 import math
