@@ -18,17 +18,22 @@ n lies at n / `ra2.attrs["sample_rate_hz"]` s.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
 from afferents.core import dims
+from afferents.core.doubt import Doubt
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, natural_order
 
 Responses = xr.Dataset
 """A data set of the form above."""
+
+ACCEPTED = "accepted"
+"""Attribute, and condition, of what is wrong with a recording and was accepted."""
 
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
@@ -65,6 +70,27 @@ def conditions(responses: Responses) -> dict[str, str | float]:
     """Return whatever else the source declared: pressure, direction, repetition."""
     declared: dict[str, str | float] = json.loads(responses.attrs.get("conditions", "{}"))
     return declared
+
+
+def with_doubts(responses: Responses, doubts: Sequence[Doubt]) -> Responses:
+    """Return `responses` with what is wrong with the recording and was accepted.
+
+    The kinds are the condition `accepted`, by which the recording can be left out; the attribute
+    `accepted` says it in sentences.
+    """
+    if not doubts:
+        return responses
+    kinds = " ".join(sorted({doubt.kind for doubt in doubts}))
+    return responses.assign_attrs(
+        conditions=json.dumps({**conditions(responses), ACCEPTED: kinds}),
+        **{ACCEPTED: json.dumps([str(doubt) for doubt in doubts])},
+    )
+
+
+def doubts_in(attributes: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with a recording and was accepted, by its attributes."""
+    said: list[str] = json.loads(attributes.get(ACCEPTED, "[]"))
+    return said
 
 
 def textures_of(recordings: Iterable[Responses]) -> list[str]:

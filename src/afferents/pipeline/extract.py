@@ -10,11 +10,12 @@ import xarray as xr
 from afferents import __version__
 from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
+from afferents.core.doubt import Doubt, Kind, accepted
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
-from afferents.core.responses import Responses, label
+from afferents.core.responses import Responses, label, with_doubts
 from afferents.core.store import create_parents, create_store, has_responses, write_responses
 from afferents.markers import (
     Method,
@@ -25,6 +26,8 @@ from afferents.markers import (
     track,
     undistorted,
 )
+from afferents.pipeline.copies import notes_of, with_fingerprint
+from afferents.pipeline.doubts import doubts_of, watched
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import SessionFile, check_recording, read_session, session_file
 
@@ -34,7 +37,13 @@ Rest = Literal["own", "reference"]
 
 @dataclass(frozen=True)
 class Extraction:
-    """What is extracted and how."""
+    """What is extracted and how.
+
+    Attributes
+    ----------
+    accept
+        Kinds of what may be wrong with a recording that is kept nevertheless, and marked.
+    """
 
     session: Path
     out: Path
@@ -44,6 +53,7 @@ class Extraction:
     workers: int | None = None
     vibration: bool = True
     rest: Rest = "own"
+    accept: frozenset[Kind] = frozenset()
 
     def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
         """Return what must agree for recordings to stand in one store.
@@ -92,6 +102,8 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
         if not extraction.keep_going:
             raise AfferentsError(fault)
         failed[name] = fault
+    for sentence in notes_of(extraction.out).sentences:
+        progress.note(sentence)
     return failed
 
 
@@ -125,23 +137,28 @@ def _try_one(
     """Return the recording's name, and what is wrong with it."""
     cv2.setNumThreads(1)
     try:
-        check_recording(recording, declared)
-        _extract_one(recording, reference, extraction)
+        doubts = check_recording(recording, declared, extraction.accept)
+        _extract_one(recording, reference, extraction, doubts)
     except AfferentsError as error:
         return recording.name, str(error)
     return recording.name, None
 
 
-def _extract_one(recording: Recording, reference: Positions | None, extraction: Extraction) -> None:
+def _extract_one(
+    recording: Recording, reference: Positions | None, extraction: Extraction, doubts: list[Doubt]
+) -> None:
     checksum = recording.checksum
     if not has_responses(extraction.out, recording.name, checksum):
         if not extraction.vibration:
             if recording.video is None:
                 raise InputError(recording.name, "a video to track", "none")
             recording = replace(recording, audio=None)
+        recording = watched(recording)
         found = responses_of(
             recording, extraction.sensor, extraction.method, reference, extraction.rest
         )
+        doubts = doubts + accepted(doubts_of(recording, found), extraction.accept)
+        found = with_doubts(with_fingerprint(found), doubts)
         write_responses(extraction.out, found.assign_attrs(checksum=checksum))
 
 

@@ -3,6 +3,8 @@
 from afferents.recordings.audio import WavFile
 from afferents.recordings.fabricslide import TaxelFile, read_fabricslide
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
+from afferents.recordings.footage import Footage
+from afferents.recordings.levels import clipped_share, doubt_loudness, require_finite
 from afferents.recordings.session import (
     SessionFile,
     check_recording,
@@ -13,6 +15,7 @@ from afferents.recordings.video import VideoFile, luma_of, open_video
 
 __all__ = [
     "Facts",
+    "Footage",
     "SessionFile",
     "TaxelFile",
     "VibrationFacts",
@@ -20,11 +23,14 @@ __all__ = [
     "VideoFile",
     "WavFile",
     "check_recording",
+    "clipped_share",
+    "doubt_loudness",
     "facts",
     "luma_of",
     "open_video",
     "read_fabricslide",
     "read_session",
+    "require_finite",
     "session_file",
     "video_facts",
 ]
