@@ -18,7 +18,7 @@ n lies at n / `ra2.attrs["sample_rate_hz"]` s.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
 from afferents.core import dims
 from afferents.core.digest import require_values
 from afferents.core.documents import as_form
+from afferents.core.doubt import Doubt
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, natural_order
 
@@ -36,6 +37,9 @@ Responses = xr.Dataset
 """A data set of the form above."""
 
 _AGAIN = "extract again"
+ACCEPTED = "accepted"
+"""Attribute, and condition, of what is wrong with a recording and was accepted."""
+
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
     dims.DETECTED: (dims.TIME, dims.MARKER),
@@ -114,6 +118,27 @@ def _plain(responses: Responses) -> dict[str, Any]:
         str(name): value.tolist() if isinstance(value, np.generic | np.ndarray) else value
         for name, value in responses.attrs.items()
     }
+
+
+def with_doubts(responses: Responses, doubts: Sequence[Doubt]) -> Responses:
+    """Return `responses` with what is wrong with the recording and was accepted.
+
+    The kinds are the condition `accepted`, by which the recording can be left out; the attribute
+    `accepted` says it in sentences.
+    """
+    if not doubts:
+        return responses
+    kinds = " ".join(sorted({doubt.kind for doubt in doubts}))
+    return responses.assign_attrs(
+        conditions=json.dumps({**conditions(responses), ACCEPTED: kinds}),
+        **{ACCEPTED: json.dumps([str(doubt) for doubt in doubts])},
+    )
+
+
+def doubts_in(attributes: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with a recording and was accepted, by its attributes."""
+    said: list[str] = json.loads(attributes.get(ACCEPTED, "[]"))
+    return said
 
 
 def textures_of(recordings: Iterable[Responses]) -> list[str]:
