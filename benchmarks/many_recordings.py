@@ -80,7 +80,8 @@ def measured(arguments: list[str], cluster: Cluster | None) -> Cost:
     for pid in others:
         Path(f"/proc/{pid}/clear_refs").write_text("5")  # forgets the peak so far
     before = [cpu_s(pid) for pid in others]
-    peak_mb, sent = 0.0, {}
+    sent_before = sent_by_connection() if cluster else {}
+    peak_mb, sent = 0.0, dict(sent_before)
     began = time.perf_counter()
     with subprocess.Popen(
         [*_PYTHON, "afferents", *arguments, "--quiet"], stdout=subprocess.DEVNULL
@@ -103,7 +104,7 @@ def measured(arguments: list[str], cluster: Cluster | None) -> Cost:
         most[0],
         sum(took[1:]),
         max(most[1:], default=0.0),
-        sum(sent.values()) / 1e6,
+        (sum(sent.values()) - sum(sent_before.values())) / 1e6,
     )
 
 
