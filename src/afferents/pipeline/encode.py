@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
 from afferents.channels import (
@@ -38,6 +39,9 @@ from afferents.encodings import (
 
 Source = tuple[str, Encoding]
 """What samples are made of, and how: an afferent and an encoding."""
+
+LARGEST = 1e18
+"""Its square, summed over a window, still is a number in float32."""
 
 _MADE_OF = {
     dims.RA1_SIGNED: dims.SA1,
@@ -156,15 +160,45 @@ def kept_part(
     return kept
 
 
+def require_numbers(responses: Responses, kept: slice) -> None:
+    """Refuse vibration that holds what is no number, or a number that has no power in float32.
+
+    Parameters
+    ----------
+    kept
+        Samples that are encoded.
+
+    Raises
+    ------
+    InputError
+        Naming the recording and the first such sample.
+    """
+    vibration = responses[dims.RA2]
+    rate = float(vibration.attrs[dims.SAMPLE_RATE])
+    values = _load(responses.isel({dims.AUDIO_TIME: kept}), dims.RA2).values
+    sound = np.abs(values) < LARGEST  # False for NaN
+    if sound.all():
+        return
+    n = int(np.argmin(sound.all(axis=1)))
+    raise InputError(
+        f"{dims.RA2} of {responses.attrs['name']}",
+        "samples that are numbers",
+        f"{values[n][~sound[n]][0]} at sample {kept.start + n} ({(kept.start + n) / rate:.3f} s)",
+        "record and extract it again, or skip it with --keep-going",
+    )
+
+
 def encode(
     responses: Responses, afferent: str, encoding: Encoding, cut: Cut, how: Encodings
 ) -> Samples:
-    """Encode one recording; see `kept_part` for what it refuses.
+    """Encode one recording; see `kept_part` and `require_numbers` for what it refuses.
 
     Lost markers are held at their last seen value before they become images; windows never
     cross recordings since each is encoded alone.
     """
     kept = kept_part(responses, afferent, encoding, cut, how)
+    if encoding in VIBRATIONS:
+        require_numbers(responses, kept)
     if encoding == "spectral":
         return spectral_samples(_load(responses, afferent), kept, how.spectral)
     if encoding == "orders":
