@@ -15,7 +15,7 @@ from rich.table import Table
 
 from afferents import __version__
 from afferents.core.cut import Cut
-from afferents.core.doubt import Kind
+from afferents.core.doubt import KINDS, kinds_named
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, Stopped
 from afferents.core.families import BEST, FAMILIES, TABLE1, Family, families
 from afferents.core.progress import Progress
@@ -56,9 +56,10 @@ SensorName = Annotated[
     str, typer.Option("--sensor", help="Sensor file, or the name of a packaged one.")
 ]
 Accept = Annotated[
-    list[Kind] | None,
+    list[str] | None,
     typer.Option(
-        "--accept", help="Keep recordings with this wrong, and mark them; may be given again."
+        "--accept",
+        help=f"Keep and mark recordings with this wrong ({', '.join(KINDS)}); may be repeated.",
     ),
 ]
 DeviceName = Annotated[
@@ -371,7 +372,7 @@ def extract(
         workers,
         rest=rest,
         cluster=cluster,
-        accept=frozenset(accept or []),
+        accept=kinds_named(accept or []),
     )
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)

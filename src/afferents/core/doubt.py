@@ -34,9 +34,28 @@ class Doubt:
         do = f"record it again, or keep it as it is with --accept {self.kind}"
         return InputError(self.where, self.expected, self.found, do)
 
+    @property
+    def what(self) -> str:
+        """What is wrong, without where."""
+        return f"expected {self.expected}, found {self.found}"
+
     def __str__(self) -> str:
         """Say it of a recording that is kept."""
-        return str(InputError(self.where, self.expected, self.found))
+        return f"{self.where}: {self.what}"
+
+
+def kinds_named(names: Collection[str]) -> frozenset[Kind]:
+    """Return what `--accept` names.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    for name in names:
+        if name not in KINDS:
+            raise InputError("--accept", f"one of {', '.join(KINDS)}", f"'{name}'")
+    return frozenset(kind for kind in KINDS if kind in names)
 
 
 def accepted(doubts: Iterable[Doubt], accept: Collection[Kind]) -> list[Doubt]:

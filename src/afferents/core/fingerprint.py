@@ -173,9 +173,7 @@ class Copy(NamedTuple):
     alike: float
 
 
-def find_copies(
-    fingerprints: Sequence[Fingerprint], labels: Sequence[tuple[str, float]]
-) -> list[Copy]:
+def find_copies(fingerprints: Sequence[Fingerprint], labels: Sequence[object]) -> list[Copy]:
     """Find recordings that are copies of others.
 
     Parameters

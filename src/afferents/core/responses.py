@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
 
 from afferents.core import dims
@@ -53,6 +54,8 @@ _DIMS: dict[str, tuple[str, ...]] = {
 _ATTRIBUTES = "the attributes of a recording"
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
+_LOUDEST = 1e18
+"""Its square, summed over a window, still is a number in float32."""
 _FARTHEST_PX = 1e5
 """No camera's image is so large."""
 
@@ -184,18 +187,28 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
     values = response.values
     if values.dtype.kind != "f" or not values.size:
         return response
-    largest = float(np.abs(values).max()) if response.name == dims.RA2 else _largest(values)
+    if response.name == dims.RA2:
+        _require_sound(values, float(response.attrs[dims.SAMPLE_RATE]), where)
+        return response
+    largest = _largest(values)
     if not largest < np.inf:
-        n = int((~np.isfinite(values)).sum())
-        found = f"{n} that are not" if response.name == dims.RA2 else "infinite ones"
-        raise InputError(where, "values that are numbers", found, _AGAIN)
+        raise InputError(where, "values that are numbers", "infinite ones", _AGAIN)
     if response.name == dims.POSITION and not 0 < largest < _FARTHEST_PX:
         expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
         raise InputError(where, expected, f"up to {largest:g}", _AGAIN)
     return response
 
 
-def _largest(values: np.ndarray) -> float:
+def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: str) -> None:
+    """Refuse vibration, (audio_time, channel), with what is no number, or has no power."""
+    sound = np.abs(values) < _LOUDEST  # False for NaN
+    if not sound.all():
+        n = int(np.argmin(sound.all(axis=1)))
+        found = f"{values[n][~sound[n]][0]} at sample {n} ({n / sample_rate_hz:.3f} s)"
+        raise InputError(where, "samples that are numbers", found, _AGAIN)
+
+
+def _largest(values: NDArray[np.floating]) -> float:
     """Return the largest magnitude among values, NaN passed over; 0 where all are NaN."""
     return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
 

@@ -53,22 +53,39 @@ def with_fingerprint(responses: Responses) -> Responses:
 
 def notes_of(store: Path) -> Notes:
     """Return what is to be said of the recordings in a store."""
-    attributes = stored_attributes(store, store_config(store).get("recordings", []))
+    return notes_in(stored_attributes(store, store_config(store)["recordings"]))
+
+
+def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
+    """Return what is to be said of recordings, by the attributes of their responses."""
     accepted = {name: doubts for name, one in attributes.items() if (doubts := doubts_in(one))}
-    found = {name: _stored(one) or {} for name, one in attributes.items()}
-    return Notes(accepted, _copies(found, attributes))
+    return Notes(accepted, copies_among(attributes))
 
 
-def copies_among(recordings: Sequence[Responses]) -> list[Likeness]:
-    """Return which recordings seem to be copies; what holds no fingerprint is given one."""
-    attributes = {str(r.attrs["name"]): r.attrs for r in recordings}
-    found = {str(r.attrs["name"]): _fingerprint_of(r) for r in recordings}
-    return _copies(found, attributes)
+def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Likeness]:
+    """Return which recordings seem to be copies, by the fingerprints in their attributes."""
+    names = list(attributes)
+    found = [_fingerprint_in(attributes[name]) for name in names]
+    labels = [
+        tuple(attributes[name].get(of) for of in (dims.TEXTURE, dims.SPEED)) for name in names
+    ]
+    return [
+        Likeness(names[copy.one], names[copy.other], copy.kind, copy.alike)
+        for copy in find_copies(found, labels)
+    ]
+
+
+def _fingerprint_in(attributes: Mapping[str, Any]) -> Fingerprint:
+    """Return the fingerprint in a recording's attributes, empty if none can be read."""
+    try:
+        return read(json.loads(attributes[FINGERPRINT]))
+    except (KeyError, TypeError, ValueError):
+        return {}
 
 
 def warn_of_copies(recordings: Sequence[Responses], progress: Progress) -> None:
     """Say which recordings seem to be copies."""
-    for sentence in warning_of(copies_among(recordings)):
+    for sentence in warning_of(copies_among({str(r.attrs["name"]): r.attrs for r in recordings})):
         progress.note(sentence)
 
 
@@ -82,25 +99,3 @@ def warning_of(copies: Sequence[Likeness]) -> list[str]:
         f"warning: these seem to be copies of one recording: {', '.join(named)}{more}; what is "
         "learnt from one is then tested on the other: look at the files, and take one of them out"
     ]
-
-
-def _fingerprint_of(responses: Responses) -> Fingerprint:
-    stored = _stored(responses.attrs)
-    return fingerprint(responses) if stored is None else stored
-
-
-def _stored(attributes: Mapping[str, Any]) -> Fingerprint | None:
-    """Return the fingerprint in a recording's attributes; None if none can be read."""
-    try:
-        return read(json.loads(attributes[FINGERPRINT]))
-    except (KeyError, TypeError, ValueError, AttributeError):
-        return None
-
-
-def _copies(
-    found: Mapping[str, Fingerprint], attributes: Mapping[str, Mapping[str, Any]]
-) -> list[Likeness]:
-    names = list(found)
-    labels = [(str(attributes[n][dims.TEXTURE]), float(attributes[n][dims.SPEED])) for n in names]
-    copies = find_copies([found[name] for name in names], labels)
-    return [Likeness(names[c.one], names[c.other], c.kind, c.alike) for c in copies]

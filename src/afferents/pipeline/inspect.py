@@ -25,7 +25,7 @@ from afferents.markers import (
     recognise_sensor,
     track,
 )
-from afferents.pipeline.copies import notes_of
+from afferents.pipeline.copies import notes_in
 from afferents.pipeline.doubts import doubts_without_tracking
 from afferents.pipeline.extract import marker_responses
 from afferents.pipeline.parallel import side_by_side
@@ -145,7 +145,7 @@ def inspect_video(
     tracks = track(footage, sensor)
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
     doubts = footage.doubts() or doubt_markers(tracks, path, None)
-    found.sentences += [f"If the drum slides here, {doubt.kind}: {doubt}." for doubt in doubts]
+    found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in doubts]
     found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in doubts}}
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
     if overlay is not None:
@@ -364,7 +364,7 @@ def inspect_store(path: Path) -> Inspection:
     recordings = open_responses(path)
     names = sorted({str(name) for r in recordings for name in r.data_vars})
     found.sentences.append(f"A store of {len(recordings)} recordings with {', '.join(names)}.")
-    found.sentences += notes_of(path).sentences
+    found.sentences += notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences
     for responses in recordings:
         if dims.DETECTED in responses:
             lost = 1 - float(responses[dims.DETECTED].mean())
