@@ -145,7 +145,9 @@ class Card(BaseModel):
 
     def to_json(self, indent: int | None = None) -> str:
         """Return it as text, in ASCII: a source's path need not be text."""
-        return json.dumps(self.model_dump(mode="json"), indent=indent, allow_nan=False)
+        separators = (",", ": ") if indent else (",", ":")
+        content = self.model_dump(mode="json")
+        return json.dumps(content, indent=indent, separators=separators, allow_nan=False)
 
     @property
     def of_family(self) -> Family:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from afferents.core.documents import read_json as read_json
 from afferents.core.errors import InputError
 from afferents.core.owner import tagged, this_process
 

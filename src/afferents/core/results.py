@@ -115,7 +115,10 @@ def read_predictions(path: Path) -> pd.DataFrame:
     """
     do = "remove its folder and evaluate again"
     try:
-        table = pd.read_parquet(path)
+        if path.exists() and not path.is_file():
+            raise OSError("something that is no file")
+        with path.open("rb") as file:
+            table = pd.read_parquet(file)
     except (OSError, KeyError, ValueError, pa.ArrowException) as error:
         raise InputError(path, "a table of predictions", f"{error}", do) from error
     if fault := _fault(table):

@@ -151,7 +151,8 @@ def save_fold(
     """Write a fold's predictions, facts, and the content of its weights file; all or nothing."""
     with write_aside(key.folder(results), holds_only(FOLD, PREDICTIONS, WEIGHTS)) as partial:
         partial.mkdir()
-        predictions.to_parquet(partial / PREDICTIONS, compression="zstd", index=False)
+        with (partial / PREDICTIONS).open("wb") as file:
+            predictions.to_parquet(file, compression="zstd", index=False)
         (partial / WEIGHTS).write_bytes(weights)
         write_json(partial / FOLD, {**asdict(key), **facts, "leaks": asdict(leaks)})
 

@@ -41,9 +41,9 @@ def summarise(
         accuracy = accuracies[model, protocol] = Accuracy(predictions)
         found = _summary_of(predictions, accuracy, facts, textures)
         models.setdefault(model, {})[protocol] = found
-    with write_aside(results / PREDICTIONS) as partial:
+    with write_aside(results / PREDICTIONS) as partial, partial.open("wb") as file:
         pd.concat([table for _, _, table in loaded]).to_parquet(
-            partial, compression="zstd", index=False
+            file, compression="zstd", index=False
         )
     summary = {
         "schema": SCHEMA,

@@ -1,6 +1,7 @@
 """Recordings played as if they happened now, at true speed, faster, or as fast as possible."""
 
 import math
+import os
 import threading
 import time
 from collections.abc import Iterator
@@ -124,7 +125,7 @@ class ReplayedSound(_Played):
     def events(self) -> Iterator[Event]:
         """Yield its samples when the last of each piece is due."""
         n = 0
-        with soundfile.SoundFile(str(self._audio.path)) as file:
+        with soundfile.SoundFile(os.fsencode(self._audio.path)) as file:
             chunk = max(1, round(CHUNK_S * self.rate_hz))
             for block in file.blocks(chunk, dtype="float32", always_2d=True):
                 channel = self._audio.channel

@@ -10,10 +10,10 @@ from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from afferents import __version__
+from afferents.core.documents import read_json
 from afferents.core.errors import InputError
 from afferents.core.files import (
     checksum,
-    read_json,
     remove_partials,
     require_same_config,
     write_aside,

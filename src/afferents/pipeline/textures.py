@@ -102,8 +102,8 @@ def _written(
     found = _summary_of_unknown(table) if name == UNKNOWN else summarise_mm(table)
     summary = {**about, **found}
     out.mkdir(parents=True, exist_ok=True)
-    with write_aside(out / f"{name}.parquet") as partial:
-        table.to_parquet(partial, compression="zstd", index=False)
+    with write_aside(out / f"{name}.parquet") as partial, partial.open("wb") as file:
+        table.to_parquet(file, compression="zstd", index=False)
     write_json(out / f"{name}.json", summary)
     return summary
 

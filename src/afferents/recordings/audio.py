@@ -1,5 +1,6 @@
 """Sound files as vibration channels."""
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -58,7 +59,7 @@ class WavFile:
         if not self.path.is_file():
             raise InputError(self.path, "a sound file", "no such file")
         try:
-            info = soundfile.info(str(self.path))
+            info = soundfile.info(os.fsencode(self.path))
         except soundfile.SoundFileError as error:
             raise InputError(self.path, "a readable sound file", f"{error}") from error
         if info.frames == 0:
@@ -127,7 +128,7 @@ class WavFile:
         samples = np.empty(self.n_samples, np.float32)
         n = 0
         try:
-            with soundfile.SoundFile(str(self.path)) as file:
+            with soundfile.SoundFile(os.fsencode(self.path)) as file:
                 for block in file.blocks(_BLOCK, dtype="float32", always_2d=True):
                     samples[n : n + len(block)] = block[:, self.channel]
                     n += len(block)

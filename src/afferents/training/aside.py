@@ -11,6 +11,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor
 
+from afferents.core.documents import parse_json
+from afferents.core.errors import InputError
 from afferents.core.files import write_aside
 from afferents.training.course import Course, Epoch
 from afferents.training.learner import Learner
@@ -18,6 +20,7 @@ from afferents.training.learner import Learner
 EVERY_S = 300.0
 """A training is put aside this often, s; most end before."""
 
+_WHAT = "a training that was put aside"
 _MODEL, _BEST, _ADAM, _RANDOM, _RANDOM_GPU = "model.", "best.", "adam.", "random", "random_gpu"
 
 
@@ -73,11 +76,12 @@ class PutAside:
         self._started_s = time.monotonic()
         try:
             with safe_open(self.path, "pt", device=str(learner.device)) as file:
-                rest = {name: json.loads(text) for name, text in file.metadata().items()}
+                said = (file.metadata() or {}).items()
+                rest = {name: parse_json(text, self.path, _WHAT) for name, text in said}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        except (OSError, SafetensorError, ValueError):
+        except (OSError, SafetensorError, InputError):
             return Course()
-        if rest["about"] != json.loads(json.dumps(about)):
+        if rest.get("about") != json.loads(json.dumps(about)):
             return Course()
         learner.model.load_state_dict(_part(_MODEL, tensors))
         _set_moments(learner, tensors)
