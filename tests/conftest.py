@@ -1,4 +1,5 @@
 import json
+import signal
 import sys
 from fractions import Fraction
 
@@ -10,6 +11,11 @@ import soundfile
 from hypothesis import settings
 
 from afferents import cli
+
+# Who runs the tests in the background, or under nohup, lets them ignore these; the commands that
+# they start would then ignore them too, as they should.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A busy machine makes no property false.
 settings.register_profile("patient", deadline=None)
