@@ -43,6 +43,7 @@ class Cost(NamedTuple):
     caller_mb: float
     scheduler_cpu_s: float
     scheduler_mb: float
+    workers_cpu_s: float
     worker_mb: float
     sent_mb: float
 
@@ -78,8 +79,9 @@ def measured(arguments: list[str], cluster: Cluster | None) -> Cost:
     others = [cluster.scheduler, *cluster.workers] if cluster else []
     for pid in others:
         Path(f"/proc/{pid}/clear_refs").write_text("5")  # forgets the peak so far
-    before = cpu_s(cluster.scheduler) if cluster else 0.0
-    peak_mb, sent = 0.0, {}
+    before = [cpu_s(pid) for pid in others]
+    sent_before = sent_by_connection() if cluster else {}
+    peak_mb, sent = 0.0, dict(sent_before)
     began = time.perf_counter()
     with subprocess.Popen(
         [*_PYTHON, "afferents", *arguments, "--quiet"], stdout=subprocess.DEVNULL
@@ -92,14 +94,17 @@ def measured(arguments: list[str], cluster: Cluster | None) -> Cost:
         wall_s, caller_cpu_s = time.perf_counter() - began, cpu_s(run.pid)
     if run.returncode:
         raise SystemExit(f"{' '.join(arguments)} ended with {run.returncode}")
+    took = [cpu_s(pid) - earlier for pid, earlier in zip(others, before, strict=True)] or [0.0]
+    most = [most_mb(pid) for pid in others] or [0.0]
     return Cost(
         wall_s,
         caller_cpu_s,
         peak_mb,
-        cpu_s(cluster.scheduler) - before if cluster else 0.0,
-        most_mb(cluster.scheduler) if cluster else 0.0,
-        max(map(most_mb, cluster.workers)) if cluster else 0.0,
-        sum(sent.values()) / 1e6,
+        took[0],
+        most[0],
+        sum(took[1:]),
+        max(most[1:], default=0.0),
+        (sum(sent.values()) - sum(sent_before.values())) / 1e6,
     )
 
 

@@ -5,6 +5,7 @@ import sys
 import traceback
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,6 +15,7 @@ from rich.table import Table
 
 from afferents import __version__
 from afferents.core.cut import Cut
+from afferents.core.doubt import KINDS, kinds_named
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, Stopped
 from afferents.core.families import BEST, FAMILIES, TABLE1, Family, families
 from afferents.core.progress import Progress
@@ -52,6 +54,13 @@ ClusterName = Annotated[
 ]
 SensorName = Annotated[
     str, typer.Option("--sensor", help="Sensor file, or the name of a packaged one.")
+]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept",
+        help=f"Keep and mark recordings with this wrong ({', '.join(KINDS)}); may be repeated.",
+    ),
 ]
 DeviceName = Annotated[
     Literal["auto", "cpu", "cuda"], typer.Option("--device", help="What networks train on.")
@@ -344,20 +353,31 @@ def extract(
     workers: Workers = None,
     cluster: ClusterName = None,
     keep_going: KeepGoing = False,
+    accept: Accept = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Turn videos and audio into marker tracks, SA-I, RA-I and RA-II."""
     from afferents.markers import load_sensor
+    from afferents.pipeline.copies import notes_of
     from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run
 
     extraction = Extraction(
-        session, out, load_sensor(sensor), method, keep_going, workers, rest=rest, cluster=cluster
+        session,
+        out,
+        load_sensor(sensor),
+        method,
+        keep_going,
+        workers,
+        rest=rest,
+        cluster=cluster,
+        accept=kinds_named(accept or []),
     )
     with Progress(quiet or as_json) as progress:
         failed = run(extraction, progress)
-    _say(as_json, {"store": str(out), "skipped": failed}, f"Store: {out}")
+    found = {"store": str(out), "skipped": failed, **asdict(notes_of(out))}
+    _say(as_json, found, f"Store: {out}")
     _fail_if_skipped(failed)
 
 
@@ -429,6 +449,7 @@ def evaluate(
     """Train and test all folds: hold out one speed at a time."""
     from afferents.encodings import Lines
     from afferents.pipeline.ablation import Ablation, parse_speeds
+    from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
@@ -462,6 +483,7 @@ def evaluate(
     options += [text for pair in without or [] for text in ("--without", pair)]
     with Progress(quiet or as_json) as progress:
         opened = open_data(data, left_out, keep_going, progress)
+        warn_of_copies(recordings_in(opened), progress)
         encodings = ENCODINGS[opened[0].kind].changed(
             window_s, stride_s, fft_points, bins, frames, every, lines
         )
@@ -566,6 +588,7 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Train one model to feel with, on all speeds but the one that calibrates it."""
+    from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.train_model import Training, train_model
@@ -574,6 +597,7 @@ def train(
     named = _one_to_feel_with(model) if model != "best" else None
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
+        warn_of_copies(recordings_in(opened), progress)
         how = ENCODINGS[opened[0].kind].changed(frames=frames)
         family = named or best_of(recordings_in(opened))
         if frames and family.encoding != "wavenumbers":

@@ -17,7 +17,7 @@ from afferents.core.progress import Progress
 from afferents.core.results import load_results
 from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data, recordings_in
-from afferents.pipeline.encode import _load
+from afferents.pipeline.encode import read_whole
 from afferents.pipeline.status import status
 from afferents.pipeline.train_model import load_model
 from afferents.recordings import WavFile, open_video, read_fabricslide, read_session
@@ -66,7 +66,7 @@ def read_store(store):
     data = open_data([str(store)])
     for responses in recordings_in(data):
         for name in responses.data_vars:
-            _load(responses, str(name))
+            read_whole(responses, str(name))
 
 
 def read_audio(path):

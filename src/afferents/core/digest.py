@@ -47,6 +47,8 @@ def require_described(responses: xr.Dataset, where: Path | str) -> None:
 def require_small_values(responses: xr.Dataset, where: Path | str) -> None:
     """Refuse a recording whose coordinates or other small variables have changed.
 
+    What is read is not kept: of many short recordings it would be the whole store.
+
     Raises
     ------
     InputError
@@ -54,7 +56,7 @@ def require_small_values(responses: xr.Dataset, where: Path | str) -> None:
     """
     for name, variable in responses.variables.items():
         if variable.nbytes <= _SMALL:
-            require_values(variable, f"{where}: {name}")
+            require_values(variable.copy(deep=False), f"{where}: {name}")
 
 
 def require_values(variable: xr.Variable | xr.DataArray, where: Path | str) -> None:

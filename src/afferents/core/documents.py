@@ -107,7 +107,7 @@ def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
     """Return what a text says that is in bounds."""
     try:
         content = _PARSERS[kind](text.decode("utf-8-sig") if isinstance(text, bytes) else text)
-        fault = next(_faults(content), None)
+        fault = next(_faults(kind, content), None)
     except UnicodeDecodeError as error:
         fault = f"text that is not UTF-8, at byte {error.start}"
     except RecursionError:
@@ -154,8 +154,12 @@ def _named(content: object) -> str:
     return kinds.get(type(content), "a number")
 
 
-def _faults(content: object) -> Iterator[str]:
-    """Yield what no document of ours holds: numbers that are none, and endless nesting."""
+def _faults(kind: str, content: object) -> Iterator[str]:
+    """Yield what no document of ours holds: numbers that are none, and endless nesting.
+
+    A TOML file may say ``inf``, as a sensor file does of a radius; what it may be is its form's.
+    """
+    may_be = math.isinf if kind == "TOML" else (lambda _: False)
     todo: list[tuple[str, int, object]] = [("", 0, content)]
     while todo:
         key, depth, value = todo.pop()
@@ -165,7 +169,7 @@ def _faults(content: object) -> Iterator[str]:
             todo += [(f"{key}.{name}" if key else name, depth + 1, v) for name, v in value.items()]
         elif isinstance(value, list):
             todo += [(f"{key}.{number}", depth + 1, v) for number, v in enumerate(value)]
-        elif isinstance(value, float) and not math.isfinite(value):
+        elif isinstance(value, float) and not math.isfinite(value) and not may_be(value):
             yield f"{key} = {value:g}, no finite number"
         elif isinstance(value, int) and abs(value) > 10**_DIGITS:
             yield f"an integer of more than {_DIGITS} digits, {key}"

@@ -18,17 +18,19 @@ n lies at n / `ra2.attrs["sample_rate_hz"]` s.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
 
 from afferents.core import dims
 from afferents.core.digest import require_values
 from afferents.core.documents import as_form
+from afferents.core.doubt import Doubt
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, natural_order
 
@@ -36,6 +38,9 @@ Responses = xr.Dataset
 """A data set of the form above."""
 
 _AGAIN = "extract again"
+ACCEPTED = "accepted"
+"""Attribute, and condition, of what is wrong with a recording and was accepted."""
+
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
     dims.DETECTED: (dims.TIME, dims.MARKER),
@@ -49,6 +54,8 @@ _DIMS: dict[str, tuple[str, ...]] = {
 _ATTRIBUTES = "the attributes of a recording"
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
+_LOUDEST = 1e18
+"""Its square, summed over a window, still is a number in float32."""
 _FARTHEST_PX = 1e5
 """No camera's image is so large."""
 
@@ -116,6 +123,27 @@ def _plain(responses: Responses) -> dict[str, Any]:
     }
 
 
+def with_doubts(responses: Responses, doubts: Sequence[Doubt]) -> Responses:
+    """Return `responses` with what is wrong with the recording and was accepted.
+
+    The kinds are the condition `accepted`, by which the recording can be left out; the attribute
+    `accepted` says it in sentences.
+    """
+    if not doubts:
+        return responses
+    kinds = " ".join(sorted({doubt.kind for doubt in doubts}))
+    return responses.assign_attrs(
+        conditions=json.dumps({**conditions(responses), ACCEPTED: kinds}),
+        **{ACCEPTED: json.dumps([str(doubt) for doubt in doubts])},
+    )
+
+
+def doubts_in(attributes: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with a recording and was accepted, by its attributes."""
+    said: list[str] = json.loads(attributes.get(ACCEPTED, "[]"))
+    return said
+
+
 def textures_of(recordings: Iterable[Responses]) -> list[str]:
     """Return the textures that recordings are of, each once, in their natural order."""
     return sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
@@ -159,18 +187,28 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
     values = response.values
     if values.dtype.kind != "f" or not values.size:
         return response
-    largest = float(np.abs(values).max()) if response.name == dims.RA2 else _largest(values)
+    if response.name == dims.RA2:
+        _require_sound(values, float(response.attrs[dims.SAMPLE_RATE]), where)
+        return response
+    largest = _largest(values)
     if not largest < np.inf:
-        n = int((~np.isfinite(values)).sum())
-        found = f"{n} that are not" if response.name == dims.RA2 else "infinite ones"
-        raise InputError(where, "values that are numbers", found, _AGAIN)
+        raise InputError(where, "values that are numbers", "infinite ones", _AGAIN)
     if response.name == dims.POSITION and not 0 < largest < _FARTHEST_PX:
         expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
         raise InputError(where, expected, f"up to {largest:g}", _AGAIN)
     return response
 
 
-def _largest(values: np.ndarray) -> float:
+def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: str) -> None:
+    """Refuse vibration, (audio_time, channel), with what is no number, or has no power."""
+    sound = np.abs(values) < _LOUDEST  # False for NaN
+    if not sound.all():
+        n = int(np.argmin(sound.all(axis=1)))
+        found = f"{values[n][~sound[n]][0]} at sample {n} ({n / sample_rate_hz:.3f} s)"
+        raise InputError(where, "samples that are numbers", found, _AGAIN)
+
+
+def _largest(values: NDArray[np.floating]) -> float:
     """Return the largest magnitude among values, NaN passed over; 0 where all are NaN."""
     return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
 

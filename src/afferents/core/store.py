@@ -205,6 +205,12 @@ def _is_whole(store: Path, name: str) -> bool:
     return True
 
 
+def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Return the attributes of those of these recordings that the store holds."""
+    there = (name for name in names if (store / name / _ROOT).is_file())
+    return {name: _attributes(store / name) for name in there}
+
+
 def open_responses(store: Path) -> list[Responses]:
     """Open all recordings of a store, lazily, in order of texture and speed.
 

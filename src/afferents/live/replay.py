@@ -13,7 +13,7 @@ import soundfile
 from afferents.core.errors import InputError
 from afferents.core.recording import Video
 from afferents.live.events import Channel, Event, Picture, Sound
-from afferents.recordings import WavFile
+from afferents.recordings import WavFile, require_finite
 
 CHUNK_S = 0.01
 """Sound is given in pieces of this length, as sound cards do."""
@@ -128,10 +128,11 @@ class ReplayedSound(_Played):
         with soundfile.SoundFile(os.fsencode(self._audio.path)) as file:
             chunk = max(1, round(CHUNK_S * self.rate_hz))
             for block in file.blocks(chunk, dtype="float32", always_2d=True):
+                channel = self._audio.channel
+                require_finite(block[:, channel], self._audio.path, self.rate_hz, n)
                 time_s, n = self._begin_s + n / self.rate_hz, n + len(block)
                 if not self._pace.wait(self._begin_s + n / self.rate_hz):
                     return
-                channel = self._audio.channel
                 samples = np.ascontiguousarray(block[:, channel : channel + 1])
                 yield Sound(time_s, samples, time.monotonic())
 

@@ -4,7 +4,7 @@ from afferents.markers.detect import Positions, detect
 from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.lens import undistort, undistorted
-from afferents.markers.quality import TrackingQuality, describe, measure_quality
+from afferents.markers.quality import TrackingQuality, describe, doubt_markers, measure_quality
 from afferents.markers.rest import Method, rest_image
 from afferents.markers.sensor import (
     BlobDetector,
@@ -38,6 +38,7 @@ __all__ = [
     "check_size",
     "describe",
     "detect",
+    "doubt_markers",
     "estimate_detector",
     "load_sensor",
     "measure_quality",

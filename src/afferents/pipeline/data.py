@@ -15,6 +15,7 @@ from afferents.core.recording import require_distinct
 from afferents.core.responses import Responses, conditions
 from afferents.core.store import open_responses, store_config
 from afferents.encodings import Encodings, KernelEncoding, OrderEncoding, SpectralEncoding
+from afferents.pipeline.copies import with_fingerprint
 from afferents.pipeline.extract import responses_of
 from afferents.recordings import read_fabricslide
 
@@ -149,7 +150,7 @@ def _open_fabricslide(source: str, path: Path, keep_going: bool, progress: Progr
     recordings = session.recordings
     for recording in progress.track(recordings, "reading FabricSlide", len(recordings)):
         try:
-            responses.append(sealed(responses_of(recording)))
+            responses.append(sealed(with_fingerprint(responses_of(recording))))
         except AfferentsError as error:
             if not keep_going:
                 raise

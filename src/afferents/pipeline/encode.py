@@ -166,23 +166,23 @@ def encode(
     """
     kept = kept_part(responses, afferent, encoding, cut, how)
     if encoding == "spectral":
-        return spectral_samples(_load(responses, afferent), kept, how.spectral)
+        return spectral_samples(read_whole(responses, afferent), kept, how.spectral)
     if encoding == "orders":
-        return order_samples(_load(responses, afferent), kept, how.orders)
+        return order_samples(read_whole(responses, afferent), kept, how.orders)
     if encoding == "kernels":
-        return kernel_samples(_load(responses, afferent), kept, how.kernels)
+        return kernel_samples(read_whole(responses, afferent), kept, how.kernels)
     memory = MEMORY_FRAMES[afferent]
     if encoding == "wavenumbers":
         response = response_of(responses, afferent, how.wavenumbers)
         return wavenumber_samples(response, kept, memory, how.wavenumbers)
     encoder = spatial_samples if encoding == "spatial" else spatiotemporal_samples
-    return encoder(hold(_load(responses, afferent)), kept, memory)
+    return encoder(hold(read_whole(responses, afferent)), kept, memory)
 
 
 def response_of(responses: Responses, afferent: str, encoding: WavenumberEncoding) -> xr.DataArray:
     """Return what waves are looked for in: of every so manyth frame, lost markers held."""
     variable = _MADE_OF.get(afferent, dims.SA1)
-    read = responses.assign({variable: _load(responses, variable)})
+    read = responses.assign({variable: read_whole(responses, variable)})
     slower = read.isel({dims.TIME: slice(None, None, encoding.every)})
     return hold(_worked_out(slower, afferent))
 
@@ -201,8 +201,14 @@ def _worked_out(responses: Responses, afferent: str) -> xr.DataArray:
     return _labelled(response, responses)
 
 
-def _load(responses: Responses, variable: str) -> xr.DataArray:
-    """Read a response into memory, with its own attributes and the recording's."""
+def read_whole(responses: Responses, variable: str) -> xr.DataArray:
+    """Read a response into memory, with its own attributes and the recording's.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, has changed since it was extracted, or holds what can't be.
+    """
     try:
         # Not `load`, which would keep what was read in the responses.
         response = check_values(

@@ -11,9 +11,10 @@ from typing import Any
 from joblib import cpu_count
 
 from afferents import __version__
+from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.families import Family
+from afferents.core.families import VIBRATIONS, Family
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
@@ -33,7 +34,7 @@ from afferents.evaluation import (
 from afferents.pipeline.ablation import Ablation, require_speeds
 from afferents.pipeline.cluster import on_cluster, workers_at
 from afferents.pipeline.data import DataSet, recordings_in
-from afferents.pipeline.encode import kept_part, require_support, sources_of
+from afferents.pipeline.encode import kept_part, read_whole, require_support, sources_of
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
 from afferents.training import TRAINED, Compute, Preset, training_config
@@ -243,6 +244,8 @@ def skipped_recordings(
     for responses, (afferent, encoding) in itertools.product(recordings, sources):
         try:
             kept_part(responses, afferent, encoding, evaluation.cut, evaluation.encodings)
+            if encoding in VIBRATIONS:
+                read_whole(responses, dims.RA2)
         except AfferentsError as error:
             if not evaluation.keep_going:
                 raise

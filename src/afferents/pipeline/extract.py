@@ -11,12 +11,13 @@ import xarray as xr
 from afferents import __version__
 from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
+from afferents.core.doubt import Doubt, Kind, accepted
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
-from afferents.core.responses import Responses, label
+from afferents.core.responses import Responses, label, with_doubts
 from afferents.core.store import (
     create_parents,
     create_store,
@@ -36,6 +37,8 @@ from afferents.markers import (
     undistorted,
 )
 from afferents.pipeline.cluster import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
+from afferents.pipeline.copies import notes_of, with_fingerprint
+from afferents.pipeline.doubts import doubts_of, watched
 from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import (
     SessionFile,
@@ -58,6 +61,8 @@ class Extraction:
     ----------
     cluster
         Address of a Dask scheduler whose workers extract; None for this machine.
+    accept
+        Kinds of what may be wrong with a recording that is kept nevertheless, and marked.
     """
 
     session: Path
@@ -69,6 +74,7 @@ class Extraction:
     vibration: bool = True
     rest: Rest = "own"
     cluster: str | None = None
+    accept: frozenset[Kind] = frozenset()
 
     def as_found_anywhere(self) -> "Extraction":
         """Return it with paths that a cluster's workers find, wherever they were started."""
@@ -140,6 +146,8 @@ def _failures(
         if not extraction.keep_going:
             raise AfferentsError(fault)
         failed[name] = fault
+    for sentence in notes_of(extraction.out).sentences:
+        progress.note(sentence)
     return failed
 
 
@@ -216,8 +224,8 @@ def _try_one(
     """Return the recording's name, and what is wrong with it."""
     cv2.setNumThreads(1)
     try:
-        check_recording(recording, declared)
-        _extract_one(recording, declared, reference, extraction)
+        doubts = check_recording(recording, declared, extraction.accept)
+        _extract_one(recording, declared, reference, extraction, doubts)
     except AfferentsError as error:
         return recording.name, str(error)
     return recording.name, None
@@ -252,11 +260,12 @@ def _try_far(
         return *_try_one(recording, declared, reference, extraction), None
     cv2.setNumThreads(1)
     try:
-        check_recording(recording, declared)
+        doubts = check_recording(recording, declared, extraction.accept)
         made_of = _made_of(recording, declared)
         if there is not None and is_of_same_files(output.folder / recording.name, there, made_of):
             return recording.name, None, None
-        return recording.name, None, _new_responses(recording, made_of, reference, extraction)
+        found = _new_responses(recording, made_of, reference, extraction, doubts)
+        return recording.name, None, found
     except AfferentsError as error:
         return recording.name, str(error), None
 
@@ -266,10 +275,11 @@ def _extract_one(
     declared: SessionFile,
     reference: Positions | None,
     extraction: Extraction,
+    doubts: list[Doubt],
 ) -> None:
     made_of = _made_of(recording, declared)
     if not has_responses(extraction.out, recording.name, *made_of):
-        found = _new_responses(recording, made_of, reference, extraction)
+        found = _new_responses(recording, made_of, reference, extraction, doubts)
         write_responses(extraction.out, found)
 
 
@@ -284,15 +294,19 @@ def _new_responses(
     made_of: tuple[str, str],
     reference: Positions | None,
     extraction: Extraction,
+    doubts: list[Doubt],
 ) -> Responses:
-    """Extract a recording; its responses say what they were made of."""
+    """Extract a recording; its responses say what they were made of, and what was accepted."""
     if not extraction.vibration:
         if recording.video is None:
             raise InputError(recording.name, "a video to track", "none")
         recording = replace(recording, audio=None)
+    recording = watched(recording)
     found = responses_of(
         recording, extraction.sensor, extraction.method, reference, extraction.rest
     )
+    doubts = doubts + accepted(doubts_of(recording, found), extraction.accept)
+    found = with_doubts(with_fingerprint(found), doubts)
     checksum, matters = made_of
     return found.assign_attrs(checksum=checksum, declared=matters)
 

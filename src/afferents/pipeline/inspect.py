@@ -1,30 +1,47 @@
 """What is in a file or session, whether it is sound, and a picture of it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.cut import AUDIO_S, LAST_FRAME
+from afferents.core.doubt import KINDS
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.outputs import require_free, require_pictures_free
 from afferents.core.progress import Progress
 from afferents.core.recording import Frame, GreyImage, Recording, Session
 from afferents.core.store import open_responses, store_config
-from afferents.markers import Sensor, describe, measure_quality, recognise_sensor, track
+from afferents.markers import (
+    Sensor,
+    describe,
+    doubt_markers,
+    measure_quality,
+    recognise_sensor,
+    track,
+)
+from afferents.pipeline.copies import notes_in
+from afferents.pipeline.doubts import doubts_without_tracking
 from afferents.pipeline.extract import marker_responses
+from afferents.pipeline.parallel import side_by_side
 from afferents.recordings import (
+    Footage,
+    SessionFile,
     VideoFile,
     WavFile,
     check_recording,
+    clipped_share,
+    doubt_loudness,
     facts,
     open_video,
     read_fabricslide,
     read_session,
+    require_finite,
     session_file,
     video_facts,
 )
@@ -40,8 +57,6 @@ from afferents.report import (
 MARKERS, RESPONSES, VIBRATION = "markers.png", "responses.png", "vibration.png"
 PICTURED_S = 10.0
 """Length of the vibration that is drawn, s."""
-CLIPPED = 0.999
-"""Samples at or above this share of full scale count as clipped."""
 UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
 """An interval between frames is uneven beyond this share of the median; and said to be so beyond
 this share of intervals (single gaps are counted as missing frames)."""
@@ -94,7 +109,7 @@ def inspect(
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=reads)
     if source.startswith("fabricslide:"):
         session = read_fabricslide(Path(source.partition(":")[2]))
-        return inspect_session(source, session, out, read_vibration, progress)
+        return inspect_session(source, session, out, None, progress)
     path = Path(source)
     if not path.exists():
         raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
@@ -104,10 +119,7 @@ def inspect(
         return inspect_video(path, out, sensor, progress, overlay)
     if (path / "zarr.json").is_file():
         return inspect_store(path)
-    declared = session_file(path)
-    return inspect_session(
-        source, read_session(path), out, lambda r: check_recording(r, declared), progress
-    )
+    return inspect_session(source, read_session(path), out, session_file(path), progress)
 
 
 def inspect_video(
@@ -129,9 +141,12 @@ def inspect_video(
         sensor, why = recognise_sensor(video)
     found.sentences.append(why)
     watched = Watched(video, progress)
-    tracks = track(watched, sensor)
+    footage = Footage(watched)
+    tracks = track(footage, sensor)
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
-    found.facts |= quality_facts(tracks)
+    doubts = footage.doubts() or doubt_markers(tracks, path, None)
+    found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in doubts]
+    found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in doubts}}
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
@@ -210,27 +225,38 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
         f"{audio.n_channels} channel(s) at {audio.sample_rate_hz:g} Hz, {seconds:.2f} s; "
         f"channel {audio.n_channels} is taken for the sensor."
     )
-    signal = audio.read()
-    found.sentences += level_sentences(signal)
+    samples = audio.samples()
+    found.sentences += level_sentences(samples)
     found.facts = {
         "channels": audio.n_channels,
         "sample_rate_hz": audio.sample_rate_hz,
         "duration_s": seconds,
     }
-    found.pictures = [draw_vibration(signal, path.name, out)]
+    try:
+        require_finite(samples, path, audio.sample_rate_hz)
+    except InputError as error:
+        found.problems.append(str(error))
+        return found
+    found.problems += [str(doubt) for doubt in doubt_loudness(samples, path, audio.sample_rate_hz)]
+    found.pictures = [draw_vibration(audio.read(), path.name, out)]
     return found
 
 
-def level_sentences(signal: xr.DataArray) -> list[str]:
-    """Say how loud a full-scale signal is, and whether it is clipped or silent."""
-    peak = float(np.abs(signal).max())
-    rms = float(np.sqrt((signal.astype(float) ** 2).mean()))
-    sentences = [f"Peak {peak:.3f}, RMS {rms:.4f} of full scale."]
+def level_sentences(samples: NDArray[np.float32]) -> list[str]:
+    """Say how loud a signal (n,) is, and whether it is clipped or silent; by what is a number."""
+    numbers = samples[np.isfinite(samples)].astype(float)
+    if len(numbers) == 0:
+        return ["No sample is a number."]
+    peak, rms = float(np.abs(numbers).max()), float(np.sqrt((numbers**2).mean()))
+    sentences = [f"Peak {peak:.3g}, RMS {rms:.3g} of full scale."]
     if peak == 0:
         sentences.append("It is silent: look at the sensor's channel and cable.")
-    clipped = float((np.abs(signal) >= CLIPPED).mean())
+    clipped = clipped_share(numbers)
     if clipped > 0:
-        sentences.append(f"{100 * clipped:.3f}% of samples are clipped: lower the gain.")
+        sentences.append(
+            f"{100 * clipped:.3g}% of samples are clipped, at {numbers.min():.3g} or "
+            f"{numbers.max():.3g}: lower the gain."
+        )
     return sentences
 
 
@@ -241,20 +267,42 @@ def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
     return save_figure(figure, out / VIBRATION)
 
 
-def read_vibration(recording: Recording) -> None:
-    """Check a recording that is quickly read by reading it."""
-    if recording.audio is not None:
-        recording.audio.read()
+@dataclass(frozen=True)
+class Look:
+    """What there is of one recording, None if it can't be read; and what is wrong with it."""
+
+    row: dict[str, Any] | None
+    problems: list[str]
+
+
+def look_at(number: int, recording: Recording, declared: SessionFile | None) -> tuple[int, Look]:
+    """Check a recording's headers and content; its markers are not looked for.
+
+    Parameters
+    ----------
+    number
+        Comes back, to put recordings that were looked at side by side into their order.
+    declared
+        None where there is no session file, and headers declare nothing.
+    """
+    row = None
+    try:
+        doubts = [] if declared is None else check_recording(recording, declared, KINDS)
+        row = asdict(facts(recording))
+        doubts = doubts + doubts_without_tracking(recording)
+    except AfferentsError as error:
+        return number, Look(row, [str(error)])
+    return number, Look(row, [str(doubt) for doubt in doubts])
 
 
 def inspect_session(
     source: str,
     session: Session,
     out: Path,
-    check: Callable[[Recording], None],
+    declared: SessionFile | None,
     progress: Progress,
 ) -> Inspection:
-    """Check every recording of a session, and draw the first vibration."""
+    """Check every recording of a session, all pictures and samples; draw the first vibration."""
     found = Inspection(source)
     speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
     found.sentences += [
@@ -264,13 +312,14 @@ def inspect_session(
         if session.reference
         else "There is no throw_away.mp4; it is needed only by the published tracker.",
     ]
-    rows = []
-    for recording in progress.track(session.recordings, "checking", len(session.recordings)):
-        try:
-            check(recording)
-            rows.append(asdict(facts(recording)))
-        except AfferentsError as error:
-            found.problems.append(str(error))
+    jobs = [(n, recording, declared) for n, recording in enumerate(session.recordings)]
+    # Sound alone is read sooner than processes begin.
+    workers = None if any(r.video for r in session.recordings) else 1
+    looks = side_by_side(look_at, jobs, workers, progress.note)
+    looked = dict(progress.track(looks, "checking", len(jobs)))
+    in_order = [looked[number] for number in sorted(looked)]
+    rows = [look.row for look in in_order if look.row is not None]
+    found.problems += [problem for look in in_order for problem in look.problems]
     found.sentences += [*length_sentences(rows), *too_short_sentences(rows)]
     found.facts = {"recordings": rows}
     with_audio = [r for r in session.recordings if r.audio is not None]
@@ -315,6 +364,7 @@ def inspect_store(path: Path) -> Inspection:
     recordings = open_responses(path)
     names = sorted({str(name) for r in recordings for name in r.data_vars})
     found.sentences.append(f"A store of {len(recordings)} recordings with {', '.join(names)}.")
+    found.sentences += notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences
     for responses in recordings:
         if dims.DETECTED in responses:
             lost = 1 - float(responses[dims.DETECTED].mean())

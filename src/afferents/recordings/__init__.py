@@ -3,6 +3,8 @@
 from afferents.recordings.audio import WavFile
 from afferents.recordings.fabricslide import TaxelFile, read_fabricslide
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
+from afferents.recordings.footage import Footage
+from afferents.recordings.levels import clipped_share, doubt_loudness, require_finite
 from afferents.recordings.session import (
     SessionFile,
     check_files,
@@ -15,6 +17,7 @@ from afferents.recordings.video import VideoFile, luma_of, open_video
 
 __all__ = [
     "Facts",
+    "Footage",
     "SessionFile",
     "TaxelFile",
     "VibrationFacts",
@@ -23,11 +26,14 @@ __all__ = [
     "WavFile",
     "check_files",
     "check_recording",
+    "clipped_share",
+    "doubt_loudness",
     "facts",
     "luma_of",
     "open_video",
     "read_fabricslide",
     "read_session",
+    "require_finite",
     "require_own_files",
     "session_file",
     "video_facts",

@@ -1,7 +1,6 @@
 """Sound files as vibration channels."""
 
 import os
-import wave
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,15 +13,14 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.recordings.levels import require_finite
+from afferents.recordings.riff import declared_samples
 
 _BLOCK = 1 << 16
 """Samples read at a time, so that the channels that are not wanted never fill the memory."""
 
-_UNKNOWN_LENGTH = 0xFFFFFFFF
-"""Length in bytes that a recorder writes into a wav whose end it does not know yet."""
-
 FULL_SCALE = "full scale"
-"""Unit of a sample: 1 is the largest value that the file format holds."""
+"""Unit of a sample: 1 is the largest value that the file format holds, a float file apart."""
 
 
 class _Header(NamedTuple):
@@ -66,7 +64,7 @@ class WavFile:
             raise InputError(self.path, "a readable sound file", f"{error}") from error
         if info.frames == 0:
             raise InputError(self.path, "a sound file with samples", "none in it")
-        declared = _declared_samples(self.path)
+        declared = declared_samples(self.path)
         if declared is not None and info.frames < declared:
             raise self._too_short(declared, info.frames)
         return _Header(float(info.samplerate), int(info.frames), int(info.channels))
@@ -92,13 +90,34 @@ class WavFile:
         Returns
         -------
         xarray.DataArray
-            `(audio_time, channel)` float32 with the one channel `sensor`, -1 to 1, and the
-            attributes `sample_rate_hz` and `units`.
+            `(audio_time, channel)` float32 with the one channel `sensor`, -1 to 1 (more in a
+            float file that goes beyond full scale), and the attributes `sample_rate_hz` and
+            `units`.
 
         Raises
         ------
         InputError
-            If the file is unreadable, empty, shorter than it declares, or has no such channel.
+            If the file is unreadable, empty, shorter than it declares, has no such channel, or
+            holds NaN or infinite samples in it.
+        """
+        samples = self.samples()
+        require_finite(samples, self.path, self.sample_rate_hz)
+        return xr.DataArray(
+            samples[:, np.newaxis],
+            dims=(dims.AUDIO_TIME, dims.CHANNEL),
+            coords={dims.CHANNEL: ["sensor"]},
+            attrs={dims.SAMPLE_RATE: self.sample_rate_hz, dims.UNITS: FULL_SCALE},
+        )
+
+    def samples(self) -> NDArray[np.float32]:
+        """Return the sensor's channel as it stands in the file, (n_samples,).
+
+        A float file may hold NaN, infinite values, or such beyond full scale.
+
+        Raises
+        ------
+        InputError
+            As `read`, but for the samples themselves.
         """
         if not 0 <= self.channel < self.n_channels:
             raise InputError(
@@ -106,14 +125,6 @@ class WavFile:
                 f"the sensor on channel {self.channel + 1}",
                 f"{self.n_channels} channel(s)",
             )
-        return xr.DataArray(
-            self._samples()[:, np.newaxis],
-            dims=(dims.AUDIO_TIME, dims.CHANNEL),
-            coords={dims.CHANNEL: ["sensor"]},
-            attrs={dims.SAMPLE_RATE: self.sample_rate_hz, dims.UNITS: FULL_SCALE},
-        )
-
-    def _samples(self) -> NDArray[np.float32]:
         samples = np.empty(self.n_samples, np.float32)
         n = 0
         try:
@@ -134,17 +145,3 @@ class WavFile:
             f"{found}",
             "copy or record the file again",
         )
-
-
-def _declared_samples(path: Path) -> int | None:
-    """Return the samples a channel that a wav declares; None where that can't be told.
-
-    libsndfile counts what is in the file, whatever its header says, so that a file that was cut
-    off looks whole to it. `wave` reads PCM alone; other formats go unchecked.
-    """
-    try:
-        with wave.open(str(path), "rb") as file:
-            n, width = file.getnframes(), file.getsampwidth() * file.getnchannels()
-    except (wave.Error, EOFError):
-        return None
-    return None if n == _UNKNOWN_LENGTH // width else n

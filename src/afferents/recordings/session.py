@@ -8,12 +8,13 @@ the marker reference ``throw_away.mp4`` in the first of them, ``0/10``.
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from afferents.core.documents import as_form, read_json
+from afferents.core.doubt import Doubt, Kind, accepted
 from afferents.core.errors import InputError
 from afferents.core.files import checksum
 from afferents.core.recording import (
@@ -34,6 +35,9 @@ NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"}
 
 SHORTER_AUDIO_S = 0.5
 """How much shorter than the video the audio may be, s."""
+LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
+"""How much longer, s and as a share of the video: recorders are started and stopped one after the
+other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
 
 RATE_TOLERANCE = 0.1
 """How far a video's nominal frame rate may lie from the declared one, as a share of it."""
@@ -310,14 +314,21 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
     return hashlib.sha256(json.dumps(found, sort_keys=True).encode()).hexdigest()
 
 
-def check_recording(recording: Recording, declared: SessionFile) -> None:
+def check_recording(
+    recording: Recording, declared: SessionFile, accept: Collection[Kind] = ()
+) -> list[Doubt]:
     """Check one recording of a session folder by its headers.
+
+    Returns
+    -------
+    What is wrong with it and accepted.
 
     Raises
     ------
     InputError
         If a file is unreadable, the video of another size or frame rate than declared, the
-        audio of another rate or with other channels, or more than 0.5 s shorter than the video.
+        audio of another rate or with other channels, or (unless `length` is accepted) more than
+        0.5 s shorter than the video, or more than 1 s and 5% longer.
     """
     video, audio = recording.video, recording.audio
     if isinstance(video, VideoFile):
@@ -325,7 +336,8 @@ def check_recording(recording: Recording, declared: SessionFile) -> None:
     if isinstance(audio, WavFile):
         _check_audio(audio, declared)
     if isinstance(video, VideoFile) and isinstance(audio, WavFile):
-        _check_lengths(video, audio)
+        return accepted(_doubt_lengths(video, audio), accept)
+    return []
 
 
 def _check_video(video: VideoFile, declared: SessionFile) -> None:
@@ -359,12 +371,12 @@ def _check_audio(audio: WavFile, declared: SessionFile) -> None:
         )
 
 
-def _check_lengths(video: VideoFile, audio: WavFile) -> None:
-    audio_s = audio.n_samples / audio.sample_rate_hz
-    if audio_s < video.duration_s - SHORTER_AUDIO_S:
-        raise InputError(
-            audio.path,
-            f"audio of at least {video.duration_s - SHORTER_AUDIO_S:.2f} s, "
-            f"for a video of {video.duration_s:.2f} s",
-            f"{audio_s:.2f} s",
-        )
+def _doubt_lengths(video: VideoFile, audio: WavFile) -> list[Doubt]:
+    video_s, audio_s = video.duration_s, audio.n_samples / audio.sample_rate_hz
+    least_s = video_s - SHORTER_AUDIO_S
+    most_s = video_s * (1 + LONGER_AUDIO) + LONGER_AUDIO_S
+    if least_s <= audio_s and (audio_s <= most_s or video_s == 0):  # 0: none is declared
+        return []
+    bound = f"at least {least_s:.2f}" if audio_s < least_s else f"at most {most_s:.2f}"
+    expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
+    return [Doubt("length", audio.path, expected, f"{audio_s:.2f} s")]

@@ -1,0 +1,271 @@
+"""What happens to a video's pictures as they are decoded: dark, frozen, the same ones again.
+
+All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf 18,
+23 and 35, MJPEG), with and without such faults, and on clips of real sensors; docs/tracking.md.
+"""
+
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core.doubt import Doubt
+from afferents.core.recording import Frame, GreyImage, Video
+from afferents.core.sliding import lasting, said_of, sliding_part
+
+Numbers = NDArray[np.float64]
+
+FROZEN_S = 1.0
+"""A picture may stand still for so long while the drum slides. Half of it is the distance at which
+pictures are compared: a skin that slides looks another after that, a frozen one does not."""
+STILL_GREY = 0.1
+"""Pictures half a second apart that differ by less (grey levels, mean over the picture) are the
+same. Frozen ones differ by up to 0.07 (crf 35); a smooth drum's at 10 mm/s by at least 0.18 within
+any half second (crf 35), 0.8 (crf 18), 1.1 (as recorded); all others by more."""
+DARK_S = 0.5
+"""The picture may be dark for so long while the drum slides."""
+DARK_SHARE = 0.4
+"""Of the light that there is when a recording begins: less is dark. Real clips keep 0.8 of it."""
+
+WINDOW = 360
+"""Frames in a row that are judged for repeats together."""
+FEWEST = 150
+"""Of fewer frames the share that a beat explains is chance: up to 0.27 in 90, 0.09 in 180."""
+PERIODS = range(2, 7)
+"""Each frame so many times."""
+BEAT = 0.18
+"""Share of the variance of the change from frame to frame that a beat of 2 to 6 frames explains.
+Genuine frames: up to 0.09 in 180 and 0.06 in 360; repeated and encoded again mostly above 0.2. Only
+of a smooth drum is crf 35 too much, where a step is smeared over its repeats."""
+UNEQUAL = 1.5
+"""The beat's largest change is so many times its smallest. A texture whose bumps come every few
+frames exactly beats too, but evenly: up to 1.35."""
+ADDS_UP = 0.75
+"""Over a whole beat the picture changes by this share of the sum of its steps: 0.93 and more where
+frames are repeated, 0.65 where a coarse codec smears them; less where a texture or a flickering
+lamp comes back to where it was: 0.1 to 0.7."""
+AGAIN, AGAIN_WITHIN = 0.3, 4
+"""A frame that changes by less than this share of what changes within so many frames before and
+after it repeats the one before,"""
+MOVES_GREY = 0.3
+"""where that is at least so many grey levels: below it a codec's own steps look like that."""
+MANY_AGAIN, ENOUGH_MOVES = 0.35, 0.1
+"""Share of such frames, among those where so much moves (at least this share of all). Genuine ones:
+up to 0.19; three of the real clips, whose recorder wrote every frame twice: 0.39 to 0.50."""
+
+_ROWS_APART, _COLUMNS_APART = 17, 8
+"""Pixels that are looked at: unlike the pitch of markers in either direction."""
+_LOOK_BACK_S = FROZEN_S / 2
+_FAINT = 0.03
+"""Change below which a codec's arithmetic is all there is, grey levels."""
+_FIRST_FRAMES = 10
+
+
+class Footage:
+    """A video that is measured as it is decoded: wraps another, and may be tracked in its place.
+
+    Implements `afferents.core.recording.Video`.
+
+    Attributes
+    ----------
+    time_s, grey
+        Of each frame decoded so far: its time, and its mean grey level.
+    changes
+        Mean change of the picture from 1 to 6 frames before, (n_frames, 6), NaN at the start.
+    slow_change
+        Mean change of the picture since half a second before, NaN at the start.
+    """
+
+    def __init__(self, video: Video) -> None:
+        """Wait for the first frame."""
+        self._video = video
+        self._forget()
+
+    def _forget(self) -> None:
+        self._time_s: list[float] = []
+        self._grey: list[float] = []
+        self._changes: list[list[float]] = []
+        self._slow: list[float] = []
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._video.path
+
+    @property
+    def fps_hz(self) -> float:
+        """Nominal frame rate, Hz."""
+        return self._video.fps_hz
+
+    @property
+    def width(self) -> int:
+        """Width, px."""
+        return self._video.width
+
+    @property
+    def height(self) -> int:
+        """Height, px."""
+        return self._video.height
+
+    @property
+    def time_s(self) -> Numbers:
+        """Times of the frames, (n_frames,), s."""
+        return np.array(self._time_s)
+
+    @property
+    def grey(self) -> Numbers:
+        """Mean grey level of each frame, (n_frames,), 0 to 255."""
+        return np.array(self._grey)
+
+    @property
+    def changes(self) -> Numbers:
+        """Mean change from 1 to 6 frames before, (n_frames, 6), grey levels."""
+        return np.array(self._changes).reshape(-1, PERIODS.stop - 1)
+
+    @property
+    def slow_change(self) -> Numbers:
+        """Mean change since half a second before, (n_frames,), grey levels."""
+        return np.array(self._slow)
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start, and measure anew."""
+        self._forget()
+        before: deque[tuple[float, GreyImage]] = deque()
+        for frame in self._video.frames():
+            sample = frame.luma[::_ROWS_APART, ::_COLUMNS_APART].copy()
+            self._measure(frame, sample, before)
+            before.append((frame.time_s, sample))
+            yield frame
+
+    def _measure(
+        self, frame: Frame, sample: GreyImage, before: deque[tuple[float, GreyImage]]
+    ) -> None:
+        """Compare a frame with those before it, and let go of those that are not needed again."""
+        since_s = frame.time_s - _LOOK_BACK_S
+        while len(before) >= PERIODS.stop and before[1][0] <= since_s:
+            before.popleft()
+        mean = float(sample.mean())
+        levels = frame.levels
+        self._time_s.append(frame.time_s)
+        self._grey.append(mean if levels is None else float(levels[round(mean)]))
+        ago = [before[-k][1] if k <= len(before) else None for k in range(1, PERIODS.stop)]
+        self._changes.append([_difference(sample, one) for one in ago])
+        old = before[0] if before and before[0][0] <= since_s else None
+        self._slow.append(_difference(sample, old[1] if old else None))
+
+    def doubts(self, steady_s: tuple[float, float] | None = None) -> list[Doubt]:
+        """Return what is wrong with the pictures decoded, while the drum slides.
+
+        Parameters
+        ----------
+        steady_s
+            Start and end of constant speed, s; None where nothing says so.
+        """
+        time_s = self.time_s
+        if len(time_s) == 0:
+            return []
+        part = sliding_part(float(time_s[0]), float(time_s[-1]), steady_s)
+        found = (self._dark(part), self._frozen(part), self._repeated(part))
+        return [doubt for doubt in found if doubt is not None]
+
+    def _dark(self, part: tuple[float, float]) -> Doubt | None:
+        time_s, grey = self.time_s, self.grey
+        light = float(np.median(grey[:_FIRST_FRAMES]))
+        span = lasting(grey < DARK_SHARE * light, time_s, part, DARK_S)
+        if span is None:
+            return None
+        least = float(grey[(time_s >= span[0]) & (time_s <= span[1])].min())
+        return Doubt(
+            "dark",
+            self.path,
+            f"a picture as light as it begins (mean grey level {light:.0f})",
+            f"a dark one ({least:.0f}) {said_of(span, time_s)}",
+        )
+
+    def _frozen(self, part: tuple[float, float]) -> Doubt | None:
+        time_s = self.time_s
+        still = self.slow_change < STILL_GREY  # False where NaN
+        still &= self.grey >= DARK_SHARE * np.median(self.grey[:_FIRST_FRAMES])
+        span = lasting(still, time_s, part, FROZEN_S - _LOOK_BACK_S)
+        if span is None:
+            return None
+        began = max(span[0] - _LOOK_BACK_S, float(time_s[0]))
+        return Doubt(
+            "frozen",
+            self.path,
+            "a picture that changes while the drum slides",
+            f"the same one {said_of((began, span[1]), time_s)}",
+        )
+
+    def _repeated(self, part: tuple[float, float]) -> Doubt | None:
+        time_s, changes = self.time_s, self.changes
+        within = np.flatnonzero((time_s >= part[0]) & (time_s <= part[1]))
+        for first in range(0, max(1, len(within) - WINDOW // 2), WINDOW // 2):
+            frames = within[first : first + WINDOW]
+            how = repeats(changes[frames])
+            if how:
+                return Doubt(
+                    "repeated",
+                    self.path,
+                    "every frame once",
+                    f"{how} from {time_s[frames[0]]:.2f} s on",
+                )
+        return None
+
+
+def repeats(changes: Numbers) -> str:
+    """Say how frames in a row repeat one another, or nothing.
+
+    Parameters
+    ----------
+    changes
+        As of `Footage`, shape (n_frames, 6).
+    """
+    changes = changes[~np.isnan(changes).any(axis=1)]
+    if len(changes) < FEWEST:
+        return ""
+    beats = [_beat(changes[:, 0], changes[:, period - 1], period) for period in PERIODS]
+    if any(passes for _, passes in beats):
+        explained = [share for share, _ in beats]  # every second one beats at 4 and 6 frames too
+        times = next(p for p, e in zip(PERIODS, explained, strict=True) if e > 0.9 * max(explained))
+        return f"each about {times} times"
+    share = _share_again(changes[:, 0])
+    return f"{share:.0%} of them twice or more often" if share > MANY_AGAIN else ""
+
+
+def _beat(change: Numbers, over_period: Numbers, period: int) -> tuple[float, bool]:
+    """Return the share of variance that a beat explains, and whether it is that of repeats."""
+    mean = np.ones(period) / period
+    log = np.log(change + _FAINT)
+    trend = np.convolve(np.convolve(log, mean, "same"), mean, "same")
+    ends = slice(period, period + (len(log) - 2 * period) // period * period)
+    left = (log - trend)[ends]
+    most = 3 * np.median(np.abs(left))  # a key frame or a slip is not to hide the rest
+    left = np.clip(left, -most, most).reshape(-1, period)
+    if not left.var() > 0:
+        return 0.0, False
+    explained = float(left.mean(axis=0).var() / left.var())
+    steps = np.median(change[ends].reshape(-1, period), axis=0)
+    unequal = steps.max() >= UNEQUAL * steps.min()
+    adds_up = np.median(over_period[ends]) >= ADDS_UP * steps.sum()
+    return explained, bool(explained >= BEAT and unequal and adds_up)
+
+
+def _share_again(change: Numbers) -> float:
+    """Return the share of frames that repeat the one before, where something moves."""
+    padded = np.pad(change, AGAIN_WITHIN)
+    most = np.lib.stride_tricks.sliding_window_view(padded, AGAIN_WITHIN).max(axis=1)
+    around = np.minimum(most[: len(change)], most[AGAIN_WITHIN + 1 :][: len(change)])
+    moves = around > MOVES_GREY
+    if moves.mean() < ENOUGH_MOVES:
+        return 0.0
+    return float((change < AGAIN * around)[moves].mean())
+
+
+def _difference(sample: GreyImage, other: GreyImage | None) -> float:
+    if other is None or other.shape != sample.shape:
+        return float("nan")
+    return cv2.norm(sample, other, cv2.NORM_L1) / sample.size
