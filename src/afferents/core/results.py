@@ -120,7 +120,8 @@ def read_predictions(path: Path) -> pd.DataFrame:
         with path.open("rb") as file:
             table = pd.read_parquet(file)
     except (OSError, KeyError, ValueError, pa.ArrowException) as error:
-        raise InputError(path, "a table of predictions", f"{error}", do) from error
+        said = " ".join(str(error).split())[:200]
+        raise InputError(path, "a table of predictions", said, do) from error
     if fault := _fault(table):
         raise InputError(path, "a table of predictions", fault, do)
     return table

@@ -9,7 +9,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
@@ -88,10 +88,11 @@ def _results(
         "initializer": _prepare,
         "initargs": (os.getpid(),),
     }
+    n = workers or joblib.cpu_count()
     with joblib.parallel_config("loky", inner_max_num_threads=1):
-        pool = joblib.Parallel(n_jobs=workers or joblib.cpu_count(), **options)
+        pool = joblib.Parallel(n_jobs=n, **options)
         calls = (joblib.delayed(_numbered)(number, function, *job) for number, job in jobs)
-        with _deaf_to_the_terminal():
+        with _deaf_to_the_terminal() if n > 1 else nullcontext():
             results = pool(calls)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save
+from safetensors.torch import load, save
 from torch import nn
 
 from afferents.core.errors import InputError
@@ -31,7 +31,7 @@ def load_weights(model: nn.Module, path: Path) -> None:
         If the file is missing, is no safetensors file, or belongs to another network.
     """
     try:
-        model.load_state_dict(load_file(path))
+        model.load_state_dict(load(path.read_bytes()))
     except (OSError, SafetensorError) as error:
         raise InputError(path, "weights as safetensors", str(error)) from error
     except RuntimeError as error:
