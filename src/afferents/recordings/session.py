@@ -262,8 +262,8 @@ def require_own_files(session: Session) -> None:
     for path in (path for recording in session.recordings for path in recording.files):
         by_size.setdefault((path.name, _size(path)), []).append(path)
     seen: dict[str, Path] = {}
-    for paths in by_size.values():
-        for path in paths if len(paths) > 1 else ():
+    for (_, size), paths in by_size.items():
+        for path in paths if size and len(paths) > 1 else ():  # empty ones are no recordings
             other = seen.setdefault(_checksum(path), path)
             if other != path:
                 raise InputError(
