@@ -183,7 +183,7 @@ def require_numbers(responses: Responses, kept: slice) -> None:
     raise InputError(
         f"{dims.RA2} of {responses.attrs['name']}",
         "samples that are numbers",
-        f"{values[n][~sound[n]][0]} at sample {kept.start + n} ({(kept.start + n) / rate:.3f} s)",
+        f"{values[n][~sound[n]][0]:.3g} at sample {kept.start + n} ({(kept.start + n) / rate:.3f} s)",
         "record and extract it again, or skip it with --keep-going",
     )
 
