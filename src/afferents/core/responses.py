@@ -204,7 +204,7 @@ def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: s
     sound = np.abs(values) < _LOUDEST  # False for NaN
     if not sound.all():
         n = int(np.argmin(sound.all(axis=1)))
-        found = f"{values[n][~sound[n]][0]} at sample {n} ({n / sample_rate_hz:.3f} s)"
+        found = f"{values[n][~sound[n]][0]:.3g} at sample {n} ({n / sample_rate_hz:.3f} s)"
         raise InputError(where, "samples that are numbers", found, _AGAIN)
 
 

@@ -80,8 +80,6 @@ def test_a_wav_of_unknown_length_is_what_is_in_it(
 
 
 @pytest.mark.parametrize(("name", "subtype"), [("a.wav", "FLOAT"), ("a.flac", "PCM_16")])
-def test_what_is_not_pcm_in_a_wav_is_read_unchecked(
-    tmp_path: Path, name: str, subtype: str
-) -> None:
+def test_what_is_not_pcm_in_a_wav_is_read(tmp_path: Path, name: str, subtype: str) -> None:
     soundfile.write(str(tmp_path / name), np.zeros((100, 2)), 8000, subtype=subtype)
     assert WavFile(tmp_path / name).read().sizes["audio_time"] == 100

@@ -190,6 +190,18 @@ class TestOneRecording:
         with pytest.raises(InputError, match=r"a video of 1\.00 s, found 0\.49 s"):
             check_recording(make(duration_s=0.49), SessionFile())
 
+    def test_long_audio(self, make: Callable[..., object]) -> None:
+        check_recording(make(duration_s=2.0), SessionFile())
+        expected = r"audio of at most 2\.05 s, for a video of 1\.00 s, found 2\.10 s; .*length$"
+        with pytest.raises(InputError, match=expected):
+            check_recording(make(duration_s=2.1), SessionFile())
+
+    def test_another_length_can_be_accepted(self, make: Callable[..., object]) -> None:
+        for duration_s in (0.3, 3.0):
+            (doubt,) = check_recording(make(duration_s=duration_s), SessionFile(), {"length"})
+            assert doubt.kind == "length"
+        assert check_recording(make(), SessionFile(), {"length"}) == []
+
     def test_broken_files_do_not_stop_the_grid(self, write_session: Callable[..., Path]) -> None:
         first, _ = read_session(write_session("0/10", "0/20")).recordings
         with pytest.raises(InputError, match="expected a readable video"):

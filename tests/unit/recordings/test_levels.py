@@ -1,0 +1,69 @@
+"""Samples that are no numbers, beyond full scale, or clipped."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from afferents.core.errors import InputError
+from afferents.recordings import WavFile, clipped_share, doubt_loudness
+from afferents.recordings.levels import require_finite
+
+RATE = 8000
+
+
+@pytest.fixture
+def noise() -> np.ndarray:
+    return np.random.default_rng(0).normal(0, 0.1, (RATE, 2)).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("value", "name"), [(np.nan, "nan"), (np.inf, "inf"), (-np.inf, "-inf"), (1e300, "inf")]
+)
+def test_what_is_no_number_is_named_with_its_place(
+    tmp_path: Path, noise: np.ndarray, value: float, name: str
+) -> None:
+    samples = noise.astype(np.float64)
+    samples[4000:4003, 1] = value
+    soundfile.write(str(tmp_path / "a.wav"), samples, RATE, subtype="DOUBLE")
+    with pytest.raises(InputError, match=rf"found {name} at sample 4000 \(0\.500 s\) and in 2 mor"):
+        WavFile(tmp_path / "a.wav").read()
+    assert WavFile(tmp_path / "a.wav", 0).read().sizes["audio_time"] == RATE  # the other channel
+
+
+def test_places_count_from_the_first_sample_given() -> None:
+    samples = np.array([[0.0, 1.0], [0.0, np.nan]])
+    with pytest.raises(InputError, match=r"nan at sample 801 \(0\.100 s\);"):
+        require_finite(samples, "a.wav", RATE, 800)
+
+
+def test_beyond_full_scale_is_a_doubt_with_its_place(noise: np.ndarray) -> None:
+    noise[2000, 1] = -3
+    (doubt,) = doubt_loudness(noise[:, 1], "a.wav", RATE)
+    assert doubt.kind == "loud"
+    assert "found 1 beyond it, up to 3, first at sample 2000 (0.250 s)" in str(doubt)
+    assert "--accept loud" in str(doubt.error)
+
+
+def test_full_scale_itself_and_what_conversion_adds_is_none(noise: np.ndarray) -> None:
+    noise[0], noise[1] = 1, -128 / 127
+    assert doubt_loudness(noise, "a.wav", RATE) == []
+
+
+@pytest.mark.parametrize("full", [1.0, 0.3, 12.0])
+def test_a_clipped_signal_is_so_at_its_own_extremes(full: float) -> None:
+    rng = np.random.default_rng(0)
+    wave = 1.5 * np.sin(2 * np.pi * 50 * np.arange(RATE) / RATE) + rng.normal(0, 0.01, RATE)
+    clipped = full * np.clip(wave, -1, 1)
+    assert clipped_share(clipped) == pytest.approx((np.abs(wave) >= 1).mean(), abs=0.02)
+    assert clipped_share(full * wave) == 0
+
+
+def test_the_flat_top_of_a_slow_wave_is_not_clipped() -> None:
+    wave = np.rint(1000 * np.sin(2 * np.pi * 5 * np.arange(RATE) / RATE)) / 32768
+    assert clipped_share(wave) == 0
+
+
+def test_silence_is_not_clipped() -> None:
+    assert clipped_share(np.zeros(100)) == 0
