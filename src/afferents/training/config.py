@@ -52,8 +52,8 @@ class TrainingConfig(BaseModel):
     warm_up_statistics
         Whether batch normalisation's running statistics start as plain averages (`WarmUp`).
     precision
-        `bfloat16` multiplies in bfloat16 and keeps weights, loss and statistics in float32;
-        `auto` takes it where the processor has it.
+        `bfloat16` multiplies in bfloat16 and keeps weights, loss and statistics in float32, and
+        LSTMs too on a CPU that has none in bfloat16; `auto` takes it where the processor has it.
     device
         `auto` takes a CUDA GPU where there is one.
     """
