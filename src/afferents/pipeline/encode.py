@@ -179,11 +179,12 @@ def require_numbers(responses: Responses, kept: slice) -> None:
     sound = np.abs(values) < LARGEST  # False for NaN
     if sound.all():
         return
-    n = int(np.argmin(sound.all(axis=1)))
+    first = int(np.argmin(sound.all(axis=1)))
+    found, n = values[first][~sound[first]][0], kept.start + first
     raise InputError(
         f"{dims.RA2} of {responses.attrs['name']}",
         "samples that are numbers",
-        f"{values[n][~sound[n]][0]:.3g} at sample {kept.start + n} ({(kept.start + n) / rate:.3f} s)",
+        f"{found:.3g} at sample {n} ({n / rate:.3f} s)",
         "record and extract it again, or skip it with --keep-going",
     )
 

@@ -21,5 +21,5 @@ def test_what_is_accepted_comes_back():
 
 def test_kinds_are_read_by_name():
     assert kinds_named(["frozen", "loud"]) == {"frozen", "loud"}
-    with pytest.raises(InputError, match="--accept: expected one of length, dark, .* found 'ice'"):
+    with pytest.raises(InputError, match=r"--accept: expected one of length, .* found 'ice'"):
         kinds_named(["ice"])
