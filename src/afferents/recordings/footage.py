@@ -1,7 +1,8 @@
 """What happens to a video's pictures as they are decoded: dark, frozen, the same ones again.
 
 All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf 18,
-23 and 35, MJPEG), with and without such faults, and on clips of real sensors; docs/tracking.md.
+23 and 35, MJPEG), with and without such faults, and on clips of real sensors; docs/data-model.md
+says how far they go.
 """
 
 from collections import deque
