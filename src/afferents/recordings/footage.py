@@ -1,7 +1,8 @@
 """What happens to a video's pictures as they are decoded: dark, frozen, the same ones again.
 
 All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf 18,
-23 and 35, MJPEG), with and without such faults, and on clips of real sensors; docs/tracking.md.
+23 and 35, MJPEG), with and without such faults, and on clips of real sensors; docs/data-model.md
+says how far they go.
 """
 
 from collections import deque
@@ -25,6 +26,11 @@ STILL_GREY = 0.1
 """Pictures half a second apart that differ by less (grey levels, mean over the picture) are the
 same. Frozen ones differ by up to 0.07 (crf 35); a smooth drum's at 10 mm/s by at least 0.18 within
 any half second (crf 35), 0.8 (crf 18), 1.1 (as recorded); all others by more."""
+NOISE_GREY, NOISE_FRAMES, MOVED_GREY = 0.005, 30, 5.0
+"""Median change from frame to frame of a camera's noise, among a video's first frames: 0.017 and
+more at crf 35. Where there is none, as in a simulation without nuisances, a smooth drum's picture
+stands still too, and only one that never moves is frozen: a key frame changes a still one by up to
+3.1 grey levels, a touch by 15 and more."""
 DARK_S = 0.5
 """The picture may be dark for so long while the drum slides."""
 DARK_SHARE = 0.4
@@ -42,7 +48,7 @@ Genuine frames: up to 0.09 in 180 and 0.06 in 360; repeated and encoded again mo
 of a smooth drum is crf 35 too much, where a step is smeared over its repeats."""
 UNEQUAL = 1.5
 """The beat's largest change is so many times its smallest. A texture whose bumps come every few
-frames exactly beats too, but evenly: up to 1.35."""
+frames exactly beats too, but evenly: up to 1.34."""
 ADDS_UP = 0.75
 """Over a whole beat the picture changes by this share of the sum of its steps: 0.93 and more where
 frames are repeated, 0.65 where a coarse codec smears them; less where a texture or a flickering
@@ -54,7 +60,7 @@ MOVES_GREY = 0.3
 """where that is at least so many grey levels: below it a codec's own steps look like that."""
 MANY_AGAIN, ENOUGH_MOVES = 0.35, 0.1
 """Share of such frames, among those where so much moves (at least this share of all). Genuine ones:
-up to 0.19; three of the real clips, whose recorder wrote every frame twice: 0.39 to 0.50."""
+up to 0.19; four of the real clips, whose recorder wrote most frames twice: 0.39 to 0.51."""
 
 _ROWS_APART, _COLUMNS_APART = 17, 8
 """Pixels that are looked at: unlike the pitch of markers in either direction."""
@@ -186,8 +192,11 @@ class Footage:
         )
 
     def _frozen(self, part: tuple[float, float]) -> Doubt | None:
-        time_s = self.time_s
-        still = self.slow_change < STILL_GREY  # False where NaN
+        time_s, slow = self.time_s, self.slow_change
+        noise = self.changes[1 : NOISE_FRAMES + 1, 0]
+        if len(noise) == 0 or (np.median(noise) <= NOISE_GREY and (slow > MOVED_GREY).any()):
+            return None
+        still = slow < STILL_GREY  # False where NaN
         still &= self.grey >= DARK_SHARE * np.median(self.grey[:_FIRST_FRAMES])
         span = lasting(still, time_s, part, FROZEN_S - _LOOK_BACK_S)
         if span is None:

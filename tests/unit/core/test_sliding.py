@@ -10,7 +10,7 @@ TIME_S = np.arange(1000) / 100
 def holding(*spans):
     holds = np.zeros(len(TIME_S), bool)
     for begin, end in spans:
-        holds[(begin <= TIME_S) & (end >= TIME_S)] = True
+        holds |= np.clip(TIME_S, begin, end) == TIME_S
     return holds
 
 
