@@ -127,7 +127,7 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     assert "--frames: expected a model of waves, found sa-se" in said
     (tmp_path / "taken").mkdir()
     said = refused(store, tmp_path / "taken", "--model", "vib-te")
-    assert "a new folder, or a model's" in said
+    assert "a name that is free, for a model" in said
     said = refused(store, tmp_path / "m", "--model", "vib-te", "--results", tmp_path / "taken")
     assert "a results folder" in said
     one = make_session(tmp_path / "one", speeds=(20,), seconds=3.0, video=False)

@@ -4,6 +4,7 @@ import av
 import numpy as np
 import pytest
 
+from afferents.core.errors import InputError
 from afferents.core.recording import Frame
 from afferents.report import draw_overlay, write_overlay
 
@@ -55,6 +56,6 @@ def test_nothing_is_left_of_a_film_that_fails(frames, tracks, tmp_path):
         yield frames[0]
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(InputError, match="no space left"):
         write_overlay(tmp_path / "o.mp4", broken(), *tracks, 90.0)
     assert not list(tmp_path.iterdir())

@@ -55,7 +55,7 @@ def test_a_full_disk_leaves_nothing_half_written(tmp_path, monkeypatch):
     monkeypatch.setattr(sys.modules[record.__module__], "write_wav", full)
     with pytest.raises(OSError, match="No space left"):
         record(Rig(), tmp_path / "3" / "50", "3", bumped_surface(3.0), 50.0, 1.6, seed=0)
-    assert not list((tmp_path / "3").iterdir())
+    assert not (tmp_path / "3").exists()
 
 
 def test_pins_that_leave_the_picture_are_refused(tmp_path):
@@ -71,4 +71,4 @@ def test_a_sound_too_loud_is_refused(tmp_path):
     deafening = rig.model_copy(update={"microphone": loud})
     with pytest.raises(InputError, match=r"lower gain_per_mn_s"):
         record(deafening, tmp_path / "3" / "100", "3", bumped_surface(3.0), 100.0, 1.8, seed=0)
-    assert not list((tmp_path / "3").iterdir())
+    assert not (tmp_path / "3").exists()
