@@ -3,6 +3,8 @@
 import os
 import signal
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 from afferents.core.errors import Stopped
@@ -23,11 +25,39 @@ def stop_on_signals() -> None:
         signal.signal(number, _stop)
 
 
-def _stop(number: int, frame: FrameType | None) -> None:
-    taken_over = signal.getsignal(signal.SIGTERM)
-    if callable(taken_over) and taken_over is not _stop:
-        taken_over(number, frame)  # by a web server, which lets its visitors go first
-        return
+@contextmanager
+def stop_later(stop: Callable[[], None]) -> Iterator[None]:
+    """Let a signal call `stop` inside, and raise `Stopped` only when the inside has ended.
+
+    For what must not be left at any line, as an event loop.
+    """
+    numbers = [number for number in _heeded() if signal.getsignal(number) is _stop]
+    taken: list[int] = []
+
+    def note(number: int, _: FrameType | None) -> None:
+        _end_at_the_next(numbers)
+        taken.append(number)
+        stop()
+
+    for number in numbers:
+        signal.signal(number, note)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, _stop)
+    if taken:
+        _end_at_the_next(numbers)
+        raise Stopped(taken[0])
+
+
+def _stop(number: int, _: FrameType | None) -> None:
+    _end_at_the_next(_heeded())
+    raise Stopped(number)
+
+
+def _end_at_the_next(numbers: list[int]) -> None:
+    """End the process at once when a signal comes again, a while from now."""
     begun = time.monotonic()
 
     def end(again: int, _: FrameType | None) -> None:
@@ -36,9 +66,8 @@ def _stop(number: int, frame: FrameType | None) -> None:
                 os.write(2, _CURSOR)  # which progress bars hide
             os._exit(128 + again)
 
-    for heeded in _heeded():
+    for heeded in numbers:
         signal.signal(heeded, end)
-    raise Stopped(number)
 
 
 def _heeded() -> list[int]:

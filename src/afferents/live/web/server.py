@@ -14,6 +14,7 @@ from typing import Any
 from urllib.parse import quote, urlsplit
 
 from afferents.core.extras import import_extra
+from afferents.core.stopping import stop_later
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
 from afferents.live.web.door import check_address, is_loopback, open_door
@@ -103,7 +104,7 @@ def serve(
     sys.stderr.write(f"Page: http://{shown}:{door.getsockname()[1]}{query}\n")
     sys.stderr.flush()
     try:
-        with told_in_a_line():
+        with told_in_a_line(), stop_later(partial(setattr, server, "should_exit", True)):
             server.run(sockets=[door])
     finally:
         stopped.set()
