@@ -14,7 +14,6 @@ from afferents.models.layers import (
     batch_norm_units,
     initialise_like_keras,
 )
-from afferents.models.planes import ImageOrSpectrumStack
 
 SMALLEST_SIDE = 8
 """Rows and columns that leave at least one value a channel after the image stack."""
@@ -93,13 +92,13 @@ class SpatialNet(nn.Module):
         return features
 
 
-def image_stack() -> ImageOrSpectrumStack:
+def image_stack() -> nn.Sequential:
     """Return the layers up to Flatten, which `CnnLstm` applies to every frame.
 
     Input (batch, 1, row, column), output (batch, `image_features`). ReLU comes after the
     first pooling instead of before: the two commute, and it has a quarter of the work.
     """
-    return ImageOrSpectrumStack(
+    return nn.Sequential(
         nn.Conv2d(1, 64, 3, padding=1),
         nn.MaxPool2d(2),
         nn.ReLU(),

@@ -13,7 +13,6 @@ from afferents.models.layers import (
     batch_norm_maps,
     initialise_like_keras,
 )
-from afferents.models.planes import ImageOrSpectrumStack
 
 SMALLEST_SPECTRUM = 135
 """Bins that leave at least one value a channel after three poolings by 3 and the last kernel."""
@@ -73,7 +72,7 @@ class VibrationNet(nn.Module):
                 f"{n_frequencies}",
                 "pad the windows with zeros before the Fourier transform",
             )
-        self.spectrum = ImageOrSpectrumStack(
+        self.spectrum = nn.Sequential(
             _convolution(n_channels, "same"),
             nn.MaxPool2d((1, 3)),  # before its ReLU, with which it commutes: less work
             nn.ReLU(),
