@@ -24,11 +24,12 @@ import numpy as np
 import torch
 
 from afferents import __version__
+from afferents.channels import CHANNELS
 from afferents.core import dims
 from afferents.core.card import CARD, WEIGHTS, Card
 from afferents.core.families import FAMILIES, TABLE1
 from afferents.core.store import open_responses
-from afferents.encodings import Encodings, SpectralEncoding, WavenumberEncoding
+from afferents.encodings import Encodings, encoding_of
 from afferents.live import (
     Feeler,
     Network,
@@ -42,7 +43,7 @@ from afferents.live import (
 )
 from afferents.markers import load_sensor
 from afferents.models import Deployed, build
-from afferents.pipeline.encode import encode
+from afferents.pipeline.encode import Source, encode
 from afferents.pipeline.export import export_model
 from afferents.pipeline.train_model import load_model
 from afferents.recordings import WavFile, open_video
@@ -53,6 +54,14 @@ MEASURED = (*TABLE1, "ra-wave-vector")
 SECONDS = 20.0
 SETTLED = 180
 """Percepts that are not counted at first: caches fill, files are read."""
+
+SHAPES = {
+    "spatial": (19, 19),
+    "spatiotemporal": (10, 19, 19),
+    "spectral": (1, 200),
+    "wavenumbers": (2, 19, 10),
+}
+"""Of samples, by encoding."""
 
 
 def main() -> None:
@@ -79,22 +88,20 @@ def main() -> None:
 
 def untrained(name: str, folder: Path) -> Path:
     """Export a network of a family with random weights."""
-    family, encoding = FAMILIES[name], SpectralEncoding()
-    vibration, waves = family.encoding == "spectral", family.encoding == "wavenumbers"
-    shape = (1, encoding.model_bins) if vibration else (2, 19, 10) if waves else (19, 19)
-    frames = 10 if family.encoding == "spatiotemporal" else 1
-    network = build(family.encoding, 13, (frames, *shape) if frames > 1 else shape)
+    family = FAMILIES[name]
+    encoding = Encodings().of(family.encoding)
+    vibration, shape = encoding.of_vibration, SHAPES[family.encoding]
+    network = build(family.encoding, 13, shape)
     card = Card(
         family=name,
         textures=tuple(f"{i / 2:g}" for i in range(13)),
+        channel=family.channel,
+        encoding={"name": encoding.name, **encoding.model_dump(mode="json")},
         shape=shape,
-        frames=frames,
         scale=1.0,
         sensor=None if vibration else load_sensor("tip_b").model_dump(mode="json"),
         fps_hz=None if vibration else 90.0,
         sample_rate_hz=44100.0 if vibration else None,
-        spectral=encoding.model_dump() if vibration else None,
-        waves=WavenumberEncoding().model_dump() if waves else None,
         preset="none",
         seed=0,
         learnt_from_mm_s=(),
@@ -185,16 +192,13 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
         family = card.of_family
         live, offline, largest = Counter(), Counter(), 0.0
         for responses in open_responses(store):
-            spectral = SpectralEncoding(**card.spectral) if card.spectral else SpectralEncoding()
-            waves = WavenumberEncoding(**card.waves) if card.waves else WavenumberEncoding()
-            how = Encodings(spectral=spectral, wavenumbers=waves)
-            samples = encode(responses, family.afferent, family.encoding, "all", how)
+            encoding = encoding_of(card.encoding, folder)
+            samples = encode(responses, Source(CHANNELS[card.channel], encoding), "all")
             said = felt_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
             texture = responses.attrs[dims.TEXTURE]
             stops = samples[dims.STOP].values
             for start in range(0, len(stops), 256):
-                part = samples.values[start : start + 256]
-                part = part[..., : spectral.model_bins] if card.is_vibration else part
+                part = encoding.seen(samples.values[start : start + 256])
                 with torch.no_grad():
                     expected = deployed(torch.from_numpy(np.ascontiguousarray(part)))[0].numpy()
                 for stop, p in zip(stops[start : start + 256], expected, strict=True):
@@ -212,7 +216,7 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
 
 def place(stop_s: float, responses: object, card: Card) -> int:
     """Return what tells a sample in both ways: its last frame's number, or its end in ms."""
-    if card.is_vibration:
+    if card.sample_rate_hz is not None:
         return round(1000 * stop_s)
     time_s = responses[dims.TIME].values  # type: ignore[index]
     return int(np.searchsorted(time_s, stop_s - 1e-6)) - 1
@@ -224,7 +228,8 @@ def felt_live(recording: Path, model: Path, card: Card) -> dict[int, np.ndarray]
     feeler = Feeler([Network(model)])
     for percept in run(sources(recording, math.inf), feeler):
         if percept.probabilities:
-            key = round(1000 * percept.time_s) if card.is_vibration else percept.counters.frames - 1
+            of_sound = card.sample_rate_hz is not None
+            key = round(1000 * percept.time_s) if of_sound else percept.counters.frames - 1
             found[key] = np.array(list(percept.probabilities.values()))
     return found
 

@@ -26,7 +26,6 @@ import torch.nn.functional as F  # noqa: N812
 from joblib import cpu_count
 from torch.utils.flop_counter import FlopCounterMode
 
-from afferents.core.families import Encoding
 from afferents.models import build, l2_penalty
 from afferents.pipeline.parallel import keep_freed_memory, side_by_side
 from afferents.training import TrainingConfig, train
@@ -40,7 +39,7 @@ class Case(NamedTuple):
     """A network, the shape of its samples, and batches an epoch."""
 
     network: str
-    encoding: Encoding
+    encoding: str
     shape: tuple[int, ...]
     batches: int
 

@@ -9,10 +9,11 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from afferents.channels import CHANNELS
 from afferents.core.progress import Progress
 from afferents.core.store import open_responses
 from afferents.encodings import Encodings, Lines
-from afferents.pipeline.encode import encode_all
+from afferents.pipeline.encode import Source, encode_all
 
 SPEEDS, SPACINGS = (30.0, 50.0, 70.0, 90.0), ("2", "3", "4")
 
@@ -25,8 +26,9 @@ def main(store: Path, out: Path) -> None:
     ]  # fmt: skip
     how = Encodings().changed(mask=Lines.parse("50Hz,0.0573/mm"), frames=90)
     quiet = Progress(quiet=True)
-    orders = encode_all(recordings, "ra2", "orders", "all", how, quiet)
-    waves = encode_all(recordings, "sa1_vector", "wavenumbers", "all", how, quiet)
+    orders = encode_all(recordings, Source(CHANNELS["ra2"], how.of("orders")), "all", quiet)
+    of_skin = Source(CHANNELS["sa1_vector"], how.of("wavenumbers"))
+    waves = encode_all(recordings, of_skin, "all", quiet)
     figure, axes = plt.subplots(3, 3, figsize=(10, 7), layout="constrained", sharex="col")
     colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(SPEEDS)))
     for row, texture in zip(axes, SPACINGS, strict=True):

@@ -430,9 +430,11 @@ def evaluate(
             help="Hold out speeds, or textures as well: are they unknown, and how coarse?"
         ),
     ] = "speed",
-    frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
+    frames: Annotated[
+        int | None, typer.Option(min=1, help="Frames a sample, of runs of images.")
+    ] = None,
     every: Annotated[
-        int | None, typer.Option(min=1, help="Waves see every so manyth frame only.")
+        int | None, typer.Option(min=1, help="Waves see one frame of so many.")
     ] = None,
     mask: Annotated[
         str | None,
@@ -450,7 +452,7 @@ def evaluate(
     from afferents.encodings import Lines
     from afferents.pipeline.ablation import Ablation, parse_speeds
     from afferents.pipeline.copies import warn_of_copies
-    from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
+    from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
@@ -484,8 +486,14 @@ def evaluate(
     with Progress(quiet or as_json) as progress:
         opened = open_data(data, left_out, keep_going, progress)
         warn_of_copies(recordings_in(opened), progress)
-        encodings = ENCODINGS[opened[0].kind].changed(
-            window_s, stride_s, fft_points, bins, frames, every, lines
+        encodings = opened[0].encodings.changed(
+            window_s=window_s,
+            stride_s=stride_s,
+            fft_points=fft_points,
+            model_bins=bins,
+            frames=frames,
+            every=every,
+            mask=lines,
         )
         evaluation = Evaluation(
             data=opened,
@@ -579,7 +587,9 @@ def train(
         typer.Option(help="Training recipe of networks, as of evaluate."),
     ] = "fast",
     cut: CutName = "all",
-    frames: Annotated[int | None, typer.Option(min=1, help="Frames a sample, of waves.")] = None,
+    frames: Annotated[
+        int | None, typer.Option(min=1, help="Frames a sample, of runs of images.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
     force: Force = False,
     device: DeviceName = "auto",
@@ -589,7 +599,7 @@ def train(
 ) -> None:
     """Train one model to feel with, on all speeds but the one that calibrates it."""
     from afferents.pipeline.copies import warn_of_copies
-    from afferents.pipeline.data import ENCODINGS, open_data, recordings_in
+    from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.train_model import Training, train_model
     from afferents.training import Compute
@@ -598,10 +608,8 @@ def train(
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
-        how = ENCODINGS[opened[0].kind].changed(frames=frames)
+        how = opened[0].encodings.changed(frames=frames)
         family = named or best_of(recordings_in(opened))
-        if frames and family.encoding != "wavenumbers":
-            raise InputError("--frames", "a model of waves", family.name, "leave it out")
         compute = Compute(device, precision)
         training = Training(opened, family, preset, cut, how, seed, results, compute)
         card = train_model(training, out, progress, force)

@@ -1,17 +1,26 @@
-"""The three tactile channels: SA-I, RA-I and RA-II, one file each.
+"""The tactile channels: SA-I, RA-I and RA-II as in the paper, and with their directions.
 
-A lost marker is NaN in every channel until `hold` fills it.
+A file each. A lost marker is NaN in every channel until `hold` fills it.
 """
 
+from afferents.channels.base import Channel, Skin
 from afferents.channels.lost import hold
 from afferents.channels.offset import Offset, measure_offset
 from afferents.channels.ra1 import marker_speed, ra1
+from afferents.channels.ra1_circumferential import ra1_circumferential
+from afferents.channels.ra1_signed import ra1_signed
+from afferents.channels.ra1_vector import ra1_vector
 from afferents.channels.ra2 import ra2
 from afferents.channels.sa1 import sa1
-from afferents.channels.vector import ra1_circumferential, ra1_signed, ra1_vector, sa1_vector
+from afferents.channels.sa1_vector import sa1_vector
+from afferents.channels.table import CHANNELS, channel_of
 
 __all__ = [
+    "CHANNELS",
+    "Channel",
     "Offset",
+    "Skin",
+    "channel_of",
     "hold",
     "marker_speed",
     "measure_offset",

@@ -1,7 +1,8 @@
-"""Checks at the door of a channel: the named dims are there, no others."""
+"""What channels share: their dims are checked, changes from frame to frame, names and units."""
 
 import xarray as xr
 
+from afferents.core import dims
 from afferents.core.errors import InputError
 
 
@@ -18,3 +19,13 @@ def require_dims(array: xr.DataArray, needed: tuple[str, ...], name: str) -> xr.
     missing = [dim for dim in needed if dim not in array.dims]
     fault = f"{', '.join(missing)} missing" if missing else "too many"
     raise InputError(name, f"the dims {needed}", f"{array.dims} ({fault})")
+
+
+def change(response: xr.DataArray) -> xr.DataArray:
+    """Return how much a response `(time, ...)` changes from frame to frame, NaN in the first."""
+    return response - response.shift({dims.TIME: 1})
+
+
+def named(response: xr.DataArray, name: str, unit: str) -> xr.DataArray:
+    """Return a response with its name and unit."""
+    return response.rename(name).assign_attrs({dims.UNITS: unit})

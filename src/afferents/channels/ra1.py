@@ -6,12 +6,29 @@ a frame, not a second. The speed of the marker itself is `marker_speed`, another
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from afferents.channels.base import Channel, Skin
 from afferents.channels.checks import require_dims
+from afferents.channels.sa1 import distance
 from afferents.core import dims
 from afferents.core.errors import InputError
 
 MARKER_SPEED = "marker_speed"
+
+
+class Ra1(Channel):
+    """RA-I: how much SA-I changes from frame to frame, px/frame."""
+
+    name, title, made_of, lookback = dims.RA1, "RA-I", dims.SA1, 1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return RA-I `(time, marker)`, px/frame."""
+        return ra1(recording[dims.SA1])
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
+        """Return RA-I of one frame, (marker,), px/frame."""
+        return None if before is None else np.abs(distance(now) - distance(before))
 
 
 def ra1(sa1: xr.DataArray) -> xr.DataArray:

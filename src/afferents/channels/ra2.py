@@ -3,9 +3,20 @@
 import numpy as np
 import xarray as xr
 
+from afferents.channels.base import Channel
 from afferents.channels.checks import require_dims
 from afferents.core import dims
 from afferents.core.errors import InputError
+
+
+class Ra2(Channel):
+    """RA-II: the vibration of microphone or taxels."""
+
+    name, title, made_of = dims.RA2, "RA-II", dims.RA2
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the vibration `(audio_time, channel)` as it was extracted."""
+        return recording[dims.RA2]
 
 
 def ra2(audio: xr.DataArray) -> xr.DataArray:

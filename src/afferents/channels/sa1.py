@@ -1,10 +1,32 @@
 """SA-I: how far each marker stands from its place at rest (Eq. 1)."""
 
+import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from afferents.channels.base import Channel, Skin
 from afferents.channels.checks import require_dims
 from afferents.core import dims
 from afferents.core.errors import InputError
+
+
+class Sa1(Channel):
+    """SA-I: how far each marker stands from its place at rest, px."""
+
+    name, title, made_of = dims.SA1, "SA-I", dims.SA1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return SA-I `(time, marker)` as it was extracted, px."""
+        return recording[dims.SA1]
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
+        """Return SA-I of one frame, (marker,), px."""
+        return distance(now)
+
+
+def distance(skin: Skin) -> NDArray[np.floating]:
+    """Return how far each marker of a frame stands from rest, (marker,), px."""
+    return np.asarray(((skin.position - skin.rest) ** 2).sum(axis=1) ** 0.5)
 
 
 def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:

@@ -14,7 +14,7 @@ from afferents.core.documents import as_form, parse_json, read_json
 from afferents.core.families import FAMILIES, Family
 from afferents.core.forms import Count, Share, Shares, Source, Speed
 
-SCHEMA = 1
+SCHEMA = 2
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 METADATA = "afferents"
 """Key of the card in an ONNX file's metadata."""
@@ -73,11 +73,13 @@ class Card(BaseModel):
         Such as ``ra-wave-vector``, or ``ra-ste`` of Table 1.
     textures
         Names of the classes, in order.
+    channel
+        What it feels with, such as ``ra1``.
+    encoding
+        How samples are made of that: the encoding's name, and its options by name.
     shape
-        Of one image (row, column), spectrum (channel, frequency), or the waves of a run (component,
-        row_wavenumber, column_wavenumber).
-    frames
-        Images that a network takes in one after the other; 1 but for the spatio-temporal families.
+        Of one sample: an image (row, column), a run of them (frame, row, column), a spectrum
+        (channel, frequency), or waves (component, row_wavenumber, column_wavenumber).
     scale
         Inputs are divided by it (in the network that is exported).
     temperature
@@ -90,10 +92,6 @@ class Card(BaseModel):
         The sensor file's content, for images.
     fps_hz, sample_rate_hz
         Of the camera (images) or the microphone (spectra).
-    spectral
-        Parameters of the spectra; see `encodings.SpectralEncoding`.
-    waves
-        Parameters of the waves, among them the frames of a run; see `encodings.WavenumberEncoding`.
     validated_on_mm_s, validation_accuracy
         The whole speed that chose the weights, temperature and limit, and the accuracy at it.
     scores
@@ -106,16 +104,15 @@ class Card(BaseModel):
     schema_version: int = SCHEMA
     family: str
     textures: tuple[str, ...] = Field(min_length=2)
-    shape: tuple[Size, ...] = Field(min_length=2, max_length=3)
-    frames: Size = 1
+    channel: str
+    encoding: dict[str, Any]
+    shape: tuple[Size, ...] = Field(min_length=1, max_length=4)
     scale: float = Field(gt=0)
     temperature: float = Field(default=1.0, gt=0)
     evidence_per_s: float = Field(default=1.0, gt=0)
     sensor: dict[str, Any] | None = None
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
-    spectral: dict[str, Any] | None = None
-    waves: dict[str, Size] | None = None
     preset: str
     seed: Count
     learnt_from_mm_s: tuple[Speed, ...]
@@ -129,18 +126,19 @@ class Card(BaseModel):
     def _has_what_its_family_needs(self) -> Self:
         if self.schema_version != SCHEMA:
             raise ValueError(f"schema_version must be {SCHEMA}")
-        if prod(self.sample_shape) > LARGEST:
-            raise ValueError(f"frames and shape must make at most {LARGEST} values a sample")
+        if prod(self.shape) > LARGEST:
+            raise ValueError(f"shape must make at most {LARGEST} values a sample")
         if len(set(self.textures)) < len(self.textures):
             raise ValueError("textures must each have a name of its own")
         known = [name for name, family in FAMILIES.items() if family.deployable]
         if self.family not in known:
             raise ValueError(f"family must be one of {', '.join(known)}")
-        needed = ["sample_rate_hz", "spectral"] if self.is_vibration else ["fps_hz", "sensor"]
-        needed += ["waves"] if self.is_wave else []
+        if not isinstance(self.encoding.get("name"), str):
+            raise ValueError("encoding must have a name")
+        needed = ["fps_hz", "sensor"] if self.sample_rate_hz is None else []
         for name in needed:
             if getattr(self, name) is None:
-                raise ValueError(f"{name} must be given for {self.family}")
+                raise ValueError(f"{name} must be given for {self.family}, or sample_rate_hz")
         return self
 
     def to_json(self, indent: int | None = None) -> str:
@@ -153,36 +151,6 @@ class Card(BaseModel):
     def of_family(self) -> Family:
         """What it is."""
         return FAMILIES[self.family]
-
-    @property
-    def is_vibration(self) -> bool:
-        """Whether it feels by spectra, not by images."""
-        return self.of_family.encoding == "spectral"
-
-    @property
-    def is_wave(self) -> bool:
-        """Whether it feels by the waves in runs of images."""
-        return self.of_family.encoding == "wavenumbers"
-
-    @property
-    def sample_shape(self) -> tuple[int, ...]:
-        """Shape of one sample, all its images included."""
-        return (self.frames, *self.shape) if self.frames > 1 else self.shape
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Names of the exported network's inputs, the sample first."""
-        if self.is_vibration:
-            return ("spectrum",)
-        if self.is_wave:
-            return ("waves",)
-        return ("image", "past") if self.frames > 1 else ("image",)
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names of its outputs, in their order."""
-        said = ("probabilities", "strangeness")
-        return (*said, "next_past") if self.frames > 1 else said
 
     @property
     def simulated(self) -> bool:
@@ -205,6 +173,20 @@ class Card(BaseModel):
             *(f"Evaluated: {score.said()}." for score in self.scores),
             *([] if self.scores else ["Not evaluated at speeds held out."]),
         ]
+
+
+def names_of(stepping: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of an exported model's inputs and outputs, in their order.
+
+    Parameters
+    ----------
+    stepping
+        Whether it takes the images of a run one by one, and what it made of those before.
+    """
+    outputs = ("probabilities", "strangeness")
+    if stepping:
+        return ("image", "past"), (*outputs, "next_past")
+    return ("sample",), outputs
 
 
 def read_card(path: Path) -> Card:

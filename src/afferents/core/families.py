@@ -14,22 +14,9 @@ from afferents.core.dims import (
 )
 from afferents.core.errors import InputError
 
-MEMORY_FRAMES = {
-    SA1: 0,
-    SA1_VECTOR: 0,
-    RA1: 1,
-    RA1_SIGNED: 1,
-    RA1_VECTOR: 1,
-    RA1_CIRCUMFERENTIAL: 1,
-}
-"""How many frames back a response looks (Eqs. 1 and 2)."""
-
-Encoding = Literal["spatial", "spatiotemporal", "spectral", "orders", "kernels", "wavenumbers"]
 Learner = Literal["network", "ridge", "orders", "late fusion", "joint fusion"]
 SpeedFrom = Literal["nobody", "robot", "fingertip"]
 """Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
-VIBRATIONS: tuple[Encoding, ...] = ("spectral", "orders", "kernels")
-"""Encodings of windows of vibration; the others are of tactile images."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +25,10 @@ class Family:
 
     Attributes
     ----------
-    afferent
-        What it feels with; of a fusion, what its first part feels with.
+    channel
+        What it feels with, a name in `channels.CHANNELS`; of a fusion that of its first part.
+    encoding
+        How samples are made of it, a name in `encodings.ENCODINGS`.
     augmented
         Whether spectra are stretched to stand in for speeds never seen.
     learner
@@ -52,8 +41,8 @@ class Family:
 
     name: str
     title: str
-    afferent: str
-    encoding: Encoding
+    channel: str
+    encoding: str
     augmented: bool = False
     learner: Learner = "network"
     speed_from: SpeedFrom = "nobody"
@@ -64,10 +53,8 @@ class Family:
         """Whether it can be trained to feel live with."""
         if self.learner == "network":
             return True
-        return self.encoding == "wavenumbers" and self.afferent in _FELT_LIVE
+        return self.encoding == "wavenumbers"
 
-
-_FELT_LIVE = (SA1, SA1_VECTOR, RA1, RA1_VECTOR)
 
 TABLE1: dict[str, Family] = {
     family.name: family

@@ -1,23 +1,34 @@
 """From responses to samples: the paper's encodings, then orders, wavenumbers and kernels."""
 
 from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copies
-from afferents.encodings.kernels import KernelEncoding, kernel_samples, require_kernels
+from afferents.encodings.base import (
+    Encoding,
+    ImageEncoding,
+    ImageStream,
+    Option,
+    Ready,
+    VibrationEncoding,
+)
+from afferents.encodings.kernels import KernelEncoding, kernel_samples
 from afferents.encodings.lines import Lines
-from afferents.encodings.orders import OrderEncoding, order_samples, require_orders
-from afferents.encodings.settings import Encodings
-from afferents.encodings.spatial import spatial_samples, tactile_images
-from afferents.encodings.spatiotemporal import FRAMES, require_run, spatiotemporal_samples
+from afferents.encodings.orders import OrderEncoding, order_samples
+from afferents.encodings.settings import ENCODINGS, Encodings, encoding_of, encodings_of, options
+from afferents.encodings.spatial import (
+    SpatialEncoding,
+    image_runs,
+    spatial_samples,
+    tactile_images,
+)
+from afferents.encodings.spatiotemporal import SpatiotemporalEncoding, spatiotemporal_samples
 from afferents.encodings.spectral import (
     SpectralEncoding,
+    SpectrumStream,
     amplitude_spectrum,
-    require_window,
     spectral_samples,
-    without_mean,
 )
 from afferents.encodings.wavenumbers import (
     WavenumberEncoding,
-    component_images,
-    image_runs,
+    WaveStream,
     log_waves,
     wave_spectra,
     wavenumber_samples,
@@ -25,23 +36,31 @@ from afferents.encodings.wavenumbers import (
 
 __all__ = [
     "COPIES",
-    "FRAMES",
+    "ENCODINGS",
+    "Encoding",
     "Encodings",
+    "ImageEncoding",
+    "ImageStream",
     "KernelEncoding",
     "Lines",
+    "Option",
     "OrderEncoding",
+    "Ready",
+    "SpatialEncoding",
+    "SpatiotemporalEncoding",
     "SpectralEncoding",
+    "SpectrumStream",
+    "VibrationEncoding",
+    "WaveStream",
     "WavenumberEncoding",
     "amplitude_spectrum",
-    "component_images",
+    "encoding_of",
+    "encodings_of",
     "image_runs",
     "kernel_samples",
     "log_waves",
+    "options",
     "order_samples",
-    "require_kernels",
-    "require_orders",
-    "require_run",
-    "require_window",
     "spatial_samples",
     "spatiotemporal_samples",
     "spectral_samples",
@@ -50,5 +69,4 @@ __all__ = [
     "tactile_images",
     "wave_spectra",
     "wavenumber_samples",
-    "without_mean",
 ]

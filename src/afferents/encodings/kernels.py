@@ -17,13 +17,7 @@ from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.lines import Lines
-from afferents.encodings.windows import (
-    LINE_WIDTH,
-    WindowEncoding,
-    cut_windows,
-    decimation,
-    require_length,
-)
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows, decimation
 
 _LONGEST = 11
 """Values that the longest kernels span, undilated."""
@@ -36,7 +30,7 @@ _LEAST_LEFT = 1e-6
 
 
 class KernelEncoding(WindowEncoding):
-    """Parameters of the random kernels, beside those of the windows.
+    """What random kernels make of a window is a sample.
 
     Attributes
     ----------
@@ -46,17 +40,26 @@ class KernelEncoding(WindowEncoding):
         That they are drawn with.
     """
 
+    name, sample_dims = "kernels", (dims.FEATURE,)
+
     n_kernels: PositiveInt = 1000
     seed: NonNegativeInt = 0
 
+    def require(self, n: int, rate_hz: float, where: str) -> None:
+        """Refuse what is too short; see `kernel_samples`."""
+        super().require(n, rate_hz, where)
+        kept = rate_hz / decimation(rate_hz, self.highest_hz)
+        length = round((self.window_s or n / rate_hz) * kept)
+        if length < _LONGEST:
+            raise InputError(where, f"windows of at least {_LONGEST} values", f"{length}")
 
-def require_kernels(n: int, rate: float, encoding: KernelEncoding, where: str) -> None:
-    """Refuse what can't be encoded, by numbers alone; see `kernel_samples`."""
-    require_length(n, rate, encoding, where)
-    kept = rate / decimation(rate, encoding.highest_hz)
-    length = round((encoding.window_s or n / rate) * kept)
-    if length < _LONGEST:
-        raise InputError(where, f"windows of at least {_LONGEST} values", f"{length}")
+    def require_packages(self) -> None:
+        """Refuse if the package that has the kernels is missing."""
+        import_extra("baselines", "--models rocket-te", "pyts")
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
+        """Return samples `(sample, feature)`; see `kernel_samples`."""
+        return kernel_samples(response, kept, self)
 
 
 def kernel_samples(vibration: xr.DataArray, kept: slice, encoding: KernelEncoding) -> Samples:
@@ -83,7 +86,7 @@ def kernel_samples(vibration: xr.DataArray, kept: slice, encoding: KernelEncodin
     """
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     where = vibration.attrs.get("name", "a recording")
-    require_kernels(len(vibration[dims.AUDIO_TIME][kept]), rate, encoding, where)
+    encoding.require(len(vibration[dims.AUDIO_TIME][kept]), rate, where)
     windows = cut_windows(vibration, kept, encoding)
     speed = float(vibration.attrs[dims.SPEED])
     waves = _standardised(windows.values, windows.rate_hz, speed, encoding.mask)

@@ -22,7 +22,7 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.lines import bridge
-from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows, require_length
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows
 
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
@@ -30,7 +30,7 @@ _LEAST_POWER = 1e-20
 
 
 class OrderEncoding(WindowEncoding):
-    """Parameters of the orders, beside those of the windows.
+    """The power of a window over the logarithm of frequency is a sample.
 
     Attributes
     ----------
@@ -42,10 +42,23 @@ class OrderEncoding(WindowEncoding):
         Of the textures' own axis, cycles per mm.
     """
 
+    name, sample_dims = "orders", (dims.FEATURE, dims.FREQUENCY)
+
     lowest_hz: PositiveFloat = 2.0
     bins_per_octave: PositiveInt = 24
     lowest_per_mm: PositiveFloat = 0.06
     highest_per_mm: PositiveFloat = 6.0
+
+    def require(self, n: int, rate_hz: float, where: str) -> None:
+        """Refuse what is too short, or of too low a rate; see `order_samples`."""
+        super().require(n, rate_hz, where)
+        if rate_hz / 2 * 0.95 < 2 * self.lowest_hz:
+            expected = f"a sample rate for an octave above {self.lowest_hz:g} Hz"
+            raise InputError(where, expected, f"{rate_hz:g} Hz")
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
+        """Return samples `(sample, feature, frequency)`; see `order_samples`."""
+        return order_samples(response, kept, self)
 
     def frequencies(self, rate: float) -> NDArray[np.float64]:
         """Return the frequencies of a signal of that sample rate, Hz."""
@@ -61,14 +74,6 @@ class OrderEncoding(WindowEncoding):
 def _geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
     steps = math.floor(math.log2(high / low) * per_octave + 1e-9)
     return np.asarray(low * 2.0 ** (np.arange(steps + 1) / per_octave))
-
-
-def require_orders(n: int, rate: float, encoding: OrderEncoding, where: str) -> None:
-    """Refuse what can't be encoded, by numbers alone; see `order_samples`."""
-    require_length(n, rate, encoding, where)
-    if rate / 2 * 0.95 < 2 * encoding.lowest_hz:
-        expected = f"a sample rate for an octave above {encoding.lowest_hz:g} Hz"
-        raise InputError(where, expected, f"{rate:g} Hz")
 
 
 def order_samples(vibration: xr.DataArray, kept: slice, encoding: OrderEncoding) -> Samples:
@@ -94,7 +99,7 @@ def order_samples(vibration: xr.DataArray, kept: slice, encoding: OrderEncoding)
     """
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     where = vibration.attrs.get("name", "a recording")
-    require_orders(len(vibration[dims.AUDIO_TIME][kept]), rate, encoding, where)
+    encoding.require(len(vibration[dims.AUDIO_TIME][kept]), rate, where)
     windows = cut_windows(vibration, kept, encoding)
     speed, frequencies = float(vibration.attrs[dims.SPEED]), encoding.frequencies(rate)
     values = np.stack(

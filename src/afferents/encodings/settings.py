@@ -1,51 +1,114 @@
-"""The parameters of all encodings that have any."""
+"""The encodings by name, and how those of an evaluation are set."""
 
-from pydantic import BaseModel, ConfigDict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
+from afferents.core.documents import as_form
+from afferents.core.errors import InputError
+from afferents.encodings.base import Encoding, Option
 from afferents.encodings.kernels import KernelEncoding
-from afferents.encodings.lines import Lines
 from afferents.encodings.orders import OrderEncoding
+from afferents.encodings.spatial import SpatialEncoding
+from afferents.encodings.spatiotemporal import SpatiotemporalEncoding
 from afferents.encodings.spectral import SpectralEncoding
 from afferents.encodings.wavenumbers import WavenumberEncoding
 
+ENCODINGS: dict[str, type[Encoding]] = {
+    kind.name: kind
+    for kind in (
+        SpatialEncoding, SpatiotemporalEncoding, SpectralEncoding,
+        OrderEncoding, KernelEncoding, WavenumberEncoding,
+    )
+}  # fmt: skip
+"""The paper's three, then ours."""
 
-class Encodings(BaseModel):
-    """How samples are made of responses; the spatial encodings have no parameters."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+def options() -> dict[str, Option]:
+    """Return the options that the command line offers for encodings, by name of the field."""
+    return {name: option for kind in ENCODINGS.values() for name, option in kind.options().items()}
 
-    spectral: SpectralEncoding = SpectralEncoding()
-    orders: OrderEncoding = OrderEncoding()
-    kernels: KernelEncoding = KernelEncoding()
-    wavenumbers: WavenumberEncoding = WavenumberEncoding()
 
-    def changed(
-        self,
-        window_s: float | None = None,
-        stride_s: float | None = None,
-        fft_points: int | None = None,
-        model_bins: int | None = None,
-        frames: int | None = None,
-        every: int | None = None,
-        mask: Lines | None = None,
-    ) -> "Encodings":
-        """Return them with the parameters given; see `SpectralEncoding.changed`.
+@dataclass(frozen=True)
+class Encodings:
+    """How samples are made, where models name their encodings.
+
+    Attributes
+    ----------
+    suited
+        Those that differ from their class's defaults, as they suit a kind of data.
+    wanted
+        Values of options that a user asked for, by name of the field.
+    """
+
+    suited: tuple[Encoding, ...] = ()
+    wanted: tuple[tuple[str, Any], ...] = ()
+
+    def changed(self, **wanted: Any) -> "Encodings":
+        """Return them with options set to the values given; None for what is not.
 
         Raises
         ------
         InputError
-            If a value is not a positive, finite number.
+            If an encoding can't have a value.
         """
-        spectral = self.spectral.changed(window_s, stride_s, fft_points, model_bins)
-        windows: dict[str, object] = {"mask": mask} if mask else {}
-        if window_s is not None:
-            windows |= {"window_s": window_s, "windows": self.spectral.windows}
-        if stride_s is not None:
-            windows |= {"stride_s": stride_s, "windows": None}
-        waves = {name: n for name, n in {"frames": frames, "every": every}.items() if n}
-        return Encodings(
-            spectral=spectral,
-            orders=self.orders.model_copy(update=windows),
-            kernels=self.kernels.model_copy(update=windows),
-            wavenumbers=self.wavenumbers.model_copy(update=waves),
-        )
+        given = tuple((name, value) for name, value in wanted.items() if value is not None)
+        changed = Encodings(self.suited, self.wanted + given)
+        for name in ENCODINGS:
+            changed.of(name)
+        return changed
+
+    def of(self, encoding: str | Encoding) -> Encoding:
+        """Return an encoding, by name or as given, with the options asked for.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name, or it can't have the values asked for.
+        """
+        return self._plain(encoding).changed(**dict(self.wanted))
+
+    def _plain(self, encoding: str | Encoding) -> Encoding:
+        if isinstance(encoding, Encoding):
+            return encoding
+        for suited in self.suited:
+            if suited.name == encoding:
+                return suited
+        if encoding not in ENCODINGS:
+            known = f"an Encoding, or one of {', '.join(ENCODINGS)}"
+            raise InputError("encoding", known, f"{encoding!r}")
+        return ENCODINGS[encoding]()
+
+    def describe(self, own: Iterable[Encoding] = ()) -> dict[str, dict[str, Any]]:
+        """Return all of them, and some more, by name as a results folder keeps them."""
+        every = [*map(self.of, ENCODINGS), *map(self.of, own)]
+        return {one.name: one.model_dump(mode="json") for one in every}
+
+
+def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
+    """Return the encoding that a card describes by its name and fields.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name, or its fields are others in this version.
+    """
+    name = str(described.get("name"))
+    if name not in ENCODINGS:
+        raise InputError(where, f"one of the encodings {', '.join(ENCODINGS)}", f"'{name}'")
+    fields = {field: value for field, value in described.items() if field != "name"}
+    wanted = f"the encoding '{name}' of this version"
+    return as_form(fields, ENCODINGS[name], where, wanted, "train the model again")
+
+
+def encodings_of(described: Mapping[str, Any]) -> Encodings:
+    """Return encodings as `Encodings.describe` put them down.
+
+    Raises
+    ------
+    ValidationError
+        If one is not of this version.
+    """
+    return Encodings(
+        tuple(kind(**described[name]) for name, kind in ENCODINGS.items() if name in described)
+    )

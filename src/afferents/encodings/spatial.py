@@ -7,6 +7,36 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
+from afferents.encodings.base import Floats, ImageEncoding
+
+
+class SpatialEncoding(ImageEncoding):
+    """Every frame is a sample, a tactile image (row, column); it has no options."""
+
+    name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
+        """Return samples `(sample, row, column)`; see `spatial_samples`."""
+        return spatial_samples(response, kept, lookback)
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the images of runs of one."""
+        return runs[:, 0, 0]
+
+    def stream(self, lookback: int) -> "OneByOne":
+        """Return what takes an image for a sample."""
+        return OneByOne()
+
+
+class OneByOne:
+    """Images as they come are samples."""
+
+    def skip(self) -> None:
+        """Have nothing to forget."""
+
+    def feed(self, image: Floats) -> Floats:
+        """Return the image."""
+        return image
 
 
 def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
@@ -67,3 +97,32 @@ def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Sampl
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     images = tactile_images(response.isel({dims.TIME: frames}))
     return make_samples(images, (dims.ROW, dims.COLUMN), start_s, stop_s, response.attrs)
+
+
+def image_runs(response: xr.DataArray, frames: slice, length: int) -> NDArray[np.float32]:
+    """Return runs of tactile images that follow each other; a last incomplete one is dropped.
+
+    Parameters
+    ----------
+    response
+        `(time, marker)` or `(time, marker, space)`; see `tactile_images`.
+    frames
+        Frames that the cut keeps.
+    length
+        Images of a run.
+
+    Returns
+    -------
+    Shape (run, frame, component, row, column), in the response's unit.
+    """
+    images = component_images(response.isel({dims.TIME: frames}))
+    n = len(images) // length
+    return images[: n * length].reshape(n, length, *images.shape[1:])
+
+
+def component_images(response: xr.DataArray) -> NDArray[np.float32]:
+    """Return tactile images (time, component, row, column) of a length or of a vector."""
+    if dims.SPACE not in response.dims:
+        return tactile_images(response)[:, None]
+    parts = (response.isel({dims.SPACE: i}, drop=True) for i in range(response.sizes[dims.SPACE]))
+    return np.stack([tactile_images(part) for part in parts], axis=1)

@@ -1,20 +1,74 @@
 """Spatio-temporal encoding: runs of ten tactile images (paper, section 2.2.1)."""
 
+from collections import deque
+from typing import Annotated
+
+import numpy as np
 import xarray as xr
+from pydantic import PositiveInt
 
 from afferents.core import dims
-from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
+from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
 from afferents.encodings.spatial import frame_extents, tactile_images
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
+FRAMES_OPTION = Option("--frames", "Frames a sample, of runs of images.", int)
 
 
-def require_run(n_frames: int, where: str, length: int = FRAMES) -> None:
-    """Refuse a recording with fewer than `length` frames after the cut."""
-    if n_frames < length:
-        raise InputError(where, f"at least {length} frames after the cut", f"{n_frames}")
+class SpatiotemporalEncoding(ImageEncoding):
+    """A run of tactile images is a sample (frame, row, column).
+
+    Attributes
+    ----------
+    frames
+        Images a sample; the paper has ten.
+    """
+
+    name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
+
+    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return self.frames
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
+        """Return samples `(sample, frame, row, column)`; see `spatiotemporal_samples`."""
+        return spatiotemporal_samples(response, kept, lookback, self.frames)
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the images of runs."""
+        return runs[:, :, 0]
+
+    def stream(self, lookback: int) -> "LastRun":
+        """Return what gives, at every image, the run that it ends."""
+        return LastRun(self.frames)
+
+
+class LastRun:
+    """The last images, where offline one run follows the other.
+
+    Parameters
+    ----------
+    frames
+        Images of a run.
+    """
+
+    def __init__(self, frames: int) -> None:
+        """Wait for the first run to fill."""
+        self._images: deque[Floats] = deque(maxlen=frames)
+
+    def skip(self) -> None:
+        """Begin anew: no run may hold both sides of a gap."""
+        self._images.clear()
+
+    def feed(self, image: Floats) -> Floats | None:
+        """Return the run (frame, row, column) that an image ends; None until one is full."""
+        self._images.append(image)
+        return np.stack(self._images) if len(self._images) == self._images.maxlen else None
 
 
 def spatiotemporal_samples(

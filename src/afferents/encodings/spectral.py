@@ -1,21 +1,25 @@
 """Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
 
-import math
-from typing import Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 import scipy.fft
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+from pydantic import PositiveFloat, PositiveInt
 
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
+from afferents.encodings.augment import Stretch, stretched_copies
+from afferents.encodings.base import Floats, Option, Ready, VibrationEncoding
+
+WINDOW_OPTION = Option("--window-s", "Vibration window, s.")
+STRIDE_OPTION = Option("--stride-s", "Stride of the windows, s.")
 
 
-class SpectralEncoding(BaseModel):
-    """Parameters of the spectra; the defaults are the published ones.
+class SpectralEncoding(VibrationEncoding):
+    """The amplitude spectrum of a window is a sample; the defaults are the published ones.
 
     Attributes
     ----------
@@ -36,67 +40,61 @@ class SpectralEncoding(BaseModel):
         needed by taxels, whose offset would otherwise drown everything.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    name, sample_dims = "spectral", (dims.CHANNEL, dims.FREQUENCY)
+    scaled = True
 
-    window_s: PositiveFloat = 1.0
-    stride_s: PositiveFloat = 0.5
+    window_s: Annotated[PositiveFloat, WINDOW_OPTION] = 1.0
+    stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 0.5
     windows: PositiveInt | None = None
-    fft_points: PositiveInt | None = None
+    fft_points: Annotated[
+        PositiveInt | None, Option("--fft-points", "Points of the zero-padded FFT.", int)
+    ] = None
     kept_bins: PositiveInt = 4000
-    model_bins: PositiveInt = 200
+    model_bins: Annotated[
+        PositiveInt, Option("--bins", "Frequency bins that the network sees.", int)
+    ] = 200
     remove_mean: bool = False
 
-    def changed(
-        self,
-        window_s: float | None = None,
-        stride_s: float | None = None,
-        fft_points: int | None = None,
-        model_bins: int | None = None,
-    ) -> "SpectralEncoding":
-        """Return the encoding with the parameters given; a stride replaces a window count.
+    def changed(self, **wanted: Any) -> Self:
+        """Return it with the values wanted; a stride replaces a number of windows."""
+        new = super().changed(**wanted)
+        windows = None if wanted.get("stride_s") is not None else new.windows
+        kept = max(new.kept_bins, new.model_bins)
+        return new.model_copy(update={"windows": windows, "kept_bins": kept})
 
-        Raises
-        ------
-        InputError
-            If a value is not a positive, finite number.
-        """
-        wanted = {
-            "window_s": window_s,
-            "stride_s": stride_s,
-            "fft_points": fft_points,
-            "model_bins": model_bins,
-        }
-        new: dict[str, Any] = {name: v for name, v in wanted.items() if v is not None}
-        for name, value in new.items():
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"the spectra's {name}", "a positive number", f"{value}")
-        if stride_s is not None:
-            new["windows"] = None
-        new["kept_bins"] = max(self.kept_bins, model_bins or 0)
-        return SpectralEncoding(**{**self.model_dump(), **new})
+    def require(self, n: int, rate_hz: float, where: str) -> None:
+        """Refuse what is too short; see `spectral_samples`."""
+        length = round(self.window_s * rate_hz)
+        points = self.fft_points or length
+        if n < length:
+            expected = f"at least one window of {self.window_s:g} s"
+            raise InputError(where, expected, f"{n / rate_hz:.2f} s")
+        if length < 2:
+            raise InputError("--window-s", f"at least two samples at {rate_hz:g} Hz", f"{length}")
+        if points < length:
+            raise InputError("--fft-points", f"at least the window's {length} samples", f"{points}")
+        bins = min(points // 2 + 1, self.kept_bins)
+        if self.model_bins > bins:
+            nyquist = f"the {bins} bins that the encoding has (of {rate_hz / points:g} Hz)"
+            raise InputError("--bins", f"at most {nyquist}", f"{self.model_bins}")
 
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
+        """Return samples `(sample, channel, frequency)`; see `spectral_samples`."""
+        return spectral_samples(response, kept, self)
 
-def require_window(n: int, rate: float, encoding: SpectralEncoding, where: str) -> None:
-    """Refuse what can't be encoded, by numbers alone; see `spectral_samples`.
+    def seen(self, values: Floats) -> Floats:
+        """Return the bins that a network sees."""
+        return values[..., : self.model_bins]
 
-    Parameters
-    ----------
-    n, rate
-        Samples that the cut leaves, and their rate in Hz.
-    """
-    length = round(encoding.window_s * rate)
-    points = encoding.fft_points or length
-    if n < length:
-        expected = f"at least one window of {encoding.window_s:g} s"
-        raise InputError(where, expected, f"{n / rate:.2f} s")
-    if length < 2:
-        raise InputError("--window-s", f"at least two samples at {rate:g} Hz", f"{length}")
-    if points < length:
-        raise InputError("--fft-points", f"at least the window's {length} samples", f"{points}")
-    bins = min(points // 2 + 1, encoding.kept_bins)
-    if encoding.model_bins > bins:
-        nyquist = f"the {bins} bins that the encoding has (of {rate / points:g} Hz)"
-        raise InputError("--bins", f"at most {nyquist}", f"{encoding.model_bins}")
+    def stretched(
+        self, values: Floats, rng: np.random.Generator, how: Stretch
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Return six stretched copies of every spectrum (section 2.4.3)."""
+        return stretched_copies(values, rng, how, self.seen(values).shape[-1])
+
+    def stream(self, rate_hz: float, n_channels: int) -> "SpectrumStream":
+        """Return what gives a spectrum at every stride."""
+        return SpectrumStream(self, rate_hz, n_channels)
 
 
 def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:
@@ -148,7 +146,7 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     where = vibration.attrs.get("name", "a recording")
     signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept]
-    require_window(len(signal), rate, encoding, where)
+    encoding.require(len(signal), rate, where)
     length = round(encoding.window_s * rate)
     points = encoding.fft_points or length
     stride = max(1, round(encoding.stride_s * rate))
@@ -167,3 +165,76 @@ def spectral_samples(vibration: xr.DataArray, kept: slice, encoding: SpectralEnc
         vibration.attrs,
         {dims.FREQUENCY: (dims.FREQUENCY, frequency, {dims.UNITS: dims.HERTZ})},
     )
+
+
+class SpectrumStream:
+    """Keeps the last window of vibration and makes a spectrum at every stride.
+
+    Parameters
+    ----------
+    encoding
+        Window, stride and transform; all bins that the model sees are returned.
+    rate_hz
+        Sample rate.
+    n_channels
+        Vibration channels.
+
+    Raises
+    ------
+    InputError
+        If the encoding does not fit the rate.
+    """
+
+    def __init__(self, encoding: SpectralEncoding, rate_hz: float, n_channels: int) -> None:
+        """Wait for the first window to fill."""
+        self._encoding, self._rate_hz = encoding, rate_hz
+        self._length = round(encoding.window_s * rate_hz)
+        encoding.require(self._length, rate_hz, "the stream")
+        self._stride = max(1, round(encoding.stride_s * rate_hz))
+        self._ring = np.zeros((n_channels, self._length), np.float32)
+        self.skip()
+
+    def skip(self) -> None:
+        """Begin anew: samples are missing before the next, and no window may hold both sides."""
+        self._n = 0
+
+    def feed(self, time_s: float, samples: NDArray[np.float32]) -> list[Ready]:
+        """Take in samples, (n, channel), the first taken at `time_s`; return what is ready.
+
+        Raises
+        ------
+        InputError
+            If there are more or fewer channels than the model learnt from.
+        """
+        if samples.ndim != 2 or samples.shape[1] != len(self._ring):
+            found = f"samples of shape {samples.shape}"
+            raise InputError("the vibration", f"{len(self._ring)} channels", found)
+        ready: list[Ready] = []
+        done = 0
+        while done < len(samples):
+            until = self._next_end() - self._n
+            taken = samples[done : done + until]
+            self._keep(taken)
+            done += len(taken)
+            if len(taken) == until:
+                ready.append(Ready(self._spectrum(), time_s + done / self._rate_hz))
+        return ready
+
+    def _next_end(self) -> int:
+        """Return the number of samples at which the next window ends."""
+        if self._n < self._length:
+            return self._length
+        return self._n + self._stride - (self._n - self._length) % self._stride
+
+    def _keep(self, taken: NDArray[np.float32]) -> None:
+        at = (self._n + np.arange(len(taken))) % self._length
+        self._ring[:, at[-self._length :]] = taken[-self._length :].T
+        self._n += len(taken)
+
+    def _spectrum(self) -> NDArray[np.float32]:
+        start = self._n % self._length
+        window = np.concatenate([self._ring[:, start:], self._ring[:, :start]], axis=1)
+        if self._encoding.remove_mean:
+            window = without_mean(window)
+        encoding = self._encoding
+        return amplitude_spectrum(window, encoding.fft_points, encoding.model_bins)

@@ -5,35 +5,65 @@ depend on how fast it slides by. So the power of a tactile image over wavenumber
 two-dimensional Fourier transform, without the phases) is the same at any speed, up to a factor.
 """
 
+from collections import deque
+from typing import Annotated
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveInt
+from pydantic import PositiveInt
 
 from afferents.core import dims
 from afferents.core.samples import Samples, make_samples
-from afferents.encodings.spatial import frame_extents, tactile_images
-from afferents.encodings.spatiotemporal import FRAMES, require_run
+from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
+from afferents.encodings.spatial import frame_extents, image_runs
+from afferents.encodings.spatiotemporal import FRAMES, FRAMES_OPTION
 
 _LEAST_POWER = 1e-6
 """In px squared: an error of 0.001 px a marker has less."""
 
 
-class WavenumberEncoding(BaseModel):
-    """Parameters of the wavenumbers.
+class WavenumberEncoding(ImageEncoding):
+    """The power of a run's images over wavenumbers is a sample.
 
     Attributes
     ----------
     frames
-        Frames a sample; what stands still through all of them is taken out of SA-I.
+        Images a sample; what stands still through all of them is taken out of SA-I.
     every
-        Only every so manyth frame is used, as if the camera were slower.
+        Of how many frames one is used, as if the camera were slower.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    name = "wavenumbers"
+    sample_dims = (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)
 
-    frames: PositiveInt = FRAMES
-    every: PositiveInt = 1
+    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
+    every: Annotated[PositiveInt, Option("--every", "Waves see one frame of so many.", int)] = 1
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return self.frames
+
+    @property
+    def step(self) -> int:
+        """Of how many frames one is used."""
+        return self.every
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
+        """Return samples `(sample, component, row_wavenumber, column_wavenumber)`.
+
+        See `wavenumber_samples`.
+        """
+        return wavenumber_samples(response, kept, lookback, self)
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the waves of runs of images."""
+        return np.stack([log_waves(wave_spectra(run), lookback) for run in runs])
+
+    def stream(self, lookback: int) -> "WaveStream":
+        """Return what gives, at every image, the waves of the run that it ends."""
+        return WaveStream(self, lookback)
 
 
 def wavenumber_samples(
@@ -64,9 +94,9 @@ def wavenumber_samples(
     """
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     require_run(len(start_s), response.attrs.get("name", "a recording"), encoding.frames)
-    runs = image_runs(response, frames, encoding)
+    runs = image_runs(response, frames, encoding.frames)
     n, length = runs.shape[:2]
-    values = np.stack([log_waves(wave_spectra(run), memory) for run in runs])
+    values = encoding.of_runs(runs, memory)
     return make_samples(
         values,
         (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER),
@@ -78,30 +108,6 @@ def wavenumber_samples(
             dims.COLUMN_WAVENUMBER: np.fft.rfftfreq(runs.shape[4]),
         },
     )
-
-
-def image_runs(
-    response: xr.DataArray, frames: slice, encoding: WavenumberEncoding
-) -> NDArray[np.float32]:
-    """Return the runs that `wavenumber_samples` makes samples of.
-
-    Parameters and errors as there.
-
-    Returns
-    -------
-    Shape (run, frame, component, row, column), in the response's unit.
-    """
-    images = component_images(response.isel({dims.TIME: frames}))
-    n = len(images) // encoding.frames
-    return images[: n * encoding.frames].reshape(n, encoding.frames, *images.shape[1:])
-
-
-def component_images(response: xr.DataArray) -> NDArray[np.float32]:
-    """Return tactile images (time, component, row, column) of a length or of a vector."""
-    if dims.SPACE not in response.dims:
-        return tactile_images(response)[:, None]
-    parts = (response.isel({dims.SPACE: i}, drop=True) for i in range(response.sizes[dims.SPACE]))
-    return np.stack([tactile_images(part) for part in parts], axis=1)
 
 
 def wave_spectra(images: NDArray[np.float32]) -> NDArray[np.complex64]:
@@ -127,6 +133,40 @@ def log_waves(spectra: NDArray[np.complex64], memory: int) -> NDArray[np.float32
     power = (np.abs(spectra) ** 2).mean(axis=0)
     logs = np.log(power + _LEAST_POWER)
     return np.asarray(logs - logs.mean(), dtype=np.float32)
+
+
+class WaveStream:
+    """The waves of the last run of images, where offline one run follows the other.
+
+    Parameters
+    ----------
+    encoding
+        How long a run is.
+    memory
+        See `wavenumber_samples`.
+    """
+
+    def __init__(self, encoding: WavenumberEncoding, memory: int) -> None:
+        """Wait for the first run to fill."""
+        self._memory = memory
+        self._spectra: deque[NDArray[np.complex64]] = deque(maxlen=encoding.frames)
+
+    def skip(self) -> None:
+        """Begin anew: frames are missing before the next, and no run may hold both sides."""
+        self._spectra.clear()
+
+    def feed(self, image: Floats) -> Floats | None:
+        """Return the waves of the run that an image ends; None until a run is full.
+
+        Parameters
+        ----------
+        image
+            (row, column), or (component, row, column) of a vector.
+        """
+        self._spectra.append(wave_spectra(image if image.ndim == 3 else image[np.newaxis]))
+        if len(self._spectra) < (self._spectra.maxlen or 0):
+            return None
+        return log_waves(np.stack(self._spectra), self._memory)
 
 
 def _taper(n: int) -> NDArray[np.float64]:

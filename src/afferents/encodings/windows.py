@@ -1,26 +1,30 @@
 """Windows of vibration, with no more samples than the highest frequency needs."""
 
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 import scipy.signal
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt
+from pydantic import PositiveFloat, PositiveInt
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.encodings.base import Option, VibrationEncoding
 from afferents.encodings.lines import Lines
-from afferents.encodings.spectral import window_starts
+from afferents.encodings.spectral import STRIDE_OPTION, WINDOW_OPTION, window_starts
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
+MASK_OPTION = Option(
+    "--mask", "Lines cut out of orders and kernels, with harmonics: 50Hz,0.0573/mm.", Lines.parse
+)
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 
 
-class WindowEncoding(BaseModel):
-    """Parameters of the windows.
+class WindowEncoding(VibrationEncoding):
+    """An encoding of windows that may be long, and of low frequencies.
 
     Attributes
     ----------
@@ -29,20 +33,32 @@ class WindowEncoding(BaseModel):
     stride_s
         Distance between the starts of windows, s.
     windows
-        Exactly so many windows a recording instead of the stride, evenly spread.
+        Exactly so many windows a recording instead of the stride, evenly spread; only one where
+        a window is all of it.
     highest_hz
         Of the frequencies that are kept (lowered to what the sample rate allows).
     mask
         Lines of the machine that are cut out.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    window_s: PositiveFloat | None = 4.0
-    stride_s: PositiveFloat = 2.0
+    window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
+    stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
     windows: PositiveInt | None = None
     highest_hz: PositiveFloat = 200.0
-    mask: Lines = Lines()
+    mask: Annotated[Lines, MASK_OPTION] = Lines()
+
+    def changed(self, **wanted: Any) -> Self:
+        """Return it with the values wanted; a stride replaces a number of windows."""
+        new = super().changed(**wanted)
+        windows = None if wanted.get("stride_s") is not None else new.windows
+        return new.model_copy(update={"windows": windows})
+
+    def require(self, n: int, rate_hz: float, where: str) -> None:
+        """Refuse n values, of a rate in Hz, that are shorter than a window."""
+        seconds = self.window_s or n / rate_hz
+        if n < round(seconds * rate_hz) or n < 2:
+            expected = f"at least one window of {seconds:g} s"
+            raise InputError(where, expected, f"{n / rate_hz:.2f} s")
 
 
 class Windows(NamedTuple):
@@ -64,13 +80,6 @@ class Windows(NamedTuple):
     stop_s: NDArray[np.float64]
 
 
-def require_length(n: int, rate: float, encoding: WindowEncoding, where: str) -> None:
-    """Refuse n samples, of a rate in Hz, that are shorter than a window."""
-    seconds = encoding.window_s or n / rate
-    if n < round(seconds * rate) or n < 2:
-        raise InputError(where, f"at least one window of {seconds:g} s", f"{n / rate:.2f} s")
-
-
 def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) -> Windows:
     """Cut vibration `(audio_time, channel)` into windows.
 
@@ -79,7 +88,7 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     vibration
         RA-II with `sample_rate_hz` in its attrs.
     kept
-        Audio samples that the cut keeps; `require_length` says whether they are enough.
+        Audio samples that the cut keeps; `WindowEncoding.require` says whether they are enough.
     """
     rate = float(vibration.attrs[dims.SAMPLE_RATE])
     signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
@@ -90,7 +99,8 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     if encoding.window_s is not None:
         length = min(length, round(encoding.window_s * rate_kept))
     stride = max(1, round(encoding.stride_s * rate_kept))
-    starts = window_starts(len(signal), length, stride, encoding.windows)
+    count = 1 if encoding.window_s is None else encoding.windows
+    starts = window_starts(len(signal), length, stride, count)
     values = np.stack([signal[i : i + length] for i in starts])
     start_s = kept.start / rate + starts / rate_kept
     return Windows(values, rate_kept, start_s, start_s + length / rate_kept)

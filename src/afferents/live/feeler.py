@@ -37,8 +37,8 @@ class Feeler:
         for name in names:
             if names.count(name) > 1:
                 raise InputError("--model", "one model of a family", f"several of {name}")
-        images = [network for network in networks if not network.card.is_vibration]
-        vibration = [network for network in networks if network.card.is_vibration]
+        images = [network for network in networks if not network.encoding.of_vibration]
+        vibration = [network for network in networks if network.encoding.of_vibration]
         self.sight = Sight(images) if images else None
         self.hearing = Hearing(vibration, audio_offset_s) if vibration else None
 

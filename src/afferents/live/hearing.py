@@ -1,11 +1,11 @@
 """From vibration to percepts, by RA-II."""
 
-from afferents.encodings import SpectralEncoding
+from afferents.core.errors import InputError
+from afferents.encodings import Ready, VibrationEncoding
 from afferents.live.events import Begin, Sound
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense, require_alike
-from afferents.live.spectra import Spectra, Spectrum
 
 JUMP_S = 0.002
 """Sound whose time is off by more than this from the samples' count has lost some."""
@@ -31,23 +31,26 @@ class Hearing(Sense):
         """Wait for the first window to fill."""
         card = networks[0].card
         super().__init__("audio", networks, card.sample_rate_hz)
-        require_alike(networks, ("sample_rate_hz", "spectral", "shape"), "sample rate and spectra")
-        self.encoding = networks[0].part(SpectralEncoding, card.spectral, "spectra")
-        self.every_s = self.encoding.stride_s
+        require_alike(networks, ("sample_rate_hz", "encoding", "shape"), "sample rate and spectra")
+        encoding = networks[0].encoding
+        if not isinstance(encoding, VibrationEncoding):
+            raise InputError(networks[0].path, "an encoding of vibration", encoding.name)
+        self.encoding = encoding
+        self.every_s = float(getattr(encoding, "stride_s", 1.0))
         self.offset_s = offset_s
-        self.spectrum: Spectrum | None = None
-        self._spectra = Spectra(self.encoding, self.rate_hz, card.shape[0])
+        self.newest: Ready | None = None
+        self._stream = encoding.stream(self.rate_hz, card.shape[0])
         self._next_s: float | None = None
 
     def begin(self, event: Begin) -> None:
         """Wait for the first window of another recording."""
-        self._spectra.skip()
+        self._stream.skip()
         self._next_s = None
         super().begin(event)
 
     def skip(self) -> None:
         """Begin anew: samples are missing before the next one."""
-        self._spectra.skip()
+        self._stream.skip()
         super().skip()
 
     def hear(self, sound: Sound) -> list[Percept]:
@@ -59,14 +62,14 @@ class Hearing(Sense):
             self.skip()
         self.now_s = self._next_s = time_s + len(sound.samples) / self.rate_hz
         late = self.is_late(self.now_s, sound.arrived_s)
-        ready = self._spectra.feed(time_s, sound.samples)
+        ready = self._stream.feed(time_s, sound.samples)
         if ready:
-            self.spectrum = ready[-1]
+            self.newest = ready[-1]
         if ready and late:
             return self.without("stalled")
         percepts = [
-            judge.feel(spectrum.amplitude, spectrum.end_s, self.every_s, sound.arrived_s)
-            for spectrum in ready
+            judge.feel(sample.values, sample.end_s, self.every_s, sound.arrived_s)
+            for sample in ready
             for judge in self.judges
         ]
         return [percept for percept in percepts if percept]

@@ -1,4 +1,4 @@
-"""SA-I and RA-I as tactile images, frame by frame: the same numbers as offline, bit by bit."""
+"""Responses as tactile images, frame by frame: the same numbers as offline."""
 
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.channels import CHANNELS, Channel, Skin
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
@@ -13,8 +14,8 @@ from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undi
 
 Image = NDArray[np.float32]
 Response = NDArray[np.floating]
-LENGTHS = (dims.SA1, dims.RA1)
-"""The afferents of the paper, without directions."""
+SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
+"""Channels that the page shows, whatever models feel with."""
 
 
 class Felt(NamedTuple):
@@ -23,9 +24,8 @@ class Felt(NamedTuple):
     Attributes
     ----------
     images
-        By name: SA-I, px, and RA-I, px/frame, (row, column), and the same with their directions,
-        (component, row, column). Lost markers hold what they last showed. Without RA-I where no
-        frame came just before.
+        By name of the channel: (row, column), or (component, row, column) of those with directions.
+        Lost markers hold what they last showed. Without RA-I where no frame came just before.
     position
         Of the markers as the camera sees them, (n, 2), px, NaN where lost.
     detected
@@ -44,8 +44,8 @@ class Images:
     ----------
     sensor
         With a grid layout; the frame `sensor.rest_frame` is taken for the skin at rest.
-    names
-        Of the images that are wanted.
+    channels
+        Whose images are wanted.
 
     Raises
     ------
@@ -53,14 +53,14 @@ class Images:
         If the layout is no grid.
     """
 
-    def __init__(self, sensor: Sensor, names: Collection[str] = LENGTHS) -> None:
+    def __init__(self, sensor: Sensor, channels: Collection[Channel] = SHOWN) -> None:
         """Wait for the rest frame."""
         if sensor.layout != "square":
             raise InputError("the model", "a sensor with markers in a grid", sensor.layout)
         assert sensor.rows is not None
         assert sensor.columns is not None
         self.sensor, self.shape = sensor, (sensor.rows, sensor.columns)
-        self._names = names
+        self._channels = channels
         self.begin()
 
     def begin(self) -> None:
@@ -68,7 +68,7 @@ class Images:
         self._tracker: Tracker | None = None
         self._n = 0
         self._last: dict[str, Response] = {}
-        self._before: tuple[Response, Response] | None = None
+        self._before: Skin | None = None
 
     def skip(self) -> None:
         """Frames are missing before the next one: it has no RA-I."""
@@ -99,19 +99,13 @@ class Images:
         return Felt(images, position, detected)
 
     def _responses(self, position: Positions, rest: Positions) -> dict[str, Response]:
-        """Return SA-I and RA-I (Eqs. 1 and 2), computed as `channels` and `encode` do.
-
-        Those with directions offline come from stored positions, which are float32.
-        """
+        """Return the responses of a frame, computed as offline; without those that lack one."""
         if (lens := self.sensor.lens) is not None:
             position, rest = undistort(position, lens), undistort(rest, lens)
-        slow: Response = np.asarray(((position - rest) ** 2).sum(axis=1) ** 0.5)
-        moved: Response = position.astype(np.float32) - rest.astype(np.float32)
-        before, self._before = self._before, (slow, moved)
-        found = {dims.SA1: slow, dims.SA1_VECTOR: moved}
-        if before is not None:
-            found |= {dims.RA1: np.abs(slow - before[0]), dims.RA1_VECTOR: moved - before[1]}
-        return {name: response for name, response in found.items() if name in self._names}
+        now, before = Skin(position, rest), self._before
+        self._before = now
+        found = {channel.name: channel.step(now, before) for channel in self._channels}
+        return {name: response for name, response in found.items() if response is not None}
 
     def _held(self, name: str, response: Response) -> Response:
         """Fill what lost markers leave open with what they last showed, and keep it."""

@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from afferents.core.card import METADATA, Card, parse_card
+from afferents.channels import channel_of
+from afferents.core.card import METADATA, Card, names_of, parse_card
 from afferents.core.documents import as_form
 from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
-from afferents.core.families import MEMORY_FRAMES
-from afferents.encodings import WavenumberEncoding
-from afferents.live.waves import Waves
+from afferents.encodings import ImageEncoding, ImageStream, encoding_of
 
 Part = TypeVar("Part", bound=BaseModel)
 
@@ -62,28 +61,33 @@ class Network:
             )
         self.card: Card = parse_card(text, path)
         self._check()
+        self.channel = channel_of(self.card.channel)
+        self.encoding = encoding_of(self.card.encoding, path)
+        self._stream = self._image_stream()
         self.skip()
 
     def _check(self) -> None:
         shapes = {i.name: tuple(i.shape) for i in self._session.get_inputs()}
-        outputs = {o.name for o in self._session.get_outputs()}
-        name, wanted = self.card.inputs[0], self.card.outputs
-        fits = set(shapes) == set(self.card.inputs) and outputs == set(wanted)
-        if not fits or shapes[name] != (1, *self.card.shape):
+        found = {o.name for o in self._session.get_outputs()}
+        self._stepping = "past" in shapes
+        inputs, outputs = names_of(self._stepping)
+        shape = self.card.shape[1:] if self._stepping else self.card.shape
+        self._input = inputs[0]
+        if set(shapes) != set(inputs) or found != set(outputs) or shapes[inputs[0]] != (1, *shape):
             raise InputError(
                 self.path,
-                f"the input {name} (1, {', '.join(map(str, self.card.shape))}) and the outputs "
-                f"{', '.join(sorted(wanted))}, as its card says",
-                f"{shapes} and {', '.join(sorted(outputs))}",
+                f"the input {inputs[0]} (1, {', '.join(map(str, shape))}) and the outputs "
+                f"{', '.join(sorted(outputs))}, as its card says",
+                f"{shapes} and {', '.join(sorted(found))}",
                 "export the model again",
             )
-        self._input = name
-        self._past = np.zeros(shapes["past"], np.float32) if "past" in shapes else None
-        self._waves = self._run_of_images() if self.card.is_wave else None
+        self._past = np.zeros(shapes["past"], np.float32) if self._stepping else None
 
-    def _run_of_images(self) -> Waves:
-        encoding = self.part(WavenumberEncoding, self.card.waves, "waves")
-        return Waves(encoding, MEMORY_FRAMES[self.card.of_family.afferent])
+    def _image_stream(self) -> ImageStream | None:
+        """Return what makes samples of images; None where the file, or another sense, does."""
+        if self._stepping or not isinstance(self.encoding, ImageEncoding):
+            return None
+        return self.encoding.stream(self.channel.lookback)
 
     def part(self, kind: type[Part], content: Any, what: str) -> Part:
         """Return a part of its card as what it stands for.
@@ -99,8 +103,8 @@ class Network:
     def skip(self) -> None:
         """Begin a new run of images: what comes next does not follow what came before."""
         self._n = 0
-        if self._waves is not None:
-            self._waves.skip()
+        if self._stream is not None:
+            self._stream.skip()
 
     def feel(self, sample: NDArray[np.float32]) -> Outcome | None:
         """Say what a sample is; None until a run of images is full.
@@ -108,14 +112,13 @@ class Network:
         Parameters
         ----------
         sample
-            An image (row, column) or (component, row, column), or a spectrum (channel, frequency),
-            as the encodings make it.
+            An image (row, column) or (component, row, column), or a sample of vibration.
         """
-        if self._waves is not None:
-            waves = self._waves.feed(sample)
-            if waves is None:
+        if self._stream is not None:
+            complete = self._stream.feed(sample)
+            if complete is None:
                 return None
-            sample = waves
+            sample = complete
         given = {self._input: sample[np.newaxis]}
         if self._past is not None:
             given["past"] = self._past
@@ -123,7 +126,7 @@ class Network:
         if self._past is not None:
             self._past = outputs[2]
         self._n += 1
-        if self._n < self.card.frames:
+        if self._stepping and self._n < self.card.shape[0]:
             return None
         return Outcome(outputs[0][0], float(outputs[1][0]))
 

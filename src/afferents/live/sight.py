@@ -2,7 +2,7 @@
 
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Picture, Trouble
-from afferents.live.images import LENGTHS, Felt, Images
+from afferents.live.images import SHOWN, Felt, Images
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense, require_alike
@@ -36,8 +36,8 @@ class Sight(Sense):
         self.sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
         self.felt: Felt | None = None
         self.picture: Picture | None = None
-        felt_by = {network.card.of_family.afferent for network in networks}
-        self._images = Images(self.sensor, {*LENGTHS, *felt_by})  # the page shows both lengths
+        felt_by = {network.channel for network in networks}
+        self._images = Images(self.sensor, {*SHOWN, *felt_by})
         self._last_s: float | None = None
 
     def begin(self, event: Begin) -> None:
@@ -80,7 +80,7 @@ class Sight(Sense):
     def _feel(self, felt: Felt, arrived_s: float) -> list[Percept]:
         percepts = []
         for judge in self.judges:
-            image = felt.images.get(judge.card.of_family.afferent)
+            image = felt.images.get(judge.network.channel.name)
             if image is not None:
                 found = float(felt.detected.mean())
                 percept = judge.feel(image, self.now_s, self.every_s, arrived_s, found)

@@ -4,13 +4,12 @@ import torch
 from torch import nn
 
 from afferents.core.errors import InputError
-from afferents.core.families import Encoding
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.ridge import Ridge
 from afferents.models.spatial import SpatialNet
 from afferents.models.vibration import VibrationNet
 
-_SAMPLE_DIMS: dict[Encoding, tuple[str, ...]] = {
+_SAMPLE_DIMS: dict[str, tuple[str, ...]] = {
     "spatial": ("row", "column"),
     "spatiotemporal": ("frame", "row", "column"),
     "spectral": ("channel", "frequency"),
@@ -18,9 +17,7 @@ _SAMPLE_DIMS: dict[Encoding, tuple[str, ...]] = {
 }
 
 
-def build(
-    encoding: Encoding, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
-) -> nn.Module:
+def build(encoding: str, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0) -> nn.Module:
     """Return the network for an encoding: the paper's, its weights drawn from `seed`, or a ridge.
 
     Parameters
@@ -50,7 +47,7 @@ def build(
         return _network(encoding, n_classes, sample_shape)
 
 
-def _network(encoding: Encoding, n_classes: int, sample_shape: tuple[int, ...]) -> nn.Module:
+def _network(encoding: str, n_classes: int, sample_shape: tuple[int, ...]) -> nn.Module:
     if encoding == "spatial":
         return SpatialNet(n_classes, *sample_shape)
     if encoding == "spatiotemporal":

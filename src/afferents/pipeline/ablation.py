@@ -1,7 +1,7 @@
 """Fewer textures, speeds, markers or training speeds: what a lab would have, of what there is."""
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.families import Encoding
 from afferents.core.recording import LETTERS, folder_of
 from afferents.core.responses import Responses, conditions, speeds_of, textures_of
 from afferents.core.samples import Samples
+from afferents.encodings import Encoding
 from afferents.evaluation import Fold
 
 _SPREAD = (0.7548776662466927, 0.5698402909980532)
@@ -100,16 +100,17 @@ class Ablation:
             )
         return tested
 
-    def require_images(self, family: str, encodings: Collection[Encoding]) -> None:
-        """Refuse fewer markers for a family that learns from waves: in them no marker has a place.
+    def require_images(self, family: str, encodings: Iterable[Encoding]) -> None:
+        """Refuse fewer markers for samples of them in which no marker has a place, as in waves.
 
         Raises
         ------
         InputError
             If it does.
         """
-        if self.markers != 1 and "wavenumbers" in encodings:
-            found = f"{family}, which learns from their waves"
+        hidden = [e for e in encodings if not e.of_vibration and dims.ROW not in e.sample_dims]
+        if self.markers != 1 and hidden:
+            found = f"{family}, which learns from their {hidden[0].name}"
             raise InputError("--markers", "models of tactile images or of vibration", found)
 
     def images(self, samples: Samples) -> Samples:

@@ -21,7 +21,7 @@ from afferents.recordings import read_fabricslide
 
 Kind = Literal["store", "fabricslide"]
 
-ENCODINGS: dict[Kind, Encodings] = {
+_SUITED: dict[Kind, Encodings] = {
     "store": Encodings(),
     # Three windows of 128 samples a slide, whatever its speed and so its length, zero-padded to
     # 400 so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day. Orders
@@ -29,22 +29,25 @@ ENCODINGS: dict[Kind, Encodings] = {
     # cycles per mm is what is heard at all of the set's speeds. Random kernels need windows of one
     # length.
     "fabricslide": Encodings(
-        spectral=SpectralEncoding(
-            window_s=128 * 0.028,
-            windows=3,
-            fft_points=400,
-            kept_bins=200,
-            remove_mean=True,
-        ),
-        orders=OrderEncoding(
-            window_s=None,
-            lowest_hz=0.03,
-            highest_hz=17.0,
-            bins_per_octave=8,
-            lowest_per_mm=0.004,
-            highest_per_mm=0.11,
-        ),
-        kernels=KernelEncoding(window_s=128 * 0.028, windows=3, highest_hz=17.0),
+        (
+            SpectralEncoding(
+                window_s=128 * 0.028,
+                windows=3,
+                fft_points=400,
+                kept_bins=200,
+                remove_mean=True,
+            ),
+            OrderEncoding(
+                window_s=None,
+                windows=3,
+                lowest_hz=0.03,
+                highest_hz=17.0,
+                bins_per_octave=8,
+                lowest_per_mm=0.004,
+                highest_per_mm=0.11,
+            ),
+            KernelEncoding(window_s=128 * 0.028, windows=3, highest_hz=17.0),
+        )
     ),
 }
 """How samples are made of each kind of data."""
@@ -63,6 +66,11 @@ class DataSet:
     failed: Mapping[str, str]
     fingerprint: str
     simulated: bool
+
+    @property
+    def encodings(self) -> Encodings:
+        """How samples are made of such data."""
+        return _SUITED[self.kind]
 
     @property
     def located(self) -> str:

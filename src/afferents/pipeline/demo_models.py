@@ -7,7 +7,7 @@ from afferents.core.families import BEST, FAMILIES
 from afferents.core.progress import Progress
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
-from afferents.pipeline.data import ENCODINGS, open_data
+from afferents.pipeline.data import open_data
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import simulate_session, simulation_of
@@ -34,7 +34,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     data = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {FAMILIES[name].title} on {store}")
-        training = Training(data, FAMILIES[name], "fast", "all", ENCODINGS["store"])
+        training = Training(data, FAMILIES[name], "fast", "all", data[0].encodings)
         card: Card = train_model(training, folder / name, progress, force=True)
         export_model(folder / name, path, force=True)
         for sentence in card.said():

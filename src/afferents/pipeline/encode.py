@@ -1,73 +1,45 @@
 """From the responses of all recordings to the samples of one encoding."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import xarray as xr
 
-from afferents.channels import (
-    hold,
-    ra1,
-    ra1_circumferential,
-    ra1_signed,
-    ra1_vector,
-    sa1_vector,
-)
+from afferents.channels import Channel, channel_of, hold
 from afferents.core import dims
-from afferents.core.cut import Cut, cut_audio, cut_frames
+from afferents.core.cut import Cut
 from afferents.core.errors import InputError
-from afferents.core.extras import import_extra
-from afferents.core.families import BEST, FAMILIES, MEMORY_FRAMES, VIBRATIONS, Encoding, Family
+from afferents.core.families import BEST, FAMILIES, Family
 from afferents.core.progress import Progress
-from afferents.core.responses import Responses, check_values, steady_s
+from afferents.core.responses import Responses, check_values
 from afferents.core.samples import Samples, concatenate
-from afferents.encodings import (
-    FRAMES,
-    Encodings,
-    WavenumberEncoding,
-    kernel_samples,
-    order_samples,
-    require_kernels,
-    require_orders,
-    require_run,
-    require_window,
-    spatial_samples,
-    spatiotemporal_samples,
-    spectral_samples,
-    wavenumber_samples,
-)
-
-Source = tuple[str, Encoding]
-"""What samples are made of, and how: an afferent and an encoding."""
-
-_MADE_OF = {
-    dims.RA1_SIGNED: dims.SA1,
-    dims.SA1_VECTOR: dims.POSITION,
-    dims.RA1_VECTOR: dims.POSITION,
-    dims.RA1_CIRCUMFERENTIAL: dims.POSITION,
-}
-"""What is worked out when asked for, and the variable that it is worked out of."""
+from afferents.encodings import Encoding, Encodings, options
 
 
-def sources_of(family: Family) -> tuple[Source, ...]:
+class Source(NamedTuple):
+    """What samples are made of, and how."""
+
+    channel: Channel
+    encoding: Encoding
+
+
+def sources_of(family: Family, how: Encodings) -> tuple[Source, ...]:
     """Return what a family's samples are made of; a fusion has several kinds."""
     if not family.parts:
-        return ((family.afferent, family.encoding),)
-    return tuple(source for name in family.parts for source in sources_of(FAMILIES[name]))
+        return (Source(channel_of(family.channel), how.of(family.encoding)),)
+    return tuple(source for name in family.parts for source in sources_of(FAMILIES[name], how))
 
 
-def supported(family: Family, responses: Responses) -> bool:
+def supported(family: Family, responses: Responses, how: Encodings | None = None) -> bool:
     """Tell whether a recording has what a model family learns from."""
-    has_all = all(_has(responses, *source) for source in sources_of(family))
+    sources = sources_of(family, how or Encodings())
+    has_all = all(
+        channel.made_of in responses and encoding.suits(responses) for channel, encoding in sources
+    )
     if has_all and family.speed_from == "fingertip":
         # The speed is measured between channels.
         return responses[dims.RA2].sizes[dims.CHANNEL] > 1
     return has_all
-
-
-def _has(responses: Responses, afferent: str, encoding: Encoding) -> bool:
-    if _MADE_OF.get(afferent, afferent) not in responses:
-        return False
-    return encoding in VIBRATIONS or dims.ROW in responses.coords
 
 
 def require_support(
@@ -97,15 +69,39 @@ def require_support(
             f"some that these data support ({', '.join(f.name for f in possible) or 'none'})",
             f"{refused.name}, for which {lacking} lacks {_needs(refused)}",
         )
-    if any(family.encoding == "kernels" for family in able):
-        import_extra("baselines", "--models rocket-te", "pyts")
+    for family in able:
+        for source in sources_of(family, Encodings()):
+            source.encoding.require_packages()
     return able
 
 
 def _needs(family: Family) -> str:
     if family.speed_from == "fingertip":
         return "several vibration channels to measure the speed between"
-    return f"{' and '.join(afferent for afferent, _ in sources_of(family))} in the form it needs"
+    channels = (source.channel.name for source in sources_of(family, Encodings()))
+    return f"{' and '.join(channels)} in the form it needs"
+
+
+def require_used(families: Sequence[Family], how: Encodings) -> None:
+    """Refuse options of encodings that do nothing for any of the families asked for.
+
+    Raises
+    ------
+    InputError
+        Naming the option, and the families that it is for.
+    """
+    every = options()
+
+    def has(family: Family, field: str) -> bool:
+        sources = sources_of(family, how)
+        return any(field in type(source.encoding).model_fields for source in sources)
+
+    for field, _ in how.wanted:
+        if not any(has(family, field) for family in families):
+            able = ", ".join(name for name, family in FAMILIES.items() if has(family, field))
+            flag = every[field].flag if field in every else field
+            names = ", ".join(family.name for family in families)
+            raise InputError(flag, f"models that it is for ({able})", names, "leave it out")
 
 
 def best_of(recordings: Sequence[Responses]) -> Family:
@@ -122,83 +118,41 @@ def best_of(recordings: Sequence[Responses]) -> Family:
     return require_support([FAMILIES[BEST[0]]], recordings, may_leave_out=False)[0]
 
 
-def kept_part(
-    responses: Responses, afferent: str, encoding: Encoding, cut: Cut, how: Encodings
-) -> slice:
+def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:
     """Return what the cut keeps of a recording, after checking that it can be encoded.
-
-    Images begin with the rest frame: before it there are no markers, and nothing to hold.
 
     Raises
     ------
     InputError
         If the recording is too short for the cut, a window or a run of frames.
     """
-    name, steady = responses.attrs["name"], steady_s(responses)
-    response = responses[_MADE_OF.get(afferent, afferent)]
-    if encoding in VIBRATIONS:
-        rate, n = float(response.attrs[dims.SAMPLE_RATE]), response.sizes[dims.AUDIO_TIME]
-        kept = cut_audio(n, rate, cut, steady, name)
-        if encoding == "spectral":
-            require_window(kept.stop - kept.start, rate, how.spectral, name)
-        elif encoding == "orders":
-            require_orders(kept.stop - kept.start, rate, how.orders, name)
-        else:
-            require_kernels(kept.stop - kept.start, rate, how.kernels, name)
-        return kept
-    every = how.wavenumbers.every if encoding == "wavenumbers" else 1
-    frames = cut_frames(response[dims.TIME].values, cut, steady, name)
-    rest = int(responses.attrs.get("rest_frame", 0))
-    start, rest, stop = (-(-frame // every) for frame in (frames.start, rest, frames.stop))
-    kept = slice(max(start, rest + MEMORY_FRAMES[afferent]), stop)
-    lengths = {"spatiotemporal": FRAMES, "wavenumbers": how.wavenumbers.frames}
-    require_run(kept.stop - kept.start, name, lengths.get(encoding, 1))
-    return kept
+    channel, encoding = source
+    return encoding.kept(responses, channel.made_of, channel.lookback, cut)
 
 
-def encode(
-    responses: Responses, afferent: str, encoding: Encoding, cut: Cut, how: Encodings
-) -> Samples:
+def encode(responses: Responses, source: Source, cut: Cut) -> Samples:
     """Encode one recording; see `kept_part` for what it refuses.
 
-    Lost markers are held at their last seen value before they become images; windows never
-    cross recordings since each is encoded alone.
+    Windows never cross recordings, since each is encoded alone.
     """
-    kept = kept_part(responses, afferent, encoding, cut, how)
-    if encoding == "spectral":
-        return spectral_samples(read_whole(responses, afferent), kept, how.spectral)
-    if encoding == "orders":
-        return order_samples(read_whole(responses, afferent), kept, how.orders)
-    if encoding == "kernels":
-        return kernel_samples(read_whole(responses, afferent), kept, how.kernels)
-    memory = MEMORY_FRAMES[afferent]
-    if encoding == "wavenumbers":
-        response = response_of(responses, afferent, how.wavenumbers)
-        return wavenumber_samples(response, kept, memory, how.wavenumbers)
-    encoder = spatial_samples if encoding == "spatial" else spatiotemporal_samples
-    return encoder(hold(read_whole(responses, afferent)), kept, memory)
+    kept = kept_part(responses, source, cut)
+    return source.encoding.samples(response_of(responses, source), kept, source.channel.lookback)
 
 
-def response_of(responses: Responses, afferent: str, encoding: WavenumberEncoding) -> xr.DataArray:
-    """Return what waves are looked for in: of every so manyth frame, lost markers held."""
-    variable = _MADE_OF.get(afferent, dims.SA1)
-    read = responses.assign({variable: read_whole(responses, variable)})
-    slower = read.isel({dims.TIME: slice(None, None, encoding.every)})
-    return hold(_worked_out(slower, afferent))
+def response_of(responses: Responses, source: Source) -> xr.DataArray:
+    """Return what is encoded, of the frames that the encoding uses, with the recording's labels.
 
-
-def _worked_out(responses: Responses, afferent: str) -> xr.DataArray:
-    """Return a response of the frames that are there, from SA-I or from the markers' places."""
-    if afferent == dims.SA1:
-        return _labelled(responses[dims.SA1], responses)
-    if afferent in (dims.RA1, dims.RA1_SIGNED):
-        sa1 = _labelled(responses[dims.SA1], responses)
-        change = ra1(sa1) if afferent == dims.RA1 else ra1_signed(sa1)
-        return _labelled(change, responses)
-    displacement = sa1_vector(responses[dims.POSITION], responses[dims.REST_POSITION])
-    further = {dims.RA1_VECTOR: ra1_vector, dims.RA1_CIRCUMFERENTIAL: ra1_circumferential}
-    response = further[afferent](displacement) if afferent in further else displacement
-    return _labelled(response, responses)
+    A response that was stored is taken as it is, if all frames are used; else it is worked out.
+    Lost markers are held at their last seen value before they become images.
+    """
+    channel, encoding = source
+    if encoding.step == 1 and channel.name in responses:
+        response = read_whole(responses, channel.name)
+    else:
+        whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
+        used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
+        response = _labelled(channel.response(used), responses)
+    return hold(response) if dims.MARKER in response.dims else response
 
 
 def read_whole(responses: Responses, variable: str) -> xr.DataArray:
@@ -229,18 +183,13 @@ def _labelled(response: xr.DataArray, responses: Responses) -> xr.DataArray:
 
 
 def encode_all(
-    recordings: Sequence[Responses],
-    afferent: str,
-    encoding: Encoding,
-    cut: Cut,
-    how: Encodings,
-    progress: Progress,
+    recordings: Sequence[Responses], source: Source, cut: Cut, progress: Progress
 ) -> Samples:
     """Encode every recording and join the samples."""
-    label = f"encoding {afferent} {encoding}"
+    label = f"encoding {source.channel.name} {source.encoding.name}"
     return concatenate(
         [
-            encode(responses, afferent, encoding, cut, how)
+            encode(responses, source, cut)
             for responses in progress.track(recordings, label, len(recordings))
         ]
     )

@@ -11,10 +11,9 @@ from typing import Any
 from joblib import cpu_count
 
 from afferents import __version__
-from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.families import VIBRATIONS, Family
+from afferents.core.families import Family
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
@@ -34,7 +33,13 @@ from afferents.evaluation import (
 from afferents.pipeline.ablation import Ablation, require_speeds
 from afferents.pipeline.cluster import on_cluster, workers_at
 from afferents.pipeline.data import DataSet, recordings_in
-from afferents.pipeline.encode import kept_part, read_whole, require_support, sources_of
+from afferents.pipeline.encode import (
+    kept_part,
+    read_whole,
+    require_support,
+    require_used,
+    sources_of,
+)
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
 from afferents.training import TRAINED, Compute, Preset, training_config
@@ -120,7 +125,7 @@ class Evaluation:
             "skipped": sorted(self.skipped),
             "cut": self.cut,
             "preset": self.preset,
-            **self.encodings.model_dump(mode="json"),
+            **self.encodings.describe(),
             "training": training,
             **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
         }
@@ -143,8 +148,9 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     left_out = [family.name for family in evaluation.families if family not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
+    require_used(able, evaluation.encodings)
     for family in able:
-        encodings = [encoding for _, encoding in sources_of(family)]
+        encodings = (source.encoding for source in sources_of(family, evaluation.encodings))
         evaluation.ablation.require_images(family.name, encodings)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
@@ -169,7 +175,8 @@ def _groups(evaluation: Evaluation, families: Sequence[Family]) -> list[list[Fam
     """
     if evaluation.cluster is not None:
         return [list(families)]
-    return [list(group) for _, group in itertools.groupby(families, key=sources_of)]
+    by_source = itertools.groupby(families, lambda f: sources_of(f, evaluation.encodings))
+    return [list(group) for _, group in by_source]
 
 
 def _workers(evaluation: Evaluation, jobs: Sequence[FoldKey]) -> int:
@@ -240,12 +247,13 @@ def skipped_recordings(
         If there is one and `keep_going` is not set.
     """
     skipped = {name: why for data in evaluation.data for name, why in data.failed.items()}
-    sources = dict.fromkeys(source for family in families for source in sources_of(family))
-    for responses, (afferent, encoding) in itertools.product(recordings, sources):
+    how = evaluation.encodings
+    sources = dict.fromkeys(source for family in families for source in sources_of(family, how))
+    for responses, source in itertools.product(recordings, sources):
         try:
-            kept_part(responses, afferent, encoding, evaluation.cut, evaluation.encodings)
-            if encoding in VIBRATIONS:
-                read_whole(responses, dims.RA2)
+            kept_part(responses, source, evaluation.cut)
+            if source.encoding.of_vibration:
+                read_whole(responses, source.channel.made_of)
         except AfferentsError as error:
             if not evaluation.keep_going:
                 raise
@@ -296,7 +304,7 @@ def run_jobs(
             keep(recipe, outcome)
             yield outcome.key
         return
-    samples = encoded(recipe, sources_of(family), recordings, progress)
+    samples = encoded(recipe, sources_of(family, recipe.encodings), recordings, progress)
     opened_again(recipe)  # hours may have gone by: samples of changed data are refused
     jobs = ((recipe, key, samples) for key in keys)
     yield from side_by_side(run_job, jobs, evaluation.workers, progress.note)

@@ -10,31 +10,22 @@ import torch
 import xarray as xr
 from numpy.typing import NDArray
 
+from afferents.channels import channel_of
 from afferents.core import dims
 from afferents.core.card import Card
 from afferents.core.cut import Cut
-from afferents.core.documents import as_form
 from afferents.core.errors import InputError
-from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import write_json
 from afferents.core.outputs import require_picture_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, textures_of
 from afferents.core.samples import Samples, concatenate
-from afferents.encodings import (
-    Encodings,
-    SpectralEncoding,
-    WavenumberEncoding,
-    image_runs,
-    log_waves,
-    wave_spectra,
-    wavenumber_samples,
-)
+from afferents.encodings import ImageEncoding, encoding_of, image_runs
 from afferents.evaluation import Say, bands, losses, patches
 from afferents.models import Deployed
 from afferents.pipeline.data import DataSet
-from afferents.pipeline.encode import encode, kept_part, require_support, response_of
+from afferents.pipeline.encode import Source, kept_part, require_support, response_of
 from afferents.pipeline.train_model import felt_with, load_model
 from afferents.report import explanation_figure, save_figure
 
@@ -69,14 +60,17 @@ class Asked:
 
     Attributes
     ----------
+    source
+        What they were made of, and how.
     samples
         As the model takes them.
     labels
         Among the card's textures, (n,).
     runs
-        Of models of waves, the images that these stand in: (n, frame, component, row, column).
+        The images that they are made of: (n, frame, component, row, column); none of vibration.
     """
 
+    source: Source
     samples: Samples
     labels: NDArray[np.int64]
     runs: Floats | None = None
@@ -120,7 +114,7 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
         },
     )
     with progress.task("taking parts away", 1) as mark:
-        by_part = _losses(card, deployed, asked)
+        by_part = _losses(deployed, asked, card.textures)
         mark(1)
     kind = "simulated " if data.simulated else ""
     source = f"{card.of_family.title} on {kind}{Path(data.source).name}. {found.sentences[0]}"
@@ -149,27 +143,27 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
         found = ", ".join(textures_of(data.responses))
         raise InputError(data.source, f"some of {', '.join(card.textures)}", found)
     unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
-    recordings, how = unseen or known, _encodings(card)
+    recordings, source = unseen or known, _source(card)
     require_support([card.of_family], recordings, may_leave_out=False)
-    _require_same_sensor(card, data, how)
+    _require_same_sensor(card, data)
     each = max(1, SAMPLES // len(recordings))
     parts = [
-        _some(card, responses, cut, how, each)
+        _some(responses, source, cut, each)
         for responses in progress.track(recordings, "encoding", len(recordings))
     ]
     samples = concatenate([part for part, _ in parts])
-    if samples.shape[1:] != card.sample_shape:
+    if samples.shape[1:] != card.shape:
         raise InputError(
-            data.source, f"samples of the form {card.sample_shape}, as {card.family} learnt from",
+            data.source, f"samples of the form {card.shape}, as {card.family} learnt from",
             f"{samples.shape[1:]}", "take data of the same sensor",
         )  # fmt: skip
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
-    runs = np.concatenate([run for _, run in parts]) if card.is_wave else None
-    return Asked(samples, labels, runs)
+    runs = [run for _, run in parts if run is not None]
+    return Asked(source, samples, labels, np.concatenate(runs) if runs else None)
 
 
-def _require_same_sensor(card: Card, data: DataSet, how: Encodings) -> None:
-    found = felt_with([data], card.of_family, how)
+def _require_same_sensor(card: Card, data: DataSet) -> None:
+    found = felt_with([data], card.of_family, data.encodings)
     for name in ("fps_hz", "sample_rate_hz"):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
@@ -186,35 +180,25 @@ def _require_same_sensor(card: Card, data: DataSet, how: Encodings) -> None:
         )  # fmt: skip
 
 
-def _encodings(card: Card) -> Encodings:
-    """Return how the model's samples were made."""
-    how: dict[str, Any] = {}
-    of_card = ("the model's card", "encodings of this version", "train the model again")
-    if card.spectral is not None:
-        how["spectral"] = as_form(card.spectral, SpectralEncoding, *of_card)
-    if card.waves is not None:
-        how["wavenumbers"] = as_form(card.waves, WavenumberEncoding, *of_card)
-    return Encodings(**how)
+def _source(card: Card) -> Source:
+    """Return what the model's samples were made of, and how."""
+    return Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
 
 
-def _some(
-    card: Card, responses: Responses, cut: Cut, how: Encodings, n: int
-) -> tuple[Samples, Floats]:
+def _some(responses: Responses, source: Source, cut: Cut, n: int) -> tuple[Samples, Floats | None]:
     """Return up to n samples of a recording, evenly spread, and the runs of images they are of."""
-    family = card.of_family
-    runs = np.empty((0, 0, 0, 0, 0), np.float32)
-    if card.is_wave:
-        kept = kept_part(responses, family.afferent, family.encoding, cut, how)
-        response = response_of(responses, family.afferent, how.wavenumbers)
-        memory = MEMORY_FRAMES[family.afferent]
-        samples = wavenumber_samples(response, kept, memory, how.wavenumbers)
-        runs = image_runs(response, kept, how.wavenumbers)
-    else:
-        samples = encode(responses, family.afferent, family.encoding, cut, how)
-    if card.is_vibration:
-        samples = samples.isel({dims.FREQUENCY: slice(card.shape[-1])})
+    channel, encoding = source
+    kept = kept_part(responses, source, cut)
+    response = response_of(responses, source)
+    samples = encoding.samples(response, kept, channel.lookback)
+    if dims.FREQUENCY in samples.dims:
+        n_seen = encoding.seen(samples.values[:1]).shape[-1]
+        samples = samples.isel({dims.FREQUENCY: slice(n_seen)})
     index = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
-    return samples.isel({dims.SAMPLE: index}), runs[index] if card.is_wave else runs
+    runs = None
+    if isinstance(encoding, ImageEncoding):
+        runs = image_runs(response, kept, encoding.length)[index]
+    return samples.isel({dims.SAMPLE: index}), runs
 
 
 def _said_by(deployed: Deployed) -> Say:
@@ -230,44 +214,44 @@ def _said_by(deployed: Deployed) -> Say:
     return say
 
 
-def _losses(card: Card, deployed: Deployed, asked: Asked) -> dict[str, xr.DataArray]:
+def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict[str, xr.DataArray]:
     """Return what each texture loses without each part, by the kind of part, nats."""
-    say, values = _said_by(deployed), asked.samples.values
-    if card.is_vibration:
-        return _frequencies(card, say, asked)
-    if asked.runs is None:
-        return {"markers": _markers(card, say, asked, values)}
-    memory = MEMORY_FRAMES[card.of_family.afferent]
+    say, samples = _said_by(deployed), asked.samples
+    found: dict[str, xr.DataArray] = {}
+    (channel, encoding), runs = asked.source, asked.runs
+    if isinstance(encoding, ImageEncoding) and runs is not None:
 
-    def say_of_runs(runs: Floats) -> NDArray[np.floating]:
-        return say(np.stack([log_waves(wave_spectra(run), memory) for run in runs]))
+        def say_of_runs(runs: Floats) -> NDArray[np.floating]:
+            return say(encoding.of_runs(runs, channel.lookback))
 
-    found = {"markers": _markers(card, say_of_runs, asked, asked.runs)}
-    _, n_rows, n_columns = card.shape
-    each = patches((n_rows, n_columns), 1)
-    lost = losses(say, values, asked.labels, each, values.mean(axis=0))
-    axes = {str(dim): asked.samples[dim].values for dim in asked.samples.dims[-2:]}
-    found["waves"] = _by_texture(card, asked, lost, axes)
+        found["markers"] = _markers(textures, say_of_runs, asked, runs)
+    if dims.FREQUENCY in samples.dims:
+        found |= _frequencies(textures, say, asked)
+    if dims.ROW_WAVENUMBER in samples.dims:
+        each = patches((samples.shape[-2], samples.shape[-1]), 1)
+        lost = losses(say, samples.values, asked.labels, each, samples.values.mean(axis=0))
+        axes = {str(dim): samples[dim].values for dim in samples.dims[-2:]}
+        found["waves"] = _by_texture(textures, asked, lost, axes)
     return found
 
 
-def _markers(card: Card, say: Say, asked: Asked, images: Floats) -> xr.DataArray:
+def _markers(textures: tuple[str, ...], say: Say, asked: Asked, images: Floats) -> xr.DataArray:
     """Return the losses where markers stand still, (texture, row, column)."""
     n_rows, n_columns = images.shape[-2:]
     still = patches((n_rows, n_columns), PATCH)
     lost = losses(say, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
     axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
-    return _by_texture(card, asked, lost, axes)
+    return _by_texture(textures, asked, lost, axes)
 
 
-def _frequencies(card: Card, say: Say, asked: Asked) -> dict[str, xr.DataArray]:
+def _frequencies(textures: tuple[str, ...], say: Say, asked: Asked) -> dict[str, xr.DataArray]:
     """Return the losses over frequency, and over harmonics where textures have a spacing."""
     values, frequency = asked.samples.values, asked.samples[dims.FREQUENCY].values
     taken = bands(len(frequency), max(1, round(BAND_HZ / float(frequency[1] - frequency[0]))))
     lost = losses(say, values, asked.labels, taken, values.mean(axis=0))
     middle = np.array([frequency[band].mean() for band in taken])
-    found = {"frequencies": _by_texture(card, asked, lost, {dims.FREQUENCY: middle})}
-    spacing = np.array([spacing_mm(card.textures[label]) or 0.0 for label in asked.labels])
+    found = {"frequencies": _by_texture(textures, asked, lost, {dims.FREQUENCY: middle})}
+    spacing = np.array([spacing_mm(textures[label]) or 0.0 for label in asked.labels])
     if (bumpy := spacing > 0).any():
         per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
         harmonic = middle[:, None] / per_s
@@ -279,17 +263,17 @@ def _frequencies(card: Card, say: Say, asked: Asked) -> dict[str, xr.DataArray]:
 
 
 def _by_texture(
-    card: Card,
+    textures: tuple[str, ...],
     asked: Asked,
     lost: NDArray[np.float64],
     axes: dict[str, NDArray[Any]],
 ) -> xr.DataArray:
     """Return the mean losses of each texture's samples, over the axes of the parts."""
-    there = [k for k in range(len(card.textures)) if (asked.labels == k).any()]
+    there = [k for k in range(len(textures)) if (asked.labels == k).any()]
     shape = [len(axis) for axis in axes.values()]
     means = [lost[:, asked.labels == k].mean(axis=1).reshape(shape) for k in there]
-    textures = [card.textures[k] for k in there]
-    return xr.DataArray(np.stack(means), {dims.TEXTURE: textures, **axes}, (dims.TEXTURE, *axes))
+    asked_of = [textures[k] for k in there]
+    return xr.DataArray(np.stack(means), {dims.TEXTURE: asked_of, **axes}, (dims.TEXTURE, *axes))
 
 
 def _most(lost: xr.DataArray) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from afferents.core.card import METADATA, Card
+from afferents.core.card import METADATA, Card, names_of
 from afferents.core.errors import AfferentsError
 from afferents.core.extras import import_extra
 from afferents.core.files import write_aside
@@ -24,12 +24,11 @@ _TRIALS = 8
 def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     """Write a model as ONNX, whole or not at all, once it is seen to say the same.
 
-    Inputs are one sample as the encodings make it, not scaled: `image` (1, row, column) or
-    `spectrum` (1, channel, frequency). Outputs are `probabilities` (1, texture) and
-    `strangeness` (1,), above 1 for what nothing learnt fits. A spatio-temporal model goes frame
-    by frame: it has the further input `past` (1, frames - 1, feature), zeros at first, and the
-    output `next_past` to give back with the next image; before `frames` images it says nothing
-    of worth.
+    The input is `sample`, one as the encoding makes it, not scaled, of shape (1, *shape). Outputs
+    are `probabilities` (1, texture) and `strangeness` (1,), above 1 for what nothing learnt fits. A
+    CNN-LSTM goes frame by frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1,
+    feature), zeros at first, and it has the further output `next_past` to give back with the next
+    image; before the first run is full it says nothing of worth.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     card, deployed = load_model(folder)
     module, sample = _exported(card, deployed)
     with write_aside(out) as partial:
-        _write(module, sample, card, partial)
+        _write(module, sample, partial)
         model = onnx.load(str(partial))
         onnx.helper.set_model_props(model, {METADATA: card.to_json()})
         onnx.save(model, str(partial))
@@ -66,19 +65,20 @@ def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Te
     sample = torch.ones(1, *card.shape)
     if not isinstance(deployed.network, CnnLstm):
         return deployed, (sample,)
-    past = torch.zeros(1, card.frames - 1, deployed.network.lstm.input_size)
-    return Stepping(deployed).eval(), (sample, past)
+    past = torch.zeros(1, card.shape[0] - 1, deployed.network.lstm.input_size)
+    return Stepping(deployed).eval(), (sample[:, 0], past)
 
 
-def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path: Path) -> None:
+def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> None:
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
+    inputs, outputs = names_of(stepping=len(sample) > 1)
     with warnings.catch_warnings(action="ignore"):
         torch.onnx.export(
             module,
             sample,
             path,
-            input_names=list(card.inputs),
-            output_names=list(card.outputs),
+            input_names=list(inputs),
+            output_names=list(outputs),
             dynamo=True,
             external_data=False,
             verbose=False,
@@ -91,12 +91,13 @@ def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path
     import onnxruntime
 
     session = onnxruntime.InferenceSession(path.read_bytes(), providers=["CPUExecutionProvider"])
+    inputs, _ = names_of(stepping=len(sample) > 1)
     rng = np.random.default_rng(0)
     for _ in range(_TRIALS):
         trial = [rng.exponential(0.2, part.shape).astype(np.float32) for part in sample]
         trial[0] *= card.scale
         expected = module(*map(torch.from_numpy, trial))
-        found = session.run(None, dict(zip(card.inputs, trial, strict=True)))
+        found = session.run(None, dict(zip(inputs, trial, strict=True)))
         for a, b in zip(found, expected, strict=True):
             size = 1 + float(b.abs().max())
             if not np.allclose(a, b.numpy(), atol=AGREES * size):

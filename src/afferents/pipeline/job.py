@@ -16,7 +16,7 @@ from torch import nn
 
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
-from afferents.core.families import FAMILIES, VIBRATIONS, Family
+from afferents.core.families import FAMILIES, Family
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
@@ -127,7 +127,7 @@ def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
     """
     seen = (recipe.out / PLAN).is_file()
     with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
-        samples = samples_of(recipe, sources_of(FAMILIES[key.model]))
+        samples = samples_of(recipe, sources_of(FAMILIES[key.model], recipe.encodings))
         return train_and_test(recipe, key, samples, aside_of(recipe, key) if seen else None)
 
 
@@ -191,8 +191,8 @@ def _network_outcome(
     config = recipe.training(family)
     rank, fold = fold_of(recipe, key, samples)
     rng = np.random.default_rng([key.seed, rank])
-    bins = recipe.encodings.spectral.model_bins
-    learnt = learning_set(samples, family, protocol, fold, bins, config, rng)
+    encoding = recipe.encodings.of(family.encoding)
+    learnt = learning_set(samples, encoding, family.augmented, protocol, fold, config, rng)
     leaks = find_leaks(samples, fold, learnt.scaled_on)
     if protocol.name == "nested":
         refuse_leaks(leaks, fold)
@@ -239,7 +239,7 @@ def fold_of(recipe: Recipe, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
 
     Published halves of spectra are drawn at random.
     """
-    at_random = FAMILIES[key.model].encoding in VIBRATIONS
+    at_random = recipe.encodings.of(FAMILIES[key.model].encoding).of_vibration
     splitter = LeaveOneSpeedOut(PROTOCOLS[key.protocol], random_halves=at_random, seed=key.seed)
     rank, fold = splitter.fold(samples, key.held_out_mm_s)
     return rank, recipe.ablation.fold(fold, samples, recipe.tested)
@@ -267,9 +267,7 @@ def encoded(
     progress: Progress,
 ) -> tuple[Samples, ...]:
     """Return the samples that families of these sources learn from."""
-    cut, how = recipe.cut, recipe.encodings
-    every = (encode_all(recordings, *source, cut=cut, how=how, progress=progress)
-             for source in sources)  # fmt: skip
+    every = (encode_all(recordings, source, recipe.cut, progress) for source in sources)
     return tuple(recipe.ablation.images(samples) for samples in every)
 
 

@@ -7,10 +7,9 @@ import torch
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.families import Family
 from afferents.core.protocol import Protocol
 from afferents.core.samples import Samples, labels_of
-from afferents.encodings import COPIES, stretched_copies
+from afferents.encodings import COPIES, Encoding
 from afferents.evaluation import Fold
 from afferents.training import TrainingConfig
 
@@ -35,10 +34,10 @@ class LearningSet:
 
 def learning_set(
     samples: Samples,
-    family: Family,
+    encoding: Encoding,
+    augmented: bool,
     protocol: Protocol,
     fold: Fold,
-    model_bins: int,
     config: TrainingConfig,
     rng: np.random.Generator,
 ) -> LearningSet:
@@ -46,23 +45,22 @@ def learning_set(
 
     Parameters
     ----------
-    model_bins
-        Frequency bins that the network sees.
+    encoding
+        That made the samples.
+    augmented
+        Whether stretched copies stand in for speeds never seen.
     config
         Says how many samples are used at most.
     rng
         Draws the factors of the stretched copies, once a fold as published.
     """
-    train = thinned(fold.train, originals(family, protocol, config.training_samples))
+    train = thinned(fold.train, originals(augmented, protocol, config.training_samples))
     validation = thinned(fold.validation, config.validation_samples)
-    scale, scaled_on = scale_of(samples, family, protocol, train)
+    scale, scaled_on = scale_of(samples, encoding, protocol, train)
     labels = labels_of(samples)
-    values = samples.values
-    if family.encoding == "spectral":
-        values = values[..., :model_bins]
-    if family.augmented:
-        spectra = samples.values[train]
-        copies, origin = stretched_copies(spectra, rng, protocol.stretch, values.shape[-1])
+    values = encoding.seen(samples.values)
+    if augmented:
+        copies, origin = encoding.stretched(samples.values[train], rng, protocol.stretch)
         added = np.arange(len(values), len(values) + len(copies))
         values = np.concatenate([values, copies])
         labels = np.concatenate([labels, labels[train][origin]])
@@ -77,22 +75,22 @@ def learning_set(
     )
 
 
-def originals(family: Family, protocol: Protocol, kept: int | None) -> int | None:
+def originals(augmented: bool, protocol: Protocol, kept: int | None) -> int | None:
     """Return how many samples are stretched so that `kept` come out; None for all."""
-    if kept is None or not family.augmented:
+    if kept is None or not augmented:
         return kept
     return max(1, kept // (len(COPIES) + protocol.keep_originals))
 
 
 def scale_of(
-    samples: Samples, family: Family, protocol: Protocol, train: Indices
+    samples: Samples, encoding: Encoding, protocol: Protocol, train: Indices
 ) -> tuple[float, Indices]:
     """Return what the values are divided by, and the samples it was taken from.
 
     Spectra are divided by their largest amplitude, over all bins kept; SA-I and RA-I enter the
     networks in px, as published.
     """
-    if family.encoding != "spectral":
+    if not encoding.scaled:
         return 1.0, np.empty(0, dtype=np.int64)
     everything = np.arange(samples.sizes[dims.SAMPLE])
     scaled_on = everything if protocol.scale_from == "everything" else train

@@ -12,7 +12,7 @@ from afferents.core.families import TABLE1
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.markers import Sensor
-from afferents.pipeline.data import ENCODINGS, open_data
+from afferents.pipeline.data import open_data
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
@@ -80,7 +80,7 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
             protocols=list(PROTOCOLS.values()),
             preset=reproduction.preset,
             cut=reproduction.cut,
-            encodings=ENCODINGS[data[0].kind],
+            encodings=data[0].encodings,
             seeds=[reproduction.seed],
             may_leave_out=True,
             workers=reproduction.workers,

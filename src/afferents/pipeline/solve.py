@@ -195,7 +195,7 @@ def model_of(family: Family, samples: Samples, how: Encodings) -> Ridge | OrderS
         n_classes,
         1 if n_features == 1 else n_features // 3,
         samples[dims.FREQUENCY].values,
-        how.orders.per_mm,
+        how.of(family.encoding).per_mm,  # type: ignore[attr-defined]
         family.speed_from,
     )
 

@@ -21,7 +21,7 @@ from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
 from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN
-from afferents.pipeline.encode import encode_all, require_support
+from afferents.pipeline.encode import encode_all, require_support, sources_of
 from afferents.pipeline.evaluate import Evaluation, skipped_recordings
 from afferents.pipeline.roughness import ask_mm, can_ask_mm, summarise_mm
 from afferents.pipeline.unknown import ask_unknown
@@ -59,9 +59,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     strange, mm = [], []
     for family in evaluation.families:
         how = evaluation.encodings
-        samples = encode_all(
-            recordings, family.afferent, family.encoding, evaluation.cut, how, progress
-        )
+        samples = encode_all(recordings, sources_of(family, how)[0], evaluation.cut, progress)
         samples = evaluation.ablation.images(samples)
         strange.append(ask_unknown(family, samples, how, progress))
         if can_ask_mm(textures):

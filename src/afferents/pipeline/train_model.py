@@ -25,11 +25,11 @@ from afferents.core.protocol import PROTOCOLS
 from afferents.core.results import load_results
 from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.core.store import store_config
-from afferents.encodings import FRAMES, Encodings
+from afferents.encodings import Encodings
 from afferents.evaluation import Fold, least_surprise, surprise
 from afferents.models import STRENGTH, Deployed, build
 from afferents.pipeline.data import DataSet, recordings_in
-from afferents.pipeline.encode import encode_all, require_support
+from afferents.pipeline.encode import encode_all, require_support, require_used, sources_of
 from afferents.pipeline.job import fit
 from afferents.pipeline.learning import LearningSet, learning_set
 from afferents.pipeline.solve import learn, model_of
@@ -86,14 +86,14 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     require_free(out, "a model", _is_model, force=force, reads=reads)
     recordings = recordings_in(training.data)
     require_support([training.family], recordings, may_leave_out=False)
-    if training.encodings.wavenumbers.every != 1:
-        found = f"every {training.encodings.wavenumbers.every}"
+    require_used([training.family], training.encodings)
+    source = sources_of(training.family, training.encodings)[0]
+    if source.encoding.step != 1:
+        found = f"one of {source.encoding.step}"
         raise InputError("encodings", "every frame, as live feels them", found)
     scores = scores_of(training) if training.results else ()
     family = training.family
-    samples = encode_all(
-        recordings, family.afferent, family.encoding, training.cut, training.encodings, progress
-    )
+    samples = encode_all(recordings, source, training.cut, progress)
     fold = all_but_the_middle(samples)
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, samples, fold)
@@ -102,8 +102,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     card = Card(
         family=family.name,
         textures=tuple(textures_of(samples)),
-        shape=tuple(learnt.values.shape[2 if family.encoding == "spatiotemporal" else 1 :]),
-        frames=FRAMES if family.encoding == "spatiotemporal" else 1,
+        shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=training.preset,
         seed=training.seed,
@@ -129,8 +128,8 @@ def trained_on(training: Training, samples: Samples, fold: Fold) -> tuple[Deploy
         return _solved(training, samples, fold)
     config = training_config(training.preset, family.encoding, training.compute)
     rng = np.random.default_rng(training.seed)
-    bins = training.encodings.spectral.model_bins
-    learnt = learning_set(samples, family, PROTOCOLS["nested"], fold, bins, config, rng)
+    encoding, nested = training.encodings.of(family.encoding), PROTOCOLS["nested"]
+    learnt = learning_set(samples, encoding, family.augmented, nested, fold, config, rng)
     torch.set_num_threads(1)
     n_classes = len(textures_of(samples))
     network = build(family.encoding, n_classes, tuple(learnt.values.shape[1:]), training.seed)
@@ -193,7 +192,7 @@ def load_model(folder: Path) -> tuple[Card, Deployed]:
     if not path.is_file():
         raise InputError(folder, f"a model's folder with {CARD}", "none", "run 'afferents train'")
     card = read_card(path)
-    network = build(card.of_family.encoding, len(card.textures), card.sample_shape)
+    network = build(card.of_family.encoding, len(card.textures), card.shape)
     deployed = Deployed(network, len(card.textures), card.scale)
     load_weights(deployed, folder / WEIGHTS)
     return card, deployed.eval()
@@ -301,12 +300,12 @@ def scores_of(training: Training) -> tuple[Score, ...]:
 def _same_data(training: Training, config: dict[str, Any]) -> bool:
     """Say whether an evaluation of that configuration learnt from what the training learns from."""
     fingerprints = [data["fingerprint"] for data in config["data"]]
-    how = training.encodings.model_dump(mode="json", include={"spectral", "wavenumbers"})
+    encoding = training.encodings.of(training.family.encoding)
     return (
         fingerprints == [data.fingerprint for data in training.data]
         and "ablation" not in config
         and config["cut"] == training.cut
-        and all(config.get(name) == value for name, value in how.items())
+        and config.get(encoding.name) == encoding.model_dump(mode="json")
     )
 
 
@@ -319,14 +318,15 @@ def felt_with(data: Sequence[DataSet], family: Family, how: Encodings) -> dict[s
         If stores were extracted with different sensor files.
     """
     first = data[0].responses[0]
-    if family.encoding == "spectral":
-        rate = float(first[dims.RA2].attrs[dims.SAMPLE_RATE])
-        return {"sample_rate_hz": rate, "spectral": how.spectral.model_dump()}
+    encoding = how.of(family.encoding)
+    said: dict[str, Any] = {
+        "channel": family.channel,
+        "encoding": {"name": encoding.name, **encoding.model_dump(mode="json")},
+    }
+    if encoding.of_vibration:
+        return said | {"sample_rate_hz": float(first[dims.RA2].attrs[dims.SAMPLE_RATE])}
     sensors = [store_config(Path(one.source))["sensor"] for one in data]
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
-    said = {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
-    if family.encoding == "wavenumbers":
-        said["waves"] = how.wavenumbers.model_dump()
-    return said
+    return said | {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}

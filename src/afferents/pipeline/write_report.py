@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.channels import hold
+from afferents.channels import CHANNELS, hold
 from afferents.core import dims
 from afferents.core.documents import as_form
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.families import MEMORY_FRAMES
 from afferents.core.files import write_text
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, conditions
@@ -24,11 +23,11 @@ from afferents.core.results import (
     texture_summaries,
 )
 from afferents.core.samples import Samples, concatenate
-from afferents.encodings import Encodings, SpectralEncoding, spatial_samples, stretch_spectrum
+from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.evaluation import reliability_of
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data, recordings_in
-from afferents.pipeline.encode import encode_all
+from afferents.pipeline.encode import Source, encode_all
 from afferents.report import (
     FACTORS,
     FigureData,
@@ -163,22 +162,22 @@ def _spectra(
     if not with_vibration:
         return None
     spectral = as_form(config["spectral"], SpectralEncoding, CONFIG, "spectra of this version")
-    how = Encodings(spectral=spectral)
-    return encode_all(with_vibration, dims.RA2, "spectral", config["cut"], how, progress)
+    source = Source(CHANNELS[dims.RA2], spectral)
+    return encode_all(with_vibration, source, config["cut"], progress)
 
 
 def _stretched(example: StretchExample) -> dict[float, NDArray[np.float32]]:
     return {factor: stretch_spectrum(example.middle.to_numpy(), factor) for factor in FACTORS}
 
 
-def _middle_images(recordings: list[Responses], afferent: str) -> Samples | None:
+def _middle_images(recordings: list[Responses], channel: str) -> Samples | None:
     """Return a few tactile images from the middle of every recording that has them."""
     parts = []
     for recording in recordings:
-        if afferent in recording and dims.ROW in recording.coords:
-            response = recording[afferent].assign_attrs(recording.attrs)
+        if channel in recording and dims.ROW in recording.coords:
+            response = recording[channel].assign_attrs(recording.attrs)
             last = response.sizes[dims.TIME] // 2 + SHOWN_FRAMES
             around = response.isel({dims.TIME: slice(max(0, last - SETTLING_FRAMES), last)})
             shown = slice(-SHOWN_FRAMES, None)
-            parts.append(spatial_samples(hold(around.load()), shown, MEMORY_FRAMES[afferent]))
+            parts.append(spatial_samples(hold(around.load()), shown, CHANNELS[channel].lookback))
     return concatenate(parts) if parts else None

@@ -227,6 +227,9 @@ def _opened(path: Path) -> InputContainer:
     if not container.streams.video:
         container.close()
         raise InputError(path, "a file with a video stream", "none in it")
+    if getattr(container.streams.video[0], "codec_context", None) is None:
+        container.close()
+        raise InputError(path, "a video that FFmpeg has a decoder for", "none for it")
     return container
 
 

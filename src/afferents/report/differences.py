@@ -85,7 +85,7 @@ def _differ_in_one_thing(one: str, other: str) -> bool:
     a, b = FAMILIES[one], FAMILIES[other]
     if a.learner != "network" or b.learner != "network":
         return True
-    different = (a.afferent != b.afferent, a.encoding != b.encoding, a.augmented != b.augmented)
+    different = (a.channel != b.channel, a.encoding != b.encoding, a.augmented != b.augmented)
     return sum(different) == 1
 
 

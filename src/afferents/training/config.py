@@ -5,7 +5,6 @@ from typing import Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.errors import InputError
-from afferents.core.families import Encoding
 
 Preset = Literal["quick", "fast", "paper"]
 Precision = Literal["auto", "float32", "bfloat16"]
@@ -19,7 +18,7 @@ class Compute(NamedTuple):
     precision: Precision = "auto"
 
 
-TRAINED: tuple[Encoding, ...] = ("spatial", "spatiotemporal", "spectral")
+TRAINED: tuple[str, ...] = ("spatial", "spatiotemporal", "spectral")
 """Encodings that networks are trained on."""
 
 
@@ -81,13 +80,13 @@ class TrainingConfig(BaseModel):
         return self
 
 
-_PAPER: dict[Encoding, TrainingConfig] = {
+_PAPER: dict[str, TrainingConfig] = {
     "spatial": TrainingConfig(learning_rate=1e-3, patience=20),
     "spatiotemporal": TrainingConfig(learning_rate=1e-4, patience=20),
     "spectral": TrainingConfig(learning_rate=1e-4, patience=10),
 }
 
-_QUICK: dict[Encoding, TrainingConfig] = {
+_QUICK: dict[str, TrainingConfig] = {
     "spatial": TrainingConfig(
         learning_rate=2e-3,
         batch_size=32,
@@ -117,7 +116,7 @@ _QUICK: dict[Encoding, TrainingConfig] = {
     ),
 }
 
-_FAST: dict[Encoding, TrainingConfig] = {
+_FAST: dict[str, TrainingConfig] = {
     "spatial": TrainingConfig(
         learning_rate=4e-3,
         one_cycle=True,
@@ -144,7 +143,7 @@ _FAST: dict[Encoding, TrainingConfig] = {
     ),
 }
 
-_PRESETS: dict[str, dict[Encoding, TrainingConfig]] = {
+_PRESETS: dict[str, dict[str, TrainingConfig]] = {
     "quick": _QUICK,
     "fast": _FAST,
     "paper": _PAPER,
@@ -152,7 +151,7 @@ _PRESETS: dict[str, dict[Encoding, TrainingConfig]] = {
 
 
 def training_config(
-    preset: Preset, encoding: Encoding, compute: Compute | None = None
+    preset: Preset, encoding: str, compute: Compute | None = None
 ) -> TrainingConfig:
     """Return the configuration of that name for an encoding, to be computed so.
 

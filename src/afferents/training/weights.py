@@ -32,7 +32,9 @@ def load_weights(model: nn.Module, path: Path) -> None:
     """
     try:
         model.load_state_dict(load(path.read_bytes()))
-    except (OSError, SafetensorError) as error:
+    except OSError as error:
+        raise InputError(path, "weights that can be read", str(error.strerror)) from error
+    except SafetensorError as error:
         raise InputError(path, "weights as safetensors", str(error)) from error
     except RuntimeError as error:
         found = str(error).splitlines()[-1].strip()

@@ -134,5 +134,5 @@ def test_a_missing_package_is_named_with_its_remedy(monkeypatch):
 def test_windows_are_those_of_orders():
     how = Encodings().changed(window_s=2.0, stride_s=0.25, mask=MASK)
     for name in ("window_s", "stride_s", "windows", "mask", "highest_hz"):
-        assert getattr(how.kernels, name) == getattr(how.orders, name)
-    assert how.kernels.n_kernels == 1000
+        assert getattr(how.of("kernels"), name) == getattr(how.of("orders"), name)
+    assert how.of("kernels").n_kernels == 1000

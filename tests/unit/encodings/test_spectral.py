@@ -93,7 +93,7 @@ def test_more_bins_than_there_are_is_refused():
 
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
 def test_a_window_that_is_none_is_refused(value):
-    with pytest.raises(InputError, match="window_s: expected a positive number"):
+    with pytest.raises(InputError, match="--window-s: expected a positive number"):
         SpectralEncoding().changed(window_s=value)
 
 

@@ -6,7 +6,7 @@ import pytest
 from afferents.core.families import FAMILIES
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
-from afferents.pipeline.data import ENCODINGS, open_data
+from afferents.pipeline.data import open_data
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.train_model import Training, train_model
@@ -21,7 +21,7 @@ def extracted(session, out):
 
 def trained(store, name, folder):
     data = open_data([str(store)])
-    training = Training(data, FAMILIES[name], "quick", "all", ENCODINGS["store"])
+    training = Training(data, FAMILIES[name], "quick", "all", data[0].encodings)
     train_model(training, folder / name, QUIET)
     export_model(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"

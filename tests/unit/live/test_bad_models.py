@@ -67,13 +67,15 @@ def test_files_that_are_no_models(tmp_path, models):
 def test_models_whose_card_is_not_theirs(tmp_path, models):
     good, out = models["ra-ste"], tmp_path / "m.onnx"
     card = Network(good).card.model_dump_json()
-    refused(by_hand(out, {METADATA: card}), r"the input image \(1, 19, 19\) and the outputs")
+    refused(by_hand(out, {METADATA: card}), r"the input sample \(1, 10, 19, 19\) and the outputs")
     refused(by_hand(out, {METADATA: "{"}), "the card of a model as 'afferents train' writes it")
-    refused(changed(good, out, shape=[9, 9]), r"the input image \(1, 9, 9\)")
+    refused(changed(good, out, shape=[10, 9, 9]), r"the input image \(1, 9, 9\)")
     refused(changed(good, out, sensor=None), "sensor must be given for ra-ste")
     refused(changed(good, out, family="touch"), "family must be one of sa-se")
-    refused(changed(good, out, schema_version=2), "train or export it again with this version")
+    refused(changed(good, out, schema_version=1), "train or export it again with this version")
     refused(changed(good, out, temperature=0), "temperature")
+    refused(changed(good, out, encoding={"name": "tea"}), "one of the encodings spatial, .* 'tea'")
+    refused(changed(good, out, channel="sa9"), "a Channel, or one of sa1, ")
 
 
 def test_models_that_do_not_go_together(tmp_path, models):

@@ -19,8 +19,8 @@ from afferents.pipeline.train_model import best_evidence, load_model
 
 def test_the_card_says_what_it_learnt_from(models):
     card = Network(models["ra-ste"]).card
-    assert (card.family, card.textures, card.shape, card.frames) == (
-        "ra-ste", ("1", "2", "3"), (19, 19), 10,
+    assert (card.family, card.textures, card.channel, card.shape) == (
+        "ra-ste", ("1", "2", "3"), "ra1", (10, 19, 19),
     )  # fmt: skip
     assert card.learnt_from_mm_s == (20, 60)
     assert card.validated_on_mm_s == 40
@@ -37,7 +37,7 @@ def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
     path = models["ra-wave-vector"]
     card, deployed = load_model(path.with_suffix(""))
     network, images = Network(path), rng.normal(size=(13, 2, 19, 19)).astype(np.float32)
-    assert card.waves["frames"] == 10
+    assert card.encoding == {"name": "wavenumbers", "frames": 10, "every": 1}
     for i, image in enumerate(images):
         if i == 11:
             network.skip()
@@ -65,14 +65,15 @@ def test_the_file_says_what_the_folder_says(models, rng):
         path = models[name]
         card, deployed = load_model(path.with_suffix(""))
         network = Network(path)
-        shape = (card.frames + 3, *card.shape)
-        samples = rng.exponential(0.2 * card.scale, size=shape).astype(np.float32)
+        frames, shape = (card.shape[0], card.shape[1:]) if name == "ra-ste" else (1, card.shape)
+        size = (frames + 3, *shape)
+        samples = rng.exponential(0.2 * card.scale, size=size).astype(np.float32)
         for i, sample in enumerate(samples):
             outcome = network.feel(sample)
-            if i + 1 < card.frames:
+            if i + 1 < frames:
                 assert outcome is None
                 continue
-            run = samples[i + 1 - card.frames : i + 1] if card.frames > 1 else sample
+            run = samples[i + 1 - frames : i + 1] if frames > 1 else sample
             with torch.no_grad():
                 probabilities, strangeness = deployed(torch.from_numpy(run[None]))
             np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
@@ -124,7 +125,8 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     )
     assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
     said = refused(stores["video"], tmp_path / "m", "--model", "sa-se", "--frames", 5)
-    assert "--frames: expected a model of waves, found sa-se" in said
+    assert "--frames: expected models that it is for (sa-ste, ra-ste, sa-wave" in said
+    assert "found sa-se; leave it out" in said
     (tmp_path / "taken").mkdir()
     said = refused(store, tmp_path / "taken", "--model", "vib-te")
     assert "a name that is free, for a model" in said

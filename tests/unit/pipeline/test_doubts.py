@@ -8,14 +8,15 @@ import pytest
 import soundfile
 import xarray as xr
 
+from afferents.channels import CHANNELS
 from afferents.core.errors import InputError
 from afferents.core.progress import Progress
 from afferents.core.store import open_responses, write_responses
-from afferents.encodings import Encodings
+from afferents.encodings import SpectralEncoding
 from afferents.markers import doubt_markers
 from afferents.pipeline.copies import NAMED, Likeness, warn_of_copies, warning_of
 from afferents.pipeline.data import open_data, recordings_in
-from afferents.pipeline.encode import encode
+from afferents.pipeline.encode import Source, encode
 from afferents.pipeline.inspect import inspect, level_sentences
 
 RATE_HZ, FPS = 8000, 90
@@ -154,7 +155,7 @@ def test_evaluate_names_a_stored_recording_without_numbers(run, sounds, tmp_path
     assert sentence in err
     (responses,) = (r for r in open_responses(store) if r.attrs["name"] == "2/30")
     with pytest.raises(InputError, match="ra2 of 2/30: expected samples that are numbers"):
-        encode(responses, "ra2", "spectral", "all", Encodings())
+        encode(responses, Source(CHANNELS["ra2"], SpectralEncoding()), "all")
 
 
 def tracks_of(seen):

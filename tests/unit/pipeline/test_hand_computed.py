@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from afferents.channels import CHANNELS
 from afferents.core.recording import Recording
 from afferents.core.responses import label
 from afferents.core.store import create_store, open_responses, write_responses
-from afferents.encodings import Encodings
-from afferents.pipeline.encode import encode
+from afferents.encodings import SpatialEncoding
+from afferents.pipeline.encode import Source, encode
 from afferents.pipeline.extract import marker_responses
 
 NAN = np.nan
@@ -81,12 +82,11 @@ def test_tactile_images_hold_what_was_lost(stored):
 
     RA-I begins with frame 1, the first that has one before it.
     """
-    how = Encodings()
-    slow = encode(stored, "sa1", "spatial", "all", how)
+    slow = encode(stored, Source(CHANNELS["sa1"], SpatialEncoding()), "all")
     np.testing.assert_allclose(
         slow.values[:, 0], [[0, 0, 0], [5, 1, 0], [5, 1, 0], [10, 2, 0], [0, 2, 1]]
     )
-    rapid = encode(stored, "ra1", "spatial", "all", how)
+    rapid = encode(stored, Source(CHANNELS["ra1"], SpatialEncoding()), "all")
     np.testing.assert_allclose(rapid.values[:, 0], [[5, 1, 0], [0, 1, 0], [5, 1, 0], [10, 0, 1]])
     np.testing.assert_allclose(slow["start_s"], [0, 0.5, 1, 1.5, 2])
     np.testing.assert_allclose(rapid["start_s"], [0, 0.5, 1, 1.5])

@@ -2,14 +2,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.families import FAMILIES
 from afferents.core.protocol import PROTOCOLS
+from afferents.encodings import SpatialEncoding, SpectralEncoding
 from afferents.evaluation import LeaveOneSpeedOut
 from afferents.pipeline.learning import learning_set, scale_of, thinned
 from afferents.training import TrainingConfig
 
 NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
-PLAIN, AUGMENTED = FAMILIES["vib-te"], FAMILIES["vib-te-aug"]
+PLAIN, AUGMENTED = False, True
+SPECTRA = SpectralEncoding(model_bins=10)
 
 
 @pytest.fixture
@@ -33,12 +34,12 @@ def spectra():
     )
 
 
-def learn(spectra, family, protocol, held_out=40.0, kept=None):
+def learn(spectra, augmented, protocol, held_out=40.0, kept=None):
     folds = LeaveOneSpeedOut(protocol, random_halves=True).folds(spectra)
     fold = next(f for f in folds if f.held_out_mm_s == held_out)
     rng = np.random.default_rng(0)
     config = TrainingConfig(learning_rate=1e-3, patience=3, training_samples=kept)
-    return fold, learning_set(spectra, family, protocol, fold, 10, config, rng)
+    return fold, learning_set(spectra, SPECTRA, augmented, protocol, fold, config, rng)
 
 
 def test_nested_scale_never_saw_the_held_out_speed(spectra):
@@ -56,11 +57,11 @@ def test_published_scale_saw_everything(spectra):
 
 def test_the_scale_is_of_all_bins_kept_not_only_those_the_model_sees(spectra):
     spectra.values[0, 0, 35] = 99
-    assert scale_of(spectra, PLAIN, PUBLISHED, np.arange(3))[0] == 99
+    assert scale_of(spectra, SPECTRA, PUBLISHED, np.arange(3))[0] == 99
 
 
 def test_images_keep_their_pixels(spectra):
-    assert scale_of(spectra, FAMILIES["sa-se"], NESTED, np.arange(3))[0] == 1.0
+    assert scale_of(spectra, SpatialEncoding(), NESTED, np.arange(3))[0] == 1.0
 
 
 def test_plain_spectra_are_a_view_cut_to_the_models_bins(spectra):

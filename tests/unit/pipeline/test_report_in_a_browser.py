@@ -13,7 +13,7 @@ from afferents.core.families import families
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.markers import load_sensor
-from afferents.pipeline.data import ENCODINGS, open_data
+from afferents.pipeline.data import open_data
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.write_report import write_report
@@ -35,7 +35,7 @@ def page(sounds, tmp_path_factory):
     data = open_data([str(folder / "s.zarr")])
     evaluation = Evaluation(
         data, folder / "r", families("vib-te"), protocols("nested"), "quick", "all",
-        ENCODINGS["store"], [0],
+        data[0].encodings, [0],
     )  # fmt: skip
     evaluate(evaluation, quiet)
     return write_report(folder / "r", quiet)

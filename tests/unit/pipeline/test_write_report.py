@@ -8,9 +8,10 @@ import pytest
 
 from afferents.core.progress import Progress
 from afferents.core.results import Results
+from afferents.encodings import Encodings
 from afferents.markers import load_sensor
 from afferents.pipeline import write_report as writing
-from afferents.pipeline.data import ENCODINGS, open_data
+from afferents.pipeline.data import open_data
 from afferents.pipeline.extract import Extraction, extract
 
 QUIET = Progress(quiet=True)
@@ -35,7 +36,7 @@ def results(store, tmp_path):
         "data": [data.describe() for data in open_data([str(store)])],
         "without": {},
         "cut": "all",
-        **ENCODINGS["store"].model_dump(mode="json"),
+        **Encodings().describe(),
     }
     return Results(tmp_path / "r", config, {"skipped": []}, pd.DataFrame())
 

@@ -172,3 +172,10 @@ def test_sound_is_not_a_video(tmp_path: Path, write_audio: Callable[..., Path]) 
 def test_missing_video(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         open_video(tmp_path / "video.mp4")
+
+
+def test_a_video_of_an_unknown_codec_is_named(write_video, tmp_path):
+    path = write_video(tmp_path / "v.mp4")
+    path.write_bytes(path.read_bytes().replace(b"avc1", b"zzzz"))
+    with pytest.raises(InputError, match=r"v\.mp4: expected a video that FFmpeg has a decoder for"):
+        _ = VideoFile(path).header

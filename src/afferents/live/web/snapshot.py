@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from afferents.core.dims import RA1, SA1
+from afferents.encodings import SpectralEncoding
 from afferents.live.events import Picture
 from afferents.live.feeler import Feeler
 from afferents.live.percept import Percept
@@ -118,10 +119,11 @@ class Snapshots:
         if hearing is None:
             return None
         content: dict[str, Any] = {"rate_hz": round(self._samples.seen(hearing.counters.samples))}
-        if (spectrum := hearing.spectrum) is not None:
-            points = hearing.encoding.fft_points or hearing.encoding.window_s * hearing.rate_hz
+        encoding = hearing.encoding
+        if hearing.newest is not None and isinstance(encoding, SpectralEncoding):
+            points = encoding.fft_points or encoding.window_s * hearing.rate_hz
             content |= {
-                "amplitude": [float(f"{a:.4g}") for a in spectrum.amplitude.mean(axis=0)],
+                "amplitude": [float(f"{a:.4g}") for a in hearing.newest.values.mean(axis=0)],
                 "step_hz": hearing.rate_hz / points,
             }
         return content

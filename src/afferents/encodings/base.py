@@ -1,0 +1,327 @@
+"""What an encoding is: how a response becomes the samples that a classifier learns from."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from afferents.core import dims
+from afferents.core.cut import Cut, cut_audio, cut_frames
+from afferents.core.errors import InputError
+from afferents.core.responses import Responses, steady_s
+from afferents.core.samples import Samples
+from afferents.encodings.augment import Stretch
+
+Floats = NDArray[np.float32]
+
+
+class Option(NamedTuple):
+    """A field of an encoding that the command line offers; stands in the field's annotation.
+
+    Attributes
+    ----------
+    flag
+        As typed, such as ``--window-s``.
+    help
+        What the command line says of it.
+    read
+        From what was typed to the field's value.
+    """
+
+    flag: str
+    help: str
+    read: Callable[[str], Any] = float
+
+
+class ImageStream(Protocol):
+    """An encoding of images that come one after the other."""
+
+    def skip(self) -> None:
+        """Begin anew: images are missing before the next, and no sample may hold both sides."""
+
+    def feed(self, image: Floats) -> Floats | None:
+        """Return the sample that an image ends, if it ends one."""
+
+
+class Ready(NamedTuple):
+    """A sample of vibration that is complete.
+
+    Attributes
+    ----------
+    values
+        As the model takes it.
+    end_s
+        When its last value was taken, plus one period, s.
+    """
+
+    values: Floats
+    end_s: float
+
+
+class VibrationStream(Protocol):
+    """An encoding of vibration that comes in pieces."""
+
+    def skip(self) -> None:
+        """Begin anew: values are missing before the next, and no sample may hold both sides."""
+
+    def feed(self, time_s: float, samples: Floats) -> list[Ready]:
+        """Take in values (n, channel), the first taken at `time_s`; return what is ready."""
+
+
+class Encoding(BaseModel, ABC):
+    """From the response of a channel to samples; its fields are its options.
+
+    To add one, subclass `ImageEncoding` (of markers) or `VibrationEncoding`, say the dims of a
+    sample, and write `samples`. Give it as ``encoding=`` to `afferents.Model`, or name its class
+    in `encodings.ENCODINGS`.
+
+    >>> class Mean(ImageEncoding):
+    ...     '''Every marker's mean over runs of frames.'''
+    ...
+    ...     name, sample_dims = "mean", (dims.MARKER,)
+    ...     frames: int = 45
+    ...
+    ...     @property
+    ...     def length(self):
+    ...         return self.frames
+    ...
+    ...     def samples(self, response, kept, lookback):
+    ...         start_s, stop_s = frame_extents(response.time.values, kept, lookback)
+    ...         n = len(start_s) // self.frames
+    ...         runs = response.values[kept][: n * self.frames].reshape(n, self.frames, -1)
+    ...         starts = slice(None, n * self.frames, self.frames)
+    ...         stops = slice(self.frames - 1, n * self.frames, self.frames)
+    ...         values, attrs = runs.mean(1), response.attrs
+    ...         return make_samples(
+    ...             values, self.sample_dims, start_s[starts], stop_s[stops], attrs
+    ...         )
+
+    Attributes
+    ----------
+    name
+        In commands, files and code.
+    sample_dims
+        Names of the dims of a sample.
+    of_vibration
+        Whether it encodes vibration, and not what markers do.
+    scaled
+        Whether samples are divided by the largest value learnt from before a network sees them.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: ClassVar[str]
+    sample_dims: ClassVar[tuple[str, ...]]
+    of_vibration: ClassVar[bool]
+    scaled: ClassVar[bool] = False
+
+    @abstractmethod
+    def suits(self, responses: Responses) -> bool:
+        """Tell whether a recording's responses have the form that it encodes."""
+
+    @abstractmethod
+    def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
+        """Return what a cut keeps of a recording, by frames or by samples of vibration.
+
+        Parameters
+        ----------
+        variable
+            Name of the response, or of what it is worked out of: only its length, times and rate
+            are looked at.
+        lookback
+            How many earlier frames the response depends on.
+
+        Raises
+        ------
+        InputError
+            If what is left is too short for a sample.
+        """
+
+    @abstractmethod
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
+        """Return the samples of one recording, as `core.samples.make_samples` labels them.
+
+        Parameters
+        ----------
+        response
+            `(time, marker)`, `(time, marker, space)` or `(audio_time, channel)`, without NaN, with
+            the recording's labels in its attributes.
+        kept, lookback
+            As `kept` gave and took them.
+        """
+
+    @property
+    def step(self) -> int:
+        """Of how many frames one is used."""
+        return 1
+
+    def require_packages(self) -> None:
+        """Refuse, before hours of work, if a package that it needs is missing."""
+
+    def seen(self, values: Floats) -> Floats:
+        """Return what a network sees of samples (n, *sample_shape); all, if not written anew."""
+        return values
+
+    def stretched(
+        self, values: Floats, rng: np.random.Generator, how: Stretch
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Return copies of samples as other speeds would give them, and the sample each is of.
+
+        Raises
+        ------
+        InputError
+            If the encoding has no such copies.
+        """
+        raise InputError("augmentation", "an encoding whose samples can be stretched", self.name)
+
+    @property
+    @abstractmethod
+    def felt_live(self) -> bool:
+        """Whether it has a `stream`, and so can be felt with."""
+
+    @classmethod
+    def options(cls) -> dict[str, Option]:
+        """Return the fields that the command line offers."""
+        return {
+            name: option
+            for name, field in cls.model_fields.items()
+            for option in field.metadata
+            if isinstance(option, Option)
+        }
+
+    def changed(self, **wanted: Any) -> Self:
+        """Return the encoding with those of the values wanted that it has fields for.
+
+        None stands for what is not wanted otherwise.
+
+        Raises
+        ------
+        InputError
+            If a value makes no sense.
+        """
+        fields = type(self).model_fields
+        own = {name: v for name, v in wanted.items() if v is not None and name in fields}
+        flags = {name: option.flag for name, option in self.options().items()}
+        for name, value in own.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                raise InputError(flags.get(name, name), "a positive number", f"{value}")
+        try:
+            return type(self)(**{**dict(self), **own})
+        except ValidationError as error:
+            first = error.errors()[0]
+            name = str(first["loc"][0]) if first["loc"] else self.name
+            wrong = own.get(name, first["input"])
+            raise InputError(flags.get(name, name), "a positive number", f"{wrong}") from error
+
+
+class ImageEncoding(Encoding):
+    """An encoding of what markers do, frame by frame."""
+
+    of_vibration: ClassVar[bool] = False
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return 1
+
+    def suits(self, responses: Responses) -> bool:
+        """Tell whether the markers form rows and columns."""
+        return dims.ROW in responses.coords
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the samples that runs of tactile images become.
+
+        Parameters
+        ----------
+        runs
+            (n, `length`, component, row, column), as `image_runs` gives them.
+
+        Raises
+        ------
+        InputError
+            If the encoding does not say.
+        """
+        raise InputError("the encoding", "one that says what it makes of images", self.name)
+
+    def stream(self, lookback: int) -> ImageStream:
+        """Return what encodes images as they come, one by one.
+
+        Raises
+        ------
+        InputError
+            If it can't be felt live.
+        """
+        raise InputError("the encoding", "one that can be felt live", self.name)
+
+    @property
+    def felt_live(self) -> bool:
+        """Whether `stream` is written."""
+        return type(self).stream is not ImageEncoding.stream
+
+    def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
+        """Return the frames that a cut keeps, of every `step`-th.
+
+        They begin with the rest frame: before it there are no markers, and nothing to hold.
+        """
+        name = responses.attrs["name"]
+        time_s = responses[variable][dims.TIME].values
+        frames = cut_frames(time_s, cut, steady_s(responses), name)
+        rest = int(responses.attrs.get("rest_frame", 0))
+        start, rest, stop = (-(-n // self.step) for n in (frames.start, rest, frames.stop))
+        kept = slice(max(start, rest + lookback), stop)
+        require_run(kept.stop - kept.start, name, self.length)
+        return kept
+
+
+class VibrationEncoding(Encoding):
+    """An encoding of windows of vibration."""
+
+    of_vibration: ClassVar[bool] = True
+
+    @abstractmethod
+    def require(self, n: int, rate_hz: float, where: str) -> None:
+        """Refuse n samples of vibration, of a rate in Hz, that are too short to encode.
+
+        Raises
+        ------
+        InputError
+            If they are; `where` names the recording.
+        """
+
+    def suits(self, responses: Responses) -> bool:
+        """Tell that any vibration will do."""
+        return True
+
+    def stream(self, rate_hz: float, n_channels: int) -> VibrationStream:
+        """Return what encodes vibration as it comes, in pieces of any size.
+
+        Raises
+        ------
+        InputError
+            If it can't be felt live.
+        """
+        raise InputError("the encoding", "one that can be felt live", self.name)
+
+    @property
+    def felt_live(self) -> bool:
+        """Whether `stream` is written."""
+        return type(self).stream is not VibrationEncoding.stream
+
+    def kept(self, responses: Responses, variable: str, lookback: int, cut: Cut) -> slice:
+        """Return the samples of vibration that a cut keeps."""
+        name, vibration = responses.attrs["name"], responses[variable]
+        rate, n = float(vibration.attrs[dims.SAMPLE_RATE]), vibration.sizes[dims.AUDIO_TIME]
+        kept = cut_audio(n, rate, cut, steady_s(responses), name)
+        self.require(kept.stop - kept.start, rate, name)
+        return kept
+
+
+def require_run(n_frames: int, where: str, length: int) -> None:
+    """Refuse a recording with fewer than `length` frames after the cut."""
+    if n_frames < length:
+        raise InputError(where, f"at least {length} frames after the cut", f"{n_frames}")
