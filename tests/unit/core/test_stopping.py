@@ -78,8 +78,21 @@ def test_who_insists_ends_it_at_once(process):
     assert one.returncode == 130
 
 
-def test_a_server_that_has_taken_over_is_told_of_a_closed_terminal(process):
-    script = "signal.signal(signal.SIGTERM, lambda number, _: sys.exit(number))"
-    one = process(f"{script}; say('ready'); time.sleep(60)")
-    one.send_signal(signal.SIGHUP)
-    assert one.wait(30) == signal.SIGHUP
+LATER = """
+from threading import Event
+from afferents.core.stopping import stop_later
+wanted = Event()
+with stop_later(wanted.set):
+    say('ready')
+    wanted.wait(60)
+    say('ended by itself')
+say('not reached')
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_what_must_not_be_left_at_any_line_ends_by_itself_first(process, number):
+    one = process(LATER)
+    one.send_signal(number)
+    assert one.communicate(timeout=30) == ("ended by itself\n", "")
+    assert one.returncode == 128 + number
