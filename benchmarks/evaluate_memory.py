@@ -20,7 +20,7 @@ import numpy as np
 import psutil
 import xarray as xr
 
-from afferents.core.families import TABLE1
+from afferents.core.model import TABLE1
 from afferents.core.recording import Recording
 from afferents.core.responses import label
 from afferents.core.store import create_store, has_responses, write_responses

@@ -27,7 +27,7 @@ from afferents import __version__
 from afferents.channels import CHANNELS
 from afferents.core import dims
 from afferents.core.card import CARD, WEIGHTS, Card
-from afferents.core.families import FAMILIES, TABLE1
+from afferents.core.model import MODELS, TABLE1
 from afferents.core.store import open_responses
 from afferents.encodings import Encodings, encoding_of
 from afferents.live import (
@@ -45,10 +45,9 @@ from afferents.markers import load_sensor
 from afferents.models import Deployed, build
 from afferents.pipeline.encode import Source, encode
 from afferents.pipeline.export import export_model
-from afferents.pipeline.train_model import load_model
 from afferents.recordings import WavFile, open_video
 from afferents.rig import Rig, bumped_surface, record
-from afferents.training import save_weights
+from afferents.training import load_model, save_weights
 
 MEASURED = (*TABLE1, "ra-wave-vector")
 SECONDS = 20.0
@@ -88,7 +87,7 @@ def main() -> None:
 
 def untrained(name: str, folder: Path) -> Path:
     """Export a network of a family with random weights."""
-    family = FAMILIES[name]
+    family = MODELS[name]
     encoding = Encodings().of(family.encoding)
     vibration, shape = encoding.of_vibration, SHAPES[family.encoding]
     network = build(family.encoding, 13, shape)
@@ -140,7 +139,7 @@ def latency(recording: Path, models: dict[str, Path]) -> None:
         felt = felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:]
         middle, high = np.percentile(felt, [50, 99])
         dropped = percepts[-1].counters.dropped
-        title = FAMILIES[name].title
+        title = MODELS[name].title
         print(
             f"| {title} | {middle:.2f} | {high:.2f} | {max(felt):.2f} | {len(felt)} | {dropped} |"
         )

@@ -45,9 +45,9 @@ class Case(NamedTuple):
 
 
 CASES = [
-    Case("SpatialNet", "spatial", (19, 19), 40),
-    Case("CnnLstm", "spatiotemporal", (10, 19, 19), 6),
-    Case("VibrationNet", "spectral", (1, 200), 60),
+    Case("SpatialNet", "spatial-net", (19, 19), 40),
+    Case("CnnLstm", "cnn-lstm", (10, 19, 19), 6),
+    Case("VibrationNet", "vibration-net", (1, 200), 60),
 ]
 
 

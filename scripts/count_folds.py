@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.core.families import FAMILIES, TABLE1
 from afferents.core.files import write_aside
+from afferents.core.model import MODELS, TABLE1
 from afferents.evaluation import finished_keys
 from afferents.evaluation.bootstrap import (
     Accuracy,
@@ -46,7 +46,7 @@ def keep(results: Path, out: Path) -> None:
     lines = {name_of(line): line for line in read(out)} if out.exists() else {}
     for line in lines_of(results):
         lines[name_of(line)] = line
-    models = list(FAMILIES)
+    models = list(MODELS)
     ordered = sorted(lines.values(), key=lambda a: (models.index(a["model"]), *name_of(a)[1:]))
     with write_aside(out) as partial:
         partial.write_text("".join(json.dumps(line) + "\n" for line in ordered), encoding="utf-8")
@@ -106,7 +106,7 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
         nested, published = map(accuracy_of, both)
         added = paired_difference(published, nested)
         cells = [
-            FAMILIES[model].title,
+            MODELS[model].title,
             f"{published_families()[model].mean_percent}",
             said(published.mean(), bootstrap_interval(published)),
             said(nested.mean(), bootstrap_interval(nested)),
@@ -137,7 +137,7 @@ def compare(fast: Sequence[Line], paper: Sequence[Line]) -> Iterator[str]:
         fast_each, paper_each = (
             ", ".join(at_each(accuracy_of(lines), speeds)) for lines in of_model
         )
-        names = FAMILIES[model].title, protocol, ", ".join(f"{speed:g}" for speed in speeds)
+        names = MODELS[model].title, protocol, ", ".join(f"{speed:g}" for speed in speeds)
         yield compared(names, (paper_each, fast_each), [of_model])
     if len(models) > 1:
         every = [[those_of(side, *model) for side in sides] for model in models]

@@ -18,7 +18,7 @@ from count_folds import Line, accuracy_of, in_both, read, those_of
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from afferents.core.families import FAMILIES, TABLE1
+from afferents.core.model import MODELS, TABLE1
 from afferents.report.style import BLUE, VERMILION, styled
 
 
@@ -33,7 +33,7 @@ def main(fast: Path, paper: Path, out: Path) -> None:
     for axis, model in zip(axes.flat, models, strict=False):
         draw(axis, those_of(of_paper, model, "nested"), color=BLUE, label="paper")
         draw(axis, those_of(of_fast, model, "nested"), color=VERMILION, label="fast")
-        axis.set_title(FAMILIES[model].title, loc="left")
+        axis.set_title(MODELS[model].title, loc="left")
     axes.flat[0].set(xscale="log", ylim=(0, 100))
     axes.flat[0].legend(loc="lower right")
     figure.supxlabel("samples gone forward and backward, a fold", fontsize=8.5)

@@ -17,7 +17,7 @@ from afferents import __version__
 from afferents.core.cut import Cut
 from afferents.core.doubt import KINDS, kinds_named
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, Stopped
-from afferents.core.families import BEST, FAMILIES, TABLE1, Family, families
+from afferents.core.model import BEST, TABLE1, Model, models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.core.stopping import stop_on_signals
@@ -460,7 +460,7 @@ def evaluate(
     from afferents.report import texture_tables, to_rich
     from afferents.training import Compute
 
-    wanted = families(models) if models != "best" else []
+    wanted = models_named(models) if models != "best" else []
     under, left_out = protocols(protocol), _conditions(without or [])
     names = tuple(name.strip() for name in textures.split(",")) if textures else ()
     lines = Lines.parse(mask) if mask else None
@@ -601,10 +601,11 @@ def train(
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
-    from afferents.pipeline.train_model import Training, train_model
+    from afferents.pipeline.train import Training
+    from afferents.pipeline.train import train as run
     from afferents.training import Compute
 
-    named = _one_to_feel_with(model) if model != "best" else None
+    named = _one_model(model) if model != "best" else None
     with Progress(quiet or as_json) as progress:
         opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
@@ -612,21 +613,14 @@ def train(
         family = named or best_of(recordings_in(opened))
         compute = Compute(device, precision)
         training = Training(opened, family, preset, cut, how, seed, results, compute)
-        card = train_model(training, out, progress, force)
+        card = run(training, out, progress, force)
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
 
 
-def _one_to_feel_with(name: str) -> Family:
-    chosen = families(name)
+def _one_model(name: str) -> Model:
+    chosen = models_named(name)
     if len(chosen) != 1:
         raise InputError("--model", "'best' or one model", f"'{name}'")
-    if not chosen[0].deployable:
-        able = ", ".join(family.name for family in FAMILIES.values() if family.deployable)
-        raise InputError(
-            "--model",
-            f"'best' or one of {able} (others can be evaluated, not deployed)",
-            f"'{name}'",
-        )
     return chosen[0]
 
 

@@ -19,8 +19,8 @@ from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import read_whole
 from afferents.pipeline.status import status
-from afferents.pipeline.train_model import load_model
 from afferents.recordings import WavFile, open_video, read_fabricslide, read_session
+from afferents.training import load_model
 
 CASES_A_KIND = 20
 QUIET = Progress(quiet=True)

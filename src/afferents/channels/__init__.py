@@ -13,7 +13,7 @@ from afferents.channels.ra1_vector import ra1_vector
 from afferents.channels.ra2 import ra2
 from afferents.channels.sa1 import sa1
 from afferents.channels.sa1_vector import sa1_vector
-from afferents.channels.table import CHANNELS, channel_of
+from afferents.channels.table import CHANNELS, channel_of, name_of_channel
 
 __all__ = [
     "CHANNELS",
@@ -24,6 +24,7 @@ __all__ = [
     "hold",
     "marker_speed",
     "measure_offset",
+    "name_of_channel",
     "ra1",
     "ra1_circumferential",
     "ra1_signed",

@@ -9,6 +9,7 @@ from afferents.channels.ra2 import Ra2
 from afferents.channels.sa1 import Sa1
 from afferents.channels.sa1_vector import Sa1Vector
 from afferents.core.errors import InputError
+from afferents.core.own import imported, reference_of
 
 CHANNELS: dict[str, Channel] = {
     channel.name: channel
@@ -19,16 +20,33 @@ CHANNELS: dict[str, Channel] = {
 """The paper's three, then ours."""
 
 
-def channel_of(wanted: str | Channel) -> Channel:
-    """Return the channel of that name, or the channel itself.
+def channel_of(wanted: str | Channel | type[Channel]) -> Channel:
+    """Return the channel of that name (or ``module:NAME`` of one's own), or the channel itself.
 
     Raises
     ------
     InputError
         If there is none of that name.
     """
+    if isinstance(wanted, str) and ":" in wanted:
+        wanted = imported(wanted)
+    if isinstance(wanted, type) and issubclass(wanted, Channel):
+        return wanted()
     if isinstance(wanted, Channel):
         return wanted
     if wanted not in CHANNELS:
         raise InputError("channel", f"a Channel, or one of {', '.join(CHANNELS)}", f"{wanted!r}")
     return CHANNELS[wanted]
+
+
+def name_of_channel(channel: Channel) -> str:
+    """Return the name by which `channel_of` finds a channel: its own, or ``module:NAME``.
+
+    Raises
+    ------
+    InputError
+        If it is somebody's own and can't be imported.
+    """
+    if CHANNELS.get(channel.name) == channel:
+        return channel.name
+    return reference_of(type(channel))

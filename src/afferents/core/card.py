@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.documents import as_form, parse_json, read_json
-from afferents.core.families import FAMILIES, Family
 from afferents.core.forms import Count, Share, Shares, Source, Speed
 
 SCHEMA = 2
@@ -77,9 +76,12 @@ class Card(BaseModel):
         What it feels with, such as ``ra1``.
     encoding
         How samples are made of that: the encoding's name, and its options by name.
-    shape
-        Of one sample: an image (row, column), a run of them (frame, row, column), a spectrum
-        (channel, frequency), or waves (component, row_wavenumber, column_wavenumber).
+    classifier
+        A name in `models.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
+    shape, sample_dims
+        Of one sample, and the names of its dims: an image (row, column), a run of them (frame, row,
+        column), a spectrum (channel, frequency), or waves (component, row_wavenumber,
+        column_wavenumber).
     scale
         Inputs are divided by it (in the network that is exported).
     temperature
@@ -103,17 +105,20 @@ class Card(BaseModel):
     format: Literal["afferents model"] = "afferents model"
     schema_version: int = SCHEMA
     family: str
+    title: str
+    classifier: str
     textures: tuple[str, ...] = Field(min_length=2)
     channel: str
     encoding: dict[str, Any]
     shape: tuple[Size, ...] = Field(min_length=1, max_length=4)
+    sample_dims: tuple[str, ...]
     scale: float = Field(gt=0)
     temperature: float = Field(default=1.0, gt=0)
     evidence_per_s: float = Field(default=1.0, gt=0)
     sensor: dict[str, Any] | None = None
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
-    preset: str
+    preset: str | None
     seed: Count
     learnt_from_mm_s: tuple[Speed, ...]
     validated_on_mm_s: Speed
@@ -130,9 +135,8 @@ class Card(BaseModel):
             raise ValueError(f"shape must make at most {LARGEST} values a sample")
         if len(set(self.textures)) < len(self.textures):
             raise ValueError("textures must each have a name of its own")
-        known = [name for name, family in FAMILIES.items() if family.deployable]
-        if self.family not in known:
-            raise ValueError(f"family must be one of {', '.join(known)}")
+        if len(self.shape) != len(self.sample_dims):
+            raise ValueError("shape must have a size for each of sample_dims")
         if not isinstance(self.encoding.get("name"), str):
             raise ValueError("encoding must have a name")
         needed = ["fps_hz", "sensor"] if self.sample_rate_hz is None else []
@@ -148,11 +152,6 @@ class Card(BaseModel):
         return json.dumps(content, indent=indent, separators=separators, allow_nan=False)
 
     @property
-    def of_family(self) -> Family:
-        """What it is."""
-        return FAMILIES[self.family]
-
-    @property
     def simulated(self) -> bool:
         """Whether it learnt from simulated recordings."""
         return any(data.simulated for data in self.data)
@@ -161,11 +160,10 @@ class Card(BaseModel):
         """Return in sentences what it is and how far it has been tested."""
         speeds = ", ".join(f"{v:g}" for v in self.learnt_from_mm_s)
         kind = "simulated recordings" if self.simulated else "recordings"
-        is_network = self.of_family.learner == "network"
-        recipe = f" (preset {self.preset})" if is_network else ""
-        chosen = "weights and temperature" if is_network else "the temperature"
+        recipe = f" (preset {self.preset})" if self.preset else ""
+        chosen = "weights and temperature" if self.preset else "the temperature"
         return [
-            f"{self.of_family.title}: {len(self.textures)} textures, learnt from "
+            f"{self.title}: {len(self.textures)} textures, learnt from "
             f"{sum(data.n_recordings for data in self.data)} {kind} "
             f"at {speeds} mm/s{recipe}.",
             f"At {self.validated_on_mm_s:g} mm/s, which chose {chosen} and nothing "

@@ -11,15 +11,15 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.cut import Cut
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS
 from afferents.core.protocol import ProtocolName
 
 SCHEMA = 1
 
 
 def _family(name: str) -> str:
-    if name not in FAMILIES:
-        raise ValueError(f"one of {', '.join(FAMILIES)}")
+    if name not in MODELS:
+        raise ValueError(f"one of {', '.join(MODELS)}")
     return name
 
 

@@ -12,7 +12,14 @@ from afferents.encodings.base import (
 from afferents.encodings.kernels import KernelEncoding, kernel_samples
 from afferents.encodings.lines import Lines
 from afferents.encodings.orders import OrderEncoding, order_samples
-from afferents.encodings.settings import ENCODINGS, Encodings, encoding_of, encodings_of, options
+from afferents.encodings.settings import (
+    ENCODINGS,
+    Encodings,
+    described,
+    encoding_of,
+    encodings_of,
+    options,
+)
 from afferents.encodings.spatial import (
     SpatialEncoding,
     image_runs,
@@ -54,6 +61,7 @@ __all__ = [
     "WaveStream",
     "WavenumberEncoding",
     "amplitude_spectrum",
+    "described",
     "encoding_of",
     "encodings_of",
     "image_runs",

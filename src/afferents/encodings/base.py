@@ -167,6 +167,11 @@ class Encoding(BaseModel, ABC):
         """Return what a network sees of samples (n, *sample_shape); all, if not written anew."""
         return values
 
+    @property
+    def n_copies(self) -> int:
+        """How many copies of a sample `stretched` makes."""
+        return 0
+
     def stretched(
         self, values: Floats, rng: np.random.Generator, how: Stretch
     ) -> tuple[Floats, NDArray[np.int64]]:

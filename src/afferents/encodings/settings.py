@@ -6,6 +6,7 @@ from typing import Any
 
 from afferents.core.documents import as_form
 from afferents.core.errors import InputError
+from afferents.core.own import imported, reference_of
 from afferents.encodings.base import Encoding, Option
 from afferents.encodings.kernels import KernelEncoding
 from afferents.encodings.orders import OrderEncoding
@@ -94,11 +95,25 @@ def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
         If there is none of that name, or its fields are others in this version.
     """
     name = str(described.get("name"))
-    if name not in ENCODINGS:
+    kind = imported(name) if ":" in name else ENCODINGS.get(name)
+    if not (isinstance(kind, type) and issubclass(kind, Encoding)):
         raise InputError(where, f"one of the encodings {', '.join(ENCODINGS)}", f"'{name}'")
     fields = {field: value for field, value in described.items() if field != "name"}
     wanted = f"the encoding '{name}' of this version"
-    return as_form(fields, ENCODINGS[name], where, wanted, "train the model again")
+    return as_form(fields, kind, where, wanted, "train the model again")
+
+
+def described(encoding: Encoding) -> dict[str, Any]:
+    """Return an encoding's name, or ``module:NAME`` of one's own, and fields, for `encoding_of`.
+
+    Raises
+    ------
+    InputError
+        If it is somebody's own and can't be imported.
+    """
+    ours = ENCODINGS.get(encoding.name) is type(encoding)
+    name = encoding.name if ours else reference_of(type(encoding))
+    return {"name": name, **encoding.model_dump(mode="json")}
 
 
 def encodings_of(described: Mapping[str, Any]) -> Encodings:

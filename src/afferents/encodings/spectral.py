@@ -11,7 +11,7 @@ from pydantic import PositiveFloat, PositiveInt
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
-from afferents.encodings.augment import Stretch, stretched_copies
+from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Option, Ready, VibrationEncoding
 
 WINDOW_OPTION = Option("--window-s", "Vibration window, s.")
@@ -85,6 +85,11 @@ class SpectralEncoding(VibrationEncoding):
     def seen(self, values: Floats) -> Floats:
         """Return the bins that a network sees."""
         return values[..., : self.model_bins]
+
+    @property
+    def n_copies(self) -> int:
+        """How many copies of a spectrum are made."""
+        return len(COPIES)
 
     def stretched(
         self, values: Floats, rng: np.random.Generator, how: Stretch

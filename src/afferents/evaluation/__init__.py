@@ -1,6 +1,5 @@
 """Leave one speed out: folds, leakage, metrics and results on disk."""
 
-from afferents.evaluation.calibration import best_weights, least_surprise, surprise, weighted
 from afferents.evaluation.folds import (
     PLAN,
     FoldKey,
@@ -15,7 +14,7 @@ from afferents.evaluation.folds import (
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
 from afferents.evaluation.occlusion import Say, bands, losses, patches
 from afferents.evaluation.reliability import Reliability, reliability, reliability_of
-from afferents.evaluation.splits import Fold, LeaveOneSpeedOut, number_in_recording
+from afferents.evaluation.splits import LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.standing import (
     Standing,
     State,
@@ -32,7 +31,6 @@ from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, su
 
 __all__ = [
     "PLAN",
-    "Fold",
     "FoldKey",
     "Leaks",
     "LeaveOneSpeedOut",
@@ -43,7 +41,6 @@ __all__ = [
     "at_work",
     "auroc",
     "bands",
-    "best_weights",
     "between",
     "check_results_folder",
     "claim_results_folder",
@@ -52,7 +49,6 @@ __all__ = [
     "finished",
     "finished_keys",
     "has_failed",
-    "least_surprise",
     "losses",
     "number_in_recording",
     "patches",
@@ -69,6 +65,4 @@ __all__ = [
     "standings",
     "summarise",
     "summarise_unknown",
-    "surprise",
-    "weighted",
 ]

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.documents import read_checked
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES
 from afferents.core.files import (
     PARTIAL_PREFIX,
     holds_only,
@@ -22,8 +21,10 @@ from afferents.core.files import (
     write_aside,
     write_json,
 )
+from afferents.core.fold import Fold
 from afferents.core.forms import FoldFacts
 from afferents.core.lock import LOCK
+from afferents.core.model import MODELS
 from afferents.core.results import (
     CONFIG,
     PREDICTIONS,
@@ -33,7 +34,6 @@ from afferents.core.results import (
 )
 from afferents.core.samples import Samples
 from afferents.evaluation.leakage import Leaks
-from afferents.evaluation.splits import Fold
 
 FOLDS, PLAN = "folds", "plan.json"
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
@@ -79,7 +79,7 @@ def finished(results: Path, key: FoldKey) -> bool:
 def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, speed."""
     keys = [_key_of(results, path) for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
-    models = list(FAMILIES)
+    models = list(MODELS)
     return sorted(keys, key=lambda k: (models.index(k.model), k.protocol, k.seed, k.held_out_mm_s))
 
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import LeakageError
+from afferents.core.fold import Fold, Indices
 from afferents.core.samples import Samples
-from afferents.evaluation.splits import Fold, Indices
 
 
 @dataclass(frozen=True)

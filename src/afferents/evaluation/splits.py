@@ -10,21 +10,9 @@ from sklearn.model_selection import BaseCrossValidator
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.fold import Fold, Indices
 from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.samples import Samples
-
-Indices = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Fold:
-    """Indices of the samples that train, validate and test one held-out speed."""
-
-    held_out_mm_s: float
-    validation_mm_s: float
-    train: Indices
-    validation: Indices
-    test: Indices
 
 
 @dataclass

@@ -1,8 +1,10 @@
-"""The networks, one file for each of the paper's; then models that are solved at once."""
+"""The classifiers: the paper's networks, one file each, then those that are solved at once."""
 
-from afferents.models.build import build
+from afferents.models.base import Classifier, Network, Solved, Task, build_for
+from afferents.models.calibration import best_weights, least_surprise, surprise, weighted
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.deployed import Deployed, Stepping
+from afferents.models.fusion import JointFusion, LateFusion
 from afferents.models.layers import (
     L2,
     ParameterCount,
@@ -12,38 +14,52 @@ from afferents.models.layers import (
 )
 from afferents.models.orders import OrderSearch
 from afferents.models.ridge import (
-    KERNEL_STRENGTHS,
     STRENGTH,
     Gram,
     Ridge,
+    SearchedRidge,
     equal_weights,
     log_probabilities,
     sum_of,
 )
 from afferents.models.spatial import SpatialNet
 from afferents.models.strangeness import KNOWN, Strangeness
+from afferents.models.table import CLASSIFIERS, build, classifier_of
 from afferents.models.vibration import VibrationNet
 
 __all__ = [
-    "KERNEL_STRENGTHS",
+    "CLASSIFIERS",
     "KNOWN",
     "L2",
     "STRENGTH",
+    "Classifier",
     "CnnLstm",
     "Deployed",
     "Gram",
+    "JointFusion",
+    "LateFusion",
+    "Network",
     "OrderSearch",
     "ParameterCount",
     "Ridge",
+    "SearchedRidge",
+    "Solved",
     "SpatialNet",
     "Stepping",
     "Strangeness",
+    "Task",
     "VibrationNet",
+    "best_weights",
     "build",
+    "build_for",
+    "classifier_of",
     "count_parameters",
     "equal_weights",
     "kernels_with_l2",
     "l2_penalty",
+    "least_surprise",
     "log_probabilities",
     "sum_of",
+    "surprise",
+    "weighted",
 ]

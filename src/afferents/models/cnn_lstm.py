@@ -5,10 +5,13 @@ spatiotemporal/train_dynamic.ipynb, cell 4 (commit 880f9e4).
 """
 
 from contextlib import nullcontext
+from typing import Self
 
 import torch
 from torch import Tensor, nn
 
+from afferents.core import dims
+from afferents.models.base import Network, Task
 from afferents.models.layers import (
     RegularisedLinear,
     batch_norm_units,
@@ -20,7 +23,7 @@ from afferents.models.spatial import image_features, image_stack
 UNITS = 10
 
 
-class CnnLstm(nn.Module):
+class CnnLstm(Network):
     """Texture from a run of tactile images: a network for every frame, then three LSTMs.
 
     ============================  =================  ==========
@@ -58,6 +61,14 @@ class CnnLstm(nn.Module):
         If the images are too small.
     """
 
+    name = recipe = "cnn-lstm"
+    takes = (dims.FRAME, dims.ROW, dims.COLUMN)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (frame, row, column)."""
+        return cls(task.n_classes, *task.sample_shape[1:])
+
     def __init__(self, n_classes: int, n_rows: int = 19, n_columns: int = 19) -> None:
         """Build the layers and draw the weights."""
         super().__init__()
@@ -78,13 +89,8 @@ class CnnLstm(nn.Module):
         )
         initialise_like_keras(self)
 
-    def forward(self, runs: Tensor) -> Tensor:
-        """Return logits (batch, n_classes) of runs (batch, frame, row, column)."""
-        logits: Tensor = self.dense(self.features(runs))
-        return logits
-
     def features(self, runs: Tensor) -> Tensor:
-        """Return what enters the dense layers, shape (batch, 10)."""
+        """Return what enters the dense layers, (batch, 10), of runs (batch, frame, row, column)."""
         of_frames = self.image(runs.flatten(0, 1).unsqueeze(1))
         return self.after(of_frames.unflatten(0, runs.shape[:2]))
 

@@ -9,8 +9,8 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
+from afferents.models.base import Classifier
 from afferents.models.cnn_lstm import CnnLstm
-from afferents.models.ridge import Ridge
 from afferents.models.strangeness import Strangeness
 
 
@@ -20,7 +20,7 @@ class Deployed(nn.Module):
     Parameters
     ----------
     network
-        One of the paper's, or a ridge: it has `features`, and `dense` layers after them.
+        A classifier that has learnt.
     n_classes
         Number of textures.
     scale
@@ -29,39 +29,26 @@ class Deployed(nn.Module):
 
     temperature: Tensor
 
-    def __init__(self, network: nn.Module, n_classes: int, scale: float) -> None:
+    def __init__(self, network: Classifier, n_classes: int, scale: float) -> None:
         """Start with temperature 1, and nothing known."""
         super().__init__()
         self.network = network
         self.scale = scale
-        self._by_scores = isinstance(network, Ridge)
-        n_features = self.last.out_features if self._by_scores else self.last.in_features
         self.register_buffer("temperature", torch.ones(()))
-        self.strangeness = Strangeness(n_classes, n_features)
-
-    @property
-    def last(self) -> nn.Linear:
-        """The layer that gives the logits."""
-        return cast("nn.Linear", cast("nn.Sequential", self.network.dense)[-1])
-
-    @property
-    def to_last(self) -> nn.Module:
-        """The dense layers before it."""
-        return cast("nn.Sequential", self.network.dense)[:-1]
+        self.strangeness = Strangeness(n_classes, network.n_last)
 
     def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
         """Return probabilities (batch, n_classes) and strangeness (batch,)."""
         return self.outcome(self.last_features(samples))
 
     def last_features(self, samples: Tensor) -> Tensor:
-        """Return what enters the last layer, shape (batch, feature)."""
-        features: Tensor = self.to_last(self.network.features(samples * (1 / self.scale)))  # type: ignore[operator]
-        return features
+        """Return what the scores are worked out of, (batch, feature)."""
+        return self.network.last_features(samples * (1 / self.scale))
 
     def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
-        """Return probabilities and strangeness of what enters the last layer."""
-        scores = self.last(features)
-        strangeness = self.strangeness(scores if self._by_scores else features)
+        """Return probabilities and strangeness of last features."""
+        scores = self.network.scores_of(features)
+        strangeness = self.strangeness(scores if self.network.judged_by_scores else features)
         return (scores / self.temperature).softmax(1), strangeness
 
     @torch.no_grad()
@@ -75,8 +62,10 @@ class Deployed(nn.Module):
         unseen
             Last features of samples that were not learnt from, (m, feature).
         """
-        places = (self.last(f) if self._by_scores else f for f in (features, unseen))
-        learnt, held = places
+        network = self.network
+        learnt, held = (
+            network.scores_of(f) if network.judged_by_scores else f for f in (features, unseen)
+        )
         self.strangeness.know(learnt, labels, held)
 
 
@@ -104,5 +93,6 @@ class Stepping(nn.Module):
         whole, network = self.deployed, cast("CnnLstm", self.deployed.network)
         newest = network.image((image * (1 / whole.scale)).unsqueeze(1))
         of_frames = torch.cat([past, newest.unsqueeze(1)], 1)
-        probabilities, strangeness = whole.outcome(whole.to_last(network.after(of_frames)))
+        last: Tensor = network.dense[:-1](network.after(of_frames))
+        probabilities, strangeness = whole.outcome(last)
         return probabilities, strangeness, of_frames[:, 1:]

@@ -14,18 +14,19 @@ shift. Then only what does not scale tells them apart (the skin's and microphone
 """
 
 import math
+from typing import Self
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.families import SpeedFrom
+from afferents.core.model import SpeedFrom
+from afferents.models.base import Solved, Task
 from afferents.models.ridge import Gram, log_probabilities
 
-STRENGTH = 30.0
-"""Of the penalty for each channel; chosen on inner folds of a tuning session."""
 WRONG_SPEEDS = 8
 """Wrong speeds that every spectrum is learnt at."""
 _WRONG_FROM = 0.12
@@ -40,7 +41,7 @@ _LEAST_SD = 0.1
 """Of a logarithm of power that hardly varies: it is not trusted to the last digit."""
 
 
-class OrderSearch(nn.Module):
+class OrderSearch(Solved):
     """Log-probabilities of textures and speeds.
 
     Parameters
@@ -63,6 +64,10 @@ class OrderSearch(nn.Module):
         If the speed is to be measured from one channel.
     """
 
+    name = "orders"
+    takes = (dims.FEATURE, dims.FREQUENCY)
+    deployable = False
+    penalties = (30.0,)  # for each channel; chosen on inner folds of a tuning session
     mean: Tensor
     sd: Tensor
     weight: Tensor
@@ -70,7 +75,20 @@ class OrderSearch(nn.Module):
     right: Tensor
     floor: Tensor
     speeds: Tensor
-    temperature: Tensor
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (feature, frequency) of `encodings.OrderEncoding`."""
+        n_features = task.sample_shape[0]
+        n_channels = 1 if n_features == 1 else n_features // 3
+        assert task.frequency_hz is not None
+        per_mm = task.encoding.per_mm
+        return cls(task.n_classes, n_channels, task.frequency_hz, per_mm, task.speed_from)
+
+    @classmethod
+    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
+        """Tell that it takes part where it is told the speed, else it would search too long."""
+        return speed_from == "robot"
 
     def __init__(
         self,
@@ -102,13 +120,14 @@ class OrderSearch(nn.Module):
         self.register_buffer("speeds", torch.ones(1))
         self.register_buffer("temperature", torch.ones(()))
 
-    def learn(
+    def solve(
         self,
         values: Tensor,
         labels: Tensor,
         weight: Tensor,
         speed_mm_s: Tensor,
         rng: np.random.Generator,
+        penalty: float,
     ) -> None:
         """Learn from samples, in place.
 
@@ -118,6 +137,8 @@ class OrderSearch(nn.Module):
             (n, feature, frequency), and of each sample (n,).
         rng
             Draws the wrong speeds.
+        penalty
+            Its strength, for each channel.
         """
         self.floor = _quantile(values[:, : self.n_channels], _FLOOR)
         low, high = float(speed_mm_s.min()) / _BEYOND, float(speed_mm_s.max()) * _BEYOND
@@ -136,7 +157,7 @@ class OrderSearch(nn.Module):
             if self.speed_from == "fingertip":
                 is_right = torch.full((len(parts), 1), float(right))
                 measures.add(parts[:, self.n_channels :].flatten(1), is_right, share)
-        strength = STRENGTH * self.n_channels
+        strength = penalty * self.n_channels
         self.weight, self.constant = names.solve(strength)
         if self.speed_from == "fingertip":
             self.right, _ = measures.solve(strength)  # the constant favours no speed
@@ -172,7 +193,7 @@ class OrderSearch(nn.Module):
         """Return log-probabilities of samples, (n, n_classes)."""
         return log_probabilities(self.scores(values, speed_mm_s), self.temperature)
 
-    def speed(self, values: Tensor, textures: Tensor) -> Tensor:
+    def speed(self, values: Tensor, textures: Tensor) -> Tensor | None:
         """Return the most likely speeds, mm/s, (n,), of samples whose textures are named.
 
         Parameters
@@ -180,13 +201,15 @@ class OrderSearch(nn.Module):
         textures
             Numbers of the textures, (n,); from these scores, or known better.
         """
+        if self.speed_from == "robot":
+            return None
         if self.speed_from == "fingertip":
             return self.measured(values)
         named = self._search(values)[torch.arange(len(values)), :, textures]
         return self.speeds[named.argmax(1)]
 
-    def over_per_mm(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
-        """Return values over cycles per mm at told speeds, flat (n, value); 0 where unheard."""
+    def over_texture(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
+        """Return values over cycles per mm at known speeds, flat (n, value); 0 where unheard."""
         parts, heard = self._shifted(values, speed_mm_s)
         return (parts * heard).flatten(1)
 

@@ -8,16 +8,17 @@ softmax of the scores over a temperature, which a speed not learnt from sets.
 import operator
 from collections.abc import Sequence
 from functools import reduce
-from typing import cast
+from typing import ClassVar, Self, cast
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
+from afferents.core.model import SpeedFrom
+from afferents.models.base import Solved, Task
+
 STRENGTH = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
-KERNEL_STRENGTHS = (30.0, 1e3, 3e4, 1e6)
-"""To choose from inside each fold: features of random kernels are many, and nothing says how many
-of them tell."""
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
 
@@ -85,7 +86,7 @@ def sum_of(grams: Sequence[Gram]) -> Gram:
     return reduce(operator.add, grams)
 
 
-class Ridge(nn.Module):
+class Ridge(Solved):
     """Scores of textures from flattened values: one dense layer on standardised ones.
 
     Parameters
@@ -96,9 +97,11 @@ class Ridge(nn.Module):
         Of one sample.
     """
 
+    name = "ridge"
+    penalties: ClassVar[tuple[float, ...]] = (STRENGTH,)
+    learns_from_sums = True
     mean: Tensor
     sd: Tensor
-    temperature: Tensor
 
     def __init__(self, n_classes: int, sample_shape: tuple[int, ...]) -> None:
         """Start with nothing learnt."""
@@ -112,42 +115,64 @@ class Ridge(nn.Module):
         nn.init.zeros_(linear.bias)
         self.dense = nn.Sequential(linear).requires_grad_(False)
 
-    def learn(
-        self, values: Tensor, labels: Tensor, weight: Tensor, strength: float = STRENGTH
-    ) -> None:
-        """Learn from samples, in place.
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples of any shape."""
+        return cls(task.n_classes, task.sample_shape)
 
-        Parameters
-        ----------
-        values, labels
-            (n, *sample_shape) and (n,).
-        weight
-            Of each sample, (n,).
-        strength
-            Of the penalty.
-        """
+    @classmethod
+    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
+        """Tell that it takes part: leaving out a texture takes no time."""
+        return cls.learns_from_sums
+
+    @property
+    def n_last(self) -> int:
+        """Number of textures, whose scores tell what is unknown."""
+        return cast("nn.Linear", self.dense[0]).out_features
+
+    def solve(
+        self,
+        values: Tensor,
+        labels: Tensor,
+        weight: Tensor,
+        speed_mm_s: Tensor,
+        rng: np.random.Generator,
+        penalty: float,
+    ) -> None:
+        """Learn from samples, in place; the speeds tell nothing."""
         flat, linear = values.flatten(1), cast("nn.Linear", self.dense[0])
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
         targets = nn.functional.one_hot(labels, linear.out_features)
         gram = Gram(linear.in_features, linear.out_features)
-        gram.add(self.features(values), targets, weight)
-        solved, constant = gram.solve(strength)
+        gram.add(self.last_features(values), targets, weight)
+        solved, constant = gram.solve(penalty)
         linear.weight.copy_(solved.T)
         linear.bias.copy_(constant)
 
-    def features(self, values: Tensor) -> Tensor:
+    def last_features(self, samples: Tensor) -> Tensor:
         """Return the standardised values of samples, (n, feature)."""
-        features: Tensor = (values.flatten(1) - self.mean) / self.sd
+        features: Tensor = (samples.flatten(1) - self.mean) / self.sd
         return features
+
+    def scores_of(self, features: Tensor) -> Tensor:
+        """Return the scores of standardised values, (n, n_classes)."""
+        scores: Tensor = self.dense(features)
+        return scores
 
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return the scores of samples, (n, n_classes), whatever their speeds."""
-        scores: Tensor = self.dense(self.features(values))
-        return scores
+        return self.scores_of(self.last_features(values))
 
-    def forward(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
-        """Return log-probabilities of samples, (n, n_classes)."""
-        return log_probabilities(self.scores(values), self.temperature)
+
+class SearchedRidge(Ridge):
+    """A ridge whose penalty is chosen inside each fold.
+
+    For features that are many, of which nothing says how many tell, as of random kernels.
+    """
+
+    name = "ridge-searched"
+    penalties = (30.0, 1e3, 3e4, 1e6)
+    learns_from_sums = False
 
 
 def log_probabilities(scores: Tensor, temperature: Tensor | float) -> Tensor:

@@ -4,9 +4,13 @@ Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.1; layers as in the aut
 spatial/train_static.ipynb, cell 4 (commit 880f9e4).
 """
 
+from typing import Self
+
 from torch import Tensor, nn
 
+from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.models.base import Network, Task
 from afferents.models.layers import (
     FlattenChannelsLast,
     RegularisedLinear,
@@ -20,7 +24,7 @@ SMALLEST_SIDE = 8
 IMAGE_CHANNELS = 128
 
 
-class SpatialNet(nn.Module):
+class SpatialNet(Network):
     """Texture from one tactile image: three convolutions and two dense layers.
 
     ========================  =================  ==========
@@ -63,6 +67,14 @@ class SpatialNet(nn.Module):
         If the image is too small.
     """
 
+    name = recipe = "spatial-net"
+    takes = (dims.ROW, dims.COLUMN)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (row, column)."""
+        return cls(task.n_classes, *task.sample_shape)
+
     def __init__(self, n_classes: int, n_rows: int = 19, n_columns: int = 19) -> None:
         """Build the layers and draw the weights."""
         super().__init__()
@@ -81,13 +93,11 @@ class SpatialNet(nn.Module):
         )
         initialise_like_keras(self)
 
-    def forward(self, images: Tensor) -> Tensor:
-        """Return logits (batch, n_classes) of images (batch, row, column), px or px/frame."""
-        logits: Tensor = self.dense(self.features(images))
-        return logits
-
     def features(self, images: Tensor) -> Tensor:
-        """Return what enters the dense layers, shape (batch, `image_features`)."""
+        """Return what enters the dense layers, (batch, `image_features`).
+
+        Of images (batch, row, column), px or px/frame.
+        """
         features: Tensor = self.image(images.unsqueeze(1))
         return features
 

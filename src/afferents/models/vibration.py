@@ -4,9 +4,13 @@ Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.3; layers as in the aut
 vibrotactile/train_vibration.ipynb, cell 4 (commit 880f9e4).
 """
 
+from typing import Self
+
 from torch import Tensor, nn
 
+from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.models.base import Network, Task
 from afferents.models.layers import (
     FlattenChannelsLast,
     RegularisedLinear,
@@ -19,7 +23,7 @@ SMALLEST_SPECTRUM = 135
 CHANNELS = 128
 
 
-class VibrationNet(nn.Module):
+class VibrationNet(Network):
     """Texture from a vibration spectrum: four one-dimensional convolutions and a dense layer.
 
     ==========================  ==================  ==========
@@ -62,6 +66,14 @@ class VibrationNet(nn.Module):
         If the spectrum is too short.
     """
 
+    name = recipe = "vibration-net"
+    takes = (dims.CHANNEL, dims.FREQUENCY)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (channel, frequency)."""
+        return cls(task.n_classes, *task.sample_shape)
+
     def __init__(self, n_classes: int, n_channels: int = 1, n_frequencies: int = 200) -> None:
         """Build the layers and draw the weights."""
         super().__init__()
@@ -98,13 +110,11 @@ class VibrationNet(nn.Module):
         )
         initialise_like_keras(self)
 
-    def forward(self, spectra: Tensor) -> Tensor:
-        """Return logits (batch, n_classes) of spectra (batch, channel, frequency)."""
-        logits: Tensor = self.dense(self.features(spectra))
-        return logits
-
     def features(self, spectra: Tensor) -> Tensor:
-        """Return what enters the dense layers, shape (batch, feature)."""
+        """Return what enters the dense layers, (batch, feature).
+
+        Of spectra (batch, channel, frequency).
+        """
         features: Tensor = self.spectrum(spectra.unsqueeze(2))
         return features
 

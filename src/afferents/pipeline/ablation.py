@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.fold import Fold
 from afferents.core.recording import LETTERS, folder_of
 from afferents.core.responses import Responses, conditions, speeds_of, textures_of
 from afferents.core.samples import Samples
 from afferents.encodings import Encoding
-from afferents.evaluation import Fold
 
 _SPREAD = (0.7548776662466927, 0.5698402909980532)
 """Steps of a sequence that fills the plane evenly at any length (Roberts 2018)."""

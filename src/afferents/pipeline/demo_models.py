@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from afferents.core.card import Card
-from afferents.core.families import BEST, FAMILIES
+from afferents.core.model import BEST, MODELS
 from afferents.core.progress import Progress
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
@@ -11,7 +11,7 @@ from afferents.pipeline.data import open_data
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import simulate_session, simulation_of
-from afferents.pipeline.train_model import Training, train_model
+from afferents.pipeline.train import Training, train
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -33,9 +33,9 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     store = demo if demo.is_dir() and open_responses(demo) else _simulated(folder, progress)
     data = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
-        progress.note(f"training {FAMILIES[name].title} on {store}")
-        training = Training(data, FAMILIES[name], "fast", "all", data[0].encodings)
-        card: Card = train_model(training, folder / name, progress, force=True)
+        progress.note(f"training {MODELS[name].title} on {store}")
+        training = Training(data, MODELS[name], "fast", "all", data[0].encodings)
+        card: Card = train(training, folder / name, progress, force=True)
         export_model(folder / name, path, force=True)
         for sentence in card.said():
             progress.note(sentence)

@@ -9,7 +9,7 @@ from afferents.channels import Channel, channel_of, hold
 from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
-from afferents.core.families import BEST, FAMILIES, Family
+from afferents.core.model import BEST, MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, check_values
 from afferents.core.samples import Samples, concatenate
@@ -23,19 +23,21 @@ class Source(NamedTuple):
     encoding: Encoding
 
 
-def sources_of(family: Family, how: Encodings) -> tuple[Source, ...]:
+def sources_of(family: Model, how: Encodings) -> tuple[Source, ...]:
     """Return what a family's samples are made of; a fusion has several kinds."""
     if not family.parts:
         return (Source(channel_of(family.channel), how.of(family.encoding)),)
-    return tuple(source for name in family.parts for source in sources_of(FAMILIES[name], how))
+    return tuple(source for name in family.parts for source in sources_of(MODELS[name], how))
 
 
-def supported(family: Family, responses: Responses, how: Encodings | None = None) -> bool:
+def has(responses: Responses, source: Source) -> bool:
+    """Tell whether a recording has what samples are made of."""
+    return source.channel.made_of in responses and source.encoding.suits(responses)
+
+
+def supported(family: Model, responses: Responses, how: Encodings | None = None) -> bool:
     """Tell whether a recording has what a model family learns from."""
-    sources = sources_of(family, how or Encodings())
-    has_all = all(
-        channel.made_of in responses and encoding.suits(responses) for channel, encoding in sources
-    )
+    has_all = all(has(responses, source) for source in sources_of(family, how or Encodings()))
     if has_all and family.speed_from == "fingertip":
         # The speed is measured between channels.
         return responses[dims.RA2].sizes[dims.CHANNEL] > 1
@@ -43,8 +45,8 @@ def supported(family: Family, responses: Responses, how: Encodings | None = None
 
 
 def require_support(
-    wanted: Sequence[Family], recordings: Sequence[Responses], may_leave_out: bool
-) -> list[Family]:
+    wanted: Sequence[Model], recordings: Sequence[Responses], may_leave_out: bool
+) -> list[Model]:
     """Return the families that every recording supports.
 
     Parameters
@@ -59,10 +61,10 @@ def require_support(
         lacks what it needs, and the families that are possible. If one of them needs a package
         that is missing: said here, before any other has learnt for hours.
     """
-    possible = [f for f in FAMILIES.values() if all(supported(f, r) for r in recordings)]
-    able = [family for family in wanted if family in possible]
+    possible = [f for f in MODELS.values() if all(supported(f, r) for r in recordings)]
+    able = [family for family in wanted if all(supported(family, r) for r in recordings)]
     if len(able) < len(wanted) and not (may_leave_out and able):
-        refused = next(family for family in wanted if family not in possible)
+        refused = next(family for family in wanted if family not in able)
         lacking = next(r.attrs["name"] for r in recordings if not supported(refused, r))
         raise InputError(
             "--models",
@@ -75,14 +77,14 @@ def require_support(
     return able
 
 
-def _needs(family: Family) -> str:
+def _needs(family: Model) -> str:
     if family.speed_from == "fingertip":
         return "several vibration channels to measure the speed between"
     channels = (source.channel.name for source in sources_of(family, Encodings()))
     return f"{' and '.join(channels)} in the form it needs"
 
 
-def require_used(families: Sequence[Family], how: Encodings) -> None:
+def require_used(families: Sequence[Model], how: Encodings) -> None:
     """Refuse options of encodings that do nothing for any of the families asked for.
 
     Raises
@@ -92,19 +94,19 @@ def require_used(families: Sequence[Family], how: Encodings) -> None:
     """
     every = options()
 
-    def has(family: Family, field: str) -> bool:
+    def has(family: Model, field: str) -> bool:
         sources = sources_of(family, how)
         return any(field in type(source.encoding).model_fields for source in sources)
 
     for field, _ in how.wanted:
         if not any(has(family, field) for family in families):
-            able = ", ".join(name for name, family in FAMILIES.items() if has(family, field))
+            able = ", ".join(name for name, family in MODELS.items() if has(family, field))
             flag = every[field].flag if field in every else field
             names = ", ".join(family.name for family in families)
             raise InputError(flag, f"models that it is for ({able})", names, "leave it out")
 
 
-def best_of(recordings: Sequence[Responses]) -> Family:
+def best_of(recordings: Sequence[Responses]) -> Model:
     """Return the family that is recommended for such recordings; see `BEST`.
 
     Raises
@@ -113,9 +115,9 @@ def best_of(recordings: Sequence[Responses]) -> Family:
         If they support none.
     """
     for name in BEST:
-        if all(supported(FAMILIES[name], responses) for responses in recordings):
-            return FAMILIES[name]
-    return require_support([FAMILIES[BEST[0]]], recordings, may_leave_out=False)[0]
+        if all(supported(MODELS[name], responses) for responses in recordings):
+            return MODELS[name]
+    return require_support([MODELS[BEST[0]]], recordings, may_leave_out=False)[0]
 
 
 def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:

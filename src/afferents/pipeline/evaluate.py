@@ -13,9 +13,9 @@ from joblib import cpu_count
 from afferents import __version__
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.families import Family
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
+from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
@@ -42,7 +42,7 @@ from afferents.pipeline.encode import (
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.parallel import side_by_side
-from afferents.training import TRAINED, Compute, Preset, training_config
+from afferents.training import RECIPES, Compute, Preset, learns_in_a_loop, training_config
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Evaluation:
 
     data: list[DataSet]
     out: Path
-    families: list[Family]
+    families: list[Model]
     protocols: list[Protocol]
     preset: Preset
     cut: Cut
@@ -109,14 +109,15 @@ class Evaluation:
             self.encodings,
             self.ablation,
             self.ablation.tested(recordings_in(self.data)),
+            tuple(family for family in self.families if MODELS.get(family.name) is not family),
         )
 
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder."""
         training = {
-            encoding: training_config(self.preset, encoding, self.compute).model_dump()
-            for encoding in TRAINED
+            recipe: training_config(self.preset, recipe, self.compute).model_dump()
+            for recipe in RECIPES
         }
         return {
             "schema": SCHEMA,
@@ -167,7 +168,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         return summarise_folder(evaluation, recordings, left_out)
 
 
-def _groups(evaluation: Evaluation, families: Sequence[Family]) -> list[list[Family]]:
+def _groups(evaluation: Evaluation, families: Sequence[Model]) -> list[list[Model]]:
     """Return families whose trainings run side by side.
 
     On this machine those that share samples, which are all in memory; a cluster's workers read
@@ -194,7 +195,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError("the data", "at least 2 textures to tell apart", found)
     speeds = speeds_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
-    solved = any(family.learner != "network" for family in evaluation.families)
+    solved = not all(learns_in_a_loop(family) for family in evaluation.families)
     needed = 3 if nested or solved else 2
     if len(speeds) < needed:
         raise InputError(
@@ -208,7 +209,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
 
 
 def planned(
-    evaluation: Evaluation, families: Sequence[Family], recordings: Sequence[Responses]
+    evaluation: Evaluation, families: Sequence[Model], recordings: Sequence[Responses]
 ) -> list[FoldKey]:
     """Name the folds of all families, protocols, seeds and speeds to be held out."""
     speeds = held_out_speeds(evaluation, recordings)
@@ -235,7 +236,7 @@ def held_out_speeds(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
 
 
 def skipped_recordings(
-    evaluation: Evaluation, families: Sequence[Family], recordings: Sequence[Responses]
+    evaluation: Evaluation, families: Sequence[Model], recordings: Sequence[Responses]
 ) -> dict[str, str]:
     """Return the recordings that no family uses, and why, before anything is trained.
 
@@ -263,7 +264,7 @@ def skipped_recordings(
 
 def evaluate_group(
     evaluation: Evaluation,
-    families: Sequence[Family],
+    families: Sequence[Model],
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> None:
@@ -284,7 +285,7 @@ def evaluate_group(
 
 def run_jobs(
     evaluation: Evaluation,
-    family: Family,
+    family: Model,
     keys: Sequence[FoldKey],
     recordings: Sequence[Responses],
     progress: Progress,

@@ -1,6 +1,7 @@
 """What decided: which markers, which waves or which frequencies a trained model leans on."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -25,9 +26,10 @@ from afferents.encodings import ImageEncoding, encoding_of, image_runs
 from afferents.evaluation import Say, bands, losses, patches
 from afferents.models import Deployed
 from afferents.pipeline.data import DataSet
-from afferents.pipeline.encode import Source, kept_part, require_support, response_of
-from afferents.pipeline.train_model import felt_with, load_model
+from afferents.pipeline.encode import Source, has, kept_part, response_of
+from afferents.pipeline.train import felt_with
 from afferents.report import explanation_figure, save_figure
+from afferents.training import load_model
 
 FACTS = "explanation.json"
 SAMPLES = 130
@@ -117,7 +119,7 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
         by_part = _losses(deployed, asked, card.textures)
         mark(1)
     kind = "simulated " if data.simulated else ""
-    source = f"{card.of_family.title} on {kind}{Path(data.source).name}. {found.sentences[0]}"
+    source = f"{card.title} on {kind}{Path(data.source).name}. {found.sentences[0]}"
     for name, lost in by_part.items():
         figure = explanation_figure(name, lost, source)
         found.pictures.append(save_figure(figure, out / f"{name}.png"))
@@ -144,8 +146,7 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
         raise InputError(data.source, f"some of {', '.join(card.textures)}", found)
     unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
     recordings, source = unseen or known, _source(card)
-    require_support([card.of_family], recordings, may_leave_out=False)
-    _require_same_sensor(card, data)
+    _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
     parts = [
         _some(responses, source, cut, each)
@@ -162,8 +163,17 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     return Asked(source, samples, labels, np.concatenate(runs) if runs else None)
 
 
-def _require_same_sensor(card: Card, data: DataSet) -> None:
-    found = felt_with([data], card.of_family, data.encodings)
+def _require_fitting(
+    card: Card, data: DataSet, recordings: Sequence[Responses], source: Source
+) -> None:
+    """Refuse data that lack what the model feels with, or are of another sensor."""
+    for responses in recordings:
+        if not has(responses, source):
+            raise InputError(
+                data.source, f"{source.channel.name} in the form that {card.family} learnt from",
+                f"none in {responses.attrs['name']}",
+            )  # fmt: skip
+    found = felt_with([data], source)
     for name in ("fps_hz", "sample_rate_hz"):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
@@ -207,7 +217,7 @@ def _said_by(deployed: Deployed) -> Say:
     @torch.no_grad()
     def say(values: Floats) -> NDArray[np.floating]:
         parts = torch.split(torch.from_numpy(np.ascontiguousarray(values)), _BATCH)
-        logits = [deployed.last(deployed.last_features(part)) for part in parts]
+        logits = [deployed.network.scores_of(deployed.last_features(part)) for part in parts]
         logs = (torch.cat(logits).double() / deployed.temperature).log_softmax(1)
         return np.asarray(logs.numpy())
 

@@ -14,7 +14,7 @@ from afferents.core.extras import import_extra
 from afferents.core.files import write_aside
 from afferents.core.outputs import require_free
 from afferents.models import CnnLstm, Deployed, Stepping
-from afferents.pipeline.train_model import load_model
+from afferents.training import load_model
 
 AGREES = 1e-4
 """The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""

@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import torch
-from torch import nn
+from numpy.typing import NDArray
 
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
-from afferents.core.families import FAMILIES, Family
+from afferents.core.fold import Fold
+from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
 from afferents.core.samples import Samples, textures_of
-from afferents.encodings import Encodings
+from afferents.encodings import Encoding, Encodings
 from afferents.evaluation import (
     PLAN,
-    Fold,
     FoldKey,
     Leaks,
     LeaveOneSpeedOut,
@@ -37,27 +37,24 @@ from afferents.evaluation import (
     refuse_leaks,
     save_fold,
 )
-from afferents.models import CnnLstm, build
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import DataSet, open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
-from afferents.pipeline.learning import LearningSet, learning_set
 from afferents.pipeline.parallel import keep_freed_memory
-from afferents.pipeline.solve import solve
 from afferents.training import (
     Compute,
+    Part,
     Preset,
     PutAside,
-    TrainedModel,
     TrainingConfig,
-    computed_with,
+    fit,
     is_out_of_memory,
-    predict,
-    train,
-    train_in_stages,
+    recipe_of,
     training_config,
     weights_of,
 )
+
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -74,6 +71,8 @@ class Recipe:
         Where the data are, for processes that read them themselves.
     tested
         Recordings that alone are tested, and never learnt from; none for all alike.
+    own
+        Models of a user's own among those that are evaluated.
     """
 
     out: Path
@@ -86,15 +85,20 @@ class Recipe:
     encodings: Encodings
     ablation: Ablation
     tested: frozenset[str] = frozenset()
+    own: tuple[Model, ...] = ()
 
     @property
     def config(self) -> dict[str, Any]:
         """The configuration of the results folder."""
         return dict(json.loads(self.config_json))
 
-    def training(self, family: Family) -> TrainingConfig:
-        """Return how a family is trained."""
-        return training_config(self.preset, family.encoding, self.compute)
+    def model(self, name: str) -> Model:
+        """Return the model of that name."""
+        return next((own for own in self.own if own.name == name), None) or MODELS[name]
+
+    def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
+        """Return how a network is trained."""
+        return training_config(self.preset, recipe_of(model, encoding), self.compute)
 
 
 @dataclass(frozen=True)
@@ -127,7 +131,7 @@ def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
     """
     seen = (recipe.out / PLAN).is_file()
     with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
-        samples = samples_of(recipe, sources_of(FAMILIES[key.model], recipe.encodings))
+        samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))
         return train_and_test(recipe, key, samples, aside_of(recipe, key) if seen else None)
 
 
@@ -158,62 +162,41 @@ def train_and_test(
     Parameters
     ----------
     samples
-        Of each of the family's sources.
+        Of each of the model's sources.
     aside
         Where a long training is put aside now and then.
     """
     torch.set_num_threads(1)
-    family = FAMILIES[key.model]
-    if family.learner == "network":
-        return _network_outcome(recipe, key, samples[0], aside)
-    folds = [fold_of(recipe, key, part)[1] for part in samples]
+    keep_freed_memory()
     start = time.perf_counter()
-    nested = key.protocol == "nested"
-    solved = solve(family, samples, folds, recipe.encodings, key.seed, nested)
-    leaks = find_leaks(samples[0], folds[0], solved.learnt_from[0])
-    for part, fold, learnt_from in zip(samples, folds, solved.learnt_from, strict=True):
-        if nested:
-            refuse_leaks(find_leaks(part, fold, learnt_from), fold)
+    model, protocol = recipe.model(key.model), PROTOCOLS[key.protocol]
+    sources = sources_of(model, recipe.encodings)
+    ranks_and_folds = [
+        fold_of(recipe, key, part, source.encoding.of_vibration)
+        for part, source in zip(samples, sources, strict=True)
+    ]
+    parts = [
+        Part(part, fold, source.encoding)
+        for part, (_, fold), source in zip(samples, ranks_and_folds, sources, strict=True)
+    ]
+    leaks: list[Leaks] = []
+
+    def check(learnt_from: Sequence[Indices]) -> None:
+        for part, index in zip(parts, learnt_from, strict=True):
+            leaks.append(find_leaks(part.samples, part.fold, index))
+            if protocol.name == "nested":
+                refuse_leaks(leaks[-1], part.fold)
+
+    config = recipe.training(model, parts[0].encoding)
+    fitted = fit(model, parts, protocol, config, key.seed, ranks_and_folds[0][0], check, aside)
     seconds = round(time.perf_counter() - start, 3)
-    facts = solved.facts | {"seconds": seconds, "job_seconds": seconds}
+    lead = parts[0]
     table = predictions_table(
-        key, samples[0], folds[0], solved.probabilities, textures_of(samples[0]), solved.speed_mm_s
-    )
-    return Outcome(key, table, facts, leaks, weights_of(solved.model))
-
-
-def _network_outcome(
-    recipe: Recipe, key: FoldKey, samples: Samples, aside: PutAside | None
-) -> Outcome:
-    """Train a network on one fold and test it once."""
-    start = time.perf_counter()
-    family, protocol = FAMILIES[key.model], PROTOCOLS[key.protocol]
-    config = recipe.training(family)
-    rank, fold = fold_of(recipe, key, samples)
-    rng = np.random.default_rng([key.seed, rank])
-    encoding = recipe.encodings.of(family.encoding)
-    learnt = learning_set(samples, encoding, family.augmented, protocol, fold, config, rng)
-    leaks = find_leaks(samples, fold, learnt.scaled_on)
-    if protocol.name == "nested":
-        refuse_leaks(leaks, fold)
-    textures = textures_of(samples)
-    model = build(family.encoding, len(textures), tuple(learnt.values.shape[1:]), key.seed)
-    begun = time.perf_counter()
-    trained = fit(model, learnt, config, key.seed, aside)
-    earlier_s = max(0.0, trained.seconds - (time.perf_counter() - begun))  # before it was stopped
-    probabilities = predict(model, learnt.values, fold.test, learnt.scale, config)
-    facts = {
-        "validation_mm_s": fold.validation_mm_s,
-        "n_train": len(learnt.train),
-        "n_validation": len(learnt.validation),
-        "n_test": len(fold.test),
-        "scale": learnt.scale,
-        **trained.facts(),
-        **computed_with(config),
-        "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
-    }
-    table = predictions_table(key, samples, fold, probabilities, textures)
-    return Outcome(key, table, facts, leaks, weights_of(model))
+        key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
+        fitted.speed_mm_s,
+    )  # fmt: skip
+    facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts
+    return Outcome(key, table, facts, leaks[0], weights_of(fitted.classifier))
 
 
 @contextmanager
@@ -234,30 +217,15 @@ def _naming(key: FoldKey) -> Iterator[None]:
         ) from error
 
 
-def fold_of(recipe: Recipe, key: FoldKey, samples: Samples) -> tuple[int, Fold]:
-    """Return the fold that a key names, and its rank among its protocol's.
+def fold_of(recipe: Recipe, key: FoldKey, samples: Samples, of_vibration: bool) -> tuple[int, Fold]:
+    """Return the rank of the fold that a key names among its protocol's, and the fold.
 
     Published halves of spectra are drawn at random.
     """
-    at_random = recipe.encodings.of(FAMILIES[key.model].encoding).of_vibration
-    splitter = LeaveOneSpeedOut(PROTOCOLS[key.protocol], random_halves=at_random, seed=key.seed)
+    protocol = PROTOCOLS[key.protocol]
+    splitter = LeaveOneSpeedOut(protocol, random_halves=of_vibration, seed=key.seed)
     rank, fold = splitter.fold(samples, key.held_out_mm_s)
     return rank, recipe.ablation.fold(fold, samples, recipe.tested)
-
-
-def fit(
-    model: nn.Module,
-    learnt: LearningSet,
-    config: TrainingConfig,
-    seed: int,
-    aside: PutAside | None = None,
-) -> TrainedModel:
-    """Train a network on a fold, in stages where the recipe says so."""
-    keep_freed_memory()
-    arrays = (learnt.values, learnt.labels, learnt.train, learnt.validation)
-    if config.image_epochs and isinstance(model, CnnLstm):
-        return train_in_stages(model, *arrays, config, seed)
-    return train(model, *arrays, learnt.scale, config, seed, aside=aside)
 
 
 def encoded(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from afferents.core.cut import Cut
-from afferents.core.families import TABLE1
+from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.markers import Sensor

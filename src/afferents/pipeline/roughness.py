@@ -23,14 +23,14 @@ from torch import Tensor
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.families import Family
+from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
 from afferents.core.samples import Samples
-from afferents.encodings import Encodings
+from afferents.encodings import Encoding
 from afferents.evaluation import between
-from afferents.models import Gram, OrderSearch, sum_of
-from afferents.pipeline.solve import model_of
+from afferents.models import Gram, sum_of
+from afferents.training.solved import solved_for
 
 COVERAGE = 0.9
 """Share of the errors that an interval is to hold."""
@@ -50,7 +50,7 @@ def can_ask_mm(textures: Collection[str]) -> bool:
     return None not in spacings and sum(bool(spacing) for spacing in spacings) >= LEAST_TEXTURES
 
 
-def ask_mm(family: Family, samples: Samples, how: Encodings, progress: Progress) -> pd.DataFrame:
+def ask_mm(family: Model, samples: Samples, encoding: Encoding, progress: Progress) -> pd.DataFrame:
     """Ask a family for the mm of every sample of a texture with bumps; a row a sample and kind.
 
     Raises
@@ -60,7 +60,7 @@ def ask_mm(family: Family, samples: Samples, how: Encodings, progress: Progress)
     """
     spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
     bumpy = samples.isel({dims.SAMPLE: np.flatnonzero(spacing > 0)})
-    return _ask(family, Felt.of(bumpy, _values(family, bumpy, how)), bumpy, progress)
+    return _ask(family, Felt.of(bumpy, _values(family, bumpy, encoding)), bumpy, progress)
 
 
 def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
@@ -131,7 +131,7 @@ class Felt:
         }
 
 
-def _ask(family: Family, felt: Felt, samples: Samples, progress: Progress) -> pd.DataFrame:
+def _ask(family: Model, felt: Felt, samples: Samples, progress: Progress) -> pd.DataFrame:
     """Ask for the spacing of everything, at each speed in turn, seen and unseen."""
     rows = []
     speeds = felt.speeds
@@ -228,12 +228,11 @@ def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:
     return float(error.groupby(speed).mean().mean())
 
 
-def _values(family: Family, samples: Samples, how: Encodings) -> Tensor:
-    """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is told."""
-    values, model = torch.from_numpy(samples.values), model_of(family, samples, how)
-    if not isinstance(model, OrderSearch):
-        return values.flatten(1)
-    return model.over_per_mm(values, torch.from_numpy(samples[dims.SPEED].values))
+def _values(family: Model, samples: Samples, encoding: Encoding) -> Tensor:
+    """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is known."""
+    solved = solved_for(family, samples, encoding)
+    speed = torch.from_numpy(samples[dims.SPEED].values)
+    return solved.over_texture(torch.from_numpy(samples.values), speed)
 
 
 def _require_enough(conditions: Sequence[Condition]) -> None:

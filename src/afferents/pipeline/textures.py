@@ -14,13 +14,13 @@ import torch
 
 from afferents import __version__
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES, Family
 from afferents.core.files import write_aside, write_json
+from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
 from afferents.evaluation import summarise_unknown
-from afferents.models import KNOWN
+from afferents.models import KNOWN, classifier_of
 from afferents.pipeline.encode import encode_all, require_support, sources_of
 from afferents.pipeline.evaluate import Evaluation, skipped_recordings
 from afferents.pipeline.roughness import ask_mm, can_ask_mm, summarise_mm
@@ -30,13 +30,10 @@ LEAST_TEXTURES, LEAST_SPEEDS = 3, 3
 """One held out, and of speeds one to set the limit at; two textures to tell apart."""
 
 
-def can_be_asked(family: Family) -> bool:
-    """Tell whether a family is solved at once, and needs no speed or is told it.
-
-    Of random kernels there are too many to keep products of all their pairs for every condition.
-    """
-    ridge = family.learner == "ridge" and family.encoding != "kernels"
-    return ridge or family.name == "order-te-told"
+def can_be_asked(family: Model) -> bool:
+    """Tell whether a model can answer for textures that are held out."""
+    kind = classifier_of(family.classifier)
+    return not family.parts and kind.asked_of_unseen_textures(family.speed_from)
 
 
 def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
@@ -59,11 +56,12 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     strange, mm = [], []
     for family in evaluation.families:
         how = evaluation.encodings
-        samples = encode_all(recordings, sources_of(family, how)[0], evaluation.cut, progress)
+        source = sources_of(family, how)[0]
+        samples = encode_all(recordings, source, evaluation.cut, progress)
         samples = evaluation.ablation.images(samples)
-        strange.append(ask_unknown(family, samples, how, progress))
+        strange.append(ask_unknown(family, samples, source.encoding, progress))
         if can_ask_mm(textures):
-            mm.append(ask_mm(family, samples, how, progress))
+            mm.append(ask_mm(family, samples, source.encoding, progress))
     about = _about(evaluation, recordings, skipped) | {"textures": textures}
     if not mm:  # of an earlier run, which this one replaces
         for suffix in ("json", "parquet"):
@@ -118,7 +116,7 @@ def _refuse(evaluation: Evaluation) -> None:
     """Refuse families, options and folders that this split can't do with."""
     for family in evaluation.families:
         if not can_be_asked(family):
-            able = ", ".join(name for name, other in FAMILIES.items() if can_be_asked(other))
+            able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
             raise InputError("--models", f"some of {able} with --split texture", family.name)
     protocols = [protocol.name for protocol in evaluation.protocols]
     if protocols != ["nested"]:

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from afferents.core import dims
-from afferents.core.families import Family
+from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.samples import Samples, labels_of, textures_of
-from afferents.encodings import Encodings
-from afferents.models import KNOWN, STRENGTH, Gram, Ridge, Strangeness, equal_weights, sum_of
-from afferents.pipeline.solve import learn, model_of, scores_of
+from afferents.encodings import Encoding
+from afferents.models import KNOWN, Gram, Solved, Strangeness, equal_weights, sum_of
+from afferents.training.solved import learn, scores_of, solved_for
 
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -35,14 +35,14 @@ ScoresWithout = Callable[[int, Collection[float]], Tensor]
 
 
 def ask_unknown(
-    family: Family, samples: Samples, how: Encodings, progress: Progress
+    family: Model, samples: Samples, encoding: Encoding, progress: Progress
 ) -> pd.DataFrame:
     """Return the strangeness of all samples at each speed held out, for each texture left out.
 
     One row a sample and texture left out; the columns are those of `evaluation.unknown`, and
     model, start_s and stop_s.
     """
-    scores = scores_without(family, samples, how)
+    scores = scores_without(family, samples, encoding)
     labels, speed = labels_of(samples), samples[dims.SPEED].values
     held_out, tables = np.unique(speed), []
     with progress.task(f"{family.title}, unknown", len(held_out)) as mark:
@@ -52,11 +52,12 @@ def ask_unknown(
     return pd.concat(tables, ignore_index=True).assign(model=family.name)
 
 
-def scores_without(family: Family, samples: Samples, how: Encodings) -> ScoresWithout:
+def scores_without(family: Model, samples: Samples, encoding: Encoding) -> ScoresWithout:
     """Return what gives the scores of all samples, of models that have not learnt from some."""
-    if isinstance(model_of(family, samples, how), Ridge):
+    solved = solved_for(family, samples, encoding)
+    if solved.learns_from_sums:
         return RidgeSums(samples).scores_without
-    return partial(_learnt_anew, family, samples, how)
+    return partial(_learnt_anew, solved, samples)
 
 
 class RidgeSums:
@@ -104,13 +105,13 @@ class RidgeSums:
 
 
 def _learnt_anew(
-    family: Family, samples: Samples, how: Encodings, texture: int, speeds: Collection[float]
+    solved: Solved, samples: Samples, texture: int, speeds: Collection[float]
 ) -> Tensor:
     """Return scores of all samples by a model that learns from some; told its speed."""
-    model, labels = model_of(family, samples, how), labels_of(samples)
+    labels = labels_of(samples)
     learnt = (labels != texture) & ~np.isin(samples[dims.SPEED].values, list(speeds))
-    learn(model, samples, labels, np.flatnonzero(learnt), 0, STRENGTH)
-    return scores_of(model, samples, np.arange(len(samples)))[:, 0]
+    learn(solved, samples, labels, np.flatnonzero(learnt), 0, solved.penalties[0])
+    return scores_of(solved, samples, np.arange(len(samples)))[:, 0]
 
 
 def _fold(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS, TABLE1
 from afferents.report.labels import (
     PROTOCOL_TITLES,
     Summary,
@@ -61,8 +61,8 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> Table:
         Summaries by the name of their folder.
     """
     models = list(dict.fromkeys(name for run in runs.values() for name in model_order(run)))
-    ordered = [*(name for name in FAMILIES if name in models)]
-    ordered += [name for name in models if name not in FAMILIES]
+    ordered = [*(name for name in MODELS if name in models)]
+    ordered += [name for name in models if name not in MODELS]
     rows = [
         (Cell(model_title(name)), Cell(title), *(Cell(mean_and_interval(found)) for found in each))
         for name in ordered
@@ -80,13 +80,13 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> Table:
 
 
 def _differ_in_one_thing(one: str, other: str) -> bool:
-    if one not in FAMILIES or other not in FAMILIES:
+    if one not in MODELS or other not in MODELS:
         return True
-    a, b = FAMILIES[one], FAMILIES[other]
-    if a.learner != "network" or b.learner != "network":
+    a, b = MODELS[one], MODELS[other]
+    if not {one, other} <= set(TABLE1):
         return True
-    different = (a.channel != b.channel, a.encoding != b.encoding, a.augmented != b.augmented)
-    return sum(different) == 1
+    different = (a.channel != b.channel, a.encoding != b.encoding, a.stretched != b.stretched)
+    return sum(map(bool, different)) == 1
 
 
 def _points(found: Mapping[str, Any]) -> str:

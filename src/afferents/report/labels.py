@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS
 from afferents.core.recording import LETTERS, spacing_mm
 from afferents.report.published import published_textures
 
@@ -16,14 +16,14 @@ Summary = dict[str, Any]
 
 def model_title(name: str) -> str:
     """Return the title of a family as in Table 1, or the name of any other model."""
-    return FAMILIES[name].title if name in FAMILIES else name
+    return MODELS[name].title if name in MODELS else name
 
 
 def model_order(summary: Summary) -> list[str]:
     """Return the evaluated models: the families in Table 1's order, then any others."""
     evaluated = summary["models"]
-    return [name for name in FAMILIES if name in evaluated] + [
-        name for name in evaluated if name not in FAMILIES
+    return [name for name in MODELS if name in evaluated] + [
+        name for name in evaluated if name not in MODELS
     ]
 
 

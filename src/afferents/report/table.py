@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from afferents.core.families import TABLE1
+from afferents.core.model import TABLE1
 from afferents.report.labels import (
     ABSENT,
     PROTOCOL_TITLES,

@@ -1,31 +1,50 @@
-"""One training loop and its configuration."""
+"""Fitting a model on a fold: one training loop for all networks, and what is solved at once."""
 
 from afferents.training.aside import PutAside
+from afferents.training.calibrate import Calibration, best_evidence, calibrate
 from afferents.training.config import (
-    TRAINED,
+    RECIPES,
     Compute,
     Preset,
     TrainingConfig,
     training_config,
 )
 from afferents.training.course import Epoch
+from afferents.training.fitted import Fitted, Part
+from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
 from afferents.training.hardware import computed_with, is_out_of_memory
+from afferents.training.learning_set import LearningSet, learning_set
 from afferents.training.loop import TrainedModel, predict, train
+from afferents.training.model_folder import is_model_folder, load_model, save_model
 from afferents.training.staged import train_in_stages
 from afferents.training.weights import load_weights, save_weights, weights_of
 
 __all__ = [
-    "TRAINED",
+    "RECIPES",
+    "Calibration",
     "Compute",
     "Epoch",
+    "Fitted",
+    "LearningSet",
+    "Part",
     "Preset",
     "PutAside",
     "TrainedModel",
     "TrainingConfig",
+    "best_evidence",
+    "calibrate",
     "computed_with",
+    "fit",
+    "fit_once",
+    "is_model_folder",
     "is_out_of_memory",
+    "learning_set",
+    "learns_in_a_loop",
+    "load_model",
     "load_weights",
     "predict",
+    "recipe_of",
+    "save_model",
     "save_weights",
     "train",
     "train_in_stages",

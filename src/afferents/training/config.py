@@ -18,10 +18,6 @@ class Compute(NamedTuple):
     precision: Precision = "auto"
 
 
-TRAINED: tuple[str, ...] = ("spatial", "spatiotemporal", "spectral")
-"""Encodings that networks are trained on."""
-
-
 class TrainingConfig(BaseModel):
     """What one training needs to know beside the data.
 
@@ -81,13 +77,13 @@ class TrainingConfig(BaseModel):
 
 
 _PAPER: dict[str, TrainingConfig] = {
-    "spatial": TrainingConfig(learning_rate=1e-3, patience=20),
-    "spatiotemporal": TrainingConfig(learning_rate=1e-4, patience=20),
-    "spectral": TrainingConfig(learning_rate=1e-4, patience=10),
+    "spatial-net": TrainingConfig(learning_rate=1e-3, patience=20),
+    "cnn-lstm": TrainingConfig(learning_rate=1e-4, patience=20),
+    "vibration-net": TrainingConfig(learning_rate=1e-4, patience=10),
 }
 
 _QUICK: dict[str, TrainingConfig] = {
-    "spatial": TrainingConfig(
+    "spatial-net": TrainingConfig(
         learning_rate=2e-3,
         batch_size=32,
         patience=3,
@@ -95,7 +91,7 @@ _QUICK: dict[str, TrainingConfig] = {
         training_samples=1300,
         validation_samples=520,
     ),
-    "spatiotemporal": TrainingConfig(
+    "cnn-lstm": TrainingConfig(
         learning_rate=5e-3,
         batch_size=32,
         patience=6,
@@ -106,7 +102,7 @@ _QUICK: dict[str, TrainingConfig] = {
         image_rate=2e-3,
         frames_a_run=2,
     ),
-    "spectral": TrainingConfig(
+    "vibration-net": TrainingConfig(
         learning_rate=1e-3,
         batch_size=32,
         patience=4,
@@ -117,14 +113,14 @@ _QUICK: dict[str, TrainingConfig] = {
 }
 
 _FAST: dict[str, TrainingConfig] = {
-    "spatial": TrainingConfig(
+    "spatial-net": TrainingConfig(
         learning_rate=4e-3,
         one_cycle=True,
         max_epochs=3,
         training_samples=40_000,
         validation_samples=2000,
     ),
-    "spatiotemporal": TrainingConfig(
+    "cnn-lstm": TrainingConfig(
         learning_rate=5e-3,
         one_cycle=True,
         max_epochs=8,
@@ -134,7 +130,7 @@ _FAST: dict[str, TrainingConfig] = {
         image_rate=4e-3,
         frames_a_run=4,
     ),
-    "spectral": TrainingConfig(
+    "vibration-net": TrainingConfig(
         learning_rate=2e-3,
         one_cycle=True,
         max_epochs=5,
@@ -143,6 +139,9 @@ _FAST: dict[str, TrainingConfig] = {
     ),
 }
 
+RECIPES = tuple(_PAPER)
+"""Names of the recipes, after the networks that they are for."""
+
 _PRESETS: dict[str, dict[str, TrainingConfig]] = {
     "quick": _QUICK,
     "fast": _FAST,
@@ -150,10 +149,8 @@ _PRESETS: dict[str, dict[str, TrainingConfig]] = {
 }
 
 
-def training_config(
-    preset: Preset, encoding: str, compute: Compute | None = None
-) -> TrainingConfig:
-    """Return the configuration of that name for an encoding, to be computed so.
+def training_config(preset: Preset, recipe: str, compute: Compute | None = None) -> TrainingConfig:
+    """Return a recipe (see `RECIPES`) as a preset has it, to be computed so.
 
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
@@ -173,9 +170,11 @@ def training_config(
     Raises
     ------
     InputError
-        If the preset is unknown.
+        If the preset or the recipe is unknown.
     """
     if preset not in _PRESETS:
         raise InputError("--preset", "quick, fast or paper", f"'{preset}'")
-    usual = _PRESETS[preset][encoding]
+    if recipe not in RECIPES:
+        raise InputError("recipe", f"one of {', '.join(RECIPES)}", f"'{recipe}'")
+    usual = _PRESETS[preset][recipe]
     return usual.model_copy(update=compute._asdict()) if compute else usual

@@ -11,8 +11,8 @@ from torch.optim.lr_scheduler import OneCycleLR
 
 from afferents.models import l2_penalty
 from afferents.training.config import TrainingConfig
-from afferents.training.data import Data
 from afferents.training.hardware import autocast
+from afferents.training.learning_set import LearningSet
 
 
 class Learner:
@@ -52,7 +52,7 @@ class Learner:
         if self.statistics:
             self.statistics.steps = standing["steps"]
 
-    def learn(self, data: Data, batches: Iterable[Tensor]) -> tuple[float, float]:
+    def learn(self, data: LearningSet, batches: Iterable[Tensor]) -> tuple[float, float]:
         """Take one step for each batch of indices; return mean loss and accuracy."""
         self.model.train()
         tally = Tally(self.device)
@@ -72,7 +72,7 @@ class Learner:
         return tally.means()
 
     @torch.no_grad()
-    def judge(self, data: Data, batches: Iterable[Tensor]) -> tuple[float, float]:
+    def judge(self, data: LearningSet, batches: Iterable[Tensor]) -> tuple[float, float]:
         """Return mean loss and accuracy over batches of indices, learning nothing."""
         self.model.eval()
         tally = Tally(self.device)

@@ -20,9 +20,10 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.training.aside import PutAside
 from afferents.training.config import TrainingConfig
 from afferents.training.course import Course, Epoch
-from afferents.training.data import Data, gather, split
+from afferents.training.data import gather, split
 from afferents.training.hardware import autocast, choose_device, computed_with, to_channels_last
 from afferents.training.learner import Learner
+from afferents.training.learning_set import LearningSet
 
 EVALUATION_BATCH = 256
 
@@ -53,11 +54,7 @@ class TrainedModel:
 
 def train(
     model: nn.Module,
-    values: Tensor,
-    labels: Tensor,
-    train_index: NDArray[np.int64],
-    validation_index: NDArray[np.int64],
-    scale: float,
+    learnt: LearningSet,
     config: TrainingConfig,
     seed: int,
     progress: Callable[[Epoch], None] | None = None,
@@ -78,14 +75,8 @@ def train(
     ----------
     model
         Network from samples to logits.
-    values
-        All samples, float32, shape (n_samples, *sample_shape); copied as a whole to a GPU alone.
-    labels
-        Number of each sample's texture, int64, shape (n_samples,).
-    train_index, validation_index
-        Samples to learn from and to judge by, shapes (n_train,) and (n_validation,).
-    scale
-        Samples are divided by it (1 for raw units).
+    learnt
+        What it learns from; copied as a whole to a GPU alone.
     config
         See `TrainingConfig`.
     seed
@@ -103,20 +94,20 @@ def train(
     AfferentsError
         If the loss is no longer a finite number.
     """
-    _check(train_index, validation_index, scale)
+    _check(learnt)
     start = time.perf_counter()
     device = choose_device(config)
     to_channels_last(model.to(device))
-    data = Data(values, labels, scale).on(device)
+    data = learnt.on(device)
     with _seeded(seed, device):
-        training, validation = (_indices(i, device) for i in (train_index, validation_index))
+        training, validation = (_indices(i, device) for i in (learnt.train, learnt.validation))
         steps = len(split(training, config.batch_size))
         epochs = range(1, config.max_epochs + 1)
         learner = Learner(model, config, device, len(epochs) * steps)
         about = {
             "of": aside.of if aside else "",
             "seed": seed,
-            "scale": scale,
+            "scale": learnt.scale,
             "samples": [len(training), len(validation)],
             "config": config.model_dump(),
             **computed_with(config),
@@ -132,7 +123,7 @@ def train(
             if aside:
                 aside.save(learner, course, about)
     model.load_state_dict(course.weights)
-    passes = len(course.history) * len(train_index)
+    passes = len(course.history) * len(learnt.train)
     seconds = course.seconds + time.perf_counter() - start
     return TrainedModel(model, tuple(course.history), course.best_epoch, passes, seconds)
 
@@ -152,7 +143,7 @@ def predict(
     model
         Trained network; it is left in evaluation mode.
     values, scale
-        As for `train`.
+        As of a `LearningSet`.
     index
         Samples to classify, shape (n,).
     config
@@ -175,7 +166,7 @@ def predict(
 
 def _epochs(
     learner: Learner,
-    data: Data,
+    data: LearningSet,
     training: Tensor,
     validation: Tensor,
     config: TrainingConfig,
@@ -208,13 +199,11 @@ def _seeded(seed: int, device: torch.device) -> Iterator[None]:
         yield
 
 
-def _check(
-    train_index: NDArray[np.int64], validation_index: NDArray[np.int64], scale: float
-) -> None:
-    if len(train_index) < 2:
-        raise InputError("a fold", "at least 2 training samples", f"{len(train_index)}")
-    if len(validation_index) < 1:
+def _check(learnt: LearningSet) -> None:
+    if len(learnt.train) < 2:
+        raise InputError("a fold", "at least 2 training samples", f"{len(learnt.train)}")
+    if len(learnt.validation) < 1:
         raise InputError("a fold", "at least 1 validation sample", "none")
-    if not (math.isfinite(scale) and scale > 0):
+    if not (math.isfinite(learnt.scale) and learnt.scale > 0):
         do = "look for samples that are NaN or infinite"
-        raise InputError("a fold", "a positive scale", f"{scale}", do)
+        raise InputError("a fold", "a positive scale", f"{learnt.scale}", do)

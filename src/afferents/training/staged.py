@@ -19,6 +19,7 @@ from afferents.models.cnn_lstm import last_state
 from afferents.models.spatial import image_features
 from afferents.training.config import TrainingConfig
 from afferents.training.hardware import autocast, choose_device
+from afferents.training.learning_set import LearningSet
 from afferents.training.loop import TrainedModel, train
 
 _AT_ONCE = 64
@@ -37,13 +38,7 @@ class _Head(nn.Module):
 
 
 def train_in_stages(
-    model: CnnLstm,
-    values: Tensor,
-    labels: Tensor,
-    train_index: NDArray[np.int64],
-    validation_index: NDArray[np.int64],
-    config: TrainingConfig,
-    seed: int,
+    model: CnnLstm, learnt: LearningSet, config: TrainingConfig, seed: int
 ) -> TrainedModel:
     """Train a CNN-LSTM in place, its image stack from single frames first.
 
@@ -53,43 +48,36 @@ def train_in_stages(
 
     Parameters
     ----------
-    model, values, labels, train_index, validation_index, config, seed
+    model, learnt, config, seed
         As for `train`; values are (n_runs, frame, row, column) and not scaled.
     """
     start = time.perf_counter()
+    values, labels = learnt.values, learnt.labels
     n_frames = values.shape[1]
-    images = values.flatten(0, 1)
-    of_frame = labels.repeat_interleave(n_frames)
     stage = config.model_copy(
         update={"max_epochs": config.image_epochs, "learning_rate": config.image_rate}
     )
-    spatial = build("spatial", int(labels.max()) + 1, tuple(values.shape[2:]), seed)
-    image_stack = cast("SpatialNet", spatial).image
-    image_stack.load_state_dict(model.image.state_dict())
-    of_images = train(
-        spatial,
-        images,
-        of_frame,
-        _frames_of(train_index, n_frames, config.frames_a_run),
-        _frames_of(validation_index, n_frames, 1),
-        1.0,
-        stage,
-        seed,
+    n_classes = int(labels.max()) + 1
+    spatial = cast("SpatialNet", build(SpatialNet, n_classes, tuple(values.shape[2:]), seed))
+    spatial.image.load_state_dict(model.image.state_dict())
+    frames = LearningSet(
+        values.flatten(0, 1),
+        labels.repeat_interleave(n_frames),
+        _frames_of(learnt.train, n_frames, config.frames_a_run),
+        _frames_of(learnt.validation, n_frames, 1),
     )
-    model.image.load_state_dict(image_stack.state_dict())
-    used = np.concatenate([train_index, validation_index])
+    of_images = train(spatial, frames, stage, seed)
+    model.image.load_state_dict(spatial.image.state_dict())
+    used = np.concatenate([learnt.train, learnt.validation])
     features = _features(model.image, values, used, config)
-    n_train = len(train_index)
-    trained = train(
-        _Head(model),
+    n_train = len(learnt.train)
+    after = LearningSet(
         features,
         labels[torch.from_numpy(used)],
         np.arange(n_train),
         np.arange(n_train, len(used)),
-        1.0,
-        config,
-        seed,
     )
+    trained = train(_Head(model), after, config, seed)
     return replace(
         trained,
         model=model,

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
-from afferents.pipeline.train_model import Training, train_model
+from afferents.pipeline.train import Training, train
 
 QUIET = Progress(quiet=True)
 
@@ -21,8 +21,8 @@ def extracted(session, out):
 
 def trained(store, name, folder):
     data = open_data([str(store)])
-    training = Training(data, FAMILIES[name], "quick", "all", data[0].encodings)
-    train_model(training, folder / name, QUIET)
+    training = Training(data, MODELS[name], "quick", "all", data[0].encodings)
+    train(training, folder / name, QUIET)
     export_model(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 

@@ -286,7 +286,7 @@ def hundred(models, tmp_path_factory):
     card = json.loads((known / CARD).read_text())
     card["textures"] = [f"cloth {i}" for i in range(100)]
     (folder / CARD).write_text(json.dumps(card))
-    network = build("spectral", 100, (1, 200), seed=1)
+    network = build("vibration-net", 100, (1, 200), seed=1)
     deployed = Deployed(network, 100, card["scale"])
     deployed.limit = torch.tensor(1e9)
     save_weights(deployed, folder / WEIGHTS)

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import afferents
 from afferents.channels import CHANNELS, hold, ra1_vector, sa1_vector
 from afferents.core import dims
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS
 from afferents.core.store import open_responses
 from afferents.encodings import (
     Encodings,
@@ -35,8 +35,8 @@ from afferents.live.images import Images
 from afferents.markers import load_sensor
 from afferents.pipeline.encode import encode, sources_of
 from afferents.pipeline.extract import responses_of
-from afferents.pipeline.train_model import load_model
 from afferents.recordings import WavFile, open_video, read_session
+from afferents.training import load_model
 
 
 def live_images(video, sensor):
@@ -148,7 +148,7 @@ def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name)
     responses = next(
         r for r in open_responses(stores["video"]) if r.attrs["name"] == recording.name
     )
-    offline = said_offline(models[name], responses, FAMILIES[name], cut_s=0)
+    offline = said_offline(models[name], responses, MODELS[name], cut_s=0)
     assert set(offline) <= set(live)
     assert len(offline) == (35 if name == "sa-se" else 3)
     for stop, expected in offline.items():
@@ -162,7 +162,7 @@ def test_percepts_of_sound_are_the_offline_ones(sounds, stores, models):
     responses = next(
         r for r in open_responses(stores["audio"]) if r.attrs["name"] == recording.name
     )
-    offline = said_offline(models["vib-te-aug"], responses, FAMILIES["vib-te-aug"], 0)
+    offline = said_offline(models["vib-te-aug"], responses, MODELS["vib-te-aug"], 0)
     assert set(offline) == set(live)
     assert len(offline) == 5
     for stop, expected in offline.items():

@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from afferents.core.card import read_card
 from afferents.core.evidence import MEMORY_S, Evidence
 from afferents.encodings import log_waves, wave_spectra
-from afferents.evaluation import least_surprise
 from afferents.live import Network
-from afferents.models import Deployed, build
-from afferents.pipeline.train_model import best_evidence, load_model
+from afferents.models import Deployed, build, least_surprise
+from afferents.training import best_evidence, load_model
 
 
 def test_the_card_says_what_it_learnt_from(models):
@@ -218,7 +217,7 @@ def test_evidence_fades_and_is_sure_in_time():
 
 
 def test_strange_is_what_lies_far_from_all_that_was_learnt(rng):
-    network = build("spatial", 4, (19, 19), seed=0).eval()
+    network = build("spatial-net", 4, (19, 19), seed=0).eval()
     deployed = Deployed(network, 4, 1.0).eval()
     labels = torch.arange(800) % 4
     means = 6 * torch.eye(16)[:4]

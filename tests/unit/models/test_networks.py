@@ -17,10 +17,10 @@ from afferents.models import (
 )
 
 NETWORKS = [
-    ("spatial", (19, 19), SpatialNet, 261_709, 260_717),
-    ("spatiotemporal", (10, 19, 19), CnnLstm, 273_365, 272_373),
-    ("spectral", (1, 200), VibrationNet, 261_709, 260_685),
-    ("spectral", (16, 200), VibrationNet, 271_309, 270_285),
+    ("spatial-net", (19, 19), SpatialNet, 261_709, 260_717),
+    ("cnn-lstm", (10, 19, 19), CnnLstm, 273_365, 272_373),
+    ("vibration-net", (1, 200), VibrationNet, 261_709, 260_685),
+    ("vibration-net", (16, 200), VibrationNet, 271_309, 270_285),
 ]
 
 
@@ -43,14 +43,14 @@ def test_pytorch_adds_120_lstm_biases_that_stay_zero_and_untrained():
 @pytest.mark.parametrize(
     ("encoding", "shape"),
     [
-        ("spatial", (19, 19)),
-        ("spatial", (8, 8)),
-        ("spatial", (11, 24)),
-        ("spatiotemporal", (10, 19, 19)),
-        ("spatiotemporal", (4, 8, 9)),
-        ("spectral", (1, 200)),
-        ("spectral", (16, 135)),
-        ("spectral", (2, 512)),
+        ("spatial-net", (19, 19)),
+        ("spatial-net", (8, 8)),
+        ("spatial-net", (11, 24)),
+        ("cnn-lstm", (10, 19, 19)),
+        ("cnn-lstm", (4, 8, 9)),
+        ("vibration-net", (1, 200)),
+        ("vibration-net", (16, 135)),
+        ("vibration-net", (2, 512)),
     ],
 )
 def test_logits_have_one_value_a_class_whatever_the_size_of_a_sample(encoding, shape):
@@ -61,11 +61,11 @@ def test_logits_have_one_value_a_class_whatever_the_size_of_a_sample(encoding, s
 @pytest.mark.parametrize(
     ("encoding", "shape", "found"),
     [
-        ("spatial", (7, 19), "7 x 19"),
-        ("spatiotemporal", (10, 19, 7), "19 x 7"),
-        ("spectral", (1, 134), "134"),
-        ("spatial", (10, 19, 19), r"\(10, 19, 19\)"),
-        ("spectral", (200,), r"\(200,\)"),
+        ("spatial-net", (7, 19), "7 x 19"),
+        ("cnn-lstm", (10, 19, 7), "19 x 7"),
+        ("vibration-net", (1, 134), "134"),
+        ("spatial-net", (10, 19, 19), r"\(10, 19, 19\)"),
+        ("vibration-net", (200,), r"\(200,\)"),
     ],
 )
 def test_samples_that_do_not_fit_are_refused(encoding, shape, found):
@@ -75,7 +75,7 @@ def test_samples_that_do_not_fit_are_refused(encoding, shape, found):
 
 def test_one_texture_is_refused():
     with pytest.raises(InputError, match="at least 2 textures"):
-        build("spatial", 1, (19, 19))
+        build("spatial-net", 1, (19, 19))
 
 
 def test_the_published_feature_maps_reach_the_dense_layers():
@@ -101,7 +101,7 @@ def test_batch_normalisation_has_keras_defaults(encoding, shape):
         for m in build(encoding, 13, shape).modules()
         if isinstance(m, nn.BatchNorm1d | nn.BatchNorm2d)
     ]
-    assert len(norms) == (4 if encoding == "spectral" else 6)
+    assert len(norms) == (4 if encoding == "vibration-net" else 6)
     assert all((m.momentum, m.eps) == (0.01, 1e-3) for m in norms)
 
 
@@ -166,12 +166,12 @@ def test_kernels_start_glorot_uniform_and_biases_at_zero():
 
 def test_the_seed_fixes_the_weights_and_leaves_the_callers_random_state():
     torch.manual_seed(3)
-    first = build("spectral", 13, (1, 200), seed=7).state_dict()
+    first = build("vibration-net", 13, (1, 200), seed=7).state_dict()
     drawn = torch.rand(2)
     torch.manual_seed(3)
     assert torch.equal(torch.rand(2), drawn)
-    again = build("spectral", 13, (1, 200), seed=7).state_dict()
-    other = build("spectral", 13, (1, 200), seed=8).state_dict()
+    again = build("vibration-net", 13, (1, 200), seed=7).state_dict()
+    other = build("vibration-net", 13, (1, 200), seed=8).state_dict()
     assert all(torch.equal(first[name], again[name]) for name in first)
     assert not torch.equal(first["spectrum.0.weight"], other["spectrum.0.weight"])
 

@@ -10,7 +10,7 @@ from afferents.core.errors import AfferentsError
 from afferents.evaluation import FoldKey
 from afferents.pipeline import evaluate as evaluation
 from afferents.pipeline import job
-from afferents.training import PutAside
+from afferents.training import PutAside, fitting
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 
@@ -18,14 +18,14 @@ ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 def test_samples_that_are_no_numbers(run, sounds, tmp_path, monkeypatch):
     store = tmp_path / "store"
     assert run("extract", sounds, store, "--quiet")[0] == 0
-    learning_set = job.learning_set
+    learning_set = fitting.learning_set
 
     def with_a_hole(*arguments):
         learnt = learning_set(*arguments)
         learnt.values[learnt.train[0]] = np.nan
         return learnt
 
-    monkeypatch.setattr(job, "learning_set", with_a_hole)
+    monkeypatch.setattr(fitting, "learning_set", with_a_hole)
     code, _, said = run("evaluate", store, "--out", tmp_path / "results", *ASKED)
     assert code == 2
     assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said

@@ -5,8 +5,8 @@ import xarray as xr
 from afferents.core.protocol import PROTOCOLS
 from afferents.encodings import SpatialEncoding, SpectralEncoding
 from afferents.evaluation import LeaveOneSpeedOut
-from afferents.pipeline.learning import learning_set, scale_of, thinned
-from afferents.training import TrainingConfig
+from afferents.training import TrainingConfig, learning_set
+from afferents.training.learning_set import scale_of, thinned
 
 NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
 PLAIN, AUGMENTED = False, True

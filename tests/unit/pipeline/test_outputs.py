@@ -10,7 +10,7 @@ from afferents.core.card import CARD, WEIGHTS
 from afferents.core.errors import InputError
 from afferents.core.outputs import is_our_picture, require_free, require_picture_folder
 from afferents.pipeline.export import _is_exported
-from afferents.pipeline.train_model import _is_model
+from afferents.training import is_model_folder
 
 
 def contents(folder):
@@ -125,13 +125,13 @@ def test_a_model_is_known_by_its_card_and_by_holding_nothing_else(tmp_path):
     model.mkdir()
     (model / CARD).write_text("{}")
     (model / WEIGHTS).write_bytes(b"")
-    assert _is_model(model)
-    require_free(model, "a model", _is_model, force=True)
+    assert is_model_folder(model)
+    require_free(model, "a model", is_model_folder, force=True)
     with pytest.raises(InputError, match="what the command reads"):
-        require_free(model, "a model", _is_model, force=True, reads=[model / CARD])
+        require_free(model, "a model", is_model_folder, force=True, reads=[model / CARD])
     (model / "notes.txt").write_text("precious")
     with pytest.raises(InputError, match="a folder that holds something else"):
-        require_free(model, "a model", _is_model, force=True)
+        require_free(model, "a model", is_model_folder, force=True)
 
 
 def test_an_exported_model_is_known_by_the_card_in_it(tmp_path):

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.core.families import families
+from afferents.core.model import models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.markers import load_sensor
@@ -34,7 +34,7 @@ def page(sounds, tmp_path_factory):
     extract(Extraction(sounds, folder / "s.zarr", load_sensor("tip_b"), "one-to-one"), quiet)
     data = open_data([str(folder / "s.zarr")])
     evaluation = Evaluation(
-        data, folder / "r", families("vib-te"), protocols("nested"), "quick", "all",
+        data, folder / "r", models_named("vib-te"), protocols("nested"), "quick", "all",
         data[0].encodings, [0],
     )  # fmt: skip
     evaluate(evaluation, quiet)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from afferents.core.families import TABLE1
+from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
 from afferents.pipeline import reproduce as reproducing

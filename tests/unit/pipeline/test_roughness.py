@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from afferents.core.errors import InputError
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS
 from afferents.core.progress import Progress
 from afferents.core.samples import concatenate, make_samples
 from afferents.pipeline.roughness import COVERAGE, Felt, _ask, _summary_of, can_ask_mm
@@ -36,7 +36,7 @@ def samples(spacings=SPACINGS, speeds=SPEEDS, n=30, noise=0.2, seed=0):
 
 def asked(data):
     felt = Felt.of(data, torch.from_numpy(data.values))
-    return _ask(FAMILIES["sa-wave"], felt, data, Progress(quiet=True))
+    return _ask(MODELS["sa-wave"], felt, data, Progress(quiet=True))
 
 
 def test_textures_never_felt_lie_between_those_that_were():

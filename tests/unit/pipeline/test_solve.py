@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from afferents.core.samples import make_samples
-from afferents.pipeline.pairs import mean_within
+from afferents.training.pairs import mean_within
 
 WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-signed,ra-wave-around,ra-wave-vector"
 

@@ -7,6 +7,7 @@ from afferents.core.files import write_json
 from afferents.evaluation import FoldKey, at_work, plan
 from afferents.pipeline import job
 from afferents.pipeline.status import status
+from afferents.training import fitting
 
 SHORT, LONG = (
     [FoldKey(model, "nested", 1, speed) for speed in (10.0, 20.0)] for model in ("vib-te", "ra-se")
@@ -49,8 +50,8 @@ def test_what_failed_is_named_once(run, sounds, tmp_path, monkeypatch):
     def fail(*_):
         raise AfferentsError("no luck")
 
-    learning_set = job.learning_set
-    monkeypatch.setattr(job, "learning_set", fail)
+    learning_set = fitting.learning_set
+    monkeypatch.setattr(fitting, "learning_set", fail)
     asked = ("--models", "vib-te", "--workers", 1, "--quiet")
     code, _, error = run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)
     key = "vib-te, nested, seed 0, 20 mm/s held out"

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.families import FAMILIES
+from afferents.core.model import MODELS
 from afferents.core.progress import Progress
 from afferents.core.samples import concatenate, make_samples
-from afferents.encodings import Encodings
+from afferents.encodings import WavenumberEncoding
 from afferents.evaluation import summarise_unknown
 from afferents.pipeline.unknown import RidgeSums, ask_unknown
 
@@ -33,7 +33,7 @@ def samples(n_textures=6, n=80, noise=0.4, seed=0):
 
 
 def asked(data):
-    return ask_unknown(FAMILIES["sa-wave"], data, Encodings(), Progress(quiet=True))
+    return ask_unknown(MODELS["sa-wave"], data, WavenumberEncoding(), Progress(quiet=True))
 
 
 @pytest.fixture(scope="module")

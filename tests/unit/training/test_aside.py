@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from afferents.models import build
-from afferents.training import PutAside, train
+from afferents.training import LearningSet, PutAside, train
 
 
 class StoppedHereError(Exception):
@@ -28,7 +28,7 @@ def fates(trained):
 @pytest.mark.parametrize("one_cycle", [False, True])
 @pytest.mark.parametrize("stops", [(2,), (3, 5)])
 @pytest.mark.parametrize(
-    ("encoding", "shape"), [("spatial", (10, 10)), ("spatiotemporal", (4, 8, 8))]
+    ("encoding", "shape"), [("spatial-net", (10, 10)), ("cnn-lstm", (4, 8, 8))]
 )
 def test_who_is_stopped_ends_where_others_end(
     encoding, shape, stops, one_cycle, make_problem, config, tmp_path
@@ -38,13 +38,20 @@ def test_who_is_stopped_ends_where_others_end(
         update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )
     aside = PutAside(tmp_path / "fold.aside", every_s=0)
-    whole = train(build(encoding, 3, shape, 1), *problem, 1.0, config, 5)
+    whole = train(build(encoding, 3, shape, 1), LearningSet(*problem), config, 5)
     for stop in stops:
         with pytest.raises(StoppedHereError):
-            train(build(encoding, 3, shape, 1), *problem, 1.0, config, 5, stop_after(stop), aside)
+            train(
+                build(encoding, 3, shape, 1),
+                LearningSet(*problem),
+                config,
+                5,
+                stop_after(stop),
+                aside,
+            )
     seen = []
     again = train(
-        build(encoding, 3, shape, 1), *problem, 1.0, config, 5, lambda e: seen.append(e.number),
+        build(encoding, 3, shape, 1), LearningSet(*problem), config, 5, lambda e: seen.append(e.number),
         aside,
     )  # fmt: skip
     # To the last bit, for what is put aside is, and the same steps follow in the same one thread.
@@ -61,24 +68,34 @@ def test_who_is_stopped_ends_where_others_end(
 def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net, config, tmp_path):
     aside = PutAside(tmp_path / "fold.aside", every_s=0)
     with pytest.raises(StoppedHereError):
-        train(copy.deepcopy(small_net), *problem, 1.0, config, 0, stop_after(3), aside)
+        train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(3), aside)
     assert aside.path.is_file()
     seen = []
     elsewhere = PutAside(aside.path, of="other data", every_s=0)
     with pytest.raises(StoppedHereError):
-        train(copy.deepcopy(small_net), *problem, 1.0, config, 0, stop_after(1), elsewhere)
+        train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(1), elsewhere)
     train(
-        copy.deepcopy(small_net), *problem, 1.0, config, 1, lambda e: seen.append(e.number), aside
+        copy.deepcopy(small_net),
+        LearningSet(*problem),
+        config,
+        1,
+        lambda e: seen.append(e.number),
+        aside,
     )
     assert seen[0] == 1
     aside.path.write_bytes(aside.path.read_bytes()[:1000])
     seen.clear()
     train(
-        copy.deepcopy(small_net), *problem, 1.0, config, 1, lambda e: seen.append(e.number), aside
+        copy.deepcopy(small_net),
+        LearningSet(*problem),
+        config,
+        1,
+        lambda e: seen.append(e.number),
+        aside,
     )
     assert seen[0] == 1
 
 
 def test_short_trainings_are_not_put_aside(problem, small_net, config, tmp_path):
-    train(small_net, *problem, 1.0, config, 0, aside=PutAside(tmp_path / "fold.aside"))
+    train(small_net, LearningSet(*problem), config, 0, aside=PutAside(tmp_path / "fold.aside"))
     assert list(tmp_path.iterdir()) == []

@@ -6,31 +6,31 @@ from pydantic import ValidationError
 from afferents.core.errors import InputError
 from afferents.training import TrainingConfig, training_config
 
-ENCODINGS = ["spatial", "spatiotemporal", "spectral"]
+RECIPES = ["spatial-net", "cnn-lstm", "vibration-net"]
 
 
 @pytest.mark.parametrize(
-    ("encoding", "rate", "patience"),
-    [("spatial", 1e-3, 20), ("spatiotemporal", 1e-4, 20), ("spectral", 1e-4, 10)],
+    ("recipe", "rate", "patience"),
+    [("spatial-net", 1e-3, 20), ("cnn-lstm", 1e-4, 20), ("vibration-net", 1e-4, 10)],
 )
-def test_paper_is_the_published_recipe(encoding, rate, patience):
-    config = training_config("paper", encoding)
+def test_paper_is_the_published_recipe(recipe, rate, patience):
+    config = training_config("paper", recipe)
     assert (config.learning_rate, config.patience) == (rate, patience)
     assert (config.batch_size, config.max_epochs) == (64, 150)
     assert config.training_samples is None
 
 
-@pytest.mark.parametrize("encoding", ENCODINGS)
-def test_quick_sees_fewer_samples_for_fewer_epochs(encoding):
-    quick, paper = training_config("quick", encoding), training_config("paper", encoding)
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_quick_sees_fewer_samples_for_fewer_epochs(recipe):
+    quick, paper = training_config("quick", recipe), training_config("paper", recipe)
     assert quick.training_samples is not None
     assert quick.max_epochs < paper.max_epochs
     assert quick.patience < quick.max_epochs
 
 
-@pytest.mark.parametrize("encoding", ENCODINGS)
-def test_fast_goes_one_cycle_over_fewer_samples(encoding):
-    fast, paper = training_config("fast", encoding), training_config("paper", encoding)
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_fast_goes_one_cycle_over_fewer_samples(recipe):
+    fast, paper = training_config("fast", recipe), training_config("paper", recipe)
     assert (fast.one_cycle, paper.one_cycle) == (True, False)
     assert fast.patience is None
     assert fast.max_epochs < paper.patience
@@ -39,7 +39,7 @@ def test_fast_goes_one_cycle_over_fewer_samples(encoding):
 
 def test_an_unknown_preset_is_refused():
     with pytest.raises(InputError, match="--preset: expected quick, fast or paper, found 'slow'"):
-        training_config("slow", "spatial")
+        training_config("slow", "spatial-net")
 
 
 @pytest.mark.parametrize(
@@ -63,4 +63,4 @@ def test_contradictions_are_refused_when_built(wrong):
 
 def test_a_configuration_is_frozen():
     with pytest.raises(ValidationError):
-        training_config("paper", "spatial").patience = 1
+        training_config("paper", "spatial-net").patience = 1

@@ -10,8 +10,8 @@ from torch import nn
 
 from afferents.core.errors import AfferentsError, InputError
 from afferents.models import build, l2_penalty
-from afferents.training import Epoch, hardware, predict, train
-from afferents.training.data import Data, split
+from afferents.training import Epoch, LearningSet, hardware, predict, train
+from afferents.training.data import split
 from afferents.training.hardware import autocast, choose_device, has_bfloat16
 from afferents.training.learner import Learner, WarmUp
 
@@ -25,13 +25,13 @@ what its logit is."""
 
 @pytest.mark.parametrize(
     ("encoding", "shape"),
-    [("spatial", (10, 10)), ("spatiotemporal", (4, 8, 8)), ("spectral", (2, 140))],
+    [("spatial-net", (10, 10)), ("cnn-lstm", (4, 8, 8)), ("vibration-net", (2, 140))],
 )
 def test_every_network_learns_a_separable_problem(encoding, shape, make_problem, config):
     problem = make_problem(shape)
     model = build(encoding, 3, shape)
     config = config.model_copy(update={"batch_size": 16, "max_epochs": 12, "patience": 8})
-    trained = train(model, *problem, 1.0, config, seed=0)
+    trained = train(model, LearningSet(*problem), config, seed=0)
     probabilities = predict(trained.model, problem.values, problem.validation, 1.0, config)
     accuracy = (probabilities.argmax(1) == problem.labels.numpy()[problem.validation]).mean()
     assert accuracy > 0.9
@@ -40,7 +40,7 @@ def test_every_network_learns_a_separable_problem(encoding, shape, make_problem,
 
 def test_data_are_copied_to_a_gpu_alone_and_gathered_there(make_problem):
     problem = make_problem((10, 10))
-    data = Data(problem.values, problem.labels, 2.0)
+    data = LearningSet(*problem, 2.0)
     assert data.on(torch.device("cpu")).values.data_ptr() == problem.values.data_ptr()
     elsewhere = torch.device("meta")  # holds no numbers, but keeps account of what lies where
     samples, labels = data.on(elsewhere).batch(torch.zeros(3, dtype=torch.int64, device="meta"))
@@ -52,9 +52,11 @@ def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
     problem = make_problem((10, 10))
     cycle = {"one_cycle": True, "max_epochs": 5, "patience": None, "learning_rate": 1e-2}
     config = config.model_copy(update={**cycle, "batch_size": 16})
-    data = Data(problem.values, problem.labels, 1.0)
+    data = LearningSet(*problem)
     batches = split(torch.from_numpy(problem.train), 16)
-    learner = Learner(build("spatial", 3, (10, 10)), config, torch.device("cpu"), 5 * len(batches))
+    learner = Learner(
+        build("spatial-net", 3, (10, 10)), config, torch.device("cpu"), 5 * len(batches)
+    )
     rates = []
     for _ in range(5):
         for batch in batches:
@@ -66,7 +68,7 @@ def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
     assert (np.diff(rates[: highest + 1]) > 0).all()
     assert (np.diff(rates[highest:]) < 0).all()
     assert rates[-1] < 1e-4
-    trained = train(build("spatial", 3, (10, 10)), *problem, 1.0, config, seed=0)
+    trained = train(build("spatial-net", 3, (10, 10)), LearningSet(*problem), config, seed=0)
     assert trained.passes == trained.facts()["passes"] == 5 * len(problem.train)
     assert trained.history[-1].validation_accuracy > 0.9
 
@@ -102,10 +104,8 @@ def test_training_stops_after_patience_and_restores_the_best_epoch(script, best,
     model = Scripted(script)
     values, labels = torch.zeros(40, 2), torch.zeros(40, dtype=torch.int64)
     seen: list[Epoch] = []
-    train_index, validation_index = np.arange(30), np.arange(30, 40)
-    trained = train(
-        model, values, labels, train_index, validation_index, 1.0, config, 0, seen.append
-    )
+    learnt = LearningSet(values, labels, np.arange(30), np.arange(30, 40))
+    trained = train(model, learnt, config, 0, seen.append)
     assert trained.best_epoch == best
     assert int(model.epoch) == best, "the weights of the best epoch"
     assert [e.validation_accuracy for e in trained.history] == pytest.approx(script[:epochs])
@@ -117,9 +117,8 @@ def test_without_patience_training_goes_on(config):
     config = config.model_copy(update={"patience": None, "max_epochs": 8})
     script = [0.9, *[0.1] * 7]  # a step an epoch
     values, labels = torch.zeros(40, 2), torch.zeros(40, dtype=torch.int64)
-    trained = train(
-        Scripted(script), values, labels, np.arange(30), np.arange(30, 40), 1.0, config, 0
-    )
+    learnt = LearningSet(values, labels, np.arange(30), np.arange(30, 40))
+    trained = train(Scripted(script), learnt, config, 0)
     assert (len(trained.history), trained.best_epoch, trained.passes) == (8, 1, 240)
 
 
@@ -127,7 +126,7 @@ def test_same_seed_same_weights_and_other_seed_other_weights(problem, small_net,
     nets = [copy.deepcopy(small_net) for _ in range(3)]
     for net, seed in zip(nets, (1, 1, 2), strict=True):
         torch.rand(seed)  # the caller's random state must not matter
-        train(net, *problem, 1.0, config, seed)
+        train(net, LearningSet(*problem), config, seed)
     first, again, other = (net.state_dict() for net in nets)
     assert all(torch.equal(first[name], again[name]) for name in first)
     assert not torch.equal(first["0.weight"], other["0.weight"])
@@ -135,7 +134,7 @@ def test_same_seed_same_weights_and_other_seed_other_weights(problem, small_net,
 
 def test_training_leaves_the_callers_random_state(problem, small_net, config):
     state = torch.get_rng_state()
-    train(small_net, *problem, 1.0, config, seed=5)
+    train(small_net, LearningSet(*problem), config, seed=5)
     assert torch.equal(torch.get_rng_state(), state)
 
 
@@ -143,8 +142,8 @@ def test_scale_divides_the_samples(problem, small_net, config):
     """Samples times 4, divided by 4: the same weights and probabilities, as 4 is a power of 2."""
     twin = copy.deepcopy(small_net)
     enlarged = problem._replace(values=problem.values * 4)
-    train(small_net, *problem, 1.0, config, seed=0)
-    train(twin, *enlarged, 4.0, config, seed=0)
+    train(small_net, LearningSet(*problem), config, seed=0)
+    train(twin, LearningSet(*enlarged, 4.0), config, seed=0)
     assert torch.equal(small_net[0].weight, twin[0].weight)
     expected = predict(small_net, problem.values, problem.validation, 1.0, config)
     np.testing.assert_array_equal(
@@ -160,18 +159,18 @@ def test_only_the_folds_samples_are_used_and_none_is_changed(problem, small_net,
     values = torch.full_like(problem.values, torch.nan)
     values[fold] = problem.values[fold]
     before = values.clone()
-    train(small_net, values, problem.labels, fold[:40], fold[40:], 2.0, config, seed=0)
+    learnt = LearningSet(values, problem.labels, fold[:40], fold[40:], 2.0)
+    train(small_net, learnt, config, seed=0)
     assert torch.equal(values.nan_to_num(), before.nan_to_num())
 
 
 def test_the_reported_loss_is_cross_entropy_plus_the_l2_term(config):
     """All samples zero, so logits are the biases: with those at zero, ln 3 + L2."""
-    model = build("spectral", 3, (1, 140))
+    model = build("vibration-net", 3, (1, 140))
     config = config.model_copy(update={"learning_rate": 1e-30, "max_epochs": 1})
     labels = torch.arange(6) % 3
-    trained = train(
-        model, torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6), 1.0, config, seed=0
-    )
+    learnt = LearningSet(torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6))
+    trained = train(model, learnt, config, seed=0)
     expected = np.log(3) + l2_penalty(model).item()
     assert trained.history[0].loss == pytest.approx(expected, rel=1e-5)
     assert trained.history[0].validation_loss == pytest.approx(expected, rel=1e-5)
@@ -179,11 +178,12 @@ def test_the_reported_loss_is_cross_entropy_plus_the_l2_term(config):
 
 def test_the_l2_term_reaches_the_gradient(config):
     """With all samples zero, only the L2 term can move the marked kernel: towards zero."""
-    model = build("spectral", 3, (1, 140))
+    model = build("vibration-net", 3, (1, 140))
     before = model.dense[1].weight.detach().clone()
     config = config.model_copy(update={"learning_rate": 1e-4, "max_epochs": 1})
     labels = torch.arange(6) % 3
-    train(model, torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6), 1.0, config, seed=0)
+    learnt = LearningSet(torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6))
+    train(model, learnt, config, seed=0)
     large = before.abs() > 1e-3
     assert (model.dense[1].weight.abs() < before.abs())[large].all()
 
@@ -196,23 +196,17 @@ def test_the_last_batch_keeps_the_rest_and_none_is_left_alone(n, sizes):
 
 
 def test_a_last_batch_of_one_does_not_stop_batch_normalisation(problem, small_net, config):
-    train(
-        small_net,
-        problem.values,
-        problem.labels,
-        problem.train[: config.batch_size + 1],
-        problem.validation[:1],
-        1.0,
-        config,
-        seed=0,
+    some = problem._replace(
+        train=problem.train[: config.batch_size + 1], validation=problem.validation[:1]
     )
+    train(small_net, LearningSet(*some), config, seed=0)
 
 
 @pytest.mark.parametrize("part", ["train", "validation"])
 def test_a_loss_that_is_no_number_stops_with_a_sentence(part, problem, small_net, config):
     problem.values[getattr(problem, part)[5]] = torch.nan
     with pytest.raises(AfferentsError, match="the loss is no longer a number in epoch 1"):
-        train(small_net, *problem, 1.0, config, seed=0)
+        train(small_net, LearningSet(*problem), config, seed=0)
 
 
 @pytest.mark.parametrize(
@@ -224,13 +218,13 @@ def test_a_loss_that_is_no_number_stops_with_a_sentence(part, problem, small_net
 )
 def test_folds_with_too_little_are_refused(change, found, problem, small_net, config):
     with pytest.raises(InputError, match=found):
-        train(small_net, *problem._replace(**change), 1.0, config, seed=0)
+        train(small_net, LearningSet(*problem._replace(**change)), config, seed=0)
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_scale_that_cannot_divide_is_refused(scale, problem, small_net, config):
     with pytest.raises(InputError, match="a positive scale"):
-        train(small_net, *problem, scale, config, seed=0)
+        train(small_net, LearningSet(*problem, scale), config, seed=0)
 
 
 def test_probabilities_are_float32_and_sum_to_one_in_the_order_asked(problem, small_net, config):
@@ -253,7 +247,7 @@ def test_prediction_of_more_than_a_batch_keeps_every_sample(small_net, config):
 
 @pytest.mark.parametrize(
     ("encoding", "shape", "n_layers"),
-    [("spatial", (10, 10), 6), ("spatiotemporal", (4, 8, 8), 9), ("spectral", (1, 140), 6)],
+    [("spatial-net", (10, 10), 6), ("cnn-lstm", (4, 8, 8), 9), ("vibration-net", (1, 140), 6)],
 )
 def test_bfloat16_gives_nearly_the_probabilities_of_float32(encoding, shape, n_layers, config):
     model = build(encoding, 3, shape)
@@ -270,13 +264,13 @@ def test_bfloat16_gives_nearly_the_probabilities_of_float32(encoding, shape, n_l
 
 
 @pytest.mark.parametrize(
-    ("encoding", "shape"), [("spatiotemporal", (4, 8, 8)), ("spectral", (1, 140))]
+    ("encoding", "shape"), [("cnn-lstm", (4, 8, 8)), ("vibration-net", (1, 140))]
 )
 def test_training_in_bfloat16_keeps_float32_weights(encoding, shape, make_problem, config):
     """On any processor, also where an LSTM is left in float32."""
     model = build(encoding, 3, shape)
     in_bfloat16 = config.model_copy(update={"precision": "bfloat16", "max_epochs": 1})
-    train(model, *make_problem(shape, n=48), 1.0, in_bfloat16, seed=0)
+    train(model, LearningSet(*make_problem(shape, n=48)), in_bfloat16, seed=0)
     assert {p.dtype for p in model.parameters()} == {torch.float32}
 
 
@@ -319,12 +313,12 @@ def test_warming_up_ends_at_the_layers_own_momentum():
 
 
 def test_after_training_the_momentum_is_the_layers_own_again(problem, small_net, config):
-    train(small_net, *problem, 1.0, config.model_copy(update={"max_epochs": 1}), seed=0)
+    train(small_net, LearningSet(*problem), config.model_copy(update={"max_epochs": 1}), seed=0)
     assert small_net[2].momentum == 0.1
 
 
 def test_the_facts_of_a_training_are_json(problem, small_net, config):
-    trained = train(small_net, *problem, 1.0, config, seed=0)
+    trained = train(small_net, LearningSet(*problem), config, seed=0)
     facts = json.loads(json.dumps(trained.facts(), allow_nan=False))
     assert facts["best_epoch"] == trained.best_epoch
     assert len(facts["history"]) == len(trained.history)

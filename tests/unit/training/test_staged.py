@@ -7,15 +7,15 @@ import pytest
 import torch
 
 from afferents.models import build
-from afferents.training import predict, train_in_stages
+from afferents.training import LearningSet, predict, train_in_stages
 
 
 def staged(make_problem, config, seed=0):
     problem = make_problem((4, 8, 8))
-    model = build("spatiotemporal", 3, (4, 8, 8))
+    model = build("cnn-lstm", 3, (4, 8, 8))
     stages = {"batch_size": 16, "max_epochs": 20, "patience": 19, "image_epochs": 6}
     trained = train_in_stages(
-        model, *problem, config.model_copy(update={**stages, "frames_a_run": 2}), seed
+        model, LearningSet(*problem), config.model_copy(update={**stages, "frames_a_run": 2}), seed
     )
     return problem, model, trained
 
@@ -40,17 +40,14 @@ def test_only_training_runs_teach(make_problem, config):
     problem, _model, _ = staged(make_problem, config)
     labels = problem.labels.clone()
     labels[torch.from_numpy(problem.validation)] = 0
-    again = build("spatiotemporal", 3, (4, 8, 8))
+    again = build("cnn-lstm", 3, (4, 8, 8))
     stages = {"batch_size": 16, "max_epochs": 20, "patience": 19, "image_epochs": 6}
     one_stage = config.model_copy(update={**stages, "frames_a_run": 2, "max_epochs": 1})
     first = copy.deepcopy(again)
     for network, truth in ((first, problem.labels), (again, labels)):
         train_in_stages(
             network,
-            problem.values,
-            truth,
-            problem.train,
-            problem.validation,
+            LearningSet(*problem._replace(labels=truth)),
             one_stage.model_copy(update={"image_epochs": 1}),
             0,
         )

@@ -67,7 +67,7 @@ class Snapshots:
             "models": [
                 {
                     "model": judge.card.family,
-                    "title": judge.card.of_family.title,
+                    "title": judge.card.title,
                     "textures": judge.card.textures,
                     "said": judge.card.said(),
                     "channel": channel,

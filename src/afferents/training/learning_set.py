@@ -1,41 +1,62 @@
 """What one fold learns from: one tensor of values, index arrays into it, and a scale."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from afferents.core import dims
+from afferents.core.fold import Fold
 from afferents.core.protocol import Protocol
 from afferents.core.samples import Samples, labels_of
-from afferents.encodings import COPIES, Encoding
-from afferents.evaluation import Fold
-from afferents.training import TrainingConfig
+from afferents.training.config import TrainingConfig
+from afferents.training.data import gather
 
 Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class LearningSet:
-    """Values and labels, which of them train and validate, and what they are divided by.
+    """What a network learns from.
 
-    `values` holds all samples in their order, and after them the stretched copies if the
-    family is augmented. `scaled_on` are the samples that `scale` was taken from.
+    Attributes
+    ----------
+    values
+        All samples in their order, float32 (n, *sample_shape); after them the stretched copies,
+        if there are any.
+    labels
+        Number of each one's texture, int64 (n,).
+    train, validation
+        Samples to learn from and to judge by, (n_train,) and (n_validation,).
+    scale
+        A batch is divided by it; 1 for raw units.
+    scaled_on
+        Samples that the scale was taken from.
     """
 
-    values: torch.Tensor
-    labels: torch.Tensor
+    values: Tensor
+    labels: Tensor
     train: Indices
     validation: Indices
-    scale: float
-    scaled_on: Indices
+    scale: float = 1.0
+    scaled_on: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    def on(self, device: torch.device) -> "LearningSet":
+        """Return it on a device: a GPU holds all samples, on the CPU nothing is copied."""
+        return replace(self, values=self.values.to(device), labels=self.labels.to(device))
+
+    def batch(self, index: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the samples, scaled, and the labels of an index tensor, where they lie."""
+        return gather(self.values, index, self.scale), self.labels.index_select(0, index)
 
 
 def learning_set(
     samples: Samples,
-    encoding: Encoding,
-    augmented: bool,
+    encoding: Any,
+    stretched: bool,
     protocol: Protocol,
     fold: Fold,
     config: TrainingConfig,
@@ -46,20 +67,23 @@ def learning_set(
     Parameters
     ----------
     encoding
-        That made the samples.
-    augmented
+        That made the samples; see `encodings.Encoding`.
+    stretched
         Whether stretched copies stand in for speeds never seen.
     config
         Says how many samples are used at most.
     rng
         Draws the factors of the stretched copies, once a fold as published.
     """
-    train = thinned(fold.train, originals(augmented, protocol, config.training_samples))
+    train = thinned(
+        fold.train,
+        originals(encoding.n_copies if stretched else 0, protocol, config.training_samples),
+    )
     validation = thinned(fold.validation, config.validation_samples)
     scale, scaled_on = scale_of(samples, encoding, protocol, train)
     labels = labels_of(samples)
     values = encoding.seen(samples.values)
-    if augmented:
+    if stretched:
         copies, origin = encoding.stretched(samples.values[train], rng, protocol.stretch)
         added = np.arange(len(values), len(values) + len(copies))
         values = np.concatenate([values, copies])
@@ -75,15 +99,18 @@ def learning_set(
     )
 
 
-def originals(augmented: bool, protocol: Protocol, kept: int | None) -> int | None:
-    """Return how many samples are stretched so that `kept` come out; None for all."""
-    if kept is None or not augmented:
+def originals(n_copies: int, protocol: Protocol, kept: int | None) -> int | None:
+    """Return how many samples have copies made, so many of each, for `kept` to come out.
+
+    None for all.
+    """
+    if kept is None or n_copies == 0:
         return kept
-    return max(1, kept // (len(COPIES) + protocol.keep_originals))
+    return max(1, kept // (n_copies + protocol.keep_originals))
 
 
 def scale_of(
-    samples: Samples, encoding: Encoding, protocol: Protocol, train: Indices
+    samples: Samples, encoding: Any, protocol: Protocol, train: Indices
 ) -> tuple[float, Indices]:
     """Return what the values are divided by, and the samples it was taken from.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import log_softmax
 
-from afferents.evaluation import best_weights, surprise, weighted
+from afferents.models import best_weights, surprise, weighted
 
 
 def guesses(n, sharpness, rng):

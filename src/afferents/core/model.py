@@ -1,0 +1,172 @@
+"""The models: the six of the paper's Table 1, and our own beyond it. A model is a row."""
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, Literal
+
+from afferents.core.dims import (
+    RA1,
+    RA1_CIRCUMFERENTIAL,
+    RA1_SIGNED,
+    RA1_VECTOR,
+    RA2,
+    SA1,
+    SA1_VECTOR,
+)
+from afferents.core.errors import InputError
+from afferents.core.own import imported
+
+SpeedFrom = Literal["nobody", "robot", "fingertip"]
+"""Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A way from a channel to textures: what is felt, how it is encoded, and what learns it.
+
+    Each of the three is a name, or an object of your own:
+
+    >>> from sklearn.linear_model import LogisticRegression
+    >>> mine = Model(
+    ...     "logistic", channel="ra1", encoding="spatial", classifier=LogisticRegression()
+    ... )
+    >>> mine.title
+    'logistic'
+
+    Attributes
+    ----------
+    name
+        In commands, files and code.
+    title
+        In tables and figures; the name, if none is given.
+    channel
+        A name in `channels.CHANNELS`, or a `channels.Channel`; of a fusion that of its first part.
+    encoding
+        A name in `encodings.ENCODINGS`, or an `encodings.Encoding`.
+    classifier
+        A name in `models.CLASSIFIERS`; a scikit-learn estimator with `predict_proba`; or a function
+        from the number of textures and the shape of a sample to a torch module that gives logits.
+    recipe
+        Of networks, how they are trained: a name in `training.RECIPES`; none for the classifier's.
+    stretched
+        Whether copies of the training samples, stretched in frequency, stand in for speeds that
+        were never seen (section 2.4.3).
+    speed_from
+        Who tells it the speed of what is tested.
+    parts
+        Names of the models that a fusion joins; its decisions are timed by the first.
+    """
+
+    name: str
+    title: str = ""
+    _: KW_ONLY
+    channel: Any
+    encoding: Any
+    classifier: Any
+    recipe: str = ""
+    stretched: bool = False
+    speed_from: SpeedFrom = "nobody"
+    parts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse names that are no names of folders, and take the name for a title."""
+        if not self.name or set(self.name) & set("/\\,: ") or self.name.startswith("."):
+            raise InputError("a model's name", "letters, digits and hyphens", f"{self.name!r}")
+        if not self.title:
+            object.__setattr__(self, "title", self.name)
+
+
+def _row(name: str, title: str, channel: str, encoding: str, classifier: str, **more: Any) -> Model:
+    return Model(name, title, channel=channel, encoding=encoding, classifier=classifier, **more)
+
+
+TABLE1: dict[str, Model] = {
+    model.name: model
+    for model in (
+        _row("sa-se", "SA-SE", SA1, "spatial", "spatial-net"),
+        _row("ra-se", "RA-SE", RA1, "spatial", "spatial-net"),
+        _row("sa-ste", "SA-STE", SA1, "spatiotemporal", "cnn-lstm"),
+        _row("ra-ste", "RA-STE", RA1, "spatiotemporal", "cnn-lstm"),
+        _row("vib-te", "vib-TE", RA2, "spectral", "vibration-net"),
+        _row("vib-te-aug", "vib-TE augmented", RA2, "spectral", "vibration-net", stretched=True),
+    )
+}
+"""The paper's."""
+
+BEYOND: dict[str, Model] = {
+    model.name: model
+    for model in (
+        _row("ridge-te", "ridge on log spectra", RA2, "orders", "ridge"),
+        _row("order-te", "orders", RA2, "orders", "orders"),
+        _row(
+            "order-te-measured", "orders, speed measured", RA2, "orders", "orders",
+            speed_from="fingertip",
+        ),
+        _row(
+            "order-te-told", "orders, speed told", RA2, "orders", "orders", speed_from="robot"
+        ),
+        _row("rocket-te", "random kernels", RA2, "kernels", "ridge-searched"),
+        _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
+        _row("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", "ridge"),
+        _row("ra-wave", "RA-I waves", RA1, "wavenumbers", "ridge"),
+        _row("ra-wave-signed", "RA-I signed waves", RA1_SIGNED, "wavenumbers", "ridge"),
+        _row(
+            "ra-wave-around", "RA-I circumferential waves", RA1_CIRCUMFERENTIAL, "wavenumbers",
+            "ridge",
+        ),
+        _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
+        _row(
+            "fusion", "fusion, late", RA2, "orders", "late-fusion",
+            parts=("order-te", "sa-wave-vector"),
+        ),
+        _row(
+            "fusion-told", "fusion, late, speed told", RA2, "orders", "late-fusion",
+            speed_from="robot", parts=("order-te-told", "sa-wave-vector"),
+        ),
+        _row(
+            "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",
+            parts=("order-te", "sa-wave-vector"),
+        ),
+    )
+}  # fmt: skip
+"""Our own: docs/beyond.md says what they are and how far they go."""
+
+MODELS: dict[str, Model] = TABLE1 | BEYOND
+
+BEST = ("ra-wave-vector", "vib-te-aug")
+"""What is recommended: the first that the data support, to be trained and felt with.
+
+By the kind of data, not by scores at held-out speeds, so that nothing is picked on a test.
+"""
+
+
+def models_named(names: str) -> list[Model]:
+    """Read a comma-separated list of models: those of the tables in their order, then one's own.
+
+    Parameters
+    ----------
+    names
+        Names; ``all`` for the six of Table 1; ``package.module:NAME`` or ``file.py:NAME`` for a
+        `Model` of one's own.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or what is imported is no model.
+    """
+    chosen = list(TABLE1) if names == "all" else [name.strip() for name in names.split(",")]
+    own = [_own(name) for name in chosen if ":" in name]
+    for name in chosen:
+        if ":" not in name and name not in MODELS:
+            raise InputError(
+                "--models", f"'all', 'best' or some of {', '.join(MODELS)}", f"'{name}'"
+            )
+    return [model for name, model in MODELS.items() if name in chosen] + own
+
+
+def _own(where: str) -> Model:
+    found = imported(where)
+    if not isinstance(found, Model):
+        raise InputError("--models", f"an afferents.Model at {where}", type(found).__name__)
+    if found.name in MODELS:
+        raise InputError(where, "a name that no model of this package has", f"'{found.name}'")
+    return found

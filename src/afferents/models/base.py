@@ -1,0 +1,214 @@
+"""What a classifier is: scores of textures from samples."""
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, NamedTuple, Self, cast
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from afferents.core.errors import InputError
+from afferents.core.model import SpeedFrom
+
+
+class Task(NamedTuple):
+    """What a classifier is built for.
+
+    Attributes
+    ----------
+    n_classes
+        Number of textures, at least 2.
+    sample_shape, sample_dims
+        Of one sample, and the names of its dims.
+    encoding
+        That makes the samples; see `encodings.Encoding`.
+    frequency_hz
+        Of samples over frequency, the axis.
+    speed_from
+        Who tells the speed of what is named.
+    seed
+        Of the first weights.
+    """
+
+    n_classes: int
+    sample_shape: tuple[int, ...]
+    sample_dims: tuple[str, ...]
+    encoding: Any = None
+    frequency_hz: NDArray[np.float64] | None = None
+    speed_from: SpeedFrom = "nobody"
+    seed: int = 0
+
+
+class Classifier(nn.Module, ABC):
+    """Tells textures apart, once it has learnt to.
+
+    A `Network` learns in a loop (`training.loop`), a `Solved` one at once. To add one, subclass
+    either and name it in `models.CLASSIFIERS`. For one of your own no subclass is needed: see
+    ``classifier`` of `afferents.Model`.
+
+    Attributes
+    ----------
+    name
+        In commands, files and code.
+    takes
+        Names of the dims of a sample; none for any.
+    deployable
+        Whether it can be trained to feel live with.
+    judged_by_scores
+        Whether what is unknown is told by the scores of the textures, and not by what enters the
+        last layer.
+    """
+
+    name: ClassVar[str]
+    takes: ClassVar[tuple[str, ...]] = ()
+    deployable: ClassVar[bool] = True
+    judged_by_scores: ClassVar[bool] = False
+
+    @classmethod
+    @abstractmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one that has learnt nothing yet."""
+
+    def last_features(self, samples: Tensor) -> Tensor:
+        """Return what the scores are worked out of, (batch, feature), of scaled samples."""
+        raise InputError("the classifier", "one that can be felt live", self.name)
+
+    def scores_of(self, features: Tensor) -> Tensor:
+        """Return the scores of the textures (logits), (batch, n_classes), of last features."""
+        raise InputError("the classifier", "one that can be felt live", self.name)
+
+    @property
+    def n_last(self) -> int:
+        """Number of values by which what is unknown is told."""
+        raise InputError("the classifier", "one that can be felt live", self.name)
+
+    def forward(self, samples: Tensor) -> Tensor:
+        """Return the scores of the textures, (batch, n_classes), of scaled samples."""
+        return self.scores_of(self.last_features(samples))
+
+    @classmethod
+    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
+        """Tell whether it takes part where textures are held out (`--split texture`)."""
+        return False
+
+
+class Network(Classifier):
+    """A classifier that learns in the training loop.
+
+    Attributes
+    ----------
+    recipe
+        How it is trained, a name in `training.RECIPES`.
+    dense
+        Its last layers, a linear one at the end.
+    """
+
+    recipe: ClassVar[str]
+    dense: nn.Sequential
+
+    @abstractmethod
+    def features(self, samples: Tensor) -> Tensor:
+        """Return what enters the dense layers, (batch, feature)."""
+
+    def last_features(self, samples: Tensor) -> Tensor:
+        """Return what enters the last layer, (batch, feature)."""
+        features: Tensor = self.dense[:-1](self.features(samples))
+        return features
+
+    def scores_of(self, features: Tensor) -> Tensor:
+        """Return logits (batch, n_classes) of what enters the last layer."""
+        logits: Tensor = self.dense[-1](features)
+        return logits
+
+    def forward(self, samples: Tensor) -> Tensor:
+        """Return logits (batch, n_classes) of samples (batch, *sample_shape)."""
+        logits: Tensor = self.dense(self.features(samples))
+        return logits
+
+    @property
+    def n_last(self) -> int:
+        """Number of last features."""
+        return cast("nn.Linear", self.dense[-1]).in_features
+
+
+class Solved(Classifier):
+    """A classifier that is solved at once, from all samples.
+
+    Attributes
+    ----------
+    penalties
+        Strengths to choose from inside each fold.
+    learns_from_sums
+        Whether `models.Gram` sums of the samples are all that it learns from, so that samples can
+        be left out without going through the others again.
+    """
+
+    penalties: ClassVar[tuple[float, ...]]
+    learns_from_sums: ClassVar[bool] = False
+    judged_by_scores: ClassVar[bool] = True
+    temperature: Tensor
+
+    @abstractmethod
+    def solve(
+        self,
+        values: Tensor,
+        labels: Tensor,
+        weight: Tensor,
+        speed_mm_s: Tensor,
+        rng: np.random.Generator,
+        penalty: float,
+    ) -> None:
+        """Learn from samples, in place.
+
+        Parameters
+        ----------
+        values, labels
+            (n, *sample_shape) and (n,).
+        weight, speed_mm_s
+            Of each sample, (n,).
+        rng
+            For whatever is drawn.
+        penalty
+            Strength of it.
+        """
+
+    @abstractmethod
+    def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
+        """Return the scores of samples, (n, n_classes) or (n, supposed speed, n_classes).
+
+        The speeds, mm/s, are known to who asks; it may not use them.
+        """
+
+    def speed(self, values: Tensor, textures: Tensor) -> Tensor | None:
+        """Return what it takes the speeds of samples for, mm/s, (n,), given their textures.
+
+        None if it does not ask for the speed, or is told.
+        """
+        return None
+
+    def over_texture(self, values: Tensor, speed_mm_s: Tensor) -> Tensor:
+        """Return samples as far as they can be compared at any speed, flat (n, value)."""
+        return values.flatten(1)
+
+
+def build_for(kind: type[Classifier], task: Task) -> Classifier:
+    """Return a classifier for a task, its first weights, if any, drawn from the task's seed.
+
+    Raises
+    ------
+    InputError
+        If the samples have other dims or are too small, or there is nothing to tell apart.
+    """
+    if task.n_classes < 2:
+        raise InputError("the data", "at least 2 textures to tell apart", f"{task.n_classes}")
+    if kind.takes and task.sample_dims != kind.takes:
+        expected = f"({', '.join(kind.takes)})"
+        found = f"({', '.join(task.sample_dims)})"
+        raise InputError(f"the classifier {kind.name}", f"samples {expected}", found)
+    if len(task.sample_dims) != len(task.sample_shape):
+        expected = f"the shape ({', '.join(task.sample_dims)})"
+        raise InputError("samples", expected, f"{task.sample_shape}")
+    with torch.random.fork_rng(devices=[]):
+        torch.default_generator.manual_seed(task.seed)
+        return kind.built_for(task)

@@ -1,0 +1,256 @@
+"""One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from afferents import __version__
+from afferents.channels import name_of_channel
+from afferents.core import dims
+from afferents.core.card import Card, Score
+from afferents.core.cut import Cut
+from afferents.core.errors import InputError
+from afferents.core.fold import Fold
+from afferents.core.model import MODELS, Model
+from afferents.core.outputs import require_free
+from afferents.core.own import reference_of
+from afferents.core.progress import Progress
+from afferents.core.results import load_results
+from afferents.core.samples import Samples, textures_of
+from afferents.core.store import store_config
+from afferents.encodings import Encodings, described
+from afferents.models import Deployed, classifier_of
+from afferents.pipeline.data import DataSet, recordings_in
+from afferents.pipeline.encode import (
+    Source,
+    encode_all,
+    require_support,
+    require_used,
+    sources_of,
+)
+from afferents.training import (
+    Compute,
+    LearningSet,
+    Part,
+    Preset,
+    calibrate,
+    fit_once,
+    is_model_folder,
+    learns_in_a_loop,
+    recipe_of,
+    save_model,
+    training_config,
+)
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Training:
+    """What is trained and how.
+
+    Attributes
+    ----------
+    results
+        Results folder whose scores the card is to carry; None for 'not evaluated'.
+    """
+
+    data: list[DataSet]
+    family: Model
+    preset: Preset
+    cut: Cut
+    encodings: Encodings
+    seed: int = 0
+    results: Path | None = None
+    compute: Compute = field(default_factory=Compute)
+
+
+def train(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
+    """Train a model and write its folder, whole or not at all; return its card.
+
+    The weights learn from all speeds but the middle one, which stops the training, sets the
+    temperature, how much evidence a second of touch is, and from where on a touch is unknown:
+    what a speed never learnt from needs, not what was learnt by heart.
+
+    Parameters
+    ----------
+    force
+        Whether a model that was written there before may be replaced.
+
+    Raises
+    ------
+    InputError
+        If something else stands at `out`, the data don't support the family or have fewer than
+        two speeds, or the results folder holds no finished evaluation of the family.
+    AfferentsError
+        If the loss is no longer a number.
+    """
+    _require_deployable(training.family)
+    reads = [Path(data.located.rpartition(":")[2]) for data in training.data]
+    require_free(out, "a model", is_model_folder, force=force, reads=reads)
+    recordings = recordings_in(training.data)
+    require_support([training.family], recordings, may_leave_out=False)
+    require_used([training.family], training.encodings)
+    source = sources_of(training.family, training.encodings)[0]
+    if source.encoding.step != 1:
+        found = f"one of {source.encoding.step}"
+        raise InputError("encodings", "every frame, as live feels them", found)
+    scores = scores_of(training) if training.results else ()
+    family = training.family
+    wanted = family.classifier
+    classifier = wanted if isinstance(wanted, str) else reference_of(wanted)
+    samples = encode_all(recordings, source, training.cut, progress)
+    fold = all_but_the_middle(samples)
+    with progress.task("training", 1) as mark:
+        deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
+        mark(1)
+    calibration = calibrate(deployed, learnt, fold, samples)
+    card = Card(
+        family=family.name,
+        title=family.title,
+        classifier=classifier,
+        sample_dims=tuple(map(str, samples.dims[1:])),
+        textures=tuple(textures_of(samples)),
+        shape=tuple(learnt.values.shape[1:]),
+        scale=learnt.scale,
+        preset=training.preset if learns_in_a_loop(family) else None,
+        seed=training.seed,
+        learnt_from_mm_s=_speeds_of(samples, fold.train),
+        validated_on_mm_s=fold.validation_mm_s,
+        data=tuple(data.describe() for data in training.data),
+        scores=scores,
+        versions={"afferents": __version__, "torch": version("torch")},
+        **calibration._asdict(),
+        channel=name_of_channel(source.channel),
+        encoding=described(source.encoding),
+        **felt_with(training.data, source),
+    )
+    save_model(deployed, card, out)
+    return card
+
+
+def can_be_felt(model: Model) -> bool:
+    """Tell whether a model can be felt live with: its channel, encoding and classifier can."""
+    if model.parts or not classifier_of(model.classifier).deployable:
+        return False
+    channel, encoding = sources_of(model, Encodings())[0]
+    return channel.felt_live and encoding.felt_live
+
+
+def _require_deployable(model: Model) -> None:
+    if not can_be_felt(model):
+        able = ", ".join(name for name, other in MODELS.items() if can_be_felt(other))
+        raise InputError(
+            "--model",
+            f"'best' or one of {able} (others can be evaluated, not deployed)",
+            f"'{model.name}'",
+        )
+
+
+def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
+    """Train on a fold; return the classifier to be deployed, and what it learnt from."""
+    torch.set_num_threads(1)
+    recipe = recipe_of(training.family, part.encoding)
+    config = training_config(training.preset, recipe, training.compute)
+    network, learnt = fit_once(training.family, part, config, training.seed)
+    return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
+
+
+def all_but_the_middle(samples: Samples) -> Fold:
+    """Return the fold that trains on all speeds but the middle one, and tests nothing.
+
+    Raises
+    ------
+    InputError
+        If there is one speed only, or a texture at the middle one alone.
+    """
+    speed = samples[dims.SPEED].values
+    speeds = np.unique(speed)
+    if len(speeds) < 2:
+        raise InputError(
+            "the data", "at least 2 speeds, one of them to validate with", f"{len(speeds)}"
+        )
+    middle = float(speeds[len(speeds) // 2])
+    train, validation = np.flatnonzero(speed != middle), np.flatnonzero(speed == middle)
+    texture = samples[dims.TEXTURE].values
+    only_there = sorted(set(texture[validation]) - set(texture[train]))
+    if only_there:
+        found = f"none of {', '.join(map(str, only_there))}"
+        raise InputError("the data", f"every texture at another speed than {middle:g} mm/s", found)
+    return Fold(middle, middle, train, validation, np.empty(0, dtype=np.int64))
+
+
+def _speeds_of(samples: Samples, index: Indices) -> tuple[float, ...]:
+    """Return the speeds of some samples, ascending, mm/s."""
+    return tuple(float(v) for v in np.unique(samples[dims.SPEED].values[index]))
+
+
+def scores_of(training: Training) -> tuple[Score, ...]:
+    """Return what a results folder says of the family, `nested` first.
+
+    Raises
+    ------
+    InputError
+        If it says nothing of it.
+    """
+    assert training.results is not None
+    results = load_results(training.results)
+    summary = results.summary
+    found = summary["models"].get(training.family.name, {})
+    if not found:
+        raise InputError(
+            training.results,
+            f"a finished evaluation of {training.family.name}",
+            f"of {', '.join(summary['models']) or 'nothing'}",
+            "evaluate it there, or leave out --results",
+        )
+    same = _same_data(training, results.config)
+    return tuple(
+        Score(
+            protocol=protocol,
+            preset=summary["preset"],
+            seeds=tuple(entry["seeds"]),
+            mean_accuracy=entry["mean_accuracy"],
+            ci95=tuple(entry["ci95"]),
+            worst_accuracy=entry["by_speed"][entry["worst_speed"]],
+            worst_mm_s=float(entry["worst_speed"]),
+            same_data=same,
+        )
+        for protocol, entry in sorted(found.items())
+    )
+
+
+def _same_data(training: Training, config: dict[str, Any]) -> bool:
+    """Say whether an evaluation of that configuration learnt from what the training learns from."""
+    fingerprints = [data["fingerprint"] for data in config["data"]]
+    encoding = training.encodings.of(training.family.encoding)
+    return (
+        fingerprints == [data.fingerprint for data in training.data]
+        and "ablation" not in config
+        and config["cut"] == training.cut
+        and config.get(encoding.name) == encoding.model_dump(mode="json")
+    )
+
+
+def felt_with(data: Sequence[DataSet], source: Source) -> dict[str, Any]:
+    """Return what the card says of the sensor: of camera and markers, or of the microphone.
+
+    Raises
+    ------
+    InputError
+        If stores were extracted with different sensor files.
+    """
+    first = data[0].responses[0]
+    if source.encoding.of_vibration:
+        return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
+    sensors = [store_config(Path(one.source))["sensor"] for one in data]
+    if any(sensor != sensors[0] for sensor in sensors):
+        raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
+    step_s = float(np.median(np.diff(first[dims.TIME].values)))
+    return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}

@@ -1,0 +1,87 @@
+"""What a model needs to be felt with: right probabilities, evidence over time, and 'unknown'.
+
+All of it is set by a speed that nothing was learnt from.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from afferents.core import dims
+from afferents.core.evidence import Evidence
+from afferents.core.fold import Fold
+from afferents.core.samples import Samples
+from afferents.models import Deployed, least_surprise, surprise
+from afferents.training.learning_set import LearningSet
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_BATCH = 256
+_EVIDENCE_PER_S = np.geomspace(0.05, 100, 45)
+
+
+class Calibration(NamedTuple):
+    """What the speed says that nothing was learnt from; see `Card`."""
+
+    temperature: float
+    evidence_per_s: float
+    validation_accuracy: float
+
+
+@torch.no_grad()
+def calibrate(deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samples) -> Calibration:
+    """Set a network's temperature and what it knows, in place."""
+    train, held = torch.from_numpy(learnt.train), torch.from_numpy(fold.validation)
+    unseen = _last_features(deployed, learnt.values, held)
+    deployed.know(_last_features(deployed, learnt.values, train), learnt.labels[train], unseen)
+    labels = learnt.labels[held].numpy()
+    logits = deployed.network.scores_of(unseen).double().numpy()
+    temperature = least_surprise(lambda temperature: logits / temperature, labels)
+    deployed.temperature = torch.tensor(temperature)
+    probabilities = deployed.outcome(unseen)[0].double().numpy()
+    recording = samples[dims.RECORDING].values[fold.validation]
+    stop_s = samples[dims.STOP].values[fold.validation]
+    return Calibration(
+        temperature,
+        best_evidence(probabilities, labels, recording, stop_s),
+        float((probabilities.argmax(1) == labels).mean()),
+    )
+
+
+def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:
+    """Return what enters the last layer for some samples, (n, feature)."""
+    parts = torch.split(index, _BATCH)
+    return torch.cat([deployed.last_features(values.index_select(0, part)) for part in parts])
+
+
+def best_evidence(
+    probabilities: Floats, labels: Indices, recording: NDArray[Any], stop_s: Floats
+) -> float:
+    """Return how many samples' worth of evidence a second is (`Evidence`).
+
+    That under which the true textures are most likely, whenever one looks.
+
+    Parameters
+    ----------
+    probabilities, labels, recording, stop_s
+        Of samples not learnt from, recording by recording in the order of time.
+    """
+    every_s = _stride(stop_s, recording)
+    logs = np.empty_like(probabilities)
+    for name in np.unique(recording):
+        evidence = Evidence(probabilities.shape[1], per_s=1.0)
+        for k in np.flatnonzero(recording == name):
+            evidence.add(float(stop_s[k]), probabilities[k], every_s)
+            logs[k] = evidence.logs
+    surprises = [surprise(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
+    return float(_EVIDENCE_PER_S[np.argmin(surprises)])
+
+
+def _stride(stop_s: Floats, recording: NDArray[Any]) -> float:
+    """Return the usual time between samples of one recording, s."""
+    steps = np.diff(stop_s)[recording[1:] == recording[:-1]]
+    return float(np.median(steps)) if len(steps) else 1.0

@@ -1,0 +1,61 @@
+"""What is given to a fit, and what comes of it."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.fold import Fold
+from afferents.core.model import Model
+from afferents.core.samples import Samples, textures_of
+from afferents.models import Classifier, Task, build_for, classifier_of
+
+
+class Part(NamedTuple):
+    """Samples of one source, which of them a fold uses, and the encoding that made them."""
+
+    samples: Samples
+    fold: Fold
+    encoding: Any
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fold gave.
+
+    Attributes
+    ----------
+    classifier
+        That has learnt.
+    probabilities
+        Of the textures, (test sample, texture).
+    speed_mm_s
+        What the test samples' speeds were taken for; None where it does not ask, or is told.
+    facts
+        For the fold's record.
+    """
+
+    classifier: Classifier
+    probabilities: NDArray[np.float32]
+    speed_mm_s: NDArray[np.float64] | None
+    facts: dict[str, Any]
+
+
+def new_classifier(
+    model: Model, part: Part, sample_shape: tuple[int, ...], seed: int = 0
+) -> Classifier:
+    """Return a model's classifier for such samples, nothing learnt yet; see `models.build`."""
+    samples = part.samples
+    frequency = samples[dims.FREQUENCY].values if dims.FREQUENCY in samples.coords else None
+    task = Task(
+        len(textures_of(samples)),
+        tuple(sample_shape),
+        tuple(map(str, samples.dims[1:])),
+        part.encoding,
+        frequency,
+        model.speed_from,
+        seed,
+    )
+    return build_for(classifier_of(model.classifier), task)

@@ -1,0 +1,145 @@
+"""Fitting a model on a fold, whatever its classifier is."""
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from afferents.core.errors import InputError
+from afferents.core.model import Model
+from afferents.core.protocol import PROTOCOLS, Protocol
+from afferents.core.samples import labels_of
+from afferents.models import Classifier, CnnLstm, LateFusion, Network, Solved, classifier_of
+from afferents.models.own import OwnEstimator
+from afferents.training.aside import PutAside
+from afferents.training.config import TrainingConfig
+from afferents.training.estimator import fit_estimator
+from afferents.training.fitted import Fitted, Part, new_classifier
+from afferents.training.hardware import computed_with
+from afferents.training.learning_set import LearningSet, learning_set
+from afferents.training.loop import TrainedModel, predict, train
+from afferents.training.solved import fit_solved, learn, new_solved
+from afferents.training.staged import train_in_stages
+
+Indices = NDArray[np.int64]
+
+
+def recipe_of(model: Model, encoding: object) -> str:
+    """Return the name of the recipe that a model's network is trained by.
+
+    The model's own, else its classifier's, else that of the paper's network for such samples.
+    """
+    kind = classifier_of(model.classifier)
+    usual = "vibration-net" if getattr(encoding, "of_vibration", False) else "spatial-net"
+    return model.recipe or getattr(kind, "recipe", "") or usual
+
+
+def fit(
+    model: Model,
+    parts: Sequence[Part],
+    protocol: Protocol,
+    config: TrainingConfig,
+    seed: int,
+    rank: int,
+    check: Callable[[Sequence[Indices]], None],
+    aside: PutAside | None = None,
+) -> Fitted:
+    """Learn on a fold what a model is, and say what its test samples are.
+
+    Parameters
+    ----------
+    parts
+        Of each of the model's sources.
+    config
+        Of a network's training.
+    rank
+        Of the fold among its protocol's: stretched copies are drawn anew for each.
+    check
+        Told, for each source, which samples scale or weights are taken from, before they are.
+    aside
+        Where a long training is put aside now and then.
+
+    Raises
+    ------
+    AfferentsError
+        If the training fails; of a classifier of a user's own, whatever it raises.
+    """
+    kind = classifier_of(model.classifier)
+    if issubclass(kind, Network):
+        rng = np.random.default_rng([seed, rank])
+        return _fit_network(model, parts[0], protocol, config, seed, rng, check, aside)
+    if issubclass(kind, OwnEstimator):
+        return fit_estimator(model, parts[0], seed, check)
+    if issubclass(kind, Solved | LateFusion):
+        return fit_solved(model, parts, protocol.name == "nested", seed, check)
+    raise InputError("classifier", "a Network or a Solved one", kind.__name__)
+
+
+def learns_in_a_loop(model: Model) -> bool:
+    """Tell whether a model is a network, that presets of training are for."""
+    return issubclass(classifier_of(model.classifier), Network)
+
+
+def fit_once(
+    model: Model, part: Part, config: TrainingConfig, seed: int
+) -> tuple[Classifier, LearningSet]:
+    """Learn from a fold's training samples; return the classifier and what it learnt from."""
+    if learns_in_a_loop(model):
+        rng, nested = np.random.default_rng(seed), PROTOCOLS["nested"]
+        learnt = learning_set(
+            part.samples, part.encoding, model.stretched, nested, part.fold, config, rng
+        )
+        network = new_classifier(model, part, tuple(learnt.values.shape[1:]), seed)
+        fit_network(network, learnt, config, seed)
+        return network, learnt
+    solved, labels = new_solved(model, part), labels_of(part.samples)
+    learn(solved, part.samples, labels, part.fold.train, seed, solved.penalties[0])
+    values = torch.from_numpy(part.samples.values)
+    numbers = torch.from_numpy(labels)
+    return solved, LearningSet(values, numbers, part.fold.train, part.fold.validation)
+
+
+def _fit_network(
+    model: Model,
+    part: Part,
+    protocol: Protocol,
+    config: TrainingConfig,
+    seed: int,
+    rng: np.random.Generator,
+    check: Callable[[Sequence[Indices]], None],
+    aside: PutAside | None,
+) -> Fitted:
+    start = time.perf_counter()
+    fold = part.fold
+    learnt = learning_set(part.samples, part.encoding, model.stretched, protocol, fold, config, rng)
+    check([learnt.scaled_on])
+    network = new_classifier(model, part, tuple(learnt.values.shape[1:]), seed)
+    trained = fit_network(network, learnt, config, seed, aside)
+    earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
+    probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
+    facts = {
+        "validation_mm_s": fold.validation_mm_s,
+        "n_train": len(learnt.train),
+        "n_validation": len(learnt.validation),
+        "n_test": len(fold.test),
+        "scale": learnt.scale,
+        **trained.facts(),
+        **computed_with(config),
+        "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
+    }
+    return Fitted(network, probabilities, None, facts)
+
+
+def fit_network(
+    network: Classifier,
+    learnt: LearningSet,
+    config: TrainingConfig,
+    seed: int,
+    aside: PutAside | None = None,
+) -> TrainedModel:
+    """Train a network in place, in stages where the recipe says so and the network has stages."""
+    if config.image_epochs and isinstance(network, CnnLstm):
+        return train_in_stages(network, learnt, config, seed)
+    return train(network, learnt, config, seed, aside=aside)

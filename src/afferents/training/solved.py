@@ -1,0 +1,269 @@
+"""Classifiers that are solved at once: what they learn on a fold, and what they say of its test."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.fold import Fold
+from afferents.core.model import MODELS, Model
+from afferents.core.samples import Samples, labels_of, textures_of
+from afferents.models import (
+    Classifier,
+    JointFusion,
+    LateFusion,
+    Solved,
+    best_weights,
+    classifier_of,
+    equal_weights,
+    least_surprise,
+    log_probabilities,
+    surprise,
+    weighted,
+)
+from afferents.training.fitted import Fitted, Part, new_classifier
+from afferents.training.pairs import mean_within
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_BATCH = 256
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """One model that has learnt from a fold: once without each of its speeds, then from all.
+
+    Attributes
+    ----------
+    learnt_from
+        Samples that it has learnt from.
+    unseen
+        Their log-probabilities, from the model that had not learnt from their speed.
+    tested
+        Log-probabilities of the test's samples.
+    accuracy
+        Of the unseen ones.
+    """
+
+    classifier: Solved
+    learnt_from: Indices
+    unseen: Floats
+    tested: Floats
+    accuracy: float
+
+
+def fit_solved(
+    model: Model,
+    parts: Sequence[Part],
+    nested: bool,
+    seed: int,
+    check: Callable[[Sequence[Indices]], None],
+) -> Fitted:
+    """Learn on a fold what a model is, and say what its test samples are.
+
+    Parameters
+    ----------
+    parts
+        Samples and folds of each of the model's sources.
+    nested
+        Whether the validation speed is a training speed, and is learnt from as the others are.
+        Nothing is stopped or picked here: what temperatures and weights need to know of unseen
+        speeds is had by leaving out each of the training speeds in turn. Under `published` it is
+        half of the held-out speed, and is not touched.
+    seed
+        Of whatever is drawn.
+    check
+        Told, for each source, which samples are learnt from, before anything is.
+    """
+    learnt_from = [_learnt_from(part.fold, nested) for part in parts]
+    kind = classifier_of(model.classifier)
+    if kind is LateFusion:
+        check(learnt_from)
+        rows = [MODELS[name] for name in model.parts]
+        learnt = [_learnt(*each, seed) for each in zip(rows, parts, learnt_from, strict=True)]
+        fused, accuracy, classifier, facts = _fused(learnt, parts, model.parts)
+        lead = parts[0]
+    else:
+        nothing = learnt_from[0][:0]
+        check([learnt_from[0], *[nothing] * (len(parts) - 1)])
+        lead = _joined(parts) if kind is JointFusion else parts[0]
+        one = _learnt(model, lead, learnt_from[0], seed)
+        learnt, fused, classifier, facts = [one], one.tested, one.classifier, {}
+        accuracy = one.accuracy
+    facts |= {
+        "validation_mm_s": lead.fold.validation_mm_s,
+        "validation_accuracy": accuracy,
+        "n_train": len(learnt[0].learnt_from),
+        "n_validation": len(lead.fold.validation),
+        "n_test": len(lead.fold.test),
+        "epochs": 0,
+        "passes": len(learnt[0].learnt_from),
+        "torch": torch.__version__,
+    }
+    speed = _speeds(learnt[0].classifier, lead.samples, lead.fold.test, fused.argmax(axis=1))
+    return Fitted(classifier, np.exp(fused).astype(np.float32), speed, facts)
+
+
+def _learnt_from(fold: Fold, nested: bool) -> Indices:
+    return np.sort(np.concatenate([fold.train, fold.validation])) if nested else fold.train
+
+
+def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt:
+    """Learn one model.
+
+    Each of its speeds is left out in turn: that sets the temperature, and where there are several
+    penalties to choose from, the penalty.
+    """
+    samples, labels = part.samples, labels_of(part.samples)
+    classifier = new_solved(model, part)
+    tried = [
+        _unseen(classifier, samples, labels, learnt_from, seed, penalty)
+        for penalty in classifier.penalties
+    ]
+    surprises = [surprise(logs, labels[learnt_from]) for _, logs in tried]
+    best = int(np.argmin(surprises))
+    temperature, unseen = tried[best]
+    learn(classifier, samples, labels, learnt_from, seed, classifier.penalties[best])
+    classifier.temperature = torch.tensor(temperature)
+    tested = _at_temperature(scores_of(classifier, samples, part.fold.test), temperature)
+    accuracy = _accuracy(unseen, labels[learnt_from])
+    return Learnt(classifier, learnt_from, unseen, tested, accuracy)
+
+
+def solved_for(model: Model, samples: Samples, encoding: Any) -> Solved:
+    """Return the classifier that a model would learn with from such samples."""
+    nothing = np.empty(0, dtype=np.int64)
+    fold = Fold(0.0, 0.0, nothing, nothing, nothing)
+    return new_solved(model, Part(samples, fold, encoding))
+
+
+def new_solved(model: Model, part: Part) -> Solved:
+    """Return a model's classifier, nothing learnt yet."""
+    classifier = new_classifier(model, part, part.samples.shape[1:])
+    assert isinstance(classifier, Solved)
+    return classifier
+
+
+def _unseen(
+    classifier: Solved,
+    samples: Samples,
+    labels: Indices,
+    learnt_from: Indices,
+    seed: int,
+    penalty: float,
+) -> tuple[float, Floats]:
+    """Return a temperature, and log-probabilities of samples learnt without their own speed."""
+    speed = samples[dims.SPEED].values[learnt_from]
+    if len(np.unique(speed)) < 2:
+        raise InputError(
+            "the data", "at least 2 speeds to learn from, as each is left out in its turn", "1",
+            "use more speeds, or a model of Table 1",
+        )  # fmt: skip
+    scores: list[tuple[Indices, Tensor]] = []
+    for left_out in np.unique(speed):
+        its = np.flatnonzero(speed == left_out)
+        learn(classifier, samples, labels, np.delete(learnt_from, its), seed, penalty)
+        scores.append((its, scores_of(classifier, samples, learnt_from[its])))
+
+    def unseen_at(temperature: float) -> Floats:
+        logs = np.empty((len(learnt_from), len(textures_of(samples))))
+        for its, of_speed in scores:
+            logs[its] = _at_temperature(of_speed, temperature)
+        return logs
+
+    temperature = least_surprise(unseen_at, labels[learnt_from])
+    return temperature, unseen_at(temperature)
+
+
+def learn(
+    classifier: Solved,
+    samples: Samples,
+    labels: Indices,
+    index: Indices,
+    seed: int,
+    penalty: float,
+) -> None:
+    """Let a classifier learn from some samples, in place; `seed` is of what it draws."""
+    values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
+    speed = torch.from_numpy(samples[dims.SPEED].values[index])
+    weight = equal_weights(named, speed)
+    classifier.solve(values, named, weight, speed, np.random.default_rng(seed), penalty)
+
+
+def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
+    """Return a model's scores of some samples, told their speeds; it may not ask for them."""
+    speed = samples[dims.SPEED].values
+    parts = [index[i : i + _BATCH] for i in range(0, len(index), _BATCH)]
+    return torch.cat([
+        classifier.scores(torch.from_numpy(samples.values[p]), torch.from_numpy(speed[p]))
+        for p in parts
+    ])  # fmt: skip
+
+
+def _at_temperature(scores: Tensor, temperature: float) -> Floats:
+    """Return the log-probabilities that scores mean at a temperature, (n, n_classes)."""
+    return np.asarray(log_probabilities(scores.double(), temperature).numpy())
+
+
+def _fused(
+    learnt: Sequence[Learnt], parts: Sequence[Part], names: Sequence[str]
+) -> tuple[Floats, float, Classifier, dict[str, Any]]:
+    """Join log-probabilities by the weights that suit speeds not learnt from best.
+
+    Returns those of the test, the accuracy at speeds not learnt from, the fusion, and facts of its
+    parts. The first part's windows set when a decision is made; another part's samples count for
+    the window that they end in, by the mean of their log-probabilities.
+    """
+    lead, fold = parts[0].samples, parts[0].fold
+    unseen, tested = [learnt[0].unseen], [learnt[0].tested]
+    windows = learnt[0].learnt_from
+    for one, other in zip(learnt[1:], parts[1:], strict=True):
+        unseen.append(mean_within(lead, windows, other.samples, one.learnt_from, one.unseen))
+        tested.append(mean_within(lead, fold.test, other.samples, other.fold.test, one.tested))
+    labels = labels_of(lead)
+    weights = best_weights(unseen, labels[windows])
+    contributions = {
+        name: {"weight": float(w), "accuracy": _accuracy(logs, labels[fold.test])}
+        for name, w, logs in zip(names, weights, tested, strict=True)
+    }
+    accuracy = _accuracy(weighted(unseen, weights), labels[windows])
+    by_name: dict[str, Classifier] = {
+        name: one.classifier for name, one in zip(names, learnt, strict=True)
+    }
+    fusion = LateFusion(by_name, weights.tolist())
+    return weighted(tested, weights), accuracy, fusion, {"parts": contributions}
+
+
+def _joined(parts: Sequence[Part]) -> Part:
+    """Return samples of the first kind with the mean of the others' values in their windows."""
+    lead, *others = parts
+    everything = np.arange(len(lead.samples))
+    columns = [lead.samples.values.reshape(len(lead.samples), -1)]
+    for other in (part.samples for part in others):
+        flat = other.values.reshape(len(other), -1).astype(np.float64)
+        columns.append(mean_within(lead.samples, everything, other, np.arange(len(other)), flat))
+    joined = np.concatenate(columns, axis=1).astype(np.float32)
+    coords = {name: lead.samples[name] for name in dims.SAMPLE_COORDS}
+    return lead._replace(samples=Samples(joined, dims=(dims.SAMPLE, dims.FEATURE), coords=coords))
+
+
+def _speeds(
+    classifier: Solved, samples: Samples, index: Indices, textures: Indices
+) -> Floats | None:
+    """Return what a classifier that asks takes the speeds for, given the textures it named."""
+    named = torch.from_numpy(textures)
+    parts = [slice(i, i + _BATCH) for i in range(0, len(index), _BATCH)]
+    felt = [classifier.speed(torch.from_numpy(samples.values[index[p]]), named[p]) for p in parts]
+    known = [speed for speed in felt if speed is not None]
+    return np.asarray(torch.cat(known).double().numpy()) if known else None
+
+
+def _accuracy(logs: Floats, labels: Indices) -> float:
+    return float((logs.argmax(axis=1) == labels).mean())
