@@ -1,6 +1,12 @@
 """Errors that a user can act on: one sentence each, exit code 2 at the command line."""
 
 
+def reason_of(error: BaseException) -> str:
+    """Return in words why something failed: of the system's errors no number and no second path."""
+    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return " ".join(str(reason).split())
+
+
 class AfferentsError(Exception):
     """Base of every error that is the input's or the configuration's fault, not ours.
 

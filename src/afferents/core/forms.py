@@ -11,16 +11,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.cut import Cut
-from afferents.core.model import MODELS
 from afferents.core.protocol import ProtocolName
 
 SCHEMA = 1
-
-
-def _family(name: str) -> str:
-    if name not in MODELS:
-        raise ValueError(f"one of {', '.join(MODELS)}")
-    return name
 
 
 def _counted(value: Any) -> Any:
@@ -37,7 +30,7 @@ Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
 """A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 Shares = tuple[Share, Share]
 Difference = Annotated[float, Field(ge=-1, le=1)]
-FamilyName = Annotated[str, AfterValidator(_family)]
+ModelName = Annotated[str, Field(pattern=r"^[^./\\,: ][^/\\,: ]*$")]
 Counted = Annotated[Any, AfterValidator(_counted)]
 
 
@@ -84,7 +77,7 @@ class Config(Form):
 class Job(Form):
     """Which fold a training is of: `FoldKey`."""
 
-    model: FamilyName
+    model: ModelName
     protocol: ProtocolName
     seed: Count
     held_out_mm_s: Speed

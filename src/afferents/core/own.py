@@ -1,8 +1,10 @@
 """Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``."""
 
 import sys
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from afferents.core.errors import InputError
@@ -13,7 +15,7 @@ _FORM = "package.module:NAME or file.py:NAME"
 def imported(where: str) -> Any:
     """Return the object of that name.
 
-    A file is imported as a module of its folder, which other processes can do too.
+    What is in a file is sent to other processes whole, so that they need not have the file.
 
     Raises
     ------
@@ -23,6 +25,7 @@ def imported(where: str) -> Any:
     module_name, colon, name = where.rpartition(":")
     if not colon or not module_name or not name:
         raise InputError(where, _FORM, f"'{where}'")
+    from_file = False
     if module_name.endswith(".py"):
         path = Path(module_name)
         if not path.is_file():
@@ -30,17 +33,26 @@ def imported(where: str) -> Any:
         folder = str(path.resolve().parent)
         if folder not in sys.path:
             sys.path.insert(0, folder)
-        module_name = path.stem
+        module_name, from_file = path.stem, True
     try:
         found: Any = import_module(module_name)
     except Exception as error:
         said = f"{type(error).__name__}: {error}".partition("\n")[0]
         raise InputError(where, "a module that can be imported", said) from error
+    if from_file:
+        _send_whole(found)
     for part in name.split("."):
         if not hasattr(found, part):
             raise InputError(where, f"'{name}' in {module_name}", "nothing of that name")
         found = getattr(found, part)
     return found
+
+
+def _send_whole(module: ModuleType) -> None:
+    """Let what is in a module be sent to workers by value; joblib and Dask have a pickler each."""
+    for pickler in ("joblib.externals.cloudpickle", "cloudpickle"):
+        with suppress(ImportError):
+            import_module(pickler).register_pickle_by_value(module)
 
 
 def reference_of(own: Any) -> str:

@@ -17,7 +17,7 @@ import zarr
 from afferents.core import dims
 from afferents.core.digest import require_described, require_small_values, sealed
 from afferents.core.documents import read_json
-from afferents.core.errors import InputError
+from afferents.core.errors import InputError, reason_of
 from afferents.core.files import (
     PARTIAL_PREFIX,
     require_same_config,
@@ -243,7 +243,7 @@ def _open(store: Path, group: Path) -> Responses:
         raise
     except _UNREADABLE as error:
         do = "remove the folder and extract again"
-        raise InputError(group, "responses that can be read", f"{error}", do) from error
+        raise InputError(group, "responses that can be read", reason_of(error), do) from error
     name = str(group.relative_to(store))
     if checked.attrs["name"] != name:
         found = f"those of '{checked.attrs['name']}'"
@@ -251,7 +251,10 @@ def _open(store: Path, group: Path) -> Responses:
     return checked
 
 
-_UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, IndexError)
+_UNREADABLE = (
+    OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, IndexError,
+    ArithmeticError,
+)  # fmt: skip
 """What xarray and Zarr raise at metadata that make no sense; which, follows no rule."""
 
 

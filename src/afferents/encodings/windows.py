@@ -56,6 +56,9 @@ class WindowEncoding(VibrationEncoding):
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse n values, of a rate in Hz, that are shorter than a window."""
         seconds = self.window_s or n / rate_hz
+        kept_hz = rate_hz / decimation(rate_hz, self.highest_hz)
+        if self.window_s is not None and (length := round(self.window_s * kept_hz)) < 2:
+            raise InputError("--window-s", f"at least two samples at {kept_hz:g} Hz", f"{length}")
         if n < round(seconds * rate_hz) or n < 2:
             expected = f"at least one window of {seconds:g} s"
             raise InputError(where, expected, f"{n / rate_hz:.2f} s")

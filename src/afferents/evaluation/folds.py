@@ -79,8 +79,13 @@ def finished(results: Path, key: FoldKey) -> bool:
 def finished_keys(results: Path) -> list[FoldKey]:
     """List the finished folds of a results folder, in order of model, protocol, seed, speed."""
     keys = [_key_of(results, path) for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
-    models = list(MODELS)
-    return sorted(keys, key=lambda k: (models.index(k.model), k.protocol, k.seed, k.held_out_mm_s))
+    rank = {name: i for i, name in enumerate(MODELS)}
+
+    def place(key: FoldKey) -> tuple[int, str, str, int, float]:
+        own = rank.get(key.model, len(rank))
+        return own, key.model, key.protocol, key.seed, key.held_out_mm_s
+
+    return sorted(keys, key=place)
 
 
 def read_facts(path: Path) -> dict[str, Any]:

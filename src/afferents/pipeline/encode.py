@@ -8,7 +8,7 @@ import xarray as xr
 from afferents.channels import Channel, channel_of, hold
 from afferents.core import dims
 from afferents.core.cut import Cut
-from afferents.core.errors import InputError
+from afferents.core.errors import InputError, reason_of
 from afferents.core.model import BEST, MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, check_values
@@ -170,11 +170,11 @@ def read_whole(responses: Responses, variable: str) -> xr.DataArray:
         response = check_values(
             responses[variable].compute(), f"{variable} of {responses.attrs['name']}"
         )
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError, ArithmeticError) as error:
         raise InputError(
             f"{variable} of {responses.attrs['name']}",
             "data that can be read",
-            f"{error}",
+            reason_of(error),
             "extract the recording again",
         ) from error
     return _labelled(response, responses)

@@ -15,7 +15,7 @@ from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
-from afferents.core.model import MODELS, Model
+from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
@@ -41,6 +41,7 @@ from afferents.pipeline.encode import (
     sources_of,
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
+from afferents.pipeline.own import keep_own_models, own_of
 from afferents.pipeline.parallel import side_by_side
 from afferents.training import RECIPES, Compute, Preset, learns_in_a_loop, training_config
 
@@ -109,7 +110,7 @@ class Evaluation:
             self.encodings,
             self.ablation,
             self.ablation.tested(recordings_in(self.data)),
-            tuple(family for family in self.families if MODELS.get(family.name) is not family),
+            own_of(self.families),
         )
 
     @property
@@ -161,6 +162,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     with writing_alone(evaluation.out, "evaluate"):
         check_results_folder(evaluation.out, evaluation.config)
         remove_partials(evaluation.out)
+        keep_own_models(evaluation.out, able, evaluation.encodings)
         jobs = planned(evaluation, able, recordings)
         plan(evaluation.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
         for group in _groups(evaluation, able):

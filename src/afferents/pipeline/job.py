@@ -4,7 +4,7 @@ import json
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -85,7 +85,7 @@ class Recipe:
     encodings: Encodings
     ablation: Ablation
     tested: frozenset[str] = frozenset()
-    own: tuple[Model, ...] = ()
+    own: tuple[Model, ...] = field(default=(), compare=False)
 
     @property
     def config(self) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """A whole session of the simulated rig, in the published layout."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -288,7 +289,7 @@ def _check(simulation: Simulation) -> None:
             "--height-map", "a name that a session may have as a texture", f"'{name}'",
             "choose another: folders of that name are passed over when a session is read",
         )  # fmt: skip
-    if simulation.seconds <= STEADY_S:
+    if not STEADY_S < simulation.seconds < math.inf:
         raise InputError(
             "--seconds",
             f"more than {STEADY_S:g} (the drum runs up before that)",

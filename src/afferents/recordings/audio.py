@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.errors import InputError
+from afferents.core.errors import InputError, reason_of
 from afferents.recordings.levels import require_finite
 from afferents.recordings.riff import declared_samples
 
@@ -61,7 +61,7 @@ class WavFile:
         try:
             info = soundfile.info(os.fsencode(self.path))
         except soundfile.SoundFileError as error:
-            raise InputError(self.path, "a readable sound file", f"{error}") from error
+            raise InputError(self.path, "a readable sound file", reason_of(error)) from error
         if info.frames == 0:
             raise InputError(self.path, "a sound file with samples", "none in it")
         declared = declared_samples(self.path)
@@ -133,7 +133,7 @@ class WavFile:
                     samples[n : n + len(block)] = block[:, self.channel]
                     n += len(block)
         except soundfile.SoundFileError as error:
-            raise InputError(self.path, "a readable sound file", f"{error}") from error
+            raise InputError(self.path, "a readable sound file", reason_of(error)) from error
         if n < self.n_samples:
             raise self._too_short(self.n_samples, n)
         return samples

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from afferents.core.errors import InputError
+from afferents.core.errors import InputError, reason_of
 
 Heights = NDArray[np.float32]
 """Shape (n_along, n_across), mm above the drum's base."""
@@ -202,7 +202,7 @@ def read_height_map(
         try:
             return mapped_surface(np.load(path, allow_pickle=False), length_mm, drum)
         except (OSError, ValueError) as error:
-            raise InputError(path, "an array of heights", f"{error}") from error
+            raise InputError(path, "an array of heights", reason_of(error)) from error
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     if image is None:
         raise InputError(path, "an image or an .npy array of heights", "neither")

@@ -6,7 +6,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import nn
 
-from afferents.core.errors import InputError
+from afferents.core.errors import InputError, reason_of
 from afferents.core.files import write_aside
 
 
@@ -33,7 +33,7 @@ def load_weights(model: nn.Module, path: Path) -> None:
     try:
         model.load_state_dict(load(path.read_bytes()))
     except OSError as error:
-        raise InputError(path, "weights that can be read", str(error.strerror)) from error
+        raise InputError(path, "weights that can be read", reason_of(error)) from error
     except SafetensorError as error:
         raise InputError(path, "weights as safetensors", str(error)) from error
     except RuntimeError as error:

@@ -1,3 +1,4 @@
+import json
 import shutil
 
 import numpy as np
@@ -108,3 +109,29 @@ def test_a_copy_that_was_cut_off_is_refused(tmp_path, array):
 def test_no_store_is_said_so(tmp_path):
     with pytest.raises(InputError, match="extract first"):
         open_responses(tmp_path / "nothing.zarr")
+
+
+def test_a_grid_of_chunks_that_makes_no_sense_is_refused(tmp_path):
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    write_responses(store, responses())
+    metadata = store / "3/50/sa1/zarr.json"
+    array = json.loads(metadata.read_text())
+    array["chunk_grid"]["configuration"]["chunk_shape"] = [0, 4]
+    metadata.write_text(json.dumps(array))
+    with pytest.raises(InputError, match="3/50: expected responses that can be read"):
+        open_responses(store)
+
+
+def test_what_may_not_be_read_is_said_in_words(tmp_path, monkeypatch):
+    """No number of the system's, and no path twice."""
+    store = tmp_path / "s.zarr"
+    create_store(store, {})
+    write_responses(store, responses())
+
+    def shut(*_, **__):
+        raise PermissionError(13, "Permission denied", "3/50/sa1/c/0/0")
+
+    monkeypatch.setattr(xr, "open_zarr", shut)
+    with pytest.raises(InputError, match="that can be read, found Permission denied; remove the"):
+        open_responses(store)

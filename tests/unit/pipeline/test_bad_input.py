@@ -107,6 +107,10 @@ def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
             ],
             "at least 2 speeds to learn from, as each is left out in its turn, found 1",
         ),
+        (
+            ["--models", "ridge-te", "--window-s", "1e-9"],
+            "--window-s: expected at least two samples",
+        ),
         (["--models", "order-te-measured"], "order-te, order-te-told"),
         (["--models", "fusion"], "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
     ],

@@ -169,6 +169,8 @@ def test_a_height_map_is_a_texture(tmp_path):
         ({"speeds_mm_s": (50.0, 0.0)}, r"--speeds: expected speeds above 0 .* found 0"),
         ({"speeds_mm_s": (-10.0,)}, r"--speeds: .* found -10"),
         ({"seconds": 1.0}, r"--seconds: expected more than 1.5 .* found 1"),
+        ({"seconds": float("nan")}, r"--seconds: expected more than 1.5 .* found nan"),
+        ({"seconds": float("inf")}, r"--seconds: expected more than 1.5 .* found inf"),
         ({"nuisances": "wobble"}, r"nuisances: .* found 'wobble'"),
         ({"nuisances": "tilt=much"}, r"--nuisances: expected NAME or NAME=STRENGTH.*'tilt=much'"),
         (

@@ -5,7 +5,6 @@ from dataclasses import asdict
 from afferents.core.errors import AfferentsError
 from afferents.core.files import write_json
 from afferents.evaluation import FoldKey, at_work, plan
-from afferents.pipeline import job
 from afferents.pipeline.status import status
 from afferents.training import fitting
 
@@ -59,7 +58,9 @@ def test_what_failed_is_named_once(run, sounds, tmp_path, monkeypatch):
     assert f"Failed: {key}: no luck" in status(tmp_path / "r").sentences
 
     monkeypatch.setattr(
-        job, "learning_set", lambda *a: fail() if a[3].held_out_mm_s == 20 else learning_set(*a)
+        fitting,
+        "learning_set",
+        lambda *a: fail() if a[4].held_out_mm_s == 20 else learning_set(*a),
     )
     assert run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)[0] == 2
     done = [n for n in range(30, 100) if (tmp_path / f"r/folds/vib-te/nested/seed-0/{n}").is_dir()]

@@ -37,23 +37,15 @@ def test_who_is_stopped_ends_where_others_end(
     config = config.model_copy(
         update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )
-    aside = PutAside(tmp_path / "fold.aside", every_s=0)
-    whole = train(build(encoding, 3, shape, 1), LearningSet(*problem), config, 5)
+    aside, learnt = PutAside(tmp_path / "fold.aside", every_s=0), LearningSet(*problem)
+    whole = train(build(encoding, 3, shape, 1), learnt, config, 5)
     for stop in stops:
         with pytest.raises(StoppedHereError):
-            train(
-                build(encoding, 3, shape, 1),
-                LearningSet(*problem),
-                config,
-                5,
-                stop_after(stop),
-                aside,
-            )
+            train(build(encoding, 3, shape, 1), learnt, config, 5, stop_after(stop), aside)
     seen = []
     again = train(
-        build(encoding, 3, shape, 1), LearningSet(*problem), config, 5, lambda e: seen.append(e.number),
-        aside,
-    )  # fmt: skip
+        build(encoding, 3, shape, 1), learnt, config, 5, lambda e: seen.append(e.number), aside
+    )
     # To the last bit, for what is put aside is, and the same steps follow in the same one thread.
     assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
     assert fates(again) == fates(whole)

@@ -54,9 +54,8 @@ def test_in_one_cycle_the_rate_rises_and_falls(make_problem, config):
     config = config.model_copy(update={**cycle, "batch_size": 16})
     data = LearningSet(*problem)
     batches = split(torch.from_numpy(problem.train), 16)
-    learner = Learner(
-        build("spatial-net", 3, (10, 10)), config, torch.device("cpu"), 5 * len(batches)
-    )
+    network, n_steps = build("spatial-net", 3, (10, 10)), 5 * len(batches)
+    learner = Learner(network, config, torch.device("cpu"), n_steps)
     rates = []
     for _ in range(5):
         for batch in batches:

@@ -1,0 +1,56 @@
+"""Models of a user's own in a results folder: one name must stand for one model."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from afferents.channels import channel_of
+from afferents.core.documents import read_json
+from afferents.core.errors import InputError
+from afferents.core.files import write_json
+from afferents.core.model import MODELS, Model
+from afferents.encodings import Encodings
+
+OWN_MODELS = "own_models.json"
+
+
+def own_of(models: Sequence[Model]) -> tuple[Model, ...]:
+    """Return those that are none of the package's."""
+    return tuple(model for model in models if MODELS.get(model.name) is not model)
+
+
+def describe(model: Model, how: Encodings) -> dict[str, Any]:
+    """Return what tells a model from another of its name, as far as it can be put down."""
+    encoding, classifier = how.of(model.encoding), model.classifier
+    where = f"{getattr(classifier, '__module__', '')}:{getattr(classifier, '__qualname__', '')}"
+    return {
+        "title": model.title,
+        "channel": channel_of(model.channel).name,
+        "encoding": {"name": encoding.name, **encoding.model_dump(mode="json")},
+        "classifier": where if callable(classifier) else repr(classifier),
+        "recipe": model.recipe,
+        "stretched": model.stretched,
+    }
+
+
+def keep_own_models(results: Path, models: Sequence[Model], how: Encodings) -> None:
+    """Put down what the models of a user's own are, beside those of earlier runs.
+
+    Raises
+    ------
+    InputError
+        If a name stood for another model before.
+    """
+    path = results / OWN_MODELS
+    kept = read_json(path, "models of one's own") if path.is_file() else {}
+    for model in own_of(models):
+        found = describe(model, how)
+        if kept.setdefault(model.name, found) != found:
+            raise InputError(
+                results,
+                f"results of the model '{model.name}' as it is now",
+                "those of another that had its name",
+                "give it another name, or choose another --out",
+            )
+    if kept:
+        write_json(path, kept)

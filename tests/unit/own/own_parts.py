@@ -1,0 +1,98 @@
+"""One of each that a researcher adds, written outside the package."""
+
+import numpy as np
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.linear_model import LogisticRegression
+from torch import nn
+
+from afferents.channels import Channel
+from afferents.core import dims
+from afferents.core.model import Model
+from afferents.core.samples import make_samples
+from afferents.encodings.base import ImageEncoding
+from afferents.encodings.spatial import frame_extents
+
+
+class Height(Channel):
+    """How far each marker stands above its place at rest, px."""
+
+    name, title, made_of, lookback = "height", "height", dims.POSITION, 0
+
+    def response(self, recording):
+        up = recording.rest_position - recording.position
+        return up.isel(space=1, drop=True).rename(self.name).assign_attrs(units="px")
+
+    def step(self, now, before):
+        return (now.rest - now.position)[:, 1]
+
+
+class LastImage:
+    """The mean over rows of every image as it comes."""
+
+    def skip(self):
+        pass
+
+    def feed(self, image):
+        return image.mean(axis=0)
+
+
+class Columns(ImageEncoding):
+    """The mean of every column of markers, frame by frame; of one frame in `every`."""
+
+    name, sample_dims = "columns", (dims.COLUMN,)
+    power: float = 1.0
+
+    def samples(self, response, kept, lookback):
+        start_s, stop_s = frame_extents(response.time.values, kept, lookback)
+        columns = response.groupby(dims.COLUMN).mean().values[kept]
+        values = (np.sign(columns) * np.abs(columns) ** self.power).astype(np.float32)
+        return make_samples(values, self.sample_dims, start_s, stop_s, response.attrs)
+
+    def stream(self, lookback):
+        return LastImage()
+
+
+def perceptron(n_classes, sample_shape):
+    """A small network of somebody's."""
+    n = int(np.prod(sample_shape))
+    return nn.Sequential(nn.Flatten(), nn.Linear(n, 16), nn.ReLU(), nn.Linear(16, n_classes))
+
+
+class Rude(ClassifierMixin, BaseEstimator):
+    """An estimator that does what it is told to do wrong."""
+
+    def __init__(self, fault="raise"):
+        self.fault = fault
+
+    def fit(self, values, labels):
+        if self.fault == "raise":
+            raise ValueError("no, thank you")
+        self.classes_ = np.unique(labels)
+        return self
+
+    def predict_proba(self, values):
+        shares = np.full((len(values), len(self.classes_)), 1 / len(self.classes_))
+        if self.fault == "sum":
+            return 2 * shares
+        if self.fault == "nan":
+            return shares * np.nan
+        return shares[:-1] if self.fault == "shape" else shares
+
+
+def two_logits(n_classes, sample_shape):
+    return nn.Sequential(nn.Flatten(), nn.LazyLinear(n_classes + 1))
+
+
+logistic = Model(
+    "logistic", channel="ra1", encoding="spatial", classifier=LogisticRegression(max_iter=50)
+)
+mlp = Model("mlp", "a perceptron", channel="sa1", encoding="spatial", classifier=perceptron)
+mine = Model("all-mine", channel=Height(), encoding=Columns(), classifier=perceptron)
+second = Model("second-net", channel="sa1", encoding="spatial", classifier="spatial-net")
+raises = Model("raises", channel="ra1", encoding="spatial", classifier=Rude())
+sums = Model("sums", channel="ra1", encoding="spatial", classifier=Rude("sum"))
+nans = Model("nans", channel="ra1", encoding="spatial", classifier=Rude("nan"))
+shapes = Model("shapes", channel="ra1", encoding="spatial", classifier=Rude("shape"))
+misshapen = Model("misshapen", channel="ra1", encoding="spatial", classifier=two_logits)
+taken = Model("ra-se", channel="ra1", encoding="spatial", classifier=perceptron)
+no_model = 3

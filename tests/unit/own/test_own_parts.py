@@ -1,0 +1,118 @@
+"""One of each from outside the package: through evaluate, report, train, export and live."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.core.results import PROBABILITY
+
+OWN = Path(__file__).with_name("own_parts.py")
+
+
+@pytest.fixture(scope="module")
+def stored(session, tmp_path_factory):
+    from afferents.core.progress import Progress
+    from afferents.markers import load_sensor
+    from afferents.pipeline.extract import Extraction, extract
+
+    store = tmp_path_factory.mktemp("own") / "s.zarr"
+    extract(Extraction(session, store, load_sensor("tip_b"), "windowed"), Progress(quiet=True))
+    return store
+
+
+@pytest.fixture
+def evaluated(run, stored, tmp_path):
+    def evaluate(*names, **options):
+        models = ",".join(f"{OWN}:{name}" if ":" not in name else name[1:] for name in names)
+        given = [text for name, value in options.items() for text in (f"--{name}", value)]
+        return run("evaluate", stored, "--out", tmp_path / "r", "--models", models, *given)
+
+    return evaluate
+
+
+def test_they_go_all_the_way_beside_ours(run, evaluated, stored, tmp_path, session):
+    code, out, err = evaluated("logistic", "mlp", "mine", "second", ":sa-wave", protocol="both")
+    assert code == 0, err
+    summary = json.loads((tmp_path / "r" / "summary.json").read_text())
+    wanted = {"logistic", "mlp", "all-mine", "second-net", "sa-wave"}
+    assert set(summary["models"]) == wanted
+    for name, of_protocol in summary["models"].items():
+        nested = of_protocol["nested"]
+        assert not any(nested["leaks"].values()), name
+        assert len(nested["ci95"]) == 2
+    table = pd.read_parquet(tmp_path / "r" / "predictions.parquet")
+    of_mine = table[table["model"] == "logistic"].filter(regex=f"^{PROBABILITY}")
+    np.testing.assert_allclose(of_mine.sum(axis=1), 1, atol=1e-3)
+    assert run("report", tmp_path / "r", "--quiet")[0] == 0
+    page = (tmp_path / "r" / "report.html").read_text()
+    assert all(name in page for name in wanted - {"sa-wave"})
+    # A model of waves learns from 10 frames at once, theirs from single ones.
+    code, _, err = run(
+        "train", stored, tmp_path / "m", "--model", f"{OWN}:mine", "--preset", "quick", "--quiet"
+    )
+    assert code == 0, err
+    card = json.loads((tmp_path / "m" / "model.json").read_text())
+    assert card["channel"] == "own_parts:Height"
+    assert card["encoding"] == {"name": "own_parts:Columns", "power": 1.0}
+    assert card["classifier"] == "own_parts:perceptron"
+    assert run("export", tmp_path / "m", tmp_path / "m.onnx")[0] == 0
+    code, out, err = run(
+        "live", "--model", tmp_path / "m.onnx", "--video", f"replay:{session}/1/20", "--json",
+        "--speed", "inf",
+    )  # fmt: skip
+    assert code == 0, err
+    said = [json.loads(line) for line in out.splitlines()]
+    felt = [percept for percept in said if percept["state"] == "texture"]
+    assert felt
+    assert all(math.isclose(sum(p["probabilities"].values()), 1, abs_tol=1e-4) for p in felt)
+    assert run("explain", tmp_path / "m", stored, "--out", tmp_path / "why", "--quiet")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("raises", "the classifier Rude: ValueError: no, thank you"),
+        ("sums", "expected probabilities that sum to 1, found a row that is off by 1"),
+        ("nans", "expected probabilities, found values that are negative, infinite or no numbers"),
+        ("shapes", "expected probabilities of shape ("),
+        ("misshapen", "the classifier two_logits: expected logits of shape (2, 3) of 2 samples"),
+    ],
+)
+def test_what_a_classifier_does_wrong_is_one_sentence_and_nothing_else_is_lost(
+    evaluated, tmp_path, name, sentence
+):
+    code, _, err = evaluated(":sa-wave", name, workers="1")
+    assert code == 2
+    assert sentence in err
+    assert f"{name}, nested, seed 0, 20 mm/s held out: " in err
+    assert err.splitlines()[-1].startswith("afferents: ")
+    assert len(list((tmp_path / "r").rglob("fold.json"))) == 3
+
+
+@pytest.mark.parametrize(
+    ("where", "sentence"),
+    [
+        (f"{OWN}:nobody", "expected 'nobody' in own_parts, found nothing of that name"),
+        (f"{OWN}:no_model", "expected an afferents.Model at"),
+        (f"{OWN}:taken", "a name that no model of this package has, found 'ra-se'"),
+        ("nowhere.py:mine", "nowhere.py:mine: expected a Python file, found no such file"),
+        ("no_such_module:mine", "expected a module that can be imported, found ModuleNotFound"),
+    ],
+)
+def test_what_is_not_there_is_named(run, stored, tmp_path, where, sentence):
+    code, _, err = run("evaluate", stored, "--out", tmp_path / "r", "--models", where)
+    assert code == 2
+    assert sentence in err
+    assert not (tmp_path / "r").exists()
+
+
+def test_an_estimator_is_evaluated_but_not_deployed(run, stored, tmp_path):
+    code, _, err = run("train", stored, tmp_path / "m", "--model", f"{OWN}:logistic")
+    assert code == 2
+    assert "others can be evaluated, not deployed" in err
+    shutil.rmtree(tmp_path / "m", ignore_errors=True)
