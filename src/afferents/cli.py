@@ -73,6 +73,7 @@ CutName = Annotated[
     Cut,
     typer.Option("--cut", help="Part of the recordings: 'published' or 'all' at constant speed."),
 ]
+SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}
 TrackerName = Annotated[
     Literal["windowed", "one-to-one", "published"],
     typer.Option(
@@ -295,7 +296,7 @@ def simulate(
         Literal["run", "drum"],
         typer.Option(help="Mount anew for each run, or once a drum (which gives it away)."),
     ] = "run",
-    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same session.")] = 0,
+    seed: Annotated[int, typer.Option(**SEED, help="The same seed gives the same session.")] = 0,
     workers: Workers = None,
     cluster: ClusterName = None,
     as_json: Json = False,
@@ -396,7 +397,7 @@ def evaluate(
         ),
     ] = "quick",
     cut: CutName = "all",
-    seed: Annotated[int, typer.Option(min=0, help="First seed.")] = 0,
+    seed: Annotated[int, typer.Option(**SEED, help="First seed.")] = 0,
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds.")] = 1,
     without: Annotated[
         list[str] | None, typer.Option(help="Leave out a condition, such as pressure=F250.")
@@ -590,7 +591,7 @@ def train(
     frames: Annotated[
         int | None, typer.Option(min=1, help="Frames a sample, of runs of images.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
+    seed: Annotated[int, typer.Option(**SEED, help="Of the training.")] = 0,
     force: Force = False,
     device: DeviceName = "auto",
     precision: PrecisionName = "auto",
@@ -752,7 +753,7 @@ def reproduce(
         typer.Option(help="Of training and simulation: minutes, hours, or days as the paper."),
     ] = "quick",
     cut: CutName = "all",
-    seed: Annotated[int, typer.Option(min=0, help="Of simulation and training.")] = 0,
+    seed: Annotated[int, typer.Option(**SEED, help="Of simulation and training.")] = 0,
     workers: Workers = None,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -1,5 +1,6 @@
 """From events to percepts, one at a time, without a thread of its own: the core of the stream."""
 
+import math
 from collections.abc import Sequence
 
 from afferents.core.errors import InputError
@@ -31,6 +32,8 @@ class Feeler:
 
     def __init__(self, networks: Sequence[Network], audio_offset_s: float = 0.0) -> None:
         """Prepare for the first frame and the first sample."""
+        if not math.isfinite(audio_offset_s):
+            raise InputError("--audio-offset-ms", "a number of milliseconds", f"{audio_offset_s}")
         if not networks:
             raise InputError("--model", "at least one model", "none")
         names = [network.card.family for network in networks]

@@ -1,5 +1,6 @@
 """A sensor file from one clip at rest: how its markers look, and what layout they form."""
 
+import math
 from dataclasses import dataclass
 from itertools import islice
 
@@ -64,6 +65,8 @@ def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibra
     InputError
         If the clip shows no markers.
     """
+    if pitch_mm is not None and not 0 < pitch_mm < math.inf:
+        raise InputError("--pitch-mm", "a distance above 0, mm", f"{pitch_mm:g}")
     images = [frame.image for frame in islice(video.frames(), N_FRAMES)]
     if not images:
         raise InputError(video.path, "a clip of the skin at rest", "no frames")

@@ -31,6 +31,7 @@ from afferents.core.recording import Recording, Session
 PERIOD_MS = 28
 SAMPLE_RATE_HZ = 1000 / PERIOD_MS
 """35.714 Hz; the timestamps themselves say 35.61."""
+LEAST_ROWS = 36
 _JITTER_MS = 1
 
 COUNTS = "counts"
@@ -85,8 +86,9 @@ class TaxelFile:
         lines = self._lines()
         self._check_header(lines[0])
         rows = list(_rows(lines))
-        if not rows:
-            raise InputError(self.path, "rows of data below the header", "none")
+        if len(rows) < LEAST_ROWS:
+            expected = f"at least {LEAST_ROWS} rows of data below the header, a second"
+            raise InputError(self.path, expected, f"{len(rows) or 'none'}")
         values = self._parse(rows)
         self._check_clock([number for number, _ in rows], values[:, 0])
         return xr.DataArray(

@@ -82,6 +82,8 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
 def test_models_that_do_not_go_together(tmp_path, models):
     with pytest.raises(InputError, match="--model: expected at least one model, found none"):
         Feeler([])
+    with pytest.raises(InputError, match="--audio-offset-ms: expected a number of milliseconds"):
+        Feeler([Network(models["sa-se"])], math.nan)
     with pytest.raises(InputError, match="expected one model of a family, found several of sa-se"):
         Feeler([Network(models["sa-se"]), Network(models["sa-se"])])
     sensor = {**Network(models["ra-ste"]).card.sensor, "name": "another"}

@@ -91,3 +91,9 @@ def test_a_missing_pin_is_lost_and_the_others_keep_their_names(draw, video, ring
 def test_a_clip_that_shows_no_sensor_at_rest_is_refused(images, sentence, draw, video, grid):
     with pytest.raises(InputError, match=sentence):
         calibrate(video(images(draw, grid)), "mine")
+
+
+@pytest.mark.parametrize("pitch_mm", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_pitch_that_is_none_is_refused(draw, video, grid, pitch_mm):
+    with pytest.raises(InputError, match="--pitch-mm: expected a distance above 0, mm"):
+        calibrate(video([draw(grid)] * 9), "s", pitch_mm)

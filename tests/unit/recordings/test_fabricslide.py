@@ -27,6 +27,7 @@ def _write(path: Path, rows: list[str], header: str = HEADER) -> Path:
 
 
 ROWS = [_row(1000, 10), _row(1028, 20), _row(1057, 30), _row(1084, 40)]
+ROWS += [_row(1084 + 28 * i, 50) for i in range(1, 33)]
 
 
 def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
@@ -35,15 +36,15 @@ def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
     assert response.dims == ("audio_time", "channel")
     assert response.dtype == np.float32
     assert response.attrs == {"sample_rate_hz": SAMPLE_RATE_HZ, "units": "counts"}
-    np.testing.assert_array_equal(response.sel(channel="channel1"), [10, 20, 30, 40])
-    np.testing.assert_array_equal(response.sel(channel="channel16"), [25, 35, 45, 55])
-    assert taxels.n_samples == 4
+    np.testing.assert_array_equal(response.sel(channel="channel1")[:5], [10, 20, 30, 40, 50])
+    np.testing.assert_array_equal(response.sel(channel="channel16")[:4], [25, 35, 45, 55])
+    assert taxels.n_samples == 36
     assert response.attrs["sample_rate_hz"] == pytest.approx(35.714, abs=5e-4)
 
 
 def test_a_row_written_twice_counts_once(tmp_path: Path) -> None:
     taxels = TaxelFile(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
-    assert taxels.n_samples == len(taxels.read()) == 4
+    assert taxels.n_samples == len(taxels.read()) == 36
 
 
 @pytest.mark.parametrize(
@@ -70,6 +71,9 @@ def test_a_bad_row_is_named(tmp_path: Path, line: int, row: str, found: str) -> 
 
 
 def test_no_rows_other_header_no_file(tmp_path: Path) -> None:
+    few = TaxelFile(_write(tmp_path / "few.csv", ROWS[:35]))
+    with pytest.raises(InputError, match="at least 36 rows of data .* a second, found 35"):
+        few.read()
     with pytest.raises(InputError, match="rows of data"):
         TaxelFile(_write(tmp_path / "a.csv", [])).read()
     with pytest.raises(InputError, match="line 1: expected the columns timestamp"):
