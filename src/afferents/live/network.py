@@ -68,17 +68,19 @@ class Network:
 
     def _check(self) -> None:
         shapes = {i.name: tuple(i.shape) for i in self._session.get_inputs()}
-        found = {o.name for o in self._session.get_outputs()}
+        found = {o.name: tuple(o.shape) for o in self._session.get_outputs()}
         self._stepping = "past" in shapes
         inputs, outputs = names_of(self._stepping)
-        shape = self.card.shape[1:] if self._stepping else self.card.shape
         self._input = inputs[0]
-        if set(shapes) != set(inputs) or found != set(outputs) or shapes[inputs[0]] != (1, *shape):
+        shape = (1, *(self.card.shape[1:] if self._stepping else self.card.shape))
+        says = (1, len(self.card.textures))
+        alike = set(shapes) == set(inputs) and set(found) == set(outputs)
+        if not alike or (shapes[self._input], found[outputs[0]]) != (shape, says):
             raise InputError(
                 self.path,
-                f"the input {inputs[0]} (1, {', '.join(map(str, shape))}) and the outputs "
-                f"{', '.join(sorted(outputs))}, as its card says",
-                f"{shapes} and {', '.join(sorted(found))}",
+                f"the input {self._input} {shape} and the outputs {', '.join(sorted(outputs))}, "
+                f"{outputs[0]} {says}, as its card says",
+                f"{shapes} and {found}",
                 "export the model again",
             )
         self._past = np.zeros(shapes["past"], np.float32) if self._stepping else None

@@ -70,6 +70,7 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
     refused(by_hand(out, {METADATA: card}), r"the input sample \(1, 10, 19, 19\) and the outputs")
     refused(by_hand(out, {METADATA: "{"}), "the card of a model as 'afferents train' writes it")
     refused(changed(good, out, shape=[10, 9, 9]), r"the input image \(1, 9, 9\)")
+    refused(changed(good, out, textures=["1", "2"]), r"probabilities \(1, 2\), as its card says")
     refused(changed(good, out, sensor=None), "sensor must be given for ra-ste")
     refused(changed(good, out, family=None), "family")
     refused(changed(good, out, shape=[19, 19]), "a size for each of sample_dims")
