@@ -2,13 +2,19 @@
 
 The way of the data, in the paper's order::
 
-    session = afferents.read_session(path)                  # recordings, lazy
+    import afferents
+
+    session = afferents.read_session("SESSION")             # recordings, lazy
+    recording, sensor = session.recordings[0], afferents.load_sensor("tip_b")
     tracks = afferents.track(recording.video, sensor)       # marker positions
     slow = afferents.sa1(tracks.position, tracks.rest_position)     # SA-I,  Eq. 1
     rapid = afferents.ra1(slow)                             # RA-I,  Eq. 2
     vibration = afferents.ra2(recording.audio.read())       # RA-II
-    samples = afferents.spatial_samples(afferents.hold(slow), frames, memory=0)
-    for fold in afferents.LeaveOneSpeedOut().folds(samples): ...
+
+    for responses in afferents.open_responses("OUT.zarr"):  # what `afferents extract` wrote
+        print(responses.attrs["texture"], responses.ra1.mean().item())
+
+A model of your own is an `afferents.Model`; see its help.
 
 Names are imported when first used, so that the command line starts without the networks.
 """
@@ -17,12 +23,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from afferents.channels import hold, marker_speed, ra1, ra2, sa1
+    from afferents.channels import CHANNELS, Channel, hold, marker_speed, ra1, ra2, sa1
+    from afferents.core.model import MODELS, Model
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
     from afferents.core.store import open_responses
     from afferents.encodings import (
+        ENCODINGS,
+        ImageEncoding,
+        KernelEncoding,
+        OrderEncoding,
+        SpatialEncoding,
+        SpatiotemporalEncoding,
         SpectralEncoding,
+        VibrationEncoding,
+        WavenumberEncoding,
         spatial_samples,
         spatiotemporal_samples,
         spectral_samples,
@@ -30,7 +45,7 @@ if TYPE_CHECKING:
     )
     from afferents.evaluation import LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor, track
-    from afferents.models import build
+    from afferents.models import CLASSIFIERS, build
     from afferents.recordings import open_video, read_fabricslide, read_session
     from afferents.training import predict, train, training_config
 
@@ -43,6 +58,8 @@ _HOME = {
     "Tracker": "markers",
     "load_sensor": "markers",
     "track": "markers",
+    "CHANNELS": "channels",
+    "Channel": "channels",
     "hold": "channels",
     "marker_speed": "channels",
     "ra1": "channels",
@@ -50,12 +67,23 @@ _HOME = {
     "sa1": "channels",
     "Responses": "core.responses",
     "open_responses": "core.store",
+    "ENCODINGS": "encodings",
+    "ImageEncoding": "encodings",
+    "KernelEncoding": "encodings",
+    "OrderEncoding": "encodings",
+    "SpatialEncoding": "encodings",
+    "SpatiotemporalEncoding": "encodings",
     "SpectralEncoding": "encodings",
+    "VibrationEncoding": "encodings",
+    "WavenumberEncoding": "encodings",
     "spatial_samples": "encodings",
     "spatiotemporal_samples": "encodings",
     "spectral_samples": "encodings",
     "stretch_spectrum": "encodings",
+    "CLASSIFIERS": "models",
     "build": "models",
+    "MODELS": "core.model",
+    "Model": "core.model",
     "predict": "training",
     "train": "training",
     "training_config": "training",
@@ -70,6 +98,8 @@ __all__ = [  # noqa: RUF022  the pipeline in paper order
     "Tracker",
     "load_sensor",
     "track",
+    "CHANNELS",
+    "Channel",
     "hold",
     "marker_speed",
     "ra1",
@@ -77,12 +107,23 @@ __all__ = [  # noqa: RUF022  the pipeline in paper order
     "sa1",
     "Responses",
     "open_responses",
+    "ENCODINGS",
+    "ImageEncoding",
+    "KernelEncoding",
+    "OrderEncoding",
+    "SpatialEncoding",
+    "SpatiotemporalEncoding",
     "SpectralEncoding",
+    "VibrationEncoding",
+    "WavenumberEncoding",
     "spatial_samples",
     "spatiotemporal_samples",
     "spectral_samples",
     "stretch_spectrum",
+    "CLASSIFIERS",
     "build",
+    "MODELS",
+    "Model",
     "predict",
     "train",
     "training_config",
@@ -97,3 +138,7 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(f"afferents.{_HOME[name]}"), name)
     raise AttributeError(f"module 'afferents' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "live", "__version__"])

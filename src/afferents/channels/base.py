@@ -27,6 +27,7 @@ class Channel(ABC):
     To add one, say what it is made of, and write `response`; write `step` too if it is to be felt
     live. Give it as ``channel=`` to `afferents.Model`, or name it in `channels.CHANNELS`.
 
+    >>> import xarray as xr
     >>> class Height(Channel):
     ...     '''How far each marker stands above its place at rest, px.'''
     ...
@@ -38,6 +39,12 @@ class Channel(ABC):
     ...
     ...     def step(self, now, before):
     ...         return (now.rest - now.position)[:, 1]
+    >>> seen = xr.DataArray([[[5.0, 7.0]]], dims=("time", "marker", "space"))
+    >>> rest = xr.DataArray([[5.0, 9.0]], dims=("marker", "space"))
+    >>> Height().response(xr.Dataset({"position": seen, "rest_position": rest})).values
+    array([[2.]])
+    >>> Height().felt_live
+    True
 
     Attributes
     ----------

@@ -80,6 +80,8 @@ class Encoding(BaseModel, ABC):
     sample, and write `samples`. Give it as ``encoding=`` to `afferents.Model`, or name its class
     in `encodings.ENCODINGS`.
 
+    >>> from afferents.core.samples import make_samples
+    >>> from afferents.encodings.spatial import frame_extents
     >>> class Mean(ImageEncoding):
     ...     '''Every marker's mean over runs of frames.'''
     ...
@@ -100,6 +102,14 @@ class Encoding(BaseModel, ABC):
     ...         return make_samples(
     ...             values, self.sample_dims, start_s[starts], stop_s[stops], attrs
     ...         )
+    >>> labels = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0, "units": "px"}
+    >>> time = {"time": np.arange(4) / 90}
+    >>> response = xr.DataArray(
+    ...     [[0.0, 1.0], [2.0, 1.0], [4.0, 4.0], [6.0, 8.0]], time, ("time", "marker"), attrs=labels
+    ... )
+    >>> Mean(frames=2).samples(response, slice(0, 4), lookback=0).values
+    array([[1., 1.],
+           [5., 6.]])
 
     Attributes
     ----------

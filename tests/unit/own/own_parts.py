@@ -5,11 +5,9 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.linear_model import LogisticRegression
 from torch import nn
 
-from afferents.channels import Channel
+from afferents import Channel, ImageEncoding, Model
 from afferents.core import dims
-from afferents.core.model import Model
 from afferents.core.samples import make_samples
-from afferents.encodings.base import ImageEncoding
 from afferents.encodings.spatial import frame_extents
 
 
