@@ -1,18 +1,22 @@
-"""The paper's whole way in one go: a session, its responses, all six models, the report.
+"""The paper's whole way in one go: a session, its responses, the models, the report.
+
+The models are the six of Table 1, and the one that we recommend for such data.
 
 What comes out of a simulated session, or of another sensor's, stands beside the paper's table and
 reproduces nothing; the report says so.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from afferents.core.cut import Cut
-from afferents.core.model import TABLE1
+from afferents.core.model import TABLE1, Model
 from afferents.core.progress import Progress
-from afferents.core.protocol import PROTOCOLS
+from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.markers import Sensor
-from afferents.pipeline.data import open_data
+from afferents.pipeline.data import DataSet, open_data, recordings_in
+from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
@@ -30,6 +34,12 @@ class Reproduction:
         Holds `session/` (where one is simulated), `session.zarr/` and `results/` afterwards.
     session
         Recordings in the published layout; None for simulated ones.
+    preset
+        Of the training.
+    size
+        Of the simulated session: `quick` or `paper`.
+    protocols
+        Under which the models are evaluated.
     seed
         Of the simulation and of the training.
     """
@@ -38,6 +48,8 @@ class Reproduction:
     session: Path | None
     sensor: Sensor
     preset: Preset
+    size: SimulationPreset = "quick"
+    protocols: tuple[Protocol, ...] = (PROTOCOLS["nested"],)
     cut: Cut = "all"
     seed: int = 0
     workers: int | None = None
@@ -76,8 +88,8 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
         Evaluation(
             data=data,
             out=reproduction.results,
-            families=list(TABLE1.values()),
-            protocols=list(PROTOCOLS.values()),
+            families=[*TABLE1.values(), *recommended_beside(TABLE1, data)],
+            protocols=list(reproduction.protocols),
             preset=reproduction.preset,
             cut=reproduction.cut,
             encodings=data[0].encodings,
@@ -90,8 +102,13 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
     return write_report(reproduction.results, progress)
 
 
+def recommended_beside(models: Mapping[str, Model], data: Sequence[DataSet]) -> list[Model]:
+    """Return the model that is recommended for such data, if it is not among those named."""
+    best = best_of(recordings_in(data))
+    return [] if best.name in models else [best]
+
+
 def _simulated(reproduction: Reproduction, progress: Progress) -> Path:
     session = reproduction.out / "session"
-    size: SimulationPreset = "quick" if reproduction.preset == "quick" else "paper"
-    simulation = simulation_of(session, size, seed=reproduction.seed)
+    simulation = simulation_of(session, reproduction.size, seed=reproduction.seed)
     return simulate_session(simulation, reproduction.workers, progress)

@@ -8,7 +8,7 @@ from afferents.report.figure08 import figure08
 from afferents.report.figure10 import figure10
 from afferents.report.figure12 import figure12
 from afferents.report.formats import to_markdown, to_rich
-from afferents.report.html import write_report
+from afferents.report.html import headline, write_report
 from afferents.report.inspection import markers_figure, responses_figure, vibration_figure
 from afferents.report.overlay import draw_overlay, is_overlay, write_overlay
 from afferents.report.pictures import FigureData, Picture, draw_pictures, save_pictures
@@ -44,6 +44,7 @@ __all__ = [
     "figure08",
     "figure10",
     "figure12",
+    "headline",
     "is_overlay",
     "leak_sentences",
     "leak_table",

@@ -10,6 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from afferents.core.files import write_text
+from afferents.core.model import BEST
 from afferents.core.results import Results
 from afferents.report.differences import differences
 from afferents.report.labels import (
@@ -108,7 +109,10 @@ def template(name: str) -> Template:
 
 
 def headline(summary: Summary) -> str:
-    """Return the sentence that matters most: the best model under the strictest protocol."""
+    """Return the sentence that matters most, of the strictest protocol.
+
+    It is of the model that we recommend, where that was evaluated, else of the best.
+    """
     for protocol, title in PROTOCOL_TITLES.items():
         found = {
             name: result
@@ -116,18 +120,21 @@ def headline(summary: Summary) -> str:
             if (result := outcome(summary, name, protocol)) is not None
         }
         if found:
+            recommended = [name for name in BEST if name in found]
             best = max(found, key=lambda name: found[name]["mean_accuracy"])
-            return _best_sentence(summary, best, protocol, title)
+            named = recommended[0] if recommended else best
+            why = "which we recommend" if recommended else "which did best"
+            return _sentence(summary, named, why, protocol, title)
     return "No model was evaluated."
 
 
-def _best_sentence(summary: Summary, model: str, protocol: str, title: str) -> str:
+def _sentence(summary: Summary, model: str, why: str, protocol: str, title: str) -> str:
     found = summary["models"][model][protocol]
     worst = found["worst_speed"]
     interval = " (95% interval in brackets)" if found.get("ci95") else ""
     return (
-        f"{model_title(model)} did best under the {title}: {mean_and_interval(found)} % "
-        f"correct at speeds held out of training{interval}, where guessing gives "
+        f"{model_title(model)}, {why}, names {mean_and_interval(found)} % of the samples rightly "
+        f"at speeds that it never learnt from ({title}){interval}, where guessing gives "
         f"{percent(summary['chance'])} %. It did worst at {worst} mm/s, with "
         f"{percent(found['by_speed'][worst])} %."
     )

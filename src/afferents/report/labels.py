@@ -87,6 +87,16 @@ def source_line(summary: Summary) -> str:
     )
 
 
+def preset_note(summary: Summary) -> str:
+    """Return what a preset's numbers are good for, where that is little; else nothing."""
+    if summary["preset"] != "quick":
+        return ""
+    return (
+        "Preset quick: networks learnt for seconds from a few samples, to see that all of it runs; "
+        "their numbers do not say how good a model is, those of --preset fast do."
+    )
+
+
 def data_line(summary: Summary) -> str:
     """Return every source with its number of recordings, and whether it is simulated."""
     return ", ".join(

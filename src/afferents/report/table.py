@@ -13,6 +13,7 @@ from afferents.report.labels import (
     outcome,
     outcomes,
     percent,
+    preset_note,
     speed_key,
 )
 from afferents.report.published import published_families, published_speeds, published_textures
@@ -67,7 +68,8 @@ def table1(summary: Summary) -> Table:
     return Table(
         "Table 1. Accuracy at speeds held out of training",
         f"Percent of test samples, mean over held-out speeds, with 95% interval in brackets. "
-        f"Chance: {percent(summary['chance'])}. {comparison_note(summary)}",
+        f"Chance: {percent(summary['chance'])}. {comparison_note(summary)} "
+        f"{preset_note(summary)}".rstrip(),
         TABLE1_COLUMNS,
         tuple(_table1_row(summary, name) for name in (*TABLE1, *others)),
     )
@@ -85,7 +87,8 @@ def accuracy_by_speed(summary: Summary) -> Table:
         "Accuracy by held-out speed (mm/s)",
         "Percent of test samples; columns are held-out speeds in mm/s. The paper's figures stand "
         "where it has the same speed; they "
-        "were measured on its own recordings, under the published protocol.",
+        "were measured on its own recordings, under the published protocol. "
+        f"{preset_note(summary)}".rstrip(),
         ("Model", "Protocol", *map(speed_key, speeds)),
         tuple(rows),
         n_headers=2,
@@ -112,7 +115,8 @@ def touches_table(summary: Summary) -> Table:
         "Samples and whole recordings, speeds between others and at the ends",
         "Percent named rightly. A recording is named by the sum of its samples' log-probabilities. "
         "Between: held-out speeds that lie between speeds trained on, with 95% interval in "
-        "brackets; to hold out the slowest or the fastest is to extrapolate.",
+        "brackets; to hold out the slowest or the fastest is to extrapolate. "
+        f"{preset_note(summary)}".rstrip(),
         ("Model", "Protocol", "Of", "Between", "Worst between", *(
             f"{end} mm/s" for end in (speeds[0], speeds[-1])
         )),
