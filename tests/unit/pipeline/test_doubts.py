@@ -141,9 +141,8 @@ def test_levels_are_said_of_what_is_a_number():
 @pytest.mark.parametrize(
     ("value", "model"), [(np.nan, "vib-te"), (np.inf, "ridge-te"), (1e30, "vib-te")]
 )
-def test_evaluate_names_a_stored_recording_without_numbers(run, sounds, tmp_path, value, model):
-    store = tmp_path / "z"
-    run("extract", sounds, store, "--workers", "1", "--quiet")
+def test_evaluate_names_a_stored_recording_without_numbers(run, stores, tmp_path, value, model):
+    store = shutil.copytree(stores["audio"], tmp_path / "z")
     (spoilt,) = (r.load() for r in open_responses(store) if r.attrs["name"] == "2/30")
     spoilt["ra2"][12000] = value
     write_responses(store, spoilt)  # sealed anew: as an older version might have written it
