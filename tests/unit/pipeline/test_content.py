@@ -38,9 +38,7 @@ def images_of(path):
 
 def encode(path, images, crf="23"):
     with av.open(str(path), "w") as container:
-        stream = container.add_stream(
-            "libx264", rate=90, options={"preset": "superfast", "crf": crf}
-        )
+        stream = container.add_stream("libx264", rate=90, options={"crf": crf})
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         for image in images:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image, "gray")))

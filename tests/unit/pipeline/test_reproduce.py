@@ -16,9 +16,10 @@ SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}
 """Enough to see that all are asked for; every family goes its whole way in `test_whole_way`."""
 
 
-def run(out, session):
+def run(out, session, workers=None):
+    wanted = Reproduction(out, session, load_sensor("tip_b"), "quick", workers=workers)
     with Progress(quiet=True) as progress:
-        return reproduce(Reproduction(out, session, load_sensor("tip_b"), "quick"), progress)
+        return reproduce(wanted, progress)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -39,7 +40,7 @@ def first(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reproducing, "simulation_of", few)
         patch.setattr(reproducing, "TABLE1", {"vib-te": TABLE1["vib-te"]})
-        return run(tmp_path_factory.mktemp("first") / "out", None)
+        return run(tmp_path_factory.mktemp("first") / "out", None, workers=1)
 
 
 @pytest.fixture(scope="module")
