@@ -43,12 +43,11 @@ def draw(shift_px, covered=()):
     return image
 
 
-def write_video(path, shifts_px, covered=()):
+def write_video(path, shifts_px, covered=(), preset="superfast"):
     """One frame a shift; `covered` are the discs that each leaves out."""
     with av.open(str(path), "w") as container:
-        stream = container.add_stream(
-            "libx264", rate=FPS, options={"preset": "superfast", "crf": "18"}
-        )
+        options = {"preset": preset, "crf": "18"}
+        stream = container.add_stream("libx264", rate=FPS, options=options)
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         stream.time_base = Fraction(1, FPS)
         for i, shift in enumerate(shifts_px):
