@@ -1,7 +1,9 @@
+import hashlib
 import json
 import signal
 import sys
 from fractions import Fraction
+from functools import lru_cache, partial
 
 import av
 import cv2
@@ -11,6 +13,8 @@ import soundfile
 from hypothesis import settings
 
 from afferents import cli
+
+from .launched import Launched, Server
 
 # Who runs the tests in the background, or under nohup, lets them ignore these; the commands that
 # they start would then ignore them too, as they should.
@@ -26,6 +30,7 @@ STEADY_S = 0.17
 PITCH_PX, RADIUS_PX = 22.0, 6.5
 
 
+@lru_cache(maxsize=64)
 def draw(shift_px, covered=()):
     """A 640 x 480 frame of 19 x 19 white discs, all shifted right, without the `covered`."""
     image = np.zeros((480, 640), dtype=np.uint8)
@@ -34,17 +39,19 @@ def draw(shift_px, covered=()):
         if number not in covered:
             centre = (round(x * 256), round(y * 256))
             cv2.circle(image, centre, round(RADIUS_PX * 256), 255, -1, cv2.LINE_AA, 8)
+    image.flags.writeable = False  # others are given it too
     return image
 
 
-def write_video(path, shifts_px, covered=()):
+def write_video(path, shifts_px, covered=(), preset="superfast"):
     """One frame a shift; `covered` are the discs that each leaves out."""
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=FPS, options={"crf": "18"})
+        options = {"preset": preset, "crf": "18"}
+        stream = container.add_stream("libx264", rate=FPS, options=options)
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         stream.time_base = Fraction(1, FPS)
         for i, shift in enumerate(shifts_px):
-            image = draw(shift, covered[i] if len(covered) else ())
+            image = draw(shift, tuple(covered[i]) if len(covered) else ())
             frame = av.VideoFrame.from_ndarray(image, format="gray")
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
@@ -83,6 +90,20 @@ def write_session(
     return root
 
 
+@pytest.fixture(scope="session")
+def launch():
+    """Run a command line in a process of its own."""
+    server = Server()
+    yield partial(Launched, server)
+    server.close()
+
+
+def contents(folder):
+    """Return a checksum of every file."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
 @pytest.fixture
 def run(monkeypatch, capsys):
     """Run a command line; return its exit code and what it printed, on stdout and stderr."""
@@ -108,6 +129,20 @@ def sounds(tmp_path_factory):
     """Three textures at four speeds, three seconds of audio each, no video."""
     root = tmp_path_factory.mktemp("sessions") / "sounds"
     return write_session(root, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+
+
+@pytest.fixture(scope="session")
+def stores(session, sounds, tmp_path_factory):
+    """Extracted responses: of videos, and of sound alone. Who changes them copies them first."""
+    root = tmp_path_factory.mktemp("stores")
+    made = {}
+    for kind, recordings in (("video", session), ("audio", sounds)):
+        made[kind] = root / f"{kind}.zarr"
+        command = ("extract", recordings, made[kind], "--workers", 1, "--quiet")
+        cli.app([*map(str, command)], standalone_mode=False)
+    before = contents(root)
+    yield made
+    assert contents(root) == before, "a test has changed what others read"
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import time
 
 import psutil
@@ -13,18 +11,14 @@ from afferents.pipeline.status import status
 
 
 @pytest.fixture
-def training(run, sounds, tmp_path):
+def training(launch, stores, tmp_path):
     """Start a training that takes long, in some processes, and wait until it is at work."""
-    store, results = tmp_path / "s.zarr", tmp_path / "r"
-    assert run("extract", sounds, store, "--quiet")[0] == 0
+    store, results = stores["audio"], tmp_path / "r"
 
     def start(workers):
-        command = [sys.executable, "-m", "afferents", "evaluate", store, "--out", results]
-        command += ["--models", "vib-te-aug", "--preset", "paper", "--keep-going", "--quiet"]
-        command += ["--workers", str(workers)]
-        running = subprocess.Popen(
-            command, stderr=subprocess.PIPE, text=True, start_new_session=True
-        )
+        command = ["evaluate", store, "--out", results, "--workers", workers, "--quiet"]
+        command += ["--models", "vib-te-aug", "--preset", "paper", "--keep-going"]
+        running = launch(command, imports=["afferents.pipeline.evaluate"], session=True)
         while len(list(results.rglob("*.running"))) < workers:
             assert running.poll() is None
             time.sleep(0.02)

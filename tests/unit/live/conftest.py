@@ -1,22 +1,17 @@
-"""Small models, trained and exported once, and the recordings that they learnt from."""
+"""Small models, trained and exported once."""
 
 import numpy as np
 import pytest
 
 from afferents.core.model import MODELS
 from afferents.core.progress import Progress
-from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data
 from afferents.pipeline.export import export_model
-from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.train import Training, train
 
 QUIET = Progress(quiet=True)
-
-
-def extracted(session, out):
-    extract(Extraction(session, out, load_sensor("tip_b"), "windowed", workers=1), QUIET)
-    return out
+LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.rig"]
+"""What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
 
 
 def trained(store, name, folder):
@@ -25,16 +20,6 @@ def trained(store, name, folder):
     train(training, folder / name, QUIET)
     export_model(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
-
-
-@pytest.fixture(scope="session")
-def stores(session, sounds, tmp_path_factory):
-    """Extracted responses: of videos, and of sound alone."""
-    root = tmp_path_factory.mktemp("stores")
-    return {
-        "video": extracted(session, root / "video.zarr"),
-        "audio": extracted(sounds, root / "audio.zarr"),
-    }
 
 
 @pytest.fixture(scope="session")

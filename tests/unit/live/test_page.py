@@ -2,16 +2,12 @@
 
 import json
 import os
-import resource
 import shutil
 import signal
 import socket
-import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
-from functools import partial
 
 import cv2
 import numpy as np
@@ -26,8 +22,11 @@ from afferents.models import Deployed, build
 from afferents.pipeline.export import export_model
 from afferents.training import save_weights
 
+from .conftest import LIVE
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 SECONDS = 15
+SHAKE = np.sin(2 * np.pi * np.arange(20) / 20)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +34,9 @@ def recording(make_video, tmp_path_factory):
     """A touch of some seconds: rest, then a pull and a shake; a hum with harmonics."""
     folder = tmp_path_factory.mktemp("recording")
     n = np.arange(90 * SECONDS)
-    make_video(folder / "video.mp4", 4 * np.clip((n - 10) / 4, 0, 1) + np.sin(n / 3) * (n > 10))
+    make_video(
+        folder / "video.mp4", 4 * np.clip((n - 10) / 4, 0, 1) + SHAKE[n % len(SHAKE)] * (n > 10)
+    )
     time_s = np.arange(8000 * SECONDS) / 8000
     hum = sum(0.2 / k * np.sin(2 * np.pi * 20 * k * time_s) for k in (1, 2, 3))
     hum += 0.002 * np.random.default_rng(0).normal(size=len(hum))
@@ -46,15 +47,10 @@ def recording(make_video, tmp_path_factory):
 class Running:
     """`afferents live --web` in a process of its own."""
 
-    def __init__(self, recording, *arguments, files=None):
-        command = [sys.executable, "-m", "afferents", "live", "--web", "--port", "0"]
+    def __init__(self, launch, recording, *arguments, files=None):
+        command = ["live", "--web", "--port", "0", *arguments]
         sources = ["--video", f"replay:{recording}", "--audio", f"replay:{recording}"]
-        self.process = subprocess.Popen(
-            [*command, *sources, *map(str, arguments)],
-            stderr=subprocess.PIPE,
-            text=True,
-            preexec_fn=files and partial(resource.setrlimit, resource.RLIMIT_NOFILE, (files,) * 2),
-        )
+        self.process = launch([*command, *sources], imports=LIVE, files=files)
         said = iter(self.process.stderr.readline, "")
         page = next(line for line in said if line.startswith("Page: "))
         self.url = page.removeprefix("Page: ").strip()
@@ -69,8 +65,8 @@ class Running:
 
 
 @pytest.fixture(scope="module")
-def running(recording, models):
-    page = Running(recording, "--model", models["sa-se"], "--model", models["vib-te-aug"])
+def running(launch, recording, models):
+    page = Running(launch, recording, "--model", models["sa-se"], "--model", models["vib-te-aug"])
     yield page
     page.stop()
 
@@ -125,9 +121,9 @@ def test_rubbish_a_second_and_a_slow_visitor_harm_nobody(running):
         assert slow.recv(timeout=10)
 
 
-def test_a_crowd_takes_neither_the_stream_nor_the_terminal(recording, models):
+def test_a_crowd_takes_neither_the_stream_nor_the_terminal(launch, recording, models):
     """120 connections that ask for nothing, where a process may open 64 files."""
-    running = Running(recording, "--model", models["sa-se"], files=64)
+    running = Running(launch, recording, "--model", models["sa-se"], files=64)
     try:
         address = running.url.removeprefix("http://").split(":")
         crowd = [socket.create_connection(address, timeout=60) for _ in range(120)]
@@ -169,7 +165,7 @@ def test_pages_of_others_are_sent_away(running):
         pass
 
 
-def test_another_address_asks_for_a_token(run, recording, models):
+def test_another_address_asks_for_a_token(run, launch, recording, models):
     asked = ("live", "--model", models["sa-se"], "--video", f"replay:{recording}", "--web")
     code, _, said = run(*asked, "--host", "0.0.0.0", "--port", 0)
     assert code == 2
@@ -177,7 +173,9 @@ def test_another_address_asks_for_a_token(run, recording, models):
     code, _, said = run(*asked, "--token", "short")
     assert (code, "at least 8 characters" in said) == (2, True)
     word = "correct-horse"
-    page = Running(recording, "--model", models["sa-se"], "--host", "0.0.0.0", "--token", word)
+    page = Running(
+        launch, recording, "--model", models["sa-se"], "--host", "0.0.0.0", "--token", word
+    )
     try:
         base = page.url.split("/?")[0].replace("0.0.0.0", "127.0.0.1")
         assert page.url.endswith(f"?token={word}")
@@ -239,8 +237,10 @@ def visit(browser, url):
     return page
 
 
-def test_the_page_in_a_browser(browser, recording, models, tmp_path):
-    running = Running(recording, "--model", models["sa-se"], "--model", models["vib-te-aug"])
+def test_the_page_in_a_browser(launch, browser, recording, models, tmp_path):
+    running = Running(
+        launch, recording, "--model", models["sa-se"], "--model", models["vib-te-aug"]
+    )
     try:
         page = visit(browser, running.url)
         felt = page.locator("article").nth(0).locator(".felt")
@@ -294,8 +294,8 @@ def hundred(models, tmp_path_factory):
     return folder / "m.onnx"
 
 
-def test_the_page_with_a_hundred_textures(browser, recording, hundred):
-    running = Running(recording, "--model", hundred)
+def test_the_page_with_a_hundred_textures(launch, browser, recording, hundred):
+    running = Running(launch, recording, "--model", hundred)
     try:
         page = visit(browser, running.url)
         page.wait_for_function(

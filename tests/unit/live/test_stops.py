@@ -1,23 +1,18 @@
 """A signal ends `live` as it ends any command, whoever else listens for it."""
 
 import signal
-import subprocess
-import sys
 
 import pytest
+
+from .conftest import LIVE
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize("outlet", ["--json", "--web"])
-def test_a_signal_ends_it(models, session, outlet, number):
-    command = [sys.executable, "-m", "afferents", "live", "--model", models["sa-se"], outlet]
+def test_a_signal_ends_it(launch, models, session, outlet, number):
+    command = ["live", "--model", models["sa-se"], outlet]
     source = ["--video", "rig"] if outlet == "--json" else ["--video", f"replay:{session}/1/20"]
-    running = subprocess.Popen(
-        [*command, *source, "--port", "0"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    running = launch([*command, *source, "--port", "0"], imports=LIVE)
     begun, sign = (running.stdout, "{") if outlet == "--json" else (running.stderr, "Page: ")
     next(line for line in iter(begun.readline, "") if line.startswith(sign))
     running.send_signal(number)

@@ -132,7 +132,7 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     said = refused(store, tmp_path / "m", "--model", "vib-te", "--results", tmp_path / "taken")
     assert "a results folder" in said
     one = make_session(tmp_path / "one", speeds=(20,), seconds=3.0, video=False)
-    assert run("extract", one, tmp_path / "one.zarr", "--quiet")[0] == 0
+    assert run("extract", one, tmp_path / "one.zarr", "--quiet", "--workers", 1)[0] == 0
     said = refused(tmp_path / "one.zarr", tmp_path / "m", "--model", "vib-te")
     assert "at least 2 speeds" in said
     middle = make_session(
@@ -142,7 +142,7 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     declared = json.loads((middle / "session.json").read_text())
     declared["holes"] = [["3", 20], ["3", 60]]
     (middle / "session.json").write_text(json.dumps(declared))
-    assert run("extract", middle, tmp_path / "two.zarr", "--quiet")[0] == 0
+    assert run("extract", middle, tmp_path / "two.zarr", "--quiet", "--workers", 1)[0] == 0
     said = refused(tmp_path / "two.zarr", tmp_path / "m", "--model", "vib-te")
     assert "every texture at another speed than 40 mm/s, found none of 3" in said
     assert not (tmp_path / "m").exists()

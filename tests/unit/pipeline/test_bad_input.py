@@ -33,44 +33,35 @@ def test_hole_in_the_grid(fails, broken, tmp_path):
 
 def test_audio_of_another_rate(fails, broken, tmp_path):
     soundfile.write(broken / "2/30/audio.wav", np.zeros((48000, 2)), 16000)
-    sentence = fails("extract", broken, tmp_path / "o.zarr", "--quiet")
+    sentence = fails("extract", broken, tmp_path / "o.zarr", "--quiet", "--workers", 1)
     assert "2/30/audio.wav: expected 2 channel(s) at 8000 Hz, found 2 at 16000 Hz" in sentence
 
 
 def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
     (broken / "2/30/audio.wav").write_bytes(b"not a wav")
-    sentence = fails("extract", broken, tmp_path / "o.zarr", "--quiet", "--keep-going", code=3)
+    alone = ("--quiet", "--workers", 1)
+    sentence = fails("extract", broken, tmp_path / "o.zarr", *alone, "--keep-going", code=3)
     assert "skipped 1 of the recordings: 2/30" in sentence
     assert sorted(p.name for p in (tmp_path / "o.zarr" / "2").glob("[0-9]*")) == ["20", "40", "60"]
 
 
-def test_recordings_too_short_for_the_published_cut(fails, sounds, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        sys, "argv", ["afferents", "extract", str(sounds), str(tmp_path / "s.zarr")]
-    )
-    with pytest.raises(SystemExit):
-        cli.main()
-    command = ("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--quiet")
+def test_recordings_too_short_for_the_published_cut(fails, stores, tmp_path):
+    command = ("evaluate", stores["audio"], "--out", tmp_path / "r", "--quiet")
     sentence = fails(*command, "--models", "vib-te", "--cut", "published")
     assert "at least 60 s of audio for the cut 'published', found 3.00 s; use --cut all" in sentence
     # What the data can't support is named with what they can.
-    sentence = fails("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "q", "--models", "ra-ste")
+    sentence = fails("evaluate", stores["audio"], "--out", tmp_path / "q", "--models", "ra-ste")
     assert "(vib-te, vib-te-aug, ridge-te, order-te" in sentence
 
 
-def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
+def test_results_of_another_configuration(fails, stores, tmp_path):
     source = {"source": "s", "kind": "store", "fingerprint": "f", "n_recordings": 9}
     config = {"data": [{**source, "simulated": True}], "without": {}, "skipped": [], "spectral": {}}
     (tmp_path / "r").mkdir()
     (tmp_path / "r" / "config.json").write_text(
         json.dumps({**config, "cut": "published", "preset": "quick"})
     )
-    monkeypatch.setattr(
-        sys, "argv", ["afferents", "extract", str(sounds), str(tmp_path / "s.zarr")]
-    )
-    with pytest.raises(SystemExit):
-        cli.main()
-    sentence = fails("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--quiet")
+    sentence = fails("evaluate", stores["audio"], "--out", tmp_path / "r", "--quiet")
     assert "choose another place" in sentence
     assert [p.name for p in (tmp_path / "r").iterdir()] == ["config.json"]
 
@@ -115,10 +106,17 @@ def test_results_of_another_configuration(fails, sounds, tmp_path, monkeypatch):
         (["--models", "fusion"], "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
     ],
 )
-def test_data_that_models_can_not_learn_from(fails, run, sounds, tmp_path, options, sentence):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+def test_data_that_models_can_not_learn_from(fails, stores, tmp_path, options, sentence):
     said = fails(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "vib-te", *options
+        "evaluate",
+        stores["audio"],
+        "--out",
+        tmp_path / "r",
+        "--models",
+        "vib-te",
+        "--workers",
+        1,
+        *options,
     )
     assert sentence in said
 
@@ -155,10 +153,12 @@ def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(
 ):
     soundfile.write(broken / "2/30/audio.wav", np.zeros((4000, 2)), 8000)
     store, results = tmp_path / "s.zarr", tmp_path / "r"
-    monkeypatch.setattr(sys, "argv", ["afferents", "extract", str(broken), str(store)])
+    monkeypatch.setattr(
+        sys, "argv", ["afferents", "extract", str(broken), str(store), "--workers", "1"]
+    )
     with pytest.raises(SystemExit):
         cli.main()
-    command = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet")
+    command = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--workers", 1)
     assert "2/30: expected at least one window of 1 s, found 0.33 s" in fails(*command)
     assert not (results / "summary.json").exists()
     assert "skipped 1 of the recordings: 2/30" in fails(*command, "--keep-going", code=3)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -28,13 +29,24 @@ def cluster():
 
 
 @pytest.fixture
-def store(run, sounds, tmp_path):
-    assert run("extract", sounds, tmp_path / "s.zarr", "--quiet")[0] == 0
-    return tmp_path / "s.zarr"
+def store(stores, tmp_path):
+    return shutil.copytree(stores["audio"], tmp_path / "s.zarr")
+
+
+HELD = ("--held-out", "20,40")
 
 
 def evaluate(run, store, out, *more):
-    options = ("--models", "vib-te,vib-te-aug", "--protocol", "both", "--quiet", "--json", *more)
+    options = (
+        "--models",
+        "vib-te,vib-te-aug",
+        "--protocol",
+        "both",
+        "--quiet",
+        "--json",
+        *HELD,
+        *more,
+    )
     code, said, err = run("evaluate", store, "--out", out, *options)
     assert code == 0, err
     return json.loads(said)

@@ -58,20 +58,20 @@ def on(cluster):
     return ("--cluster", cluster.scheduler_address)
 
 
-def test_extract_and_track_write_the_same_bytes(run, session, tmp_path, cluster):
-    for command in ("extract", "track"):
-        here, there = tmp_path / f"{command}-here.zarr", tmp_path / f"{command}-there.zarr"
-        assert run(command, session, here, "--workers", 1, "--quiet")[0] == 0
+def test_extract_and_track_write_the_same_bytes(run, session, stores, tmp_path, cluster):
+    tracked = tmp_path / "tracked.zarr"
+    assert run("track", session, tracked, "--workers", 1, "--quiet")[0] == 0
+    for command, here in (("extract", stores["video"]), ("track", tracked)):
+        there = tmp_path / f"{command}-there.zarr"
         code, _, err = run(command, session, there, *on(cluster), "--quiet")
         assert code == 0, err
         assert bytes_of(there) == bytes_of(here)
 
 
 def test_workers_that_do_not_see_the_store_send_back_what_they_found(
-    run, session, tmp_path, blind, monkeypatch
+    run, session, stores, tmp_path, blind, monkeypatch
 ):
-    here, there = tmp_path / "here.zarr", tmp_path / "there.zarr"
-    assert run("extract", session, here, "--workers", 1, "--quiet")[0] == 0
+    here, there = stores["video"], tmp_path / "there.zarr"
     sent = []
     write = extraction.write_responses
 
@@ -99,9 +99,10 @@ def test_a_store_of_the_same_path_elsewhere_is_another(cluster, tmp_path):
     assert not Output(tmp_path / "nowhere", "mine").is_seen
 
 
-def test_a_worker_killed_while_it_extracts_costs_time_alone(run, session, tmp_path, cluster):
-    here, there = tmp_path / "here.zarr", tmp_path / "there.zarr"
-    assert run("extract", session, here, "--workers", 1, "--quiet")[0] == 0
+def test_a_worker_killed_while_it_extracts_costs_time_alone(
+    run, session, stores, tmp_path, cluster
+):
+    here, there = stores["video"], tmp_path / "there.zarr"
     shot = []
 
     def shoot():
@@ -121,7 +122,7 @@ def test_a_worker_killed_while_it_extracts_costs_time_alone(run, session, tmp_pa
     assert shot
     assert shot[0] != os.getpid()
     assert {k: v for k, v in bytes_of(there).items() if ".partial-" not in k} == bytes_of(here)
-    assert run("extract", session, there, "--quiet")[0] == 0
+    assert run("extract", session, there, "--workers", 1, "--quiet")[0] == 0
     assert bytes_of(there) == bytes_of(here), "the next run clears up"
 
 

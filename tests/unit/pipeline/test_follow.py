@@ -1,7 +1,6 @@
 """calibrate, track and the overlay, from the command line."""
 
 import json
-import shutil
 from fractions import Fraction
 
 import av
@@ -21,7 +20,9 @@ def shifted(video, px):
     with av.open(str(video)) as source:
         images = [frame.to_ndarray(format="gray") for frame in source.decode(video=0)]
     with av.open(str(video), "w") as container:
-        stream = container.add_stream("libx264", rate=90, options={"crf": "15"})
+        stream = container.add_stream(
+            "libx264", rate=90, options={"preset": "superfast", "crf": "15"}
+        )
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         for image in images:
             moved = np.ascontiguousarray(np.roll(image, px, axis=1))
@@ -113,7 +114,9 @@ def test_a_knock_is_told_with_its_time(run, tmp_path, clip):
     with av.open(str(clip)) as source:
         rest = next(iter(source.decode(video=0))).to_ndarray(format="gray")
     with av.open(str(tmp_path / "k.mp4"), "w") as container:
-        stream = container.add_stream("libx264", rate=90, options={"crf": "15"})
+        stream = container.add_stream(
+            "libx264", rate=90, options={"preset": "superfast", "crf": "15"}
+        )
         stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
         for index in range(90):
             image = rest if index < 45 else np.roll(rest, 15, axis=1)
@@ -140,16 +143,18 @@ def test_what_can_not_be_followed_is_refused(arguments, sentence, run):
 
 
 def test_displacement_counts_from_the_clip_that_is_chosen(
-    run, session, tmp_path, add_reference_video
+    run, session, make_session, tmp_path, add_reference_video
 ):
     """The reference clip lies 6 px to the left of every recording's own rest frame."""
-    copy = shutil.copytree(session, tmp_path / "session")
+    copy = make_session(tmp_path / "session", textures=(1,), speeds=(20, 40))
     first = copy / "1" / "20"
     add_reference_video(first)
     for video in copy.rglob("video.mp4"):
         shifted(video, 6)
     for rest in ("own", "reference"):
-        code, _, err = run("extract", copy, tmp_path / rest, "--rest", rest, "--quiet")
+        code, _, err = run(
+            "extract", copy, tmp_path / rest, "--rest", rest, "--workers", 1, "--quiet"
+        )
         assert code == 0, err
     own, reference = (
         next(r for r in open_responses(tmp_path / rest) if r.attrs["name"] == "1/20")

@@ -1,5 +1,6 @@
 """A training that goes wrong says which it was, and why."""
 
+import shutil
 from functools import partial
 
 import numpy as np
@@ -15,9 +16,7 @@ from afferents.training import PutAside, fitting
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 
 
-def test_samples_that_are_no_numbers(run, sounds, tmp_path, monkeypatch):
-    store = tmp_path / "store"
-    assert run("extract", sounds, store, "--quiet")[0] == 0
+def test_samples_that_are_no_numbers(run, stores, tmp_path, monkeypatch):
     learning_set = fitting.learning_set
 
     def with_a_hole(*arguments):
@@ -26,14 +25,13 @@ def test_samples_that_are_no_numbers(run, sounds, tmp_path, monkeypatch):
         return learnt
 
     monkeypatch.setattr(fitting, "learning_set", with_a_hole)
-    code, _, said = run("evaluate", store, "--out", tmp_path / "results", *ASKED)
+    code, _, said = run("evaluate", stores["audio"], "--out", tmp_path / "results", *ASKED)
     assert code == 2
     assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said
 
 
-def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, sounds, tmp_path, monkeypatch):
-    store, waits = tmp_path / "store", []
-    assert run("extract", sounds, store, "--quiet")[0] == 0
+def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, stores, tmp_path, monkeypatch):
+    store, waits = stores["audio"], []
 
     def keep(recipe, outcome):
         waits.append(outcome.key.aside(recipe.out).is_file())
@@ -50,9 +48,8 @@ def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, sounds, tmp_p
     assert waits == [True, False] * (len(waits) // 2)
 
 
-def test_a_store_that_changed_under_the_run_is_refused(run, sounds, tmp_path, monkeypatch):
-    store = tmp_path / "store"
-    assert run("extract", sounds, store, "--quiet")[0] == 0
+def test_a_store_that_changed_under_the_run_is_refused(run, stores, tmp_path, monkeypatch):
+    store = shutil.copytree(stores["audio"], tmp_path / "store")
     encoded = job.encoded
 
     def changed(*arguments):

@@ -12,6 +12,8 @@ from afferents.core.outputs import is_our_picture, require_free, require_picture
 from afferents.pipeline.export import _is_exported
 from afferents.training import is_model_folder
 
+from ...conftest import shift_px
+
 
 def contents(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
@@ -30,8 +32,9 @@ def precious(tmp_path):
 
 
 @pytest.fixture
-def clip(session, tmp_path):
-    return shutil.copy(next(session.glob("*/*/video.mp4")), tmp_path / "v.mp4")
+def clip(make_video, tmp_path):
+    """A video of a second's third."""
+    return make_video(tmp_path / "v.mp4", shift_px(1, 20, 30))
 
 
 @pytest.mark.parametrize("name", ["d", "f", "pipe", "nowhere"])
@@ -110,10 +113,11 @@ def test_an_overlay_and_tracks_are_replaced_if_asked(fails, run, clip, tmp_path)
         ("train", "STORE", "STORE", "--model", "vib-te"),
     ],
 )
-def test_folders_of_something_else_are_left_alone(fails, run, sounds, precious, tmp_path, command):
-    store, session = tmp_path / "s.zarr", shutil.copytree(sounds, tmp_path / "session")
-    if "STORE" in command:
-        assert run("extract", session, store, "--quiet")[0] == 0
+def test_folders_of_something_else_are_left_alone(
+    fails, sounds, stores, precious, tmp_path, command
+):
+    store = shutil.copytree(stores["audio"], tmp_path / "s.zarr")
+    session = shutil.copytree(sounds, tmp_path / "session")
     places = {"SESSION": session, "STORE": store, "d": precious / "d", "f": precious / "f"}
     before = contents(tmp_path)
     fails(*(places.get(word, word) for word in command), "--quiet")

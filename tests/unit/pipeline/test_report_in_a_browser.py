@@ -12,10 +12,8 @@ import pytest
 from afferents.core.model import models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
-from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data
 from afferents.pipeline.evaluate import Evaluation, evaluate
-from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.write_report import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -27,12 +25,11 @@ FLAGS = (
 
 
 @pytest.fixture(scope="module")
-def page(sounds, tmp_path_factory):
+def page(stores, tmp_path_factory):
     """A report on the small session of sounds."""
     folder = tmp_path_factory.mktemp("report")
     quiet = Progress(quiet=True)
-    extract(Extraction(sounds, folder / "s.zarr", load_sensor("tip_b"), "one-to-one"), quiet)
-    data = open_data([str(folder / "s.zarr")])
+    data = open_data([str(stores["audio"])])
     evaluation = Evaluation(
         data, folder / "r", models_named("vib-te"), protocols("nested"), "quick", "all",
         data[0].encodings, [0],

@@ -10,24 +10,19 @@ from afferents.core.protocol import PROTOCOLS
 from afferents.markers import load_sensor
 from afferents.pipeline import reproduce as reproducing
 from afferents.pipeline.reproduce import Reproduction, reproduce
-from afferents.pipeline.simulate import simulate_session, simulation_of
+from afferents.pipeline.simulate import simulation_of
 
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}
 """Enough to see that all are asked for; every family goes its whole way in `test_whole_way`."""
 
 
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("simulated") / "session"
+def run(out, session, workers=None):
+    both = tuple(PROTOCOLS.values())
+    wanted = Reproduction(
+        out, session, load_sensor("tip_b"), "quick", protocols=both, workers=workers
+    )
     with Progress(quiet=True) as progress:
-        return simulate_session(simulation_of(folder, "quick", **FEW), 2, progress)
-
-
-def run(out, session):
-    with Progress(quiet=True) as progress:
-        both = tuple(PROTOCOLS.values())
-        wanted = Reproduction(out, session, load_sensor("tip_b"), "quick", protocols=both)
         return reproduce(wanted, progress)
 
 
@@ -37,6 +32,24 @@ def _some_families():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reproducing, "TABLE1", SOME)
         yield
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """The page of a run without a session, of one family."""
+
+    def few(session, preset, seed):
+        return simulation_of(session, preset, seed=seed, **FEW)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproducing, "simulation_of", few)
+        patch.setattr(reproducing, "TABLE1", {"vib-te": TABLE1["vib-te"]})
+        return run(tmp_path_factory.mktemp("first") / "out", None, workers=1)
+
+
+@pytest.fixture(scope="module")
+def simulated(first):
+    return first.parent.parent / "session"
 
 
 @pytest.fixture(scope="module")
@@ -71,12 +84,6 @@ def test_a_second_run_keeps_what_is_finished(page, simulated):
     assert {p: p.stat().st_mtime_ns for p in before} == before
 
 
-def test_without_a_session_one_is_simulated(tmp_path, monkeypatch):
-    def few(session, preset, seed):
-        return simulation_of(session, preset, seed=seed, **FEW)
-
-    monkeypatch.setattr(reproducing, "simulation_of", few)
-    monkeypatch.setattr(reproducing, "TABLE1", {"vib-te": TABLE1["vib-te"]})
-    page = run(tmp_path / "out", None)
-    assert page.is_file()
-    assert (tmp_path / "out" / "session" / "3" / "100" / "video.mp4").is_file()
+def test_without_a_session_one_is_simulated(first, simulated):
+    assert first.is_file()
+    assert (simulated / "3" / "100" / "video.mp4").is_file()

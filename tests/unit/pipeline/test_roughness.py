@@ -70,10 +70,11 @@ def test_too_few_textures_are_refused():
 
 def test_the_command_says_mm_and_leaves_a_table(make_session, tmp_path, run):
     session = make_session(tmp_path / "s", textures=(0, 1, 2, 3, 4), seconds=0.5)
-    run("extract", session, tmp_path / "s.zarr", "--quiet")
+    run("extract", session, tmp_path / "s.zarr", "--quiet", "--workers", 1)
     code, out, err = run(
         "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
         "--models", "sa-wave,order-te-told", "--frames", 5, "--window-s", 0.2, "--json",
+        "--workers", 1,
     )  # fmt: skip
     assert code == 0, err
     summary = json.loads(out)
@@ -82,15 +83,14 @@ def test_the_command_says_mm_and_leaves_a_table(make_session, tmp_path, run):
     assert set(table["spacing_mm"]) == {1, 2, 3, 4}  # the smooth one has no spacing
     again, text, _ = run(
         "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
-        "--models", "sa-wave", "--frames", 5,
+        "--models", "sa-wave", "--frames", 5, "--workers", 1,
     )  # fmt: skip
     assert again == 0
     assert "Bump spacing as a number" in text
 
 
-def test_bad_requests_are_refused(sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
-    split = ("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture")
+def test_bad_requests_are_refused(stores, tmp_path, run):
+    split = ("evaluate", stores["audio"], "--out", tmp_path / "r", "--split", "texture")
     code, _, err = run(*split, "--models", "vib-te")
     assert code == 2
     assert "expected some of ridge-te, order-te-told, sa-wave" in err
@@ -114,10 +114,9 @@ def test_fabrics_have_no_spacing():
     ("option", "value"),
     [("--held-out", "20"), ("--train-speeds", 2), ("--cluster", "tcp://nowhere:1")],
 )
-def test_options_that_it_has_not_are_refused(sounds, tmp_path, run, option, value):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+def test_options_that_it_has_not_are_refused(stores, tmp_path, run, option, value):
     code, _, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
+        "evaluate", stores["audio"], "--out", tmp_path / "r", "--split", "texture",
         "--models", "ridge-te", option, value,
     )  # fmt: skip
     assert code == 2

@@ -13,15 +13,14 @@ from afferents.training.pairs import mean_within
 WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-signed,ra-wave-around,ra-wave-vector"
 
 
-@pytest.fixture(scope="module")
-def stored(session, tmp_path_factory):
-    from afferents.core.progress import Progress
-    from afferents.markers import load_sensor
-    from afferents.pipeline.extract import Extraction, extract
+@pytest.fixture
+def stored(stores):
+    return stores["video"]
 
-    store = tmp_path_factory.mktemp("own") / "s.zarr"
-    extract(Extraction(session, store, load_sensor("tip_b"), "windowed"), Progress(quiet=True))
-    return store
+
+@pytest.fixture
+def heard(stores):
+    return stores["audio"]
 
 
 def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
@@ -29,6 +28,7 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
     code, out, err = run(
         "evaluate", stored, "--out", tmp_path / "r", "--models", models, "--protocol", "both",
         "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz,0.0573/mm", "--json",
+        "--workers", 1,
     )  # fmt: skip
     assert code == 0, err
     summary = json.loads(out)
@@ -49,12 +49,11 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
     assert all(part["weight"] > 0 for part in parts.values())
 
 
-def test_the_best_is_evaluated_for_what_the_data_are(stored, sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
-    for store, best in ((stored, "ra-wave-vector"), (tmp_path / "s.zarr", "vib-te-aug")):
+def test_the_best_is_evaluated_for_what_the_data_are(stored, heard, tmp_path, run):
+    for store, best in ((stored, "ra-wave-vector"), (heard, "vib-te-aug")):
         code, out, err = run(
             "evaluate", store, "--out", tmp_path / best, "--models", "best", "--json",
-            *(("--frames", 5) if store == stored else ()),
+            "--workers", 1, *(("--frames", 5) if store == stored else ()),
         )  # fmt: skip
         assert code == 0, err
         assert list(json.loads(out)["models"]) == [best]
@@ -70,12 +69,11 @@ def test_missing_pins_are_refused_where_no_pin_has_a_place(stored, tmp_path, run
     assert not (tmp_path / "r").exists(), "nothing was trained before"
 
 
-def test_the_same_seed_gives_the_same_numbers(sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+def test_the_same_seed_gives_the_same_numbers(heard, tmp_path, run):
     tables = []
     for name in "ab":
         code, _, err = run(
-            "evaluate", tmp_path / "s.zarr", "--out", tmp_path / name, "--models", "order-te",
+            "evaluate", heard, "--out", tmp_path / name, "--models", "order-te",
             "--window-s", 1, "--quiet", "--workers", 1 if name == "a" else 2,
         )  # fmt: skip
         assert code == 0, err
@@ -83,21 +81,19 @@ def test_the_same_seed_gives_the_same_numbers(sounds, tmp_path, run):
     pd.testing.assert_frame_equal(*tables, rtol=1e-5)
 
 
-def test_tones_that_follow_the_speed_are_named_when_it_is_told(sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+def test_tones_that_follow_the_speed_are_named_when_it_is_told(heard, tmp_path, run):
     code, out, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "order-te-told",
-        "--window-s", 1, "--stride-s", 0.5, "--json",
+        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te-told",
+        "--window-s", 1, "--stride-s", 0.5, "--json", "--workers", 1,
     )  # fmt: skip
     assert code == 0, err
     assert json.loads(out)["models"]["order-te-told"]["nested"]["mean_accuracy"] > 0.95
 
 
 @pytest.mark.slow  # the kernels' package compiles for most of a minute
-def test_random_kernels_have_their_folds_too(sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+def test_random_kernels_have_their_folds_too(heard, tmp_path, run):
     code, out, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "rocket-te",
+        "evaluate", heard, "--out", tmp_path / "r", "--models", "rocket-te",
         "--window-s", 1, "--stride-s", 0.5, "--mask", "50Hz", "--json",
     )  # fmt: skip
     assert code == 0, err
@@ -110,12 +106,11 @@ def test_random_kernels_have_their_folds_too(sounds, tmp_path, run):
 
 
 def test_random_kernels_without_their_package_are_refused_at_once(
-    sounds, tmp_path, run, monkeypatch
+    heard, tmp_path, run, monkeypatch
 ):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
     monkeypatch.setitem(sys.modules, "pyts", None)
     code, _, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "order-te,rocket-te",
+        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te,rocket-te",
         "--keep-going",
     )  # fmt: skip
     assert code == 2
@@ -123,20 +118,16 @@ def test_random_kernels_without_their_package_are_refused_at_once(
     assert not (tmp_path / "r").exists()
 
 
-def test_models_that_need_images_are_refused_for_sounds(sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
-    code, _, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "fusion"
-    )
+def test_models_that_need_images_are_refused_for_sounds(heard, tmp_path, run):
+    code, _, err = run("evaluate", heard, "--out", tmp_path / "r", "--models", "fusion")
     assert code == 2
     assert "some that these data support (vib-te, vib-te-aug, ridge-te, order-te" in err
     assert "lacks ra2 and sa1_vector in the form it needs" in err
 
 
-def test_one_microphone_measures_no_speed(sounds, tmp_path, run):
-    run("extract", sounds, tmp_path / "s.zarr", "--quiet")
+def test_one_microphone_measures_no_speed(heard, tmp_path, run):
     code, _, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", "order-te-measured",
+        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te-measured",
         "--window-s", 1,
     )  # fmt: skip
     assert code == 2
@@ -148,7 +139,7 @@ def test_a_slower_camera_gives_fewer_runs(stored, tmp_path, run):
     for every in (1, 2):
         _, out, _ = run(
             "evaluate", stored, "--out", tmp_path / str(every), "--models", "ra-wave",
-            "--frames", 4, "--every", every, "--json",
+            "--frames", 4, "--every", every, "--json", "--workers", 1,
         )  # fmt: skip
         counts.append(json.loads(out)["models"]["ra-wave"]["nested"]["n_test"])
     assert counts[0] == pytest.approx(2 * counts[1], rel=0.3)

@@ -43,16 +43,14 @@ def test_what_workers_elsewhere_do_is_not_called_nothing(tmp_path):
     assert "Nothing is running" not in said
 
 
-def test_what_failed_is_named_once(run, sounds, tmp_path, monkeypatch):
-    assert run("extract", sounds, tmp_path / "s.zarr", "--quiet")[0] == 0
-
+def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
     def fail(*_):
         raise AfferentsError("no luck")
 
     learning_set = fitting.learning_set
     monkeypatch.setattr(fitting, "learning_set", fail)
     asked = ("--models", "vib-te", "--workers", 1, "--quiet")
-    code, _, error = run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)
+    code, _, error = run("evaluate", stores["audio"], "--out", tmp_path / "r", *asked)
     key = "vib-te, nested, seed 0, 20 mm/s held out"
     assert (code, error) == (2, f"afferents: {key}: no luck\n")
     assert f"Failed: {key}: no luck" in status(tmp_path / "r").sentences
@@ -62,6 +60,6 @@ def test_what_failed_is_named_once(run, sounds, tmp_path, monkeypatch):
         "learning_set",
         lambda *a: fail() if a[4].held_out_mm_s == 20 else learning_set(*a),
     )
-    assert run("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", *asked)[0] == 2
+    assert run("evaluate", stores["audio"], "--out", tmp_path / "r", *asked)[0] == 2
     done = [n for n in range(30, 100) if (tmp_path / f"r/folds/vib-te/nested/seed-0/{n}").is_dir()]
     assert done == [30, 40, 60], "what failed comes last, so all else is done"

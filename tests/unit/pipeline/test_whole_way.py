@@ -3,26 +3,19 @@
 import json
 import re
 import shutil
-import sys
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 
-from afferents import cli
+ALONE = ("--quiet", "--workers", 1)
 
 
-@pytest.fixture(scope="module")
-def extracted(session, tmp_path_factory):
-    """The small session's store, made once."""
-    store = tmp_path_factory.mktemp("stores") / "small.zarr"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "argv", ["afferents", "extract", str(session), str(store), "--quiet"])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-    assert not stop.value.code
-    return store
+@pytest.fixture
+def extracted(stores):
+    """The small session's store."""
+    return stores["video"]
 
 
 def test_extract_recovers_the_shift(extracted):
@@ -70,10 +63,9 @@ def test_all_models_both_protocols_then_a_report(extracted, tmp_path, run):
     assert "no reproduction" in page
 
 
-def test_finished_folds_are_not_trained_again(sounds, tmp_path, run):
-    store, results = tmp_path / "s.zarr", tmp_path / "r"
-    assert run("extract", sounds, store, "--quiet")[0] == 0
-    command = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+def test_finished_folds_are_not_trained_again(stores, tmp_path, run):
+    store, results = stores["audio"], tmp_path / "r"
+    command = ("evaluate", store, "--out", results, "--models", "vib-te", *ALONE, "--json")
     first = json.loads(run(*command)[1])
     kept = results / "folds/vib-te/nested/seed-0/20/weights.safetensors"
     lost = results / "folds/vib-te/nested/seed-0/40"
@@ -88,10 +80,9 @@ def test_finished_folds_are_not_trained_again(sounds, tmp_path, run):
 
 
 @pytest.mark.parametrize("precision", ["float32", "bfloat16"])
-def test_the_precision_asked_for_is_the_one_of_the_folds(sounds, precision, tmp_path, run):
-    store, results = tmp_path / "s.zarr", tmp_path / "r"
-    run("extract", sounds, store, "--quiet")
-    asked = ("--models", "vib-te", "--held-out", 30, "--precision", precision, "--quiet", "--json")
+def test_the_precision_asked_for_is_the_one_of_the_folds(stores, precision, tmp_path, run):
+    store, results = stores["audio"], tmp_path / "r"
+    asked = ("--models", "vib-te", "--held-out", 30, "--precision", precision, *ALONE, "--json")
     assert run("evaluate", store, "--out", results, *asked)[0] == 0
     fold = json.loads((results / "folds/vib-te/nested/seed-0/30/fold.json").read_text())
     assert fold["precision"] == precision
@@ -101,10 +92,9 @@ def test_the_precision_asked_for_is_the_one_of_the_folds(sounds, precision, tmp_
     assert f"precision {other})" in said
 
 
-def test_predictions_are_one_row_a_test_sample(sounds, tmp_path, run):
-    store, results = tmp_path / "s.zarr", tmp_path / "r"
-    run("extract", sounds, store, "--quiet")
-    run("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+def test_predictions_are_one_row_a_test_sample(stores, tmp_path, run):
+    store, results = stores["audio"], tmp_path / "r"
+    run("evaluate", store, "--out", results, "--models", "vib-te", *ALONE, "--json")
     predictions = pd.read_parquet(results / "predictions.parquet")
     assert len(predictions) == 3 * 4 * 4
     probabilities = predictions[["p_1", "p_2", "p_3"]].to_numpy()
@@ -114,14 +104,13 @@ def test_predictions_are_one_row_a_test_sample(sounds, tmp_path, run):
     assert (predictions["recording"].str.split("/").str[0] == predictions["true_texture"]).all()
 
 
-def test_several_sessions_are_repetitions(sounds, make_session, tmp_path, run):
+def test_several_sessions_are_repetitions(stores, make_session, tmp_path, run):
     speeds = (20, 30, 40, 60)
     other = make_session(tmp_path / "other", speeds=speeds, seconds=3.0, video=False, repetition=1)
-    stores = [tmp_path / "one.zarr", tmp_path / "two.zarr"]
-    for root, store in zip((sounds, other), stores, strict=True):
-        run("extract", root, store, "--quiet")
+    run("extract", other, tmp_path / "two.zarr", *ALONE)
+    both = (stores["audio"], tmp_path / "two.zarr")
     code, out, err = run(
-        "evaluate", *stores, "--out", tmp_path / "r", "--models", "vib-te", "--quiet", "--json"
+        "evaluate", *both, "--out", tmp_path / "r", "--models", "vib-te", *ALONE, "--json"
     )
     assert code == 0, err
     assert json.loads(out)["models"]["vib-te"]["nested"]["n_test"] == 2 * 3 * 4 * 4
@@ -134,7 +123,7 @@ def test_the_published_tracker_takes_its_order_from_throw_away(
 ):
     root = make_session(tmp_path / "published", textures=(1,), speeds=(20, 40))
     add_reference_video(root / "1" / "20")
-    code, _, err = run("extract", root, tmp_path / "p.zarr", "--tracker", "published", "--quiet")
+    code, _, err = run("extract", root, tmp_path / "p.zarr", "--tracker", "published", *ALONE)
     assert code == 0, err
     responses = xr.open_zarr(tmp_path / "p.zarr", group="1/40", consolidated=False)
     rest = responses["rest_position"].values
@@ -146,7 +135,7 @@ def test_the_published_tracker_takes_its_order_from_throw_away(
 
 def test_less_of_the_data_beside_all_of_it(extracted, tmp_path, run):
     """Ablations are options; runs of them stand in one table, and can be reported."""
-    options = ("--models", "sa-se", "--protocol", "published", "--quiet", "--json")
+    options = ("--models", "sa-se", "--protocol", "published", *ALONE, "--json")
     assert run("evaluate", extracted, "--out", tmp_path / "all", *options)[0] == 0
     less = ("--textures", "1,3", "--speeds", "20..60:20", "--markers", 0.5, "--train-speeds", 1)
     code, out, err = run("evaluate", extracted, "--out", tmp_path / "less", *options, *less)
@@ -168,10 +157,9 @@ def test_less_of_the_data_beside_all_of_it(extracted, tmp_path, run):
     assert "folders of different names" in err
 
 
-def test_some_speeds_alone_are_held_out(sounds, tmp_path, run):
-    store, results = tmp_path / "s.zarr", tmp_path / "r"
-    run("extract", sounds, store, "--quiet")
-    options = ("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+def test_some_speeds_alone_are_held_out(stores, tmp_path, run):
+    store, results = stores["audio"], tmp_path / "r"
+    options = ("evaluate", store, "--out", results, "--models", "vib-te", *ALONE, "--json")
     code, out, err = run(*options, "--held-out", "20,60")
     assert code == 0, err
     assert list(json.loads(out)["models"]["vib-te"]["nested"]["by_speed"]) == ["20", "60"]
@@ -185,10 +173,9 @@ def test_some_speeds_alone_are_held_out(sounds, tmp_path, run):
     assert "--held-out: expected some of 20, 30, 40, 60 mm/s, found 25" in err
 
 
-def test_status_tells_what_is_done_and_how_to_go_on(sounds, tmp_path, run):
-    store, results = tmp_path / "s.zarr", tmp_path / "r"
-    run("extract", sounds, store, "--quiet")
-    run("evaluate", store, "--out", results, "--models", "vib-te", "--quiet", "--json")
+def test_status_tells_what_is_done_and_how_to_go_on(stores, tmp_path, run):
+    store, results = stores["audio"], tmp_path / "r"
+    run("evaluate", store, "--out", results, "--models", "vib-te", *ALONE, "--json")
     code, out, _ = run("status", results)
     assert code == 0
     assert "4 of 4 trainings are done." in out

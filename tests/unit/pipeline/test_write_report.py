@@ -9,24 +9,15 @@ import pytest
 from afferents.core.progress import Progress
 from afferents.core.results import Results
 from afferents.encodings import Encodings
-from afferents.markers import load_sensor
 from afferents.pipeline import write_report as writing
 from afferents.pipeline.data import open_data
-from afferents.pipeline.extract import Extraction, extract
 
 QUIET = Progress(quiet=True)
 
 
-@pytest.fixture(scope="module")
-def extracted(sounds, tmp_path_factory):
-    store = tmp_path_factory.mktemp("stores") / "sounds.zarr"
-    extract(Extraction(sounds, store, load_sensor("tip_b"), "one-to-one"), QUIET)
-    return store
-
-
 @pytest.fixture
-def store(extracted, tmp_path):
-    return shutil.copytree(extracted, tmp_path / "sounds.zarr")
+def store(stores, tmp_path):
+    return shutil.copytree(stores["audio"], tmp_path / "sounds.zarr")
 
 
 @pytest.fixture

@@ -23,25 +23,14 @@ def session(sounds, tmp_path):
     return shutil.copytree(sounds, tmp_path / "session")
 
 
-@pytest.fixture(scope="module")
-def extracted(sounds, tmp_path_factory):
-    from afferents.core.progress import Progress
-    from afferents.markers import load_sensor
-    from afferents.pipeline.extract import Extraction, extract
-
-    out = tmp_path_factory.mktemp("extracted") / "s.zarr"
-    extract(Extraction(sounds, out, load_sensor("tip_b"), "windowed", workers=1), Progress(True))
-    return out
-
-
 @pytest.fixture
-def store(extracted, tmp_path):
-    return shutil.copytree(extracted, tmp_path / "s.zarr")
+def store(stores, tmp_path):
+    return shutil.copytree(stores["audio"], tmp_path / "s.zarr")
 
 
 def test_a_recording_copied_under_another_speed(fails, session, tmp_path):
     shutil.copy(session / "2/20/audio.wav", session / "2/30/audio.wav")
-    sentence = fails("extract", session, tmp_path / "o.zarr", "--quiet")
+    sentence = fails("extract", session, tmp_path / "o.zarr", "--quiet", "--workers", 1)
     assert "the same bytes as" in sentence
     assert "2/20/audio.wav" in sentence
     assert "2/30/audio.wav" in sentence

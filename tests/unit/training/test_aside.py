@@ -33,7 +33,7 @@ def fates(trained):
 def test_who_is_stopped_ends_where_others_end(
     encoding, shape, stops, one_cycle, make_problem, config, tmp_path
 ):
-    problem = make_problem(shape, noise=3.0)
+    problem = make_problem(shape, n=96, noise=3.0)
     config = config.model_copy(
         update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )

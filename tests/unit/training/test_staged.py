@@ -10,10 +10,10 @@ from afferents.models import build
 from afferents.training import LearningSet, predict, train_in_stages
 
 
-def staged(make_problem, config, seed=0):
+def staged(make_problem, config, seed=0, epochs=20):
     problem = make_problem((4, 8, 8))
     model = build("cnn-lstm", 3, (4, 8, 8))
-    stages = {"batch_size": 16, "max_epochs": 20, "patience": 19, "image_epochs": 6}
+    stages = {"batch_size": 16, "max_epochs": epochs, "patience": 19, "image_epochs": 6}
     trained = train_in_stages(
         model, LearningSet(*problem), config.model_copy(update={**stages, "frames_a_run": 2}), seed
     )
@@ -37,7 +37,7 @@ def test_it_learns_and_leaves_one_whole_network(make_problem, config):
 
 
 def test_only_training_runs_teach(make_problem, config):
-    problem, _model, _ = staged(make_problem, config)
+    problem = make_problem((4, 8, 8))
     labels = problem.labels.clone()
     labels[torch.from_numpy(problem.validation)] = 0
     again = build("cnn-lstm", 3, (4, 8, 8))
@@ -57,7 +57,7 @@ def test_only_training_runs_teach(make_problem, config):
 
 
 def test_the_same_seed_gives_the_same_network(make_problem, config):
-    _, one, _ = staged(make_problem, config)
-    _, two, _ = staged(make_problem, config)
+    _, one, _ = staged(make_problem, config, epochs=6)
+    _, two, _ = staged(make_problem, config, epochs=6)
     for a, b in zip(one.parameters(), two.parameters(), strict=True):
         np.testing.assert_array_equal(a.detach().numpy(), b.detach().numpy())
