@@ -21,7 +21,7 @@ from afferents.core import dims
 from afferents.encodings import amplitude_spectrum
 from afferents.markers import load_sensor, track
 from afferents.recordings import open_video
-from afferents.report.style import SEQUENTIAL
+from afferents.reporting.style import SEQUENTIAL
 from afferents.rig import STEADY_S, VIDEO, Rig, bumped_surface, record, simulate
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 

@@ -1,7 +1,7 @@
 """Condense the published figures that the report carries: `condense_published.py FOLDER`.
 
 FOLDER holds `results.json` and `confusion.json`, digitised from the paper's notebook. What is
-written to `src/afferents/report/published` is Table 1, the accuracy at every held-out speed
+written to `src/afferents/reporting/published` is Table 1, the accuracy at every held-out speed
 and the confusion matrices averaged over speeds.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-TARGET = Path(__file__).resolve().parents[1] / "src/afferents/report/published"
+TARGET = Path(__file__).resolve().parents[1] / "src/afferents/reporting/published"
 NAMES = {
     "SA-SE": "sa-se",
     "RA-SE": "ra-se",

@@ -33,7 +33,7 @@ from afferents.evaluation.bootstrap import (
     paired_difference,
 )
 from afferents.evaluation.folds import load_fold
-from afferents.report.published import published_families
+from afferents.reporting.published import published_families
 
 NAMES = ("model", "protocol", "seed", "held_out_mm_s")
 FACTS = ("n_train", "passes", "epochs", "precision")

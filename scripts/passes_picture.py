@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from afferents.core.model import MODELS, TABLE1
-from afferents.report.style import BLUE, VERMILION, styled
+from afferents.reporting.style import BLUE, VERMILION, styled
 
 
 @styled

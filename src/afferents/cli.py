@@ -458,7 +458,7 @@ def evaluate(
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
     from afferents.pipeline.textures import evaluate_textures
-    from afferents.report import texture_tables, to_rich
+    from afferents.reporting import texture_tables, to_rich
     from afferents.training import Compute
 
     wanted = models_named(models) if models != "best" else []
@@ -528,7 +528,7 @@ def evaluate(
 
 def _tables(summary: dict[str, Any]) -> list[Any]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.report import table1, to_rich, touches_table
+    from afferents.reporting import table1, to_rich, touches_table
 
     evaluated = set(summary["models"])
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
@@ -544,7 +544,7 @@ def report(
 ) -> None:
     """Write Table 1, figures and a self-contained report.html; of several runs one table too."""
     from afferents.pipeline.write_report import compare_runs, write_report
-    from afferents.report import to_rich
+    from afferents.reporting import to_rich
 
     with Progress(quiet or as_json) as progress:
         pages = [write_report(folder, progress) for folder in results]
@@ -773,7 +773,7 @@ def reproduce(
     from afferents.markers import load_sensor
     from afferents.pipeline.reproduce import Reproduction
     from afferents.pipeline.reproduce import reproduce as run
-    from afferents.report import headline, table1, to_rich
+    from afferents.reporting import headline, table1, to_rich
 
     under = tuple(protocols(protocol))
     wanted = Reproduction(

@@ -12,7 +12,7 @@ from afferents.markers.calibrate import MADE_BY, Calibration, calibrate, sensor_
 from afferents.markers.estimate import looks
 from afferents.markers.sensor import DiscDetector
 from afferents.recordings import open_video
-from afferents.report import markers_figure, save_figure
+from afferents.reporting import markers_figure, save_figure
 
 
 def calibrate_sensor(

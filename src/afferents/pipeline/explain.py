@@ -28,7 +28,7 @@ from afferents.models import Deployed
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import Source, has, kept_part, response_of
 from afferents.pipeline.train import felt_with
-from afferents.report import explanation_figure, save_figure
+from afferents.reporting import explanation_figure, save_figure
 from afferents.training import load_model
 
 FACTS = "explanation.json"

@@ -45,7 +45,7 @@ from afferents.recordings import (
     session_file,
     video_facts,
 )
-from afferents.report import (
+from afferents.reporting import (
     is_overlay,
     markers_figure,
     responses_figure,

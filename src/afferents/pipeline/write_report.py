@@ -28,7 +28,7 @@ from afferents.evaluation import reliability_of
 from afferents.pipeline.ablation import Ablation
 from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all
-from afferents.report import (
+from afferents.reporting import (
     FACTORS,
     FigureData,
     StretchExample,
@@ -42,7 +42,7 @@ from afferents.report import (
     to_markdown,
     write_texture_page,
 )
-from afferents.report import write_report as write_page
+from afferents.reporting import write_report as write_page
 
 PAGE, TABLE1, TEXTURES = "report.html", "table1.md", "textures.md"
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90

@@ -1,0 +1,73 @@
+"""Table 1, Figures 7 to 13 and one self-contained page, from results alone."""
+
+from afferents.reporting.confusion import confusion_figure
+from afferents.reporting.differences import differences, runs_side_by_side
+from afferents.reporting.explanation import explanation_figure
+from afferents.reporting.figure07 import FACTORS, StretchExample, figure07, stretch_example
+from afferents.reporting.figure08 import figure08
+from afferents.reporting.figure10 import figure10
+from afferents.reporting.figure12 import figure12
+from afferents.reporting.formats import to_markdown, to_rich
+from afferents.reporting.html import headline, write_report
+from afferents.reporting.inspection import markers_figure, responses_figure, vibration_figure
+from afferents.reporting.overlay import draw_overlay, is_overlay, write_overlay
+from afferents.reporting.pictures import FigureData, Picture, draw_pictures, save_pictures
+from afferents.reporting.reliability import reliability_figure, reliability_table
+from afferents.reporting.roughness import roughness_table
+from afferents.reporting.speeds import speed_figure
+from afferents.reporting.style import save_figure
+from afferents.reporting.table import (
+    Table,
+    accuracy_by_speed,
+    leak_sentences,
+    leak_table,
+    run_table,
+    table1,
+    touches_table,
+)
+from afferents.reporting.textures import write_texture_page
+from afferents.reporting.unknown import texture_tables, unknown_by_texture, unknown_table
+
+__all__ = [
+    "FACTORS",
+    "FigureData",
+    "Picture",
+    "StretchExample",
+    "Table",
+    "accuracy_by_speed",
+    "confusion_figure",
+    "differences",
+    "draw_overlay",
+    "draw_pictures",
+    "explanation_figure",
+    "figure07",
+    "figure08",
+    "figure10",
+    "figure12",
+    "headline",
+    "is_overlay",
+    "leak_sentences",
+    "leak_table",
+    "markers_figure",
+    "reliability_figure",
+    "reliability_table",
+    "responses_figure",
+    "roughness_table",
+    "run_table",
+    "runs_side_by_side",
+    "save_figure",
+    "save_pictures",
+    "speed_figure",
+    "stretch_example",
+    "table1",
+    "texture_tables",
+    "to_markdown",
+    "to_rich",
+    "touches_table",
+    "unknown_by_texture",
+    "unknown_table",
+    "vibration_figure",
+    "write_overlay",
+    "write_report",
+    "write_texture_page",
+]

@@ -1,0 +1,174 @@
+"""Figures 9, 11 and 13: one confusion matrix a held-out speed, in percent of the true texture.
+
+As in the paper, x is the true and y the predicted texture, so every column sums to 100 %. Each
+column is divided by its own number of test samples: the paper's Figure 13 divides 60 samples
+by 30 and so shows twice the percentage.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+
+from afferents.core.results import Results
+from afferents.reporting.labels import (
+    PROTOCOL_TITLES,
+    model_title,
+    source_line,
+    speed_key,
+    texture_axis,
+)
+from afferents.reporting.published import (
+    published_confusion,
+    published_families,
+    published_textures,
+)
+from afferents.reporting.style import GREY, MISSING, PERCENT, frame_all, new_figure, styled
+
+FIGURE_OF = {
+    "sa-se": "Figure 9A",
+    "sa-ste": "Figure 9B",
+    "ra-se": "Figure 11A",
+    "ra-ste": "Figure 11B",
+    "vib-te": "Figure 13A",
+    "vib-te-aug": "Figure 13B",
+}
+"""Where the paper shows each family's matrices."""
+MOST_TICKS = 14
+_WIDTH_INCH, _PANELS_INCH = 9.4, 7.7
+"""Width of the figure, and what of it the panels of a row share."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One matrix to draw: percent[true, predicted], NaN rows where nothing was tested."""
+
+    title: str
+    percent: NDArray[np.float64]
+
+
+def count_confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int64]:
+    """Count predictions by true and predicted texture.
+
+    Returns
+    -------
+    Shape (n_textures, n_textures), counts[true, predicted].
+    """
+    true, predicted = (
+        pd.Categorical(predictions[column], categories=textures).codes.astype(np.int64)
+        for column in ("true_texture", "predicted_texture")
+    )
+    n = len(textures)
+    return np.bincount(true * n + predicted, minlength=n * n).reshape(n, n).astype(np.int64)
+
+
+def percent_of_true(counts: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return percent[true, predicted] of the test samples of each true texture.
+
+    Every row sums to 100, and is NaN where a texture has no test sample.
+    """
+    totals = counts.sum(axis=1, keepdims=True)
+    return np.where(totals > 0, 100.0 * counts / np.maximum(totals, 1), np.nan)
+
+
+@styled
+def confusion_figure(results: Results, model: str, protocol: str) -> Figure | None:
+    """Draw a matrix for every held-out speed and one over all; None if it was not evaluated.
+
+    Where the textures are the paper's, its own mean matrix is drawn last for comparison.
+    """
+    rows = results.predictions
+    rows = rows[(rows["model"] == model) & (rows["protocol"] == protocol)]
+    if rows.empty:
+        return None
+    textures = results.textures
+    panels = [*_own_panels(rows, textures), *_paper_panel(model, textures)]
+    n_columns = _columns(len(panels))
+    n_rows = -(-len(panels) // n_columns)
+    height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.04 * max(map(len, textures))
+    title, source = confusion_title(model, protocol), source_line(results.summary)
+    figure = new_figure(_WIDTH_INCH, height, title, source)
+    _draw_grid(figure, panels, textures, (n_rows, n_columns))
+    return figure
+
+
+def confusion_title(model: str, protocol: str) -> str:
+    """Return the number that the figure has in the paper, the model and the protocol."""
+    number = f"{FIGURE_OF[model]}. " if model in FIGURE_OF else ""
+    return f"{number}{model_title(model)}, {PROTOCOL_TITLES[protocol]}"
+
+
+def _own_panels(rows: pd.DataFrame, textures: list[str]) -> list[Panel]:
+    speeds = rows["held_out_speed_mm_s"].to_numpy(dtype=np.float64)
+    by_speed = [
+        (f"{speed_key(speed)} mm/s held out", count_confusion(rows[speeds == speed], textures))
+        for speed in np.unique(speeds)
+    ]
+    everything = ("all held-out speeds", count_confusion(rows, textures))
+    return [
+        Panel(f"{title}: {_accuracy(counts):.0f} %", percent_of_true(counts))
+        for title, counts in (*by_speed, everything)
+    ]
+
+
+def _paper_panel(model: str, textures: list[str]) -> list[Panel]:
+    if model not in published_families() or tuple(textures) != published_textures():
+        return []
+    mean = published_families()[model].mean_percent
+    return [Panel(f"paper, its own recordings: {mean} %", published_confusion(model))]
+
+
+def _accuracy(counts: NDArray[np.int64]) -> float:
+    return float(100 * np.trace(counts) / counts.sum())
+
+
+def _columns(n_panels: int) -> int:
+    """Return 4 columns, or 3 where that leaves fewer cells empty."""
+    return min((4, 3), key=lambda n: (-n_panels % n, -n))
+
+
+def _draw_grid(
+    figure: Figure, panels: list[Panel], textures: list[str], shape: tuple[int, int]
+) -> None:
+    grid = figure.subplots(*shape, squeeze=False)
+    cells = list(grid.flat)
+    for axes, panel in zip(cells, panels, strict=False):
+        image = _draw_panel(axes, panel)
+    for axes in cells[len(panels) :]:
+        axes.set_visible(False)
+    _label_edges(grid, textures)
+    bar = figure.colorbar(image, ax=cells, fraction=0.02, pad=0.015, aspect=30)
+    bar.set_label("% of the true texture's test samples")
+    bar.outline.set_visible(False)
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> AxesImage:
+    axes.set_facecolor(MISSING)
+    axes.set_title(panel.title)
+    frame_all(axes)
+    return axes.imshow(
+        panel.percent.T, cmap=PERCENT, vmin=0, vmax=100, origin="lower", interpolation="nearest"
+    )
+
+
+def _label_edges(grid: NDArray[Any], textures: list[str]) -> None:
+    """Name the textures on every axis of the left column and of the lowest row."""
+    step = -(-len(textures) // MOST_TICKS)
+    ticks = list(range(0, len(textures), step))
+    names = [textures[index] for index in ticks]
+    turned = 90 if max(map(len, names)) > 3 else 0
+    for axes in grid.flat:
+        axes.set_xticks([])
+        axes.set_yticks([])
+        axes.tick_params(length=2, color=GREY)
+    for axes in grid[-1]:
+        axes.set_xticks(ticks, names, rotation=turned, fontsize=6)
+        axes.set_xlabel(f"true {texture_axis(textures)}", fontsize=7)
+    for axes in grid[:, 0]:
+        axes.set_yticks(ticks, names, fontsize=6)
+        axes.set_ylabel(f"predicted {texture_axis(textures)}", fontsize=7)

@@ -1,0 +1,101 @@
+"""What differs by how much: models that differ in one thing, protocols, and whole runs."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from afferents.core.model import MODELS, TABLE1
+from afferents.reporting.labels import (
+    PROTOCOL_TITLES,
+    Summary,
+    model_order,
+    model_title,
+    outcome,
+)
+from afferents.reporting.table import Cell, Table, mean_and_interval
+
+
+def differences(summary: Summary) -> Table | None:
+    """Return the table of paired differences; None where there is nothing to compare.
+
+    Of the paper's families those pairs that differ in one thing (afferent, encoding or
+    stretching) are shown, of other models all; the summary holds every pair.
+    """
+    rows = [
+        (
+            Cell(f"{model_title(found['model'])} over {model_title(found['than'])}"),
+            Cell(PROTOCOL_TITLES[found["protocol"]]),
+            Cell(_points(found)),
+        )
+        for found in summary.get("comparisons", [])
+        if _differ_in_one_thing(found["model"], found["than"])
+    ]
+    pairs = list(dict.fromkeys(row[0].text for row in rows))
+    rows.sort(key=lambda row: pairs.index(row[0].text))
+    rows += [
+        (
+            Cell(f"{model_title(model)}: what selection on the held-out speed adds"),
+            Cell("published over nested"),
+            Cell(_points(found)),
+        )
+        for model, found in summary.get("selection_effect", {}).items()
+    ]
+    if not rows:
+        return None
+    return Table(
+        "Differences",
+        "Percentage points, mean over held-out speeds, with 95% interval in brackets: bootstrap "
+        "over recordings and seeds, both sides on the same recordings. An interval that holds 0 "
+        "shows no difference.",
+        ("", "Protocol", "Difference"),
+        tuple(rows),
+        n_headers=2,
+    )
+
+
+def runs_side_by_side(runs: Mapping[str, Summary]) -> Table:
+    """Return the means of several results folders, a column each.
+
+    Parameters
+    ----------
+    runs
+        Summaries by the name of their folder.
+    """
+    models = list(dict.fromkeys(name for run in runs.values() for name in model_order(run)))
+    ordered = [*(name for name in MODELS if name in models)]
+    ordered += [name for name in models if name not in MODELS]
+    rows = [
+        (Cell(model_title(name)), Cell(title), *(Cell(mean_and_interval(found)) for found in each))
+        for name in ordered
+        for protocol, title in PROTOCOL_TITLES.items()
+        if any(each := [outcome(run, name, protocol) for run in runs.values()])
+    ]
+    return Table(
+        "Accuracy at speeds held out of training, run by run",
+        f"Percent of test samples, mean over held-out speeds, with 95% interval in brackets. "
+        f"{'. '.join(f'{name}: {_what(run)}' for name, run in runs.items())}.",
+        ("Model", "Protocol", *runs),
+        tuple(rows),
+        n_headers=2,
+    )
+
+
+def _differ_in_one_thing(one: str, other: str) -> bool:
+    if one not in MODELS or other not in MODELS:
+        return True
+    a, b = MODELS[one], MODELS[other]
+    if not {one, other} <= set(TABLE1):
+        return True
+    different = (a.channel != b.channel, a.encoding != b.encoding, a.stretched != b.stretched)
+    return sum(map(bool, different)) == 1
+
+
+def _points(found: Mapping[str, Any]) -> str:
+    low, high = (f"{100 * value:+.1f}" for value in found["ci95"])
+    return f"{100 * found['difference']:+.1f} [{low}, {high}]"
+
+
+def _what(run: Summary) -> str:
+    """Say in a few words what was evaluated."""
+    n = len(run["textures"])
+    options = f", {' '.join(run['options'])}" if run.get("options") else ""
+    return f"{n} textures, {len(run['speeds_mm_s'])} speeds, preset {run['preset']}{options}"

@@ -1,0 +1,197 @@
+"""`report.html`: one page that holds all it shows and needs no network."""
+
+import base64
+import json
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+from afferents.core.files import write_text
+from afferents.core.model import BEST
+from afferents.core.results import Results
+from afferents.reporting.differences import differences
+from afferents.reporting.labels import (
+    PROTOCOL_TITLES,
+    Summary,
+    data_line,
+    model_order,
+    model_title,
+    outcome,
+    outcomes,
+    percent,
+    speed_key,
+)
+from afferents.reporting.pictures import Picture
+from afferents.reporting.published import CITATION
+from afferents.reporting.reliability import has_reliability, reliability_table
+from afferents.reporting.table import (
+    accuracy_by_speed,
+    leak_sentences,
+    leak_table,
+    mean_and_interval,
+    run_table,
+    table1,
+    touches_table,
+)
+
+TEMPLATE = "report.html"
+
+
+@dataclass(frozen=True)
+class Embedded:
+    """A picture as the page holds it: PNG in base64 with its texts."""
+
+    name: str
+    title: str
+    caption: str
+    description: str
+    png: str
+
+
+def write_report(
+    path: Path, results: Results, pictures: Sequence[Picture], notes: Sequence[str] = ()
+) -> Path:
+    """Write the page, whole or not at all, and return its path.
+
+    Parameters
+    ----------
+    path
+        The file to write, such as `RESULTS/report.html`.
+    pictures
+        From `draw_pictures`; may be empty.
+    notes
+        Sentences for the reader, such as why a figure is missing.
+    """
+    page = render_report(results, pictures, notes)
+    write_text(path, page)
+    return path
+
+
+def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence[str] = ()) -> str:
+    """Return the page as text; see `write_report`."""
+    summary = results.summary
+    return template(TEMPLATE).render(
+        headline=headline(summary),
+        facts=facts(summary),
+        simulated=[data for data in summary["data"] if data["simulated"]],
+        skipped=summary["skipped"],
+        notes=notes,
+        table1=table1(summary),
+        by_speed=accuracy_by_speed(summary),
+        touches=touches_table(summary),
+        reliability=reliability_table(summary) if has_reliability(summary) else None,
+        differences=differences(summary),
+        leak_sentences=leak_sentences(summary),
+        leaks=leak_table(summary),
+        runs=run_table(summary),
+        pictures=[_embed(picture) for picture in pictures],
+        data=summary["data"],
+        config=json.dumps(results.config, indent=2),
+        command=redo_command(results),
+        citation=CITATION,
+        version=summary["afferents"],
+    )
+
+
+def template(name: str) -> Template:
+    """Return a template of a page."""
+    environment = Environment(
+        loader=PackageLoader("afferents.reporting", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)
+
+
+def headline(summary: Summary) -> str:
+    """Return the sentence that matters most, of the strictest protocol.
+
+    It is of the model that we recommend, where that was evaluated, else of the best.
+    """
+    for protocol, title in PROTOCOL_TITLES.items():
+        found = {
+            name: result
+            for name in model_order(summary)
+            if (result := outcome(summary, name, protocol)) is not None
+        }
+        if found:
+            recommended = [name for name in BEST if name in found]
+            best = max(found, key=lambda name: found[name]["mean_accuracy"])
+            named = recommended[0] if recommended else best
+            why = "which we recommend" if recommended else "which did best"
+            return _sentence(summary, named, why, protocol, title)
+    return "No model was evaluated."
+
+
+def _sentence(summary: Summary, model: str, why: str, protocol: str, title: str) -> str:
+    found = summary["models"][model][protocol]
+    worst = found["worst_speed"]
+    interval = " (95% interval in brackets)" if found.get("ci95") else ""
+    return (
+        f"{model_title(model)}, {why}, names {mean_and_interval(found)} % of the samples rightly "
+        f"at speeds that it never learnt from ({title}){interval}, where guessing gives "
+        f"{percent(summary['chance'])} %. It did worst at {worst} mm/s, with "
+        f"{percent(found['by_speed'][worst])} %."
+    )
+
+
+def facts(summary: Summary) -> list[tuple[str, str]]:
+    """Return what was evaluated, as pairs of name and value."""
+    textures, speeds = summary["textures"], summary["speeds_mm_s"]
+    run = {protocol for _, protocol, _ in outcomes(summary)}
+    protocols = [name for name in PROTOCOL_TITLES if name in run]
+    return [
+        ("Data", data_line(summary)),
+        ("Textures", f"{len(textures)}: {shortened(textures)}"),
+        ("Speeds", f"{len(speeds)}: {shortened([speed_key(v) for v in speeds])} mm/s"),
+        ("Models", ", ".join(model_title(name) for name in model_order(summary))),
+        ("Protocol", " and ".join(protocols) or "none"),
+        ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
+        ("Chance", f"{percent(summary['chance'])} %"),
+    ]
+
+
+def redo_command(results: Results) -> str:
+    """Return the command that repeats the evaluation."""
+    summary = results.summary
+    found = list(outcomes(summary))
+    seeds = sorted({seed for _, _, result in found for seed in result["seeds"]}) or [0]
+    protocols = {protocol for _, protocol, _ in found}
+    arguments = [
+        *(source_argument(data) for data in summary["data"]),
+        *("--out", results.root.name or "RESULTS"),
+        *("--models", ",".join(model_order(summary))),
+        *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
+        *("--cut", summary["cut"], "--preset", summary["preset"]),
+        *("--seed", str(seeds[0]), "--seeds", str(len(seeds))),
+        *summary.get("options", []),
+    ]
+    return shlex.join(["afferents", "evaluate", *arguments])
+
+
+def source_argument(data: dict[str, str]) -> str:
+    """Return a source as `evaluate` takes it: stores by path, other data with their adapter."""
+    kind, source = data["kind"], data["source"]
+    return source if kind == "store" or source.startswith(f"{kind}:") else f"{kind}:{source}"
+
+
+def shortened(names: Sequence[str], most: int = 16) -> str:
+    """Return names with commas between, or the first of very many and the last."""
+    if len(names) <= most:
+        return ", ".join(names)
+    return f"{', '.join(names[: most - 1])}, … {names[-1]}"
+
+
+def _embed(picture: Picture) -> Embedded:
+    return Embedded(
+        picture.name,
+        picture.title,
+        picture.caption,
+        picture.description,
+        base64.b64encode(picture.png).decode("ascii"),
+    )

@@ -1,0 +1,185 @@
+"""Grids of tactile images, which Figures 8 (SA-I) and 10 (RA-I) share.
+
+Every image has row (rank of the marker in y) downwards and column (rank in x) to the right, as
+the camera sees the skin; the paper's pictures are the transpose. All images of a figure have
+one colour scale, which spans exactly the frames shown.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.samples import Samples, textures_of
+from afferents.reporting.choice import example_textures, in_condition, speeds_of, spread
+from afferents.reporting.labels import speed_key, texture_label
+from afferents.reporting.style import MISSING, SEQUENTIAL, VERMILION, frame_all, new_figure, styled
+
+SPEED = 50.0
+"""The paper's images are at 50 mm/s."""
+MOST_SPEEDS = 10
+N_CONSECUTIVE = 10
+_ARROWS = {"+x": (0.7, 0.0), "-x": (-0.7, 0.0), "+y": (0.0, 0.7), "-y": (0.0, -0.7)}
+"""Sliding directions in the image: x to the right, y downwards."""
+
+
+@dataclass(frozen=True)
+class TactileImage:
+    """An image (row, column) with the texts over it and, in a first column, beside it."""
+
+    values: NDArray[np.float32]
+    title: str
+    beside: str = ""
+
+
+@styled
+def tactile_image_figure(
+    images: Samples, title: str, unit: str, source: str, sliding: str = "+x"
+) -> Figure:
+    """Draw panel A, four textures at every speed, and panel B, ten consecutive frames.
+
+    Parameters
+    ----------
+    images
+        Samples with the dims (sample, row, column).
+    unit
+        Unit of the responses, such as `px`.
+    source
+        The line that says what the images were made from.
+    sliding
+        Direction in which the surface slides under the skin, `+x` unless the session says
+        otherwise; x is to the right, y downwards.
+    """
+    by_texture, consecutive = textures_by_speed(images), consecutive_frames(images)
+    n_columns = max(len(by_texture[0]), len(consecutive))
+    n_rows = len(by_texture) + 2
+    figure = new_figure(0.9 * n_columns + 1.9, 0.98 * n_rows + 0.6, title, source)
+    heights = [1.0] * len(by_texture) + [0.15, 1.0]
+    grid = figure.subplots(n_rows, n_columns, squeeze=False, gridspec_kw={"height_ratios": heights})
+    rows = [*by_texture, [], consecutive]
+    image = _draw_rows(grid, rows)
+    _name_axes(grid[-1, len(consecutive) - 1], sliding)
+    bar = figure.colorbar(image, ax=list(grid.flat), fraction=0.015, pad=0.01, aspect=40)
+    bar.set_label(unit)
+    bar.outline.set_visible(False)
+    return figure
+
+
+def textures_by_speed(images: Samples) -> list[list[TactileImage]]:
+    """Choose panel A: a row for each of four textures, the middle frame at every speed.
+
+    A condition that was not recorded is an image of NaN.
+    """
+    textures, speeds = example_textures(images), spread(speeds_of(images), MOST_SPEEDS)
+    return [
+        [
+            TactileImage(
+                _middle(images, texture, speed),
+                f"{speed_key(speed)} mm/s" if texture == textures[0] else "",
+                texture_label(texture),
+            )
+            for speed in speeds
+        ]
+        for texture in textures
+    ]
+
+
+def consecutive_frames(images: Samples) -> list[TactileImage]:
+    """Choose panel B: ten consecutive frames from the middle of one recording.
+
+    The recording is of texture g (3 mm) near 50 mm/s where it is there, else of the middle
+    texture.
+    """
+    textures = textures_of(images)
+    texture = "3" if "3" in textures else textures[len(textures) // 2]
+    of_texture = images.isel({dims.SAMPLE: np.flatnonzero(images[dims.TEXTURE] == texture)})
+    speed = min(speeds_of(of_texture), key=lambda value: abs(value - SPEED))
+    run = _middle_run(in_condition(of_texture, texture, speed))
+    elapsed_ms = 1000 * (run[dims.START].values - run[dims.START].values[0])
+    beside = f"{texture_label(texture)}\n{speed_key(speed)} mm/s"
+    return [
+        TactileImage(image, f"{time:+.0f} ms", beside)
+        for image, time in zip(run.values, elapsed_ms, strict=True)
+    ]
+
+
+def _middle_run(condition: Samples) -> Samples:
+    """Return ten consecutive samples from the middle of the condition's first recording."""
+    recording = condition[dims.RECORDING].values
+    ordered = condition.isel({dims.SAMPLE: np.flatnonzero(recording == recording[0])})
+    ordered = ordered.sortby(dims.START)
+    first = max(0, (ordered.sizes[dims.SAMPLE] - N_CONSECUTIVE) // 2)
+    return ordered[first : first + N_CONSECUTIVE]
+
+
+def _middle(images: Samples, texture: str, speed: float) -> NDArray[np.float32]:
+    condition = in_condition(images, texture, speed)
+    n = condition.sizes[dims.SAMPLE]
+    if n == 0:
+        return np.full(images.shape[1:], np.nan, dtype=np.float32)
+    middle: NDArray[np.float32] = condition.values[n // 2]
+    return middle
+
+
+def _scale(images: list[TactileImage]) -> tuple[float, float]:
+    values = np.concatenate([image.values.ravel() for image in images])
+    values = values[np.isfinite(values)]
+    return (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+
+
+def _draw_rows(grid: NDArray[Any], rows: list[list[TactileImage]]) -> AxesImage:
+    """Draw the images of every row from the left, all on one scale; other cells stay empty."""
+    low, high = _scale([image for row in rows for image in row])
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for cells, images in zip(grid, rows, strict=True):
+        for axes, image in zip(cells, images, strict=False):
+            axes.set_axis_on()
+            drawn = _draw_image(axes, image, low, high)
+        if images:
+            _name_row(cells[0], images[0].beside)
+    return drawn
+
+
+def _name_row(axes: Axes, text: str) -> None:
+    axes.annotate(
+        text,
+        xy=(0, 0.5),
+        xytext=(-5, 0),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        ha="right",
+        va="center",
+    )
+
+
+def _draw_image(axes: Axes, image: TactileImage, low: float, high: float) -> AxesImage:
+    axes.set_facecolor(MISSING)
+    axes.set_title(image.title, fontsize=7.5)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    frame_all(axes)
+    return axes.imshow(
+        image.values, cmap=SEQUENTIAL, vmin=low, vmax=high, origin="upper", interpolation="nearest"
+    )
+
+
+def _name_axes(axes: Axes, sliding: str) -> None:
+    """Say on one image what the axes are, and draw the sliding direction over it."""
+    axes.set_xlabel(f"column (x) →\nsliding {sliding}", fontsize=7)
+    axes.yaxis.set_label_position("right")
+    axes.set_ylabel("← row (y)", fontsize=7)
+    if sliding in _ARROWS:
+        dx, dy = _ARROWS[sliding]
+        axes.annotate(
+            "",
+            xy=(0.5 + dx / 2, 0.5 - dy / 2),
+            xytext=(0.5 - dx / 2, 0.5 + dy / 2),
+            xycoords="axes fraction",
+            arrowprops={"arrowstyle": "->", "color": VERMILION, "lw": 1.6},
+        )

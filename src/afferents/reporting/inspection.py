@@ -1,0 +1,203 @@
+"""Pictures for `inspect`: what was found in a frame, what the skin did, what was heard."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.recording import GreyImage
+from afferents.reporting.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    SEQUENTIAL,
+    VERMILION,
+    frame_all,
+    new_figure,
+    styled,
+)
+
+QUANTILES = ((0.05, 0.95), (0.25, 0.75))
+MOST_CHANNELS = 16
+
+
+@styled
+def markers_figure(
+    image: GreyImage,
+    position: NDArray[np.float64],
+    detected: NDArray[np.bool_],
+    source: str,
+    trails: NDArray[np.float64] | None = None,
+) -> Figure:
+    """Draw the markers over a frame.
+
+    Parameters
+    ----------
+    image
+        Grey frame, shape (height, width).
+    position
+        Marker positions, shape (n, 2), px, x right and y down; NaN where lost.
+    detected
+        Shape (n,). A marker with a position but not detected is drawn as a cross.
+    source
+        The line that says what the picture was made from.
+    trails
+        Positions over time, shape (time, n, 2), px, drawn as lines.
+    """
+    height, width = image.shape
+    seen = np.asarray(detected, dtype=bool)
+    title = f"Markers: {int(seen.sum())} of {len(seen)} detected"
+    figure = new_figure(7.6, 7.0 * height / width + 1.0, title, source)
+    axes = figure.subplots()
+    axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    if trails is not None:
+        axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
+        axes.plot([], [], color=ORANGE, lw=1.2, label="track")
+    _draw_markers(axes, position, seen)
+    axes.set(xlabel="x (px) →", ylabel="← y (px)", xlim=(-0.5, width - 0.5))
+    axes.set_ylim(height - 0.5, -0.5)
+    frame_all(axes)
+    return figure
+
+
+@styled
+def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figure:
+    """Draw SA-I and RA-I over time: mean with quantile bands, and every marker as a row.
+
+    Parameters
+    ----------
+    sa1, ra1
+        Dims (time, marker), px and px a frame; NaN where a marker was lost.
+    source
+        The line that says what the picture was made from.
+    """
+    figure = new_figure(8.6, 7.4, "SA-I and RA-I over time (white: marker lost)", source)
+    grid = figure.subplots(4, 1, sharex=True, height_ratios=(1, 1.5, 1, 1.5))
+    for response, name, unit, colour, band, rows in (
+        (sa1, "SA-I", dims.PIXELS, BLUE, grid[0], grid[1]),
+        (ra1, "RA-I", dims.PIXELS_PER_FRAME, GREEN, grid[2], grid[3]),
+    ):
+        _draw_bands(band, response, f"{name} ({unit})", colour)
+        _draw_heatmap(figure, rows, response, f"{name} ({unit})")
+    grid[0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0)
+    grid[3].set_xlabel("time (s)")
+    return figure
+
+
+@styled
+def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
+    """Draw a segment of the vibration channels and its spectrum, 2|FFT|/N.
+
+    Parameters
+    ----------
+    segment
+        Dims (audio_time, channel), with `sample_rate_hz` and maybe `units` in the attributes.
+        At most 16 channels are drawn.
+    source
+        The line that says what the picture was made from.
+    """
+    rate = float(segment.attrs[dims.SAMPLE_RATE])
+    values = segment.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[:, :MOST_CHANNELS]
+    title = f"Vibration: {len(values) / rate:.2f} s at {rate:g} Hz, {_channels(segment)}"
+    figure = new_figure(8.6, 5.2, title, source)
+    above, below = figure.subplots(2, 1)
+    unit = f" ({segment.attrs[dims.UNITS]})" if segment.attrs.get(dims.UNITS) else ""
+    _draw_traces(above, values, rate, unit)
+    _draw_spectra(below, values, rate)
+    below.set(xlabel="frequency (Hz)", ylabel=f"amplitude{unit}")
+    return figure
+
+
+def _draw_markers(axes: Axes, position: NDArray[np.float64], seen: NDArray[np.bool_]) -> None:
+    axes.scatter(
+        position[seen, 0],
+        position[seen, 1],
+        s=26,
+        facecolors="none",
+        edgecolors=BLUE,
+        lw=1.2,
+        label="detected",
+    )
+    lost = ~seen & np.isfinite(position).all(axis=1)
+    if lost.any():
+        axes.scatter(
+            position[lost, 0],
+            position[lost, 1],
+            s=28,
+            color=VERMILION,
+            marker="x",
+            label="not detected",
+        )
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
+
+
+def _draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> None:
+    time = response[dims.TIME].values
+    alive = response.dropna(dims.TIME, how="all")
+    for (low, high), alpha in zip(QUANTILES, (0.18, 0.32), strict=True):
+        band = alive.quantile([low, high], dim=dims.MARKER)
+        axes.fill_between(
+            alive[dims.TIME].values,
+            *band.values,
+            color=colour,
+            alpha=alpha,
+            lw=0,
+            label=f"{100 * low:.0f} to {100 * high:.0f} % of markers",
+        )
+    axes.plot(alive[dims.TIME], alive.mean(dims.MARKER), color=colour, label="mean")
+    axes.set(ylabel=label, xlim=(time[0], time[-1]))
+    axes.set_ylim(bottom=0)
+
+
+def _draw_heatmap(figure: Figure, axes: Axes, response: xr.DataArray, label: str) -> None:
+    values = response.transpose(dims.MARKER, dims.TIME).values
+    time = response[dims.TIME].values
+    finite = values[np.isfinite(values)]
+    axes.set_facecolor("white")
+    image = axes.imshow(
+        values,
+        aspect="auto",
+        cmap=SEQUENTIAL,
+        interpolation="nearest",
+        vmin=0,
+        vmax=float(np.quantile(finite, 0.995)) if finite.size else 1.0,
+        extent=(time[0], time[-1], len(values) - 0.5, -0.5),
+    )
+    axes.set_ylabel("marker")
+    frame_all(axes)
+    figure.colorbar(image, ax=axes, label=label, fraction=0.03, pad=0.01, extend="max")
+
+
+def _draw_traces(axes: Axes, values: NDArray[np.float32], rate: float, unit: str) -> None:
+    """Draw every channel around its own mean, one above the other where there are several."""
+    time = np.arange(len(values)) / rate
+    centred = values - values.mean(axis=0)
+    step = 0.7 * float(np.ptp(centred, axis=0).max()) if values.shape[1] > 1 else 0.0
+    for index, trace in enumerate(centred.T):
+        axes.plot(time, trace - index * step, color=BLUE, lw=0.6)
+    axes.set(xlabel="time (s)", ylabel=f"signal{unit}", xlim=(time[0], time[-1]))
+    if step:
+        axes.set_ylabel(f"channel (apart by {step:.3g}{unit})")
+        axes.set_yticks([-index * step for index in range(values.shape[1])], _numbers(values))
+
+
+def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
+    frequency = np.fft.rfftfreq(len(values), 1 / rate)[1:]
+    amplitude = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0))[1:] / len(values)
+    if values.shape[1] > 1:
+        axes.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
+    axes.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)
+    axes.set_xlim(frequency[0], frequency[-1])
+
+
+def _numbers(values: NDArray[np.float32]) -> list[str]:
+    return [str(index + 1) for index in range(values.shape[1])]
+
+
+def _channels(segment: xr.DataArray) -> str:
+    n = segment.sizes[dims.CHANNEL]
+    return "1 channel" if n == 1 else f"{n} channels"

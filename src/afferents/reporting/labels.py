@@ -1,0 +1,106 @@
+"""How models, textures, protocols and sources are written in tables and figures."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from afferents.core.model import MODELS
+from afferents.core.recording import LETTERS, spacing_mm
+from afferents.reporting.published import published_textures
+
+ABSENT = "—"
+PROTOCOL_TITLES = {"nested": "nested protocol", "published": "published protocol"}
+
+Summary = dict[str, Any]
+"""The content of `RESULTS/summary.json`."""
+
+
+def model_title(name: str) -> str:
+    """Return the title of a family as in Table 1, or the name of any other model."""
+    return MODELS[name].title if name in MODELS else name
+
+
+def model_order(summary: Summary) -> list[str]:
+    """Return the evaluated models: the families in Table 1's order, then any others."""
+    evaluated = summary["models"]
+    return [name for name in MODELS if name in evaluated] + [
+        name for name in evaluated if name not in MODELS
+    ]
+
+
+def outcome(summary: Summary, model: str, protocol: str) -> dict[str, Any] | None:
+    """Return what came out for a model under a protocol, None where it was not run."""
+    found: dict[str, Any] | None = summary["models"].get(model, {}).get(protocol)
+    return found
+
+
+def outcomes(summary: Summary) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield (model, protocol, outcome) of everything that was run, nested before published."""
+    for model in model_order(summary):
+        for protocol in PROTOCOL_TITLES:
+            found = outcome(summary, model, protocol)
+            if found is not None:
+                yield model, protocol, found
+
+
+def texture_letter(texture: str) -> str | None:
+    """Return the paper's letter (a to m) of a texture folder, None if it is none of the 13."""
+    names = published_textures()
+    return LETTERS[names.index(texture)] if texture in names else None
+
+
+def texture_label(texture: str) -> str:
+    """Return `i (4 mm)` for a texture of the paper's series, else the name itself."""
+    letter = texture_letter(texture)
+    return f"{letter} ({texture} mm)" if letter else texture
+
+
+def texture_axis(textures: Sequence[str]) -> str:
+    """Return `texture`, and what its numbers mean where all of them are bump spacings."""
+    numbered = all(spacing_mm(name) is not None for name in textures)
+    return "texture (bump spacing, mm)" if numbered else "texture"
+
+
+def speed_key(speed_mm_s: float) -> str:
+    """Return a speed as the summary spells it: `10`, `12.5`."""
+    return f"{speed_mm_s:g}"
+
+
+def percent(fraction: float, decimals: int = 1) -> str:
+    """Return a fraction as percent without the sign: 0.5014 gives `50.1`."""
+    return f"{100 * fraction:.{decimals}f}"
+
+
+def source_name(source: str) -> str:
+    """Return the last part of a source's path; the rest says where it lies, not what it is."""
+    return source.rstrip("/").rpartition("/")[2] or source
+
+
+def source_line(summary: Summary) -> str:
+    """Return what a figure was made from: data, cut, preset and version, in one line."""
+    return " · ".join(
+        (
+            f"Data: {data_line(summary)}",
+            f"cut {summary['cut']}",
+            f"preset {summary['preset']}",
+            f"afferents {summary['afferents']}",
+        )
+    )
+
+
+def preset_note(summary: Summary) -> str:
+    """Return what a preset's numbers are good for, where that is little; else nothing."""
+    if summary["preset"] != "quick":
+        return ""
+    return (
+        "Preset quick: networks learnt for seconds from a few samples, to see that all of it runs; "
+        "their numbers do not say how good a model is, those of --preset fast do."
+    )
+
+
+def data_line(summary: Summary) -> str:
+    """Return every source with its number of recordings, and whether it is simulated."""
+    return ", ".join(
+        f"{source_name(data['source'])} ({data['n_recordings']} "
+        f"{'simulated ' if data['simulated'] else ''}recordings)"
+        for data in summary["data"]
+    )

@@ -1,0 +1,183 @@
+"""All figures of a report: drawn from results and, where given, from samples of the data."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from afferents.core.files import write_aside
+from afferents.core.results import Results
+from afferents.core.samples import Samples
+from afferents.reporting.confusion import confusion_figure, confusion_title
+from afferents.reporting.figure07 import StretchExample, figure07
+from afferents.reporting.figure08 import figure08
+from afferents.reporting.figure10 import figure10
+from afferents.reporting.figure12 import figure12
+from afferents.reporting.labels import outcomes, percent, source_line
+from afferents.reporting.reliability import SCALED, has_reliability, reliability_figure
+from afferents.reporting.speeds import speed_figure
+from afferents.reporting.style import png_bytes
+
+
+@dataclass(frozen=True)
+class FigureData:
+    """What the figures of the data are drawn from; each may be missing.
+
+    Attributes
+    ----------
+    spectra
+        Vibration spectra, dims (sample, channel, frequency): Figure 12.
+    example, stretched
+        From `stretch_example`, and its `middle` stretched by each of `FACTORS`: Figure 7.
+    sa1_images, ra1_images
+        Tactile images, dims (sample, row, column): Figures 8 and 10.
+    sliding
+        Sliding direction in the camera's view.
+    """
+
+    spectra: Samples | None = None
+    example: StretchExample | None = None
+    stretched: Mapping[float, NDArray[np.float32]] = field(default_factory=dict)
+    sa1_images: Samples | None = None
+    ra1_images: Samples | None = None
+    sliding: str = "+x"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with what stands beside it: a file name, a title, a caption, and what it shows.
+
+    `description` is read out to those who cannot see the figure.
+    """
+
+    name: str
+    title: str
+    caption: str
+    description: str
+    figure: Figure
+
+    @cached_property
+    def png(self) -> bytes:
+        """The figure as the content of a PNG file, drawn once."""
+        return png_bytes(self.figure)
+
+
+def save_pictures(pictures: Iterable[Picture], folder: Path) -> list[Path]:
+    """Write every picture to `folder/<name>.png` and return the paths."""
+    paths = []
+    for picture in pictures:
+        path = folder / f"{picture.name}.png"
+        with write_aside(path) as partial:
+            partial.write_bytes(picture.png)
+        paths.append(path)
+    return paths
+
+
+def draw_pictures(results: Results, data: FigureData) -> list[Picture]:
+    """Draw every figure that the results and the data allow, in the order of the report."""
+    source = source_line(results.summary)
+    return [
+        *_speed_picture(results),
+        *_reliability_picture(results),
+        *_confusion_pictures(results),
+        *_spectrum_pictures(data, source),
+        *_image_pictures(data, source),
+    ]
+
+
+def _speed_picture(results: Results) -> Iterator[Picture]:
+    yield Picture(
+        "accuracy-by-speed",
+        "Accuracy by held-out speed",
+        "Filled: nested protocol, where nothing of the held-out speed was seen. Open: published "
+        "protocol, where the other half of that speed picked the model. Crosses: "
+        "the paper, measured on its own recordings. The dashed line is chance.",
+        "Line chart of accuracy in percent against held-out speed, a panel for each model. The "
+        "same numbers stand in the table above.",
+        speed_figure(results.summary),
+    )
+
+
+def _reliability_picture(results: Results) -> Iterator[Picture]:
+    if has_reliability(results.summary):
+        yield Picture(
+            "reliability",
+            "Right as often as it says?",
+            "Reliability diagram: test samples gathered by confidence, the probability of what "
+            "they are named, in bins of equal width. The area of a mark is its share of the "
+            "samples. On the dashed line a model is right as often as it says; below it is too "
+            f"sure, above too modest. ECE: expected calibration error. {SCALED}",
+            "Line chart of accuracy against confidence, both in percent, a panel for each model. "
+            "The calibration errors stand in the table above.",
+            reliability_figure(results.summary),
+        )
+
+
+def _confusion_pictures(results: Results) -> Iterator[Picture]:
+    for model, protocol, found in outcomes(results.summary):
+        figure = confusion_figure(results, model, protocol)
+        if figure is None:
+            continue
+        title = confusion_title(model, protocol)
+        yield Picture(
+            f"confusion-{model}-{protocol}",
+            title,
+            "Confusion matrices, one a held-out speed: x true, y predicted texture. Every "
+            "column is in percent of that texture's own test samples, so it sums to 100 %; grey "
+            "columns have none. Titles give the accuracy.",
+            f"Confusion matrices. {title}. Mean accuracy over held-out speeds "
+            f"{percent(found['mean_accuracy'])} percent.",
+            figure,
+        )
+
+
+def _spectrum_pictures(data: FigureData, source: str) -> Iterator[Picture]:
+    if data.example is not None:
+        yield Picture(
+            "figure07",
+            "Figure 7. Stretching a spectrum to another speed",
+            "A spectrum stretched by 0.5 and by 2 (colour) beside those recorded at half and at "
+            "twice the speed (black). Means over the windows of the condition, true frequency "
+            "axis. The stretched copies are rebinned, as under the nested protocol; the published "
+            "protocol resamples by Fourier transform, which rings.",
+            "Three panels of amplitude against frequency: half the speed, the speed, twice it.",
+            figure07(data.example, data.stretched, source),
+        )
+    if data.spectra is not None:
+        yield Picture(
+            "figure12",
+            "Figure 12. Vibration spectra",
+            "Rows are textures, columns speeds; mean over windows and channels. Frequency and "
+            "speed are those of the recordings: the paper's own figure has its frequency axis "
+            "off by a factor of two and four of its five speeds mislabelled.",
+            "Grid of vibration spectra, amplitude against frequency in hertz.",
+            figure12(data.spectra, source),
+        )
+
+
+def _image_pictures(data: FigureData, source: str) -> Iterator[Picture]:
+    layout = (
+        "Above: textures by speed, the middle frame of each. Below: ten consecutive frames of one "
+        "recording. Row is the rank of a marker in y, column its rank in x; the arrow is the "
+        "sliding direction; one colour scale, spanning the frames shown."
+    )
+    if data.sa1_images is not None:
+        yield Picture(
+            "figure08",
+            "Figure 8. SA-I tactile images",
+            f"Displacement of each marker from rest, px. {layout}",
+            "Grid of SA-I tactile images for several textures and speeds.",
+            figure08(data.sa1_images, source, data.sliding),
+        )
+    if data.ra1_images is not None:
+        yield Picture(
+            "figure10",
+            "Figure 10. RA-I tactile images",
+            f"Change of SA-I of each marker, px a frame. {layout}",
+            "Grid of RA-I tactile images for several textures and speeds.",
+            figure10(data.ra1_images, source, data.sliding),
+        )

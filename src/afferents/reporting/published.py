@@ -1,0 +1,87 @@
+"""What the paper printed: Table 1, accuracy at each held-out speed, mean confusion matrices.
+
+The figures are carried in `published/*.json`, each with its source. They were measured on the
+published recordings with the published protocol; beside other recordings they are a landmark,
+no target that has or has not been reproduced.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+CITATION = (
+    "Pestell & Lepora 2022, Artificial SA-I, RA-I and RA-II/Vibrotactile Afferents for "
+    "Tactile Sensing of Texture, J. R. Soc. Interface"
+)
+
+
+@dataclass(frozen=True)
+class PublishedFamily:
+    """One row of the paper's Table 1 and the figure behind it.
+
+    Attributes
+    ----------
+    mean_percent
+        Table 1: accuracy, mean over the ten held-out speeds, percent.
+    by_speed
+        Accuracy in percent at each held-out speed (mm/s), to one decimal from the colours of
+        the confusion matrices.
+    """
+
+    mean_percent: int
+    by_speed: dict[float, float]
+
+
+@cache
+def published_families() -> dict[str, PublishedFamily]:
+    """Return the paper's six families by the names that the commands use."""
+    return {
+        name: _read_family(content) for name, content in _read("accuracy.json")["families"].items()
+    }
+
+
+def published_confusion(name: str) -> NDArray[np.float64]:
+    """Return a family's confusion matrix, mean over held-out speeds.
+
+    Returns
+    -------
+    Shape (13, 13), percent[true, predicted]; every row sums to 100 within rounding. True
+    percentages also for vib-TE, where Figure 13 shows twice the percentage.
+
+    Raises
+    ------
+    KeyError
+        If the paper has no such family.
+    """
+    return np.array(_read("confusion.json")["families"][name], dtype=np.float64)
+
+
+@cache
+def published_textures() -> tuple[str, ...]:
+    """Return the 13 published textures a to m by folder name, which is the bump spacing in mm."""
+    return tuple(_read("confusion.json")["textures"])
+
+
+def published_speeds() -> tuple[float, ...]:
+    """Return the ten published speeds, mm/s."""
+    return tuple(published_families()["sa-se"].by_speed)
+
+
+def _read_family(content: dict[str, Any]) -> PublishedFamily:
+    folds = {float(speed): fold for speed, fold in content["by_speed"].items()}
+    return PublishedFamily(
+        mean_percent=content["table1_percent"],
+        by_speed={speed: fold["digitised_percent"] for speed, fold in folds.items()},
+    )
+
+
+def _read(name: str) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(
+        files("afferents.reporting").joinpath("published", name).read_text(encoding="utf-8")
+    )
+    return content

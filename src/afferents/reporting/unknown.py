@@ -1,0 +1,95 @@
+"""The tables of an evaluation that asks whether a texture never felt is recognised as unknown."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from afferents.core.results import ROUGHNESS, UNKNOWN
+from afferents.reporting.labels import model_title, percent
+from afferents.reporting.roughness import roughness_table
+from afferents.reporting.table import Cell, Table
+
+
+def texture_tables(summaries: Mapping[str, dict[str, Any]]) -> list[Table]:
+    """Return the tables of `--split texture`, from its summaries by question."""
+    unknown, mm = summaries.get(UNKNOWN), summaries.get(ROUGHNESS)
+    tables = [unknown_table(unknown), unknown_by_texture(unknown)] if unknown else []
+    return tables + ([roughness_table(mm)] if mm else [])
+
+
+def unknown_table(summary: dict[str, Any]) -> Table:
+    """Return false alarms stated and measured, and what is found, of every model."""
+    stated = percent(summary["false_alarms_stated"], 0)
+    rows = [
+        (
+            Cell(model_title(model)),
+            Cell(title),
+            Cell(speeds),
+            *_outcome(found, unit, inner),
+        )
+        for model, found in summary["models"].items()
+        for unit, title in (("samples", "a sample"), ("recordings", "a recording"))
+        for speeds, inner in (("between", True), ("all", False))
+        if found["found"][unit]["between"] or not inner
+    ]
+    return Table(
+        "Textures never felt, recognised as unknown at speeds held out of training",
+        f"Percent, mean over held-out speeds, with 95% interval in brackets; between: those that "
+        f"lie between others, for which {stated} % false alarms are stated. For each texture left "
+        f"out at each speed held out, a model learns from the others and calls unknown what lies "
+        f"farther from them than {percent(1 - summary['false_alarms_stated'], 0)} in 100 samples "
+        f"of known textures do at other speeds, each left out in its turn. A recording is judged "
+        f"by the mean over its samples, with a limit of its own.",
+        ("Model", "Of", "Speeds", f"False alarms ({stated} stated)", "Found unknown", "AUROC",
+         "Most false alarms, at mm/s", "Fewest found, at mm/s"),
+        tuple(rows),
+        n_headers=3,
+    )  # fmt: skip
+
+
+def unknown_by_texture(summary: dict[str, Any]) -> Table:
+    """Return, for each texture, how often it is called unknown: left out, and learnt from."""
+    rows = [
+        (
+            Cell(model_title(model)),
+            Cell(title),
+            *(_cell(found["by_texture"][t][key]) for t in summary["textures"]),
+        )
+        for model, found in summary["models"].items()
+        for key, title in (("found_samples", "never felt"), ("false_alarms", "felt"))
+    ]
+    return Table(
+        "Called unknown, by texture",
+        "Percent of samples. Never felt: few where a texture is hidden between its neighbours, "
+        "which it is taken for. Felt: false alarms.",
+        ("Model", "Texture was", *summary["textures"]),
+        tuple(rows),
+        n_headers=2,
+    )
+
+
+def _outcome(found: dict[str, Any], unit: str, inner: bool) -> tuple[Cell, ...]:
+    """Return the cells of samples or recordings, at speeds between others or at all."""
+    alarms, finds = (found[key][unit] for key in ("false_alarms", "found"))
+    area = found["auroc_between" if inner else "auroc"][unit]
+    return (
+        Cell(_share(alarms["between"] if inner else alarms)),
+        Cell(_share(finds["between"] if inner else finds)),
+        Cell(f"{area:.3f}"),
+        Cell(_worst(alarms["by_speed"], inner, max)),
+        Cell(_worst(finds["by_speed"], inner, min)),
+    )
+
+
+def _share(found: dict[str, Any]) -> str:
+    low, high = found["ci95"]
+    return f"{percent(found['mean'])} [{percent(low)}, {percent(high)}]"
+
+
+def _worst(by_speed: dict[str, float], inner: bool, worse: Callable[..., str]) -> str:
+    speeds = sorted(by_speed, key=float)[1:-1] if inner else by_speed
+    worst = worse(speeds, key=lambda key: by_speed[key])
+    return f"{percent(by_speed[worst])} at {worst}"
+
+
+def _cell(share: float) -> Cell:
+    return Cell(percent(share), 100 * share)

@@ -1,0 +1,89 @@
+"""Confusion matrices: counted right, in percent of the true texture, drawn on one scale."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from afferents.reporting import confusion_figure
+from afferents.reporting.confusion import count_confusion, percent_of_true
+from afferents.reporting.published import published_textures
+
+
+def matrices(figure):
+    """Return the drawn matrices by title, percent[predicted, true] as on the screen."""
+    return {
+        axes.get_title(): np.ma.filled(axes.images[0].get_array(), np.nan)
+        for axes in figure.axes
+        if axes.images
+    }
+
+
+def test_counts_are_true_by_predicted():
+    predictions = pd.DataFrame({"true_texture": ["a", "a", "b"], "predicted_texture": list("abb")})
+    counts = count_confusion(predictions, ["a", "b", "c"])
+    np.testing.assert_array_equal(counts, [[1, 1, 0], [0, 1, 0], [0, 0, 0]])
+
+
+def test_60_of_60_are_100_percent_and_29_are_not():
+    percent = percent_of_true(np.array([[60, 0], [31, 29]]))
+    assert percent[0, 0] == 100
+    assert percent[1, 1] == pytest.approx(48.333, abs=1e-3)
+
+
+def test_texture_without_test_samples_is_missing_not_zero():
+    assert np.isnan(percent_of_true(np.array([[0, 0], [1, 3]]))[0]).all()
+
+
+@given(hnp.arrays(np.int64, (4, 4), elements=st.integers(0, 1000)))
+def test_every_tested_texture_sums_to_100(counts):
+    sums = percent_of_true(counts).sum(axis=1)
+    tested = counts.sum(axis=1) > 0
+    np.testing.assert_allclose(sums[tested], 100)
+    assert np.isnan(sums[~tested]).all()
+
+
+def test_figure_has_a_panel_a_speed_with_its_accuracy_and_one_for_all(results):
+    drawn = matrices(confusion_figure(results, "vib-te", "nested"))
+    assert list(drawn) == [
+        "10 mm/s held out: 25 %",
+        "20 mm/s held out: 50 %",
+        "40 mm/s held out: 75 %",
+        "all held-out speeds: 50 %",
+    ]
+
+
+def test_figure_has_true_on_x_predicted_on_y_and_columns_of_100(results):
+    drawn = matrices(confusion_figure(results, "vib-te", "nested"))["10 mm/s held out: 25 %"]
+    np.testing.assert_allclose(drawn.sum(axis=0), 100)
+    assert drawn[0, 1] == pytest.approx(75)  # three of four of texture 1 were taken for 0
+    assert drawn[1, 0] == 0
+
+
+def test_scale_is_0_to_100_and_names_the_protocol_and_the_data(results):
+    figure = confusion_figure(results, "vib-te", "published")
+    assert figure.axes[0].images[0].get_clim() == (0, 100)
+    assert figure.get_suptitle() == "Figure 13A. vib-TE, published protocol"
+    assert any("cloth (9 recordings)" in text.get_text() for text in figure.texts)
+
+
+def test_not_evaluated_is_no_figure(results):
+    assert confusion_figure(results, "sa-se", "nested") is None
+
+
+def test_papers_matrix_stands_beside_ours_where_the_textures_are_its_own(results):
+    results.summary["textures"] = list(published_textures())
+    rows = results.predictions
+    rows.loc[rows["true_texture"] == "Linen", "true_texture"] = "6"
+    rows.loc[rows["predicted_texture"] == "Linen", "predicted_texture"] = "6"
+    drawn = matrices(confusion_figure(results, "vib-te", "nested"))
+    paper = drawn["paper, its own recordings: 50 %"]
+    np.testing.assert_allclose(paper.sum(axis=0), 100, atol=0.2)
+
+
+def test_a_hundred_textures_can_be_drawn_with_few_labels(results):
+    results.summary["textures"] = [*results.textures, *(f"t{i}" for i in range(97))]
+    figure = confusion_figure(results, "vib-te", "nested")
+    assert len(figure.axes[0].get_yticks()) <= 14

@@ -1,0 +1,53 @@
+"""Pictures for `inspect`: positions, means and amplitudes as given."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.reporting import markers_figure, responses_figure, save_figure, vibration_figure
+
+
+def test_markers_are_drawn_where_they_are_and_lost_ones_apart():
+    position = np.array([[10.0, 20.0], [30.0, 5.0], [np.nan, np.nan]])
+    figure = markers_figure(
+        np.zeros((40, 60), np.uint8), position, np.array([True, False, False]), "a.avi"
+    )
+    seen, lost = figure.axes[0].collections
+    np.testing.assert_array_equal(seen.get_offsets(), [[10, 20]])
+    np.testing.assert_array_equal(lost.get_offsets(), [[30, 5]])
+    assert figure.get_suptitle() == "Markers: 1 of 3 detected"
+    bottom, top = figure.axes[0].get_ylim()
+    assert bottom > top
+
+
+def test_markers_with_trails_and_none_detected(tmp_path):
+    position = np.full((2, 2), np.nan)
+    figure = markers_figure(
+        np.zeros((40, 60), np.uint8), position, np.zeros(2, bool), "a.avi", np.zeros((5, 2, 2))
+    )
+    save_figure(figure, tmp_path / "markers.png")
+    assert figure.get_suptitle() == "Markers: 0 of 2 detected"
+
+
+def test_responses_show_the_mean_over_markers_that_are_there(tmp_path):
+    time = np.arange(4) / 10
+    values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan], [4.0, 4.0]])
+    sa1 = xr.DataArray(values, dims=("time", "marker"), coords={"time": time})
+    figure = responses_figure(sa1, abs(sa1.diff("time")).reindex(time=time), "a.avi")
+    np.testing.assert_allclose(figure.axes[0].lines[0].get_xydata(), [[0, 2], [0.1, 2], [0.3, 4]])
+    save_figure(figure, tmp_path / "responses.png")
+
+
+@pytest.mark.parametrize("n_channels", [1, 3])
+def test_vibration_spectrum_has_the_amplitude_of_the_tone_at_its_frequency(n_channels):
+    tone = 0.3 * np.sin(2 * np.pi * 50 * np.arange(1000) / 1000)
+    segment = xr.DataArray(
+        np.tile(tone[:, None], (1, n_channels)).astype(np.float32),
+        dims=("audio_time", "channel"),
+        attrs={"sample_rate_hz": 1000.0, "units": "full scale"},
+    )
+    figure = vibration_figure(segment, "audio.wav")
+    frequency, amplitude = figure.axes[1].lines[-1].get_xydata().T
+    assert frequency[amplitude.argmax()] == pytest.approx(50)
+    assert amplitude.max() == pytest.approx(0.3, rel=1e-5)
+    assert "full scale" in figure.axes[1].get_ylabel()
