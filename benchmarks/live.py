@@ -23,12 +23,12 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from afferents import __version__
 from afferents.channels import CHANNELS
 from afferents.core import dims
 from afferents.core.card import CARD, WEIGHTS, Card
 from afferents.core.model import MODELS, TABLE1
 from afferents.core.store import open_responses
+from afferents.core.version import __version__
 from afferents.encodings import Encodings, encoding_of
 from afferents.live import (
     Feeler,

@@ -5,14 +5,18 @@ The way of the data, in the paper's order::
     import afferents
 
     session = afferents.read_session("SESSION")             # recordings, lazy
-    recording, sensor = session.recordings[0], afferents.load_sensor("tip_b")
-    tracks = afferents.track(recording.video, sensor)       # marker positions
+    recording = session.recordings[0]
+    tracks = afferents.track(recording.video, "tip_b")      # marker positions
     slow = afferents.sa1(tracks.position, tracks.rest_position)     # SA-I,  Eq. 1
     rapid = afferents.ra1(slow)                             # RA-I,  Eq. 2
     vibration = afferents.ra2(recording.audio.read())       # RA-II
 
-    for responses in afferents.open_responses("OUT.zarr"):  # what `afferents extract` wrote
-        print(responses.attrs["texture"], responses.ra1.mean().item())
+Every command of the shell is a function of the same name::
+
+    afferents.extract("SESSION", "S.zarr")                  # the same of all recordings, kept
+    results = afferents.evaluate("S.zarr", out="RESULTS", models=["ra-se", "ra-wave-vector"])
+    results.accuracy                                        # a table, by speed held out
+    afferents.report("RESULTS")                             # Table 1, figures, a page
 
 A model of your own is an `afferents.Model`; see its help.
 
@@ -22,8 +26,23 @@ Names are imported when first used, so that the command line starts without the 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from afferents.core.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from afferents.channels import CHANNELS, Channel, hold, marker_speed, ra1, ra2, sa1
+    from afferents.commands import (
+        calibrate,
+        evaluate,
+        explain,
+        export,
+        extract,
+        inspect,
+        report,
+        samples,
+        simulate,
+        track,
+        train,
+    )
     from afferents.core.model import MODELS, Model
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
@@ -44,20 +63,32 @@ if TYPE_CHECKING:
         stretch_spectrum,
     )
     from afferents.evaluation import LeaveOneSpeedOut
-    from afferents.markers import Tracker, load_sensor, track
+    from afferents.markers import Tracker, load_sensor
     from afferents.models import CLASSIFIERS, build
     from afferents.recordings import open_video, read_fabricslide, read_session
-    from afferents.training import predict, train, training_config
+    from afferents.training import predict, training_config
 
-__version__ = "0.1.0"
 
+_COMMANDS = (
+    "calibrate",
+    "track",
+    "simulate",
+    "extract",
+    "evaluate",
+    "report",
+    "train",
+    "export",
+    "explain",
+    "inspect",
+    "samples",
+)
 _HOME = {
+    **dict.fromkeys(_COMMANDS, "commands"),
     "open_video": "recordings",
     "read_fabricslide": "recordings",
     "read_session": "recordings",
     "Tracker": "markers",
     "load_sensor": "markers",
-    "track": "markers",
     "CHANNELS": "channels",
     "Channel": "channels",
     "hold": "channels",
@@ -85,19 +116,28 @@ _HOME = {
     "MODELS": "core.model",
     "Model": "core.model",
     "predict": "training",
-    "train": "training",
     "training_config": "training",
     "LeaveOneSpeedOut": "evaluation",
     "load_results": "core.results",
 }
 
-__all__ = [  # noqa: RUF022  the pipeline in paper order
+__all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
+    "calibrate",
+    "track",
+    "simulate",
+    "extract",
+    "evaluate",
+    "report",
+    "train",
+    "export",
+    "explain",
+    "inspect",
+    "samples",
     "open_video",
     "read_fabricslide",
     "read_session",
     "Tracker",
     "load_sensor",
-    "track",
     "CHANNELS",
     "Channel",
     "hold",
@@ -125,7 +165,6 @@ __all__ = [  # noqa: RUF022  the pipeline in paper order
     "MODELS",
     "Model",
     "predict",
-    "train",
     "training_config",
     "LeaveOneSpeedOut",
     "load_results",

@@ -13,7 +13,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from afferents import __version__
 from afferents.core.cut import Cut
 from afferents.core.doubt import KINDS, kinds_named
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, Stopped
@@ -22,6 +21,7 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.core.stopping import stop_on_signals
 from afferents.core.streams import flush_streams, prepare_streams
+from afferents.core.version import __version__
 
 app = typer.Typer(
     help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
@@ -499,7 +499,7 @@ def evaluate(
         evaluation = Evaluation(
             data=opened,
             out=out,
-            families=wanted or [best_of(recordings_in(opened))],
+            models=wanted or [best_of(recordings_in(opened))],
             protocols=under,
             preset=preset,
             cut=cut,

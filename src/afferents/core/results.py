@@ -51,12 +51,28 @@ class Results:
     predictions: pd.DataFrame
 
     @property
+    def accuracy(self) -> pd.DataFrame:
+        """Share of test samples named rightly, by model, protocol and held-out speed.
+
+        Columns model, protocol, held_out_speed_mm_s, accuracy, ci95_low, ci95_high. The mean over
+        speeds stands in a row without a speed, with its interval: see docs/results-format.md.
+        """
+        rows = []
+        for model, of_protocol in self.summary["models"].items():
+            for protocol, found in of_protocol.items():
+                for speed, accuracy in found["by_speed"].items():
+                    rows.append((model, protocol, float(speed), accuracy, np.nan, np.nan))
+                rows.append((model, protocol, np.nan, found["mean_accuracy"], *found["ci95"]))
+        names = ("model", "protocol", "held_out_speed_mm_s", "accuracy", "ci95_low", "ci95_high")
+        return pd.DataFrame(rows, columns=list(names))
+
+    @property
     def textures(self) -> list[str]:
         """Textures in natural order."""
         return list(self.summary["textures"])
 
 
-def load_results(root: Path) -> Results:
+def load_results(root: str | Path) -> Results:
     """Read a results folder.
 
     Raises
@@ -64,6 +80,7 @@ def load_results(root: Path) -> Results:
     InputError
         If the folder, or one of its files, is missing or of another schema.
     """
+    root = Path(root)
     for name in (CONFIG, SUMMARY, PREDICTIONS):
         if not (root / name).is_file():
             raise InputError(root, f"a results folder with {name}", "none", "run evaluate first")

@@ -211,7 +211,7 @@ def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, 
     return {name: _attributes(store / name) for name in there}
 
 
-def open_responses(store: Path) -> list[Responses]:
+def open_responses(store: str | Path) -> list[Responses]:
     """Open all recordings of a store, lazily, in order of texture and speed.
 
     Raises
@@ -219,6 +219,7 @@ def open_responses(store: Path) -> list[Responses]:
     InputError
         If there is no store, no recording in it, or one that is not as documented.
     """
+    store = Path(store)
     store_config(store)
     groups = sorted(
         path.parent

@@ -12,7 +12,7 @@ from typing import Literal
 
 from packaging.requirements import Requirement
 
-from afferents import __version__
+from afferents.core.version import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""

@@ -10,7 +10,6 @@ from typing import Any
 
 from joblib import cpu_count
 
-from afferents import __version__
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
@@ -20,6 +19,7 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import SCHEMA
+from afferents.core.version import __version__
 from afferents.encodings import Encodings
 from afferents.evaluation import (
     FoldKey,
@@ -74,7 +74,7 @@ class Evaluation:
 
     data: list[DataSet]
     out: Path
-    families: list[Model]
+    models: list[Model]
     protocols: list[Protocol]
     preset: Preset
     cut: Cut
@@ -110,7 +110,7 @@ class Evaluation:
             self.encodings,
             self.ablation,
             self.ablation.tested(recordings_in(self.data)),
-            own_of(self.families),
+            own_of(self.models),
         )
 
     @property
@@ -146,8 +146,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         If anything of a held-out speed is seen under the nested protocol.
     """
     everything = evaluation.recordings
-    able = require_support(evaluation.families, everything, evaluation.may_leave_out)
-    left_out = [family.name for family in evaluation.families if family not in able]
+    able = require_support(evaluation.models, everything, evaluation.may_leave_out)
+    left_out = [family.name for family in evaluation.models if family not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, evaluation.encodings)
@@ -197,7 +197,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError("the data", "at least 2 textures to tell apart", found)
     speeds = speeds_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
-    solved = not all(learns_in_a_loop(family) for family in evaluation.families)
+    solved = not all(learns_in_a_loop(family) for family in evaluation.models)
     needed = 3 if nested or solved else 2
     if len(speeds) < needed:
         raise InputError(

@@ -8,7 +8,6 @@ from typing import Any, Literal
 import cv2
 import xarray as xr
 
-from afferents import __version__
 from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
 from afferents.core.doubt import Doubt, Kind, accepted
@@ -27,6 +26,7 @@ from afferents.core.store import (
     responses_there,
     write_responses,
 )
+from afferents.core.version import __version__
 from afferents.markers import (
     Method,
     Positions,

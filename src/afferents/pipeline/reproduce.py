@@ -88,7 +88,7 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
         Evaluation(
             data=data,
             out=reproduction.results,
-            families=[*TABLE1.values(), *recommended_beside(TABLE1, data)],
+            models=[*TABLE1.values(), *recommended_beside(TABLE1, data)],
             protocols=list(reproduction.protocols),
             preset=reproduction.preset,
             cut=reproduction.cut,

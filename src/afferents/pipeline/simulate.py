@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
-from afferents import __version__
 from afferents.core.documents import read_json
 from afferents.core.errors import InputError
 from afferents.core.files import (
@@ -24,6 +23,7 @@ from afferents.core.lock import writing_alone
 from afferents.core.outputs import require_new_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import LETTERS, natural_order, require_distinct
+from afferents.core.version import __version__
 from afferents.pipeline.cluster import OF_RECORDINGS, SAME, Output, on_cluster
 from afferents.pipeline.drums import height_map, texture_name
 from afferents.pipeline.parallel import side_by_side

@@ -12,13 +12,13 @@ from typing import Any
 import pandas as pd
 import torch
 
-from afferents import __version__
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside, write_json
 from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
+from afferents.core.version import __version__
 from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN, classifier_of
 from afferents.pipeline.encode import encode_all, require_support, sources_of
@@ -48,13 +48,13 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     _refuse(evaluation)
     torch.set_num_threads(1)
     everything = evaluation.recordings
-    require_support(evaluation.families, everything, may_leave_out=False)
-    skipped = skipped_recordings(evaluation, evaluation.families, everything)
+    require_support(evaluation.models, everything, may_leave_out=False)
+    skipped = skipped_recordings(evaluation, evaluation.models, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     textures = textures_of(recordings)
     _require_enough(textures, recordings)
     strange, mm = [], []
-    for family in evaluation.families:
+    for family in evaluation.models:
         how = evaluation.encodings
         source = sources_of(family, how)[0]
         samples = encode_all(recordings, source, evaluation.cut, progress)
@@ -114,7 +114,7 @@ def _summary_of_unknown(table: pd.DataFrame) -> dict[str, Any]:
 
 def _refuse(evaluation: Evaluation) -> None:
     """Refuse families, options and folders that this split can't do with."""
-    for family in evaluation.families:
+    for family in evaluation.models:
         if not can_be_asked(family):
             able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
             raise InputError("--models", f"some of {able} with --split texture", family.name)

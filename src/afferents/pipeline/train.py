@@ -10,7 +10,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from afferents import __version__
 from afferents.channels import name_of_channel
 from afferents.core import dims
 from afferents.core.card import Card, Score
@@ -24,6 +23,7 @@ from afferents.core.progress import Progress
 from afferents.core.results import load_results
 from afferents.core.samples import Samples, textures_of
 from afferents.core.store import store_config
+from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.models import Deployed, classifier_of
 from afferents.pipeline.data import DataSet, recordings_in

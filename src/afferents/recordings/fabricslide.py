@@ -143,7 +143,7 @@ def _rows(lines: list[str]) -> Iterator[tuple[int, str]]:
             yield number, row
 
 
-def read_fabricslide(root: Path) -> Session:
+def read_fabricslide(root: str | Path) -> Session:
     """Read FabricSlide, whole or in part; its grid keeps its gaps.
 
     Parameters
@@ -164,6 +164,7 @@ def read_fabricslide(root: Path) -> Session:
     InputError
         If the folder is missing or holds no such file. Files are read when asked for.
     """
+    root = Path(root)
     if not root.is_dir():
         raise InputError(root, "a folder of FabricSlide", "no such folder")
     paths = _slides(root)

@@ -136,7 +136,7 @@ def session_file(root: Path) -> SessionFile:
     return as_form(read_json(path, "a session file"), SessionFile, path, "a session file")
 
 
-def read_session(root: Path) -> Session:
+def read_session(root: str | Path) -> Session:
     """Read a session folder; no video or audio is opened until it is asked for.
 
     A condition is a folder two levels down that holds `video.mp4` or `audio.wav`; folders
@@ -155,6 +155,7 @@ def read_session(root: Path) -> Session:
         folder is not named by a speed, its grid has a hole that `session.json` does not
         declare, or some conditions have a video (or audio) and others have none.
     """
+    root = Path(root)
     if not root.is_dir():
         raise InputError(root, "a session folder", "a file" if root.exists() else "no such folder")
     declared = session_file(root)

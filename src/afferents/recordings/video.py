@@ -161,7 +161,7 @@ class VideoFile:
         )
 
 
-def open_video(path: Path) -> VideoFile:
+def open_video(path: str | Path) -> VideoFile:
     """Open a video and read its header.
 
     Raises
@@ -169,7 +169,7 @@ def open_video(path: Path) -> VideoFile:
     InputError
         If the file is missing or not a readable video.
     """
-    video = VideoFile(path)
+    video = VideoFile(Path(path))
     _ = video.header
     return video
 
