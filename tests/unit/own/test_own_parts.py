@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import shutil
 from pathlib import Path
 
@@ -116,3 +117,19 @@ def test_an_estimator_is_evaluated_but_not_deployed(run, stored, tmp_path):
     assert code == 2
     assert "others can be evaluated, not deployed" in err
     shutil.rmtree(tmp_path / "m", ignore_errors=True)
+
+
+def test_nothing_in_the_package_asks_which_one_it_is():
+    src = Path(__file__).resolve().parents[3] / "src"
+    asking = re.compile(
+        r"encoding\.name ==|encoding ==|channel ==|channel\.name ==|classifier ==|"
+        r"isinstance\(\w+, (Ridge|OrderSearch|SpatialNet|VibrationNet)\)"
+    )
+    found = [
+        f"{path.name}: {line.strip()}"
+        for path in src.rglob("*.py")
+        for line in path.read_text().splitlines()
+        if asking.search(line)
+    ]
+    # Of several sources of live, the one that gives the sense's kind; and an encoding by its name.
+    assert [line for line in found if not line.startswith(("stream.py", "settings.py"))] == []
