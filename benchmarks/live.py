@@ -90,10 +90,13 @@ def untrained(name: str, folder: Path) -> Path:
     family = MODELS[name]
     encoding = Encodings().of(family.encoding)
     vibration, shape = encoding.of_vibration, SHAPES[family.encoding]
-    network = build(family.encoding, 13, shape)
+    network = build(family.classifier, 13, shape)
     card = Card(
         family=name,
         textures=tuple(f"{i / 2:g}" for i in range(13)),
+        title=family.title,
+        classifier=family.classifier,
+        sample_dims=encoding.sample_dims,
         channel=family.channel,
         encoding={"name": encoding.name, **encoding.model_dump(mode="json")},
         shape=shape,
@@ -188,7 +191,6 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
     """Compare live with offline on every recording of a session, sample by sample."""
     for folder in models:
         card, deployed = load_model(folder)
-        family = card.of_family
         live, offline, largest = Counter(), Counter(), 0.0
         for responses in open_responses(store):
             encoding = encoding_of(card.encoding, folder)
@@ -208,7 +210,7 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
         share = sum(n for (a, b), n in live.items() if a == b) / sum(live.values())
         alike = "identical" if live == offline else "DIFFERENT"
         print(
-            f"- {family.title}: {sum(live.values())} samples, {100 * share:.1f}% named rightly, "
+            f"- {card.title}: {sum(live.values())} samples, {100 * share:.1f}% named rightly, "
             f"confusion live and offline {alike}, probabilities within {largest:.1e}"
         )
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.documents import as_form, parse_json, read_json
 from afferents.core.forms import Count, Share, Shares, Source, Speed
+from afferents.core.model import MODELS
 
 SCHEMA = 2
 CARD, WEIGHTS = "model.json", "weights.safetensors"
@@ -78,6 +79,11 @@ class Card(BaseModel):
         How samples are made of that: the encoding's name, and its options by name.
     classifier
         A name in `models.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
+    own
+        Whether it is a model of somebody's own; else channel, encoding and classifier are those of
+        the package's model of that name.
+    waves
+        None: earlier cards had options of an encoding here, and are refused.
     shape, sample_dims
         Of one sample, and the names of its dims: an image (row, column), a run of them (frame, row,
         column), a spectrum (channel, frequency), or waves (component, row_wavenumber,
@@ -107,6 +113,7 @@ class Card(BaseModel):
     family: str
     title: str
     classifier: str
+    own: bool = False
     textures: tuple[str, ...] = Field(min_length=2)
     channel: str
     encoding: dict[str, Any]
@@ -118,6 +125,7 @@ class Card(BaseModel):
     sensor: dict[str, Any] | None = None
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
+    waves: None = None
     preset: str | None
     seed: Count
     learnt_from_mm_s: tuple[Speed, ...]
@@ -139,11 +147,22 @@ class Card(BaseModel):
             raise ValueError("shape must have a size for each of sample_dims")
         if not isinstance(self.encoding.get("name"), str):
             raise ValueError("encoding must have a name")
+        self._require_its_parts()
         needed = ["fps_hz", "sensor"] if self.sample_rate_hz is None else []
         for name in needed:
             if getattr(self, name) is None:
                 raise ValueError(f"{name} must be given for {self.family}, or sample_rate_hz")
         return self
+
+    def _require_its_parts(self) -> None:
+        if self.own:
+            return
+        if self.family not in MODELS:
+            raise ValueError(f"family must be one of {', '.join(MODELS)}")
+        row = MODELS[self.family]
+        parts = (self.channel, self.encoding["name"], self.classifier)
+        if parts != (row.channel, row.encoding, row.classifier):
+            raise ValueError(f"channel, encoding and classifier must be those of {self.family}")
 
     def to_json(self, indent: int | None = None) -> str:
         """Return it as text, in ASCII: a source's path need not be text."""

@@ -115,6 +115,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         family=family.name,
         title=family.title,
         classifier=classifier,
+        own=MODELS.get(family.name) is not family,
         sample_dims=tuple(map(str, samples.dims[1:])),
         textures=tuple(textures_of(samples)),
         shape=tuple(learnt.values.shape[1:]),
