@@ -36,11 +36,12 @@ def calibrate_sensor(
     require_free(out, "a sensor file", _is_calibrated, force=force, reads=[video])
     require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=[video])
     found = calibrate(open_video(video), printable(out.stem), pitch_mm)
-    with write_aside(out) as partial:
-        partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
     seen = np.ones(len(found.position), dtype=bool)
     figure = markers_figure(found.image, found.position, seen, video.name)
-    return describe(found), save_figure(figure, picture)
+    with write_aside(out) as partial:  # both, or neither
+        partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
+        save_figure(figure, picture)
+    return describe(found), picture
 
 
 def _is_calibrated(path: Path) -> bool:

@@ -86,10 +86,12 @@ class TaxelFile:
         lines = self._lines()
         self._check_header(lines[0])
         rows = list(_rows(lines))
+        if not rows:
+            raise InputError(self.path, "rows of data below the header", "none")
+        values = self._parse(rows)
         if len(rows) < LEAST_ROWS:
             expected = f"at least {LEAST_ROWS} rows of data below the header, a second"
-            raise InputError(self.path, expected, f"{len(rows) or 'none'}")
-        values = self._parse(rows)
+            raise InputError(self.path, expected, f"{len(rows)}")
         self._check_clock([number for number, _ in rows], values[:, 0])
         return xr.DataArray(
             values[:, _FIRST_TAXEL:].astype(np.float32),

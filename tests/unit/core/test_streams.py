@@ -1,6 +1,8 @@
 """Streams of few letters, and streams that take nothing."""
 
 import io
+import os
+import subprocess
 import sys
 
 import pytest
@@ -55,3 +57,14 @@ def test_what_stdout_did_not_take_is_told(monkeypatch):
 
 def test_names_that_are_no_text_can_be_written():
     assert printable("é\udcff") == r"é\udcff"
+
+
+def test_what_is_started_has_a_stream_for_a_closed_one():
+    script = (
+        "import subprocess, sys\n"
+        "from afferents.core.streams import prepare_streams\n"
+        "prepare_streams()\n"
+        "sys.exit(subprocess.call([sys.executable, '-c', 'import os; os.fstat(2)']))"
+    )
+    one = subprocess.run([sys.executable, "-c", script], preexec_fn=lambda: os.close(2))
+    assert one.returncode == 0

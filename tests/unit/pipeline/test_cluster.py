@@ -70,6 +70,24 @@ def test_a_cluster_gives_the_numbers_that_this_machine_gives(run, store, tmp_pat
     evaluate(run, store, tmp_path / "there", "--cluster", "tcp://127.0.0.1:1")  # nothing to do
 
 
+OWN = Path(__file__).parents[1] / "own" / "own_parts.py"
+
+
+def test_models_of_one_s_own_are_sent_whole(run, stores, tmp_path, cluster):
+    """Workers have neither the file nor its folder in their path."""
+    names = ("logistic", "mine", "second")
+    options = ("--held-out", "40", "--models", ",".join(f"{OWN}:{name}" for name in names))
+    tables = []
+    for where in (("--workers", 1), ("--cluster", cluster.scheduler_address)):
+        out = tmp_path / str(where[0])
+        asked = ("evaluate", stores["video"], "--out", out, *options, *where, "--quiet")
+        code, _, err = run(*asked)
+        assert code == 0, err
+        tables.append(pd.read_parquet(out / "predictions.parquet"))
+    assert set(tables[0]["model"]) == {"logistic", "all-mine", "second-net"}
+    pd.testing.assert_frame_equal(*tables, rtol=1e-4, atol=1e-6)
+
+
 def test_a_killed_worker_costs_its_job_alone(cluster, tmp_path):
     """Ten jobs; a worker that has done some is shot at another, when all else has come back."""
     found = {}
