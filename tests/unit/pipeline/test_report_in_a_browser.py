@@ -32,7 +32,7 @@ def page(stores, tmp_path_factory):
     data = open_data([str(stores["audio"])])
     evaluation = Evaluation(
         data, folder / "r", families("vib-te"), protocols("nested"), "quick", "all",
-        ENCODINGS["store"], [0],
+        ENCODINGS["store"], [0], workers=1,
     )  # fmt: skip
     evaluate(evaluation, quiet)
     return write_report(folder / "r", quiet)
