@@ -119,9 +119,15 @@ def run(monkeypatch, capsys):
 
 
 @pytest.fixture(scope="session")
-def session(tmp_path_factory):
+def small_session(tmp_path_factory):
     """Three textures at three speeds, half a second of video and audio each."""
     return write_session(tmp_path_factory.mktemp("sessions") / "small")
+
+
+@pytest.fixture(scope="session")
+def session(small_session):
+    """The same, where a module has no other session of its own."""
+    return small_session
 
 
 @pytest.fixture(scope="session")
@@ -132,11 +138,11 @@ def sounds(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def stores(session, sounds, tmp_path_factory):
+def stores(small_session, sounds, tmp_path_factory):
     """Extracted responses: of videos, and of sound alone. Who changes them copies them first."""
     root = tmp_path_factory.mktemp("stores")
     made = {}
-    for kind, recordings in (("video", session), ("audio", sounds)):
+    for kind, recordings in (("video", small_session), ("audio", sounds)):
         made[kind] = root / f"{kind}.zarr"
         command = ("extract", recordings, made[kind], "--workers", 1, "--quiet")
         cli.app([*map(str, command)], standalone_mode=False)

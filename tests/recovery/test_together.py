@@ -1,8 +1,6 @@
 """Three commands on one output, begun 0 to 6 s apart: what one alone would have left, each time."""
 
 import random
-import subprocess
-import sys
 import time
 
 import pytest
@@ -15,12 +13,18 @@ def contents(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def start(arguments, cwd):
-    line = [sys.executable, "-m", "afferents", *map(str, arguments), "--quiet"]
-    return subprocess.Popen(line, cwd=cwd, stderr=subprocess.PIPE, text=True)
+@pytest.fixture
+def start(launch):
+    """Start a command in a folder."""
+
+    def begin(arguments, cwd):
+        imports = [f"afferents.pipeline.{arguments[0]}"]
+        return launch([*arguments, "--quiet"], imports=imports, cwd=str(cwd))
+
+    return begin
 
 
-def together(arguments, cwd, rng):
+def together(start, arguments, cwd, rng):
     """Run three at once; return their exit codes and what they said."""
     running = []
     for _ in range(3):
@@ -30,21 +34,21 @@ def together(arguments, cwd, rng):
     return [one.returncode for one in running], said
 
 
-def run_alone(arguments, out, folder):
+def run_alone(start, arguments, out, folder):
     calm = folder / "calm"
     calm.mkdir()
-    assert start(arguments, calm).wait() == DONE
+    assert start(arguments, calm).wait(300) == DONE
     return contents(calm / out)
 
 
-def run_trials(arguments, out, folder, trials=TRIALS, ignore=(), expected=None):
-    expected = expected or run_alone(arguments, out, folder)
+def run_trials(start, arguments, out, folder, trials=TRIALS, ignore=(), expected=None):
+    expected = expected or run_alone(start, arguments, out, folder)
     rng = random.Random(0)
     refused = 0
     for trial in range(trials):
         there = folder / f"{trial}"
         there.mkdir()
-        codes, said = together(arguments, there, rng)
+        codes, said = together(start, arguments, there, rng)
         assert DONE in codes, said
         for code, sentence in zip(codes, said, strict=True):
             assert code in (DONE, AT_WORK), sentence
@@ -60,25 +64,27 @@ def run_trials(arguments, out, folder, trials=TRIALS, ignore=(), expected=None):
 
 
 @pytest.mark.slow
-def test_three_that_extract_into_one_store(sounds, tmp_path):
-    assert run_trials(("extract", sounds, "s.zarr", "--workers", "2"), "s.zarr", tmp_path) > 0
+def test_three_that_extract_into_one_store(start, sounds, tmp_path):
+    assert (
+        run_trials(start, ("extract", sounds, "s.zarr", "--workers", "2"), "s.zarr", tmp_path) > 0
+    )
 
 
 @pytest.mark.slow
-def test_three_that_simulate_one_session(tmp_path):
+def test_three_that_simulate_one_session(start, tmp_path):
     options = ("--textures", "a,g", "--speeds", "40,50", "--seconds", "2", "--workers", "2")
-    assert run_trials(("simulate", "session", *options), "session", tmp_path, trials=5) > 0
+    assert run_trials(start, ("simulate", "session", *options), "session", tmp_path, trials=5) > 0
 
 
 @pytest.mark.slow
-def test_three_that_evaluate_into_one_folder(run, sounds, tmp_path):
+def test_three_that_evaluate_into_one_folder(start, run, sounds, tmp_path):
     assert run("extract", sounds, tmp_path / "s.zarr", "--quiet")[0] == 0
     options = ("--out", "r", "--models", "ridge-te", "--window-s", "0.5", "--workers", "2")
     times = ("fold.json", "summary.json")  # they hold the seconds that it took
     command = ("evaluate", tmp_path / "s.zarr", *options)
-    assert run_trials(command, "r", tmp_path, trials=5, ignore=times) > 0
+    assert run_trials(start, command, "r", tmp_path, trials=5, ignore=times) > 0
 
 
-def test_three_at_once_leave_what_one_leaves(sounds, stores, tmp_path):
+def test_three_at_once_leave_what_one_leaves(start, sounds, stores, tmp_path):
     command, expected = ("extract", sounds, "s.zarr", "--workers", "1"), contents(stores["audio"])
-    run_trials(command, "s.zarr", tmp_path, trials=1, expected=expected)
+    run_trials(start, command, "s.zarr", tmp_path, trials=1, expected=expected)

@@ -11,7 +11,7 @@ from afferents.pipeline import explain
 
 @pytest.fixture(autouse=True)
 def few_samples(monkeypatch):
-    monkeypatch.setattr(explain, "SAMPLES", 9)
+    monkeypatch.setattr(explain, "SAMPLES", 3)
 
 
 def explained(run, model, store, out):

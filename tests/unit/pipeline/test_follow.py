@@ -12,7 +12,7 @@ from afferents.core import dims
 from afferents.core.store import open_responses
 from afferents.markers import load_sensor
 
-from ...conftest import draw
+from ...conftest import draw, shift_px
 
 
 def shifted(video, px):
@@ -60,14 +60,15 @@ def test_a_session_is_tracked_without_its_sound(run, session, tmp_path):
     assert all(dims.SA1 in r and dims.RA2 not in r for r in recordings)
 
 
-def test_the_overlay_is_a_film(run, clip, tmp_path):
+def test_the_overlay_is_a_film(run, make_video, tmp_path):
+    clip = make_video(tmp_path / "v.mp4", shift_px(1, 20, 20))
     code, out, _ = run(
         "inspect", clip, "--out", tmp_path, "--overlay", tmp_path / "o.mp4", "--json"
     )
     assert code == 0
     assert str(tmp_path / "o.mp4") in json.loads(out)["pictures"]
     with av.open(str(tmp_path / "o.mp4")) as container:
-        assert sum(1 for _ in container.decode(video=0)) == 45
+        assert sum(1 for _ in container.decode(video=0)) == 20
 
 
 def test_of_a_video_cut_off_the_start_is_kept_and_marked(run, clip, tmp_path):

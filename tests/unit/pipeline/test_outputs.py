@@ -33,8 +33,8 @@ def precious(tmp_path):
 
 @pytest.fixture
 def clip(make_video, tmp_path):
-    """A video of a second's third."""
-    return make_video(tmp_path / "v.mp4", shift_px(1, 20, 30))
+    """A short video of the small session's form."""
+    return make_video(tmp_path / "v.mp4", shift_px(1, 20, 20))
 
 
 @pytest.mark.parametrize("name", ["d", "f", "pipe", "nowhere"])

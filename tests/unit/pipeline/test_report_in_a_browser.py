@@ -32,7 +32,7 @@ def page(stores, tmp_path_factory):
     data = open_data([str(stores["audio"])])
     evaluation = Evaluation(
         data, folder / "r", models_named("vib-te"), protocols("nested"), "quick", "all",
-        data[0].encodings, [0],
+        data[0].encodings, [0], workers=1,
     )  # fmt: skip
     evaluate(evaluation, quiet)
     return write_report(folder / "r", quiet)

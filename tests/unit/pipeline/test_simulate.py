@@ -85,11 +85,11 @@ def test_a_finished_session_is_left_as_it_is(session):
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
-def test_a_killed_session_goes_on_where_it_was(session, tmp_path):
+def test_a_killed_session_goes_on_where_it_was(launch, session, tmp_path):
     folder = tmp_path / "killed"
-    command = [sys.executable, "-m", "afferents", "simulate", str(folder), "--quiet"]
-    command += ["--textures", "a,g", "--speeds", "50,100", "--seconds", "1.6", "--workers", "1"]
-    run = subprocess.Popen(command, start_new_session=True)
+    command = ["simulate", folder, "--quiet", "--workers", 1]
+    command += ["--textures", "a,g", "--speeds", "50,100", "--seconds", "1.6"]
+    run = launch(command, imports=["afferents.pipeline.simulate"], session=True)
     while not (folder / "0" / "50" / "truth.npz").is_file():
         assert run.poll() is None
         time.sleep(0.02)
