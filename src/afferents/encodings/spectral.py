@@ -15,6 +15,7 @@ from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Option, Ready, VibrationEncoding
 
 WINDOW_OPTION = Option("--window-s", "Vibration window, s.")
+_DENSEST = 1000
 STRIDE_OPTION = Option("--stride-s", "Stride of the windows, s.")
 
 
@@ -71,6 +72,7 @@ class SpectralEncoding(VibrationEncoding):
             raise InputError(where, expected, f"{n / rate_hz:.2f} s")
         if length < 2:
             raise InputError("--window-s", f"at least two samples at {rate_hz:g} Hz", f"{length}")
+        require_stride(self.stride_s, self.window_s)
         if points < length:
             raise InputError("--fft-points", f"at least the window's {length} samples", f"{points}")
         bins = min(points // 2 + 1, self.kept_bins)
@@ -100,6 +102,13 @@ class SpectralEncoding(VibrationEncoding):
     def stream(self, rate_hz: float, n_channels: int) -> "SpectrumStream":
         """Return what gives a spectrum at every stride."""
         return SpectrumStream(self, rate_hz, n_channels)
+
+
+def require_stride(stride_s: float, window_s: float) -> None:
+    """Refuse windows that lie so densely that they would fill the memory with the same sound."""
+    if stride_s < window_s / _DENSEST:
+        expected = f"at least {window_s / _DENSEST:g} s, a thousandth of the window"
+        raise InputError("--stride-s", expected, f"{stride_s:g}")
 
 
 def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:

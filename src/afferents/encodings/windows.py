@@ -12,7 +12,12 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.encodings.base import Option, VibrationEncoding
 from afferents.encodings.lines import Lines
-from afferents.encodings.spectral import STRIDE_OPTION, WINDOW_OPTION, window_starts
+from afferents.encodings.spectral import (
+    STRIDE_OPTION,
+    WINDOW_OPTION,
+    require_stride,
+    window_starts,
+)
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
@@ -59,6 +64,7 @@ class WindowEncoding(VibrationEncoding):
         kept_hz = rate_hz / decimation(rate_hz, self.highest_hz)
         if self.window_s is not None and (length := round(self.window_s * kept_hz)) < 2:
             raise InputError("--window-s", f"at least two samples at {kept_hz:g} Hz", f"{length}")
+        require_stride(self.stride_s, self.window_s or 0.0)
         if n < round(seconds * rate_hz) or n < 2:
             expected = f"at least one window of {seconds:g} s"
             raise InputError(where, expected, f"{n / rate_hz:.2f} s")

@@ -303,7 +303,8 @@ def run_jobs(
     if not keys:
         return
     if evaluation.cluster is not None:
-        for outcome in on_cluster(run_far_job, [(recipe, key) for key in keys], evaluation.cluster):
+        sent = recipe.packed()
+        for outcome in on_cluster(run_far_job, [(sent, key) for key in keys], evaluation.cluster):
             keep(recipe, outcome)
             yield outcome.key
         return

@@ -1,6 +1,7 @@
 """One training of an evaluation: on one fold, for one model, protocol and seed."""
 
 import json
+import pickle
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
+from afferents.core.extras import import_extra
 from afferents.core.fold import Fold
 from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
@@ -92,6 +94,14 @@ class Recipe:
         """The configuration of the results folder."""
         return dict(json.loads(self.config_json))
 
+    def packed(self) -> bytes:
+        """Return it for a worker, with the code of models that only this process knows.
+
+        Dask's own pickler names classes and functions, and a worker that can't import one is lost.
+        """
+        cloudpickle = import_extra("cluster", "--cluster", "cloudpickle")
+        return bytes(cloudpickle.dumps(self))
+
     def model(self, name: str) -> Model:
         """Return the model of that name."""
         return next((own for own in self.own if own.name == name), None) or MODELS[name]
@@ -124,11 +134,12 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
     return key
 
 
-def run_far_job(recipe: Recipe, key: FoldKey) -> Outcome:
+def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
     """Do the same on another machine, which reads the data itself and sends the outcome back.
 
     Where it sees the results folder, the training is marked and put aside in it as ever.
     """
+    recipe: Recipe = pickle.loads(packed)
     seen = (recipe.out / PLAN).is_file()
     with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
         samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))

@@ -102,6 +102,8 @@ def test_results_of_another_configuration(fails, stores, tmp_path):
             ["--models", "ridge-te", "--window-s", "1e-9"],
             "--window-s: expected at least two samples",
         ),
+        (["--models", "vib-te", "--stride-s", "1e-9"], "--stride-s: expected at least 0.001 s"),
+        (["--models", "ridge-te", "--stride-s", "1e-9"], "--stride-s: expected at least 0.004 s"),
         (["--models", "order-te-measured"], "order-te, order-te-told"),
         (["--models", "fusion"], "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
     ],
