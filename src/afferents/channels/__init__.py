@@ -5,7 +5,6 @@ A file each. A lost marker is NaN in every channel until `hold` fills it.
 
 from afferents.channels.base import Channel, Skin
 from afferents.channels.lost import hold
-from afferents.channels.offset import Offset, measure_offset
 from afferents.channels.ra1 import marker_speed, ra1
 from afferents.channels.ra1_circumferential import ra1_circumferential
 from afferents.channels.ra1_signed import ra1_signed
@@ -18,12 +17,10 @@ from afferents.channels.table import CHANNELS, channel_of, name_of_channel
 __all__ = [
     "CHANNELS",
     "Channel",
-    "Offset",
     "Skin",
     "channel_of",
     "hold",
     "marker_speed",
-    "measure_offset",
     "name_of_channel",
     "ra1",
     "ra1_circumferential",

@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy.signal
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial import cKDTree
@@ -141,7 +140,11 @@ def _tracks(responses: Responses, steady: tuple[float, float] | None) -> Series:
 def _sound(samples: NDArray[np.float64], rate: float) -> Series:
     """Log energies in bands, (step, band), summed over channels."""
     every = max(1, int(rate // (2 * LOWEST_RATE_HZ)))
-    slower = scipy.signal.resample_poly(samples, 1, every, axis=0) if every > 1 else samples
+    slower = samples
+    if every > 1:
+        import scipy.signal  # which takes longer to import than all the rest
+
+        slower = scipy.signal.resample_poly(samples, 1, every, axis=0)
     step = round(STEP_S * rate / every)
     if len(slower) < 2 * step:
         return np.zeros((0, KINDS["sound"].features), np.float32)

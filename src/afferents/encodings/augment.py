@@ -13,7 +13,6 @@ S(nu / f). Two forms, chosen by the protocol:
 from typing import Literal
 
 import numpy as np
-import scipy.signal
 from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
@@ -56,6 +55,8 @@ def stretch_spectrum(
 
 
 def _fourier(spectrum: NDArray[np.float32], factor: float, bins: int) -> NDArray[np.float64]:
+    import scipy.signal  # which takes longer to import than all the rest
+
     n = spectrum.shape[-1]
     whole: NDArray[np.float64] = scipy.signal.resample(spectrum, int(n * factor), axis=-1)
     resampled = whole[..., :bins]

@@ -3,7 +3,6 @@
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-import scipy.signal
 import xarray as xr
 from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt
@@ -103,6 +102,8 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     signal = vibration.transpose(dims.AUDIO_TIME, dims.CHANNEL).values[kept].astype(np.float64)
     down = decimation(rate, encoding.highest_hz)
     if down > 1:
+        import scipy.signal  # which takes longer to import than all the rest
+
         signal = np.asarray(scipy.signal.resample_poly(signal, 1, down, axis=0))
     rate_kept, length = rate / down, len(signal)
     if encoding.window_s is not None:

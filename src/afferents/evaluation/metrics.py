@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from sklearn.metrics import confusion_matrix, f1_score
 
 
 def accuracy_by_speed(predictions: pd.DataFrame) -> dict[float, float]:
@@ -18,6 +17,8 @@ def accuracy_by_speed(predictions: pd.DataFrame) -> dict[float, float]:
 
 def confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int64]:
     """Return counts, shape (true texture, predicted texture)."""
+    from sklearn.metrics import confusion_matrix  # workers need none of it
+
     counts: NDArray[np.int64] = confusion_matrix(
         predictions["true_texture"], predictions["predicted_texture"], labels=textures
     )
@@ -26,6 +27,8 @@ def confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int6
 
 def macro_f1(predictions: pd.DataFrame, textures: list[str]) -> float:
     """Return the mean over textures of the F1 score, over all held-out speeds together."""
+    from sklearn.metrics import f1_score
+
     return float(
         f1_score(
             predictions["true_texture"],

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.model_selection import BaseCrossValidator
 
 from afferents.core import dims
 from afferents.core.errors import InputError
@@ -16,7 +15,7 @@ from afferents.core.samples import Samples
 
 
 @dataclass
-class LeaveOneSpeedOut(BaseCrossValidator):  # type: ignore[misc]
+class LeaveOneSpeedOut:
     """Hold out one speed at a time; what validates the training depends on the protocol.
 
     A random split would put neighbouring frames (11 ms apart) and overlapping windows on both

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from sklearn.metrics import roc_auc_score
 
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
 from afferents.evaluation.metrics import accuracy_by_speed
@@ -85,6 +84,8 @@ def share_unknown(rows: pd.DataFrame) -> dict[str, Any]:
 
 def auroc(rows: pd.DataFrame) -> float:
     """Return how often a sample never felt is stranger than one that was, of all pairs of rows."""
+    from sklearn.metrics import roc_auc_score  # workers need none of it
+
     return float(roc_auc_score(rows["left_out"] == rows["texture"], rows["strangeness"]))
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from afferents.channels import Offset, measure_offset
+from afferents.channels.offset import Offset, measure_offset
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.progress import Progress
