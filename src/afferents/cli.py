@@ -387,7 +387,10 @@ def evaluate(
     data: Annotated[list[str], typer.Argument(help="Extracted stores, or fabricslide:PATH.")],
     out: Annotated[Path, typer.Option(help="Results folder; finished folds in it are kept.")],
     models: Annotated[
-        str, typer.Option(help="'all' of Table 1, 'best', or a comma-separated list.")
+        str,
+        typer.Option(
+            help="'all' of Table 1, 'best', or a list with commas; FILE.py:NAME for one's own."
+        ),
     ] = "all",
     protocol: Annotated[str, typer.Option(help="nested, published or both.")] = "nested",
     preset: Annotated[
@@ -577,7 +580,7 @@ def train(
     model: Annotated[
         str,
         typer.Option(
-            "--model", help="'best', what we recommend for such data, or one such as ra-ste."
+            "--model", help="'best', what we recommend for such data, a name, or FILE.py:NAME."
         ),
     ] = "best",
     results: Annotated[
