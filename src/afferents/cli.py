@@ -46,7 +46,7 @@ Force = Annotated[
     typer.Option("--force", help="Replace what this command wrote there before (nothing else)."),
 ]
 Workers = Annotated[
-    int | None, typer.Option(min=1, help="Processes side by side [default: one a core].")
+    int | None, typer.Option(min=1, help="Processes side by side (default: one a core).")
 ]
 ClusterName = Annotated[
     str | None,
@@ -184,7 +184,7 @@ def inspect(
         str, typer.Argument(help="A video, a wav, a session, a store or fabricslide:PATH.")
     ],
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the pictures [default: NAME-inspected].")
+        Path | None, typer.Option(help="Folder for the pictures (default: NAME-inspected).")
     ] = None,
     sensor: Annotated[
         str | None, typer.Option(help="Sensor file, or the name of a packaged one (tip_b).")
@@ -240,7 +240,7 @@ def track(
     out: Annotated[Path, typer.Argument(help="Store to write, such as OUT.zarr.")],
     sensor: Annotated[
         str | None,
-        typer.Option(help="Sensor file or name [default: a video's is recognised, else tip_b]."),
+        typer.Option(help="Sensor file or name (default: a video's is recognised, else tip_b)."),
     ] = None,
     method: TrackerName = "windowed",
     workers: Workers = None,
@@ -277,10 +277,10 @@ def simulate(
         str, typer.Option(help="Letters a to m, bump spacings in mm, names of height maps.")
     ] = "a,b,c,d,e,f,g,h,i,j,k,l,m",
     speeds: Annotated[
-        str | None, typer.Option(help="mm/s, comma-separated [default: the preset's].")
+        str | None, typer.Option(help="mm/s, comma-separated (default: the preset's).")
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="Length of each recording, s [default: the preset's].")
+        float | None, typer.Option(help="Length of each recording, s (default: the preset's).")
     ] = None,
     height_map: Annotated[
         list[str] | None,
@@ -415,14 +415,14 @@ def evaluate(
         float, typer.Option(help="Share of the markers that images show, evenly spread.")
     ] = 1.0,
     train_speeds: Annotated[
-        int | None, typer.Option(help="Speeds that each fold trains on [default: all it has].")
+        int | None, typer.Option(help="Speeds that each fold trains on (default: all it has).")
     ] = None,
     test_only: Annotated[
         str | None,
         typer.Option(help="Test a condition alone, learn from the others: repetition=1."),
     ] = None,
     held_out: Annotated[
-        str | None, typer.Option(help="Hold out only these speeds in turn, mm/s [default: all].")
+        str | None, typer.Option(help="Hold out only these speeds in turn, mm/s (default: all).")
     ] = None,
     window_s: Annotated[float | None, typer.Option(help="Vibration window, s.")] = None,
     stride_s: Annotated[float | None, typer.Option(help="Stride of the windows, s.")] = None,
@@ -684,7 +684,7 @@ def align(
 def live(
     model: Annotated[
         list[Path] | None,
-        typer.Option(help="Exported model; several feel side by side [default: the rig's own]."),
+        typer.Option(help="Exported model; several feel side by side (default: the rig's own)."),
     ] = None,
     video: Annotated[
         str | None, typer.Option(help="camera:0, replay:SESSION/3/50, rig or rig:g/50.")
@@ -694,7 +694,7 @@ def live(
     ] = None,
     speed: Annotated[str, typer.Option(help="Of replays: 1 for true speed, 8, or max.")] = "1",
     exposure_ms: Annotated[
-        float | None, typer.Option(help="Exposure time of the camera [default: as it is].")
+        float | None, typer.Option(help="Exposure time of the camera (default: as it is).")
     ] = None,
     audio_offset_ms: Annotated[
         float, typer.Option(help="The microphone's clock is ahead of the camera's by this.")
