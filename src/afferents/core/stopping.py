@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,12 +27,14 @@ def stop_on_signals() -> None:
 
 
 @contextmanager
-def stop_later(stop: Callable[[], None]) -> Iterator[None]:
+def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
     """Let a signal call `stop` inside, and raise `Stopped` only when the inside has ended.
 
-    For what must not be left at any line, as an event loop.
+    For what must not be left at any line, as an event loop, or the start of other processes.
+    Signals reach the main thread alone; in others nothing is done.
     """
-    numbers = [number for number in _heeded() if signal.getsignal(number) is _stop]
+    here = threading.current_thread() is threading.main_thread()
+    numbers = [number for number in _heeded() if here and signal.getsignal(number) is _stop]
     taken: list[int] = []
 
     def note(number: int, _: FrameType | None) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from afferents.core.recording import LETTERS, folder_of
+from afferents.core.stopping import stop_later
 from afferents.live.events import Begin, Channel, Event, Source
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo
 from afferents.pipeline.drums import texture_name
@@ -66,7 +67,8 @@ class RigShow:
         )
         # Ctrl-C is for the one who started it all.
         ignore = (signal.SIGINT, signal.SIG_IGN)
-        self._process = multiprocessing.get_context("spawn").Pool(1, signal.signal, ignore)
+        with stop_later():  # a process that has half begun would complain
+            self._process = multiprocessing.get_context("spawn").Pool(1, signal.signal, ignore)
         self._lock = threading.Lock()
         self._runs: dict[int, AsyncResult[Path]] = {}
         self._begins_s: dict[int, float] = {}

@@ -19,6 +19,7 @@ from joblib.externals.loky.backend import resource_tracker as loky_resource_trac
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from afferents.core.errors import AfferentsError
+from afferents.core.stopping import stop_later
 
 Result = TypeVar("Result")
 Job = tuple[Any, ...]
@@ -92,7 +93,7 @@ def _results(
     with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=n, **options)
         calls = (joblib.delayed(_numbered)(number, function, *job) for number, job in jobs)
-        with _deaf_to_the_terminal() if n > 1 else nullcontext():
+        with stop_later(), _deaf_to_the_terminal() if n > 1 else nullcontext():
             results = pool(calls)
         try:
             for result in results:  # noqa: UP028 (closed below, without joblib's warning)
