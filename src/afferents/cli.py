@@ -19,7 +19,7 @@ from afferents.core.errors import AfferentsError, InputError, PartialFailureErro
 from afferents.core.model import BEST, TABLE1, Model, models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
-from afferents.core.stopping import stop_on_signals
+from afferents.core.stopping import stop_on_signals, stopped_by
 from afferents.core.streams import flush_streams, prepare_streams
 from afferents.core.version import __version__
 
@@ -101,6 +101,19 @@ def _run(arguments: list[str], debug: bool) -> int:
     except Stopped as stop:
         traceback.clear_frames(stop.__traceback__)  # whoever waits in them tidies up
         return _ended("stopped; what is finished is kept", debug, stop.code)
+    except Exception as error:  # noqa: BLE001  told or raised again below
+        if (number := stopped_by()) is not None:  # what was stopped failed in its own way
+            return _ended("stopped; what is finished is kept", debug, 128 + number)
+        return _failed(error, debug)
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(bool(end.code))
+    return 0
+
+
+def _failed(error: Exception, debug: bool) -> int:
+    """Say what went wrong; return the exit code. What is no fault of the input is raised again."""
+    try:
+        raise error
     except (AfferentsError, OSError) as error:
         return _ended(_sentence(error), debug, 3 if isinstance(error, PartialFailureError) else 2)
     except UnicodeEncodeError as error:  # several libraries take no other names of files
@@ -111,9 +124,6 @@ def _run(arguments: list[str], debug: bool) -> int:
         if not is_out_of_memory(error):
             raise
         return _ended("out of memory; run it again with less data, or where there is more", debug)
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else int(bool(end.code))
-    return 0
 
 
 def _ended(sentence: str, debug: bool, code: int = 2) -> int:

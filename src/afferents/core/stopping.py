@@ -14,6 +14,7 @@ PATIENCE_S = 1.0
 """Signals that come so soon after the first one are that one said twice, as terminals do."""
 
 _CURSOR = b"\x1b[?25h"
+_taken: list[int] = []
 
 
 def stop_on_signals() -> None:
@@ -26,6 +27,15 @@ def stop_on_signals() -> None:
         signal.signal(number, _stop)
 
 
+def stopped_by() -> int | None:
+    """Return the signal that has come, if one has.
+
+    What it raised may have been swallowed: a library that is being imported, or an object that is
+    being removed, lets no error of others out, or another in its place.
+    """
+    return _taken[0] if _taken else None
+
+
 @contextmanager
 def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
     """Let a signal call `stop` inside, and raise `Stopped` only when the inside has ended.
@@ -33,6 +43,8 @@ def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
     For what must not be left at any line, as an event loop, or the start of other processes.
     Signals reach the main thread alone; in others nothing is done.
     """
+    if (number := stopped_by()) is not None:
+        raise Stopped(number)
     here = threading.current_thread() is threading.main_thread()
     numbers = [number for number in _heeded() if here and signal.getsignal(number) is _stop]
     taken: list[int] = []
@@ -55,6 +67,7 @@ def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
 
 
 def _stop(number: int, _: FrameType | None) -> None:
+    _taken.append(number)
     _end_at_the_next(_heeded())
     raise Stopped(number)
 

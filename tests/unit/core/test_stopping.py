@@ -96,3 +96,26 @@ def test_what_must_not_be_left_at_any_line_ends_by_itself_first(process, number)
     one.send_signal(number)
     assert one.communicate(timeout=30) == ("ended by itself\n", "")
     assert one.returncode == 128 + number
+
+
+SWALLOWED = """
+from afferents.core.stopping import stop_later
+class Removed:
+    def __del__(self):
+        say('ready')
+        time.sleep(60)
+one = Removed()
+del one
+with stop_later():
+    say('not reached')
+"""
+
+
+def test_a_signal_that_was_swallowed_is_not_forgotten(process):
+    """Python lets no error out of the removal of an object."""
+    one = process(SWALLOWED)
+    one.send_signal(signal.SIGTERM)
+    out, err = one.communicate(timeout=30)
+    assert out == ""
+    assert "Exception ignored in" in err
+    assert one.returncode == 143
