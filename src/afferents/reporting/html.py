@@ -131,10 +131,10 @@ def headline(summary: Summary) -> str:
 def _sentence(summary: Summary, model: str, why: str, protocol: str, title: str) -> str:
     found = summary["models"][model][protocol]
     worst = found["worst_speed"]
-    interval = " (95% interval in brackets)" if found.get("ci95") else ""
+    interval = "; 95% interval in brackets" if found.get("ci95") else ""
     return (
         f"{model_title(model)}, {why}, names {mean_and_interval(found)} % of the samples rightly "
-        f"at speeds that it never learnt from ({title}){interval}, where guessing gives "
+        f"at speeds that it never learnt from ({title}{interval}), where guessing gives "
         f"{percent(summary['chance'])} %. It did worst at {worst} mm/s, with "
         f"{percent(found['by_speed'][worst])} %."
     )

@@ -101,7 +101,7 @@ def test_headline_names_the_best_under_the_strictest_protocol(summary):
     summary["models"]["vib-te"]["published"]["mean_accuracy"] = 0.99
     assert headline(summary).startswith(
         "vib-TE augmented, which we recommend, names 60.0 [40.2, 60.3] % of the samples rightly at "
-        "speeds that it never learnt from (nested protocol)"
+        "speeds that it never learnt from (nested protocol; 95% interval in brackets)"
     )
     assert "guessing gives 33.3 %" in headline(summary)
     assert "worst at 10 mm/s, with 25.0 %" in headline(summary)
