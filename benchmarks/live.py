@@ -98,7 +98,7 @@ def untrained(name: str, folder: Path) -> Path:
         classifier=family.classifier,
         sample_dims=encoding.sample_dims,
         channel=family.channel,
-        encoding={"name": encoding.name, **encoding.model_dump(mode="json")},
+        encoding=encoding.describe(),
         shape=shape,
         scale=1.0,
         sensor=None if vibration else load_sensor("tip_b").model_dump(mode="json"),

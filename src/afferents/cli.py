@@ -16,7 +16,7 @@ from rich.table import Table
 from afferents.core.cut import Cut
 from afferents.core.doubt import KINDS, kinds_named
 from afferents.core.errors import AfferentsError, InputError, PartialFailureError, Stopped
-from afferents.core.model import BEST, TABLE1, Model, models_named
+from afferents.core.model import BEST, TABLE1, models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.core.stopping import stop_on_signals, stopped_by
@@ -112,18 +112,17 @@ def _run(arguments: list[str], debug: bool) -> int:
 
 def _failed(error: Exception, debug: bool) -> int:
     """Say what went wrong; return the exit code. What is no fault of the input is raised again."""
-    try:
-        raise error
-    except (AfferentsError, OSError) as error:
+    if isinstance(error, AfferentsError | OSError):
         return _ended(_sentence(error), debug, 3 if isinstance(error, PartialFailureError) else 2)
-    except UnicodeEncodeError as error:  # several libraries take no other names of files
+    if isinstance(error, UnicodeEncodeError):  # several libraries take no other names of files
         return _ended(_no_letters(error), debug)
-    except (MemoryError, RuntimeError) as error:
+    if isinstance(error, MemoryError | RuntimeError):
         from afferents.training import is_out_of_memory
 
-        if not is_out_of_memory(error):
-            raise
-        return _ended("out of memory; run it again with less data, or where there is more", debug)
+        if is_out_of_memory(error):
+            do = "run it again with less data, or where there is more"
+            return _ended(f"out of memory; {do}", debug)
+    raise error
 
 
 def _ended(sentence: str, debug: bool, code: int = 2) -> int:
@@ -207,14 +206,9 @@ def inspect(
     quiet: Quiet = False,
 ) -> None:
     """Say what is in a file or session and whether it is sound, and draw a picture."""
-    from afferents.markers import load_sensor
-    from afferents.pipeline.inspect import inspect as look
+    from afferents import commands
 
-    name = Path(source.rpartition(":")[2].rstrip("/")).stem or "source"
-    folder = out or Path(f"{name}-inspected")
-    with Progress(quiet or as_json) as progress:
-        given = load_sensor(sensor) if sensor else None
-        found = look(source, folder, given, progress, overlay, force)
+    found = commands.inspect(source, out, sensor, overlay, force, quiet or as_json)
     _say(
         as_json,
         vars(found),
@@ -612,30 +606,13 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Train one model to feel with, on all speeds but the one that calibrates it."""
-    from afferents.pipeline.copies import warn_of_copies
-    from afferents.pipeline.data import open_data, recordings_in
-    from afferents.pipeline.encode import best_of
-    from afferents.pipeline.train import Training
-    from afferents.pipeline.train import train as run
-    from afferents.training import Compute
+    from afferents import commands
 
-    named = _one_model(model) if model != "best" else None
-    with Progress(quiet or as_json) as progress:
-        opened = open_data([data], progress=progress)
-        warn_of_copies(recordings_in(opened), progress)
-        how = opened[0].encodings.changed(frames=frames)
-        family = named or best_of(recordings_in(opened))
-        compute = Compute(device, precision)
-        training = Training(opened, family, preset, cut, how, seed, results, compute)
-        card = run(training, out, progress, force)
+    card = commands.train(
+        data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
+        frames=frames,
+    )  # fmt: skip
     _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
-
-
-def _one_model(name: str) -> Model:
-    chosen = models_named(name)
-    if len(chosen) != 1:
-        raise InputError("--model", "'best' or one model", f"'{name}'")
-    return chosen[0]
 
 
 @app.command()
@@ -648,12 +625,9 @@ def explain(
     quiet: Quiet = False,
 ) -> None:
     """Show what decides: the markers, waves, or frequencies without which a model fails."""
-    from afferents.pipeline.data import open_data
-    from afferents.pipeline.explain import explain as ask
+    from afferents import commands
 
-    with Progress(quiet or as_json) as progress:
-        (opened,) = open_data([data], progress=progress)
-        found = ask(model, opened, out, cut, progress)
+    found = commands.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
     _say(as_json, found.facts, *found.sentences, *pictures)
 

@@ -14,7 +14,8 @@ import xarray as xr
 from afferents.core.card import Card
 from afferents.core.cut import Cut
 from afferents.core.doubt import kinds_named
-from afferents.core.model import TABLE1, Model, models_named
+from afferents.core.errors import InputError
+from afferents.core.model import Model, models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.core.recording import Session, Video
@@ -232,6 +233,7 @@ def evaluate(
     Results
         `accuracy` is a table by speed, `predictions` one of all test samples.
     """
+    from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
@@ -240,6 +242,7 @@ def evaluate(
     sources = [data] if isinstance(data, str | Path) else list(data)
     with Progress(quiet) as progress:
         opened = open_data([str(source) for source in sources], without, keep_going, progress)
+        warn_of_copies(recordings_in(opened), progress)
         wanted = _models(models) or [best_of(recordings_in(opened))]
         evaluation = Evaluation(
             data=opened,
@@ -291,6 +294,8 @@ def train(
     seed: int = 0,
     results: Place | None = None,
     force: bool = False,
+    device: Literal["auto", "cpu", "cuda"] = "auto",
+    precision: Literal["auto", "float32", "bfloat16"] = "auto",
     quiet: bool = False,
     **encoding: Any,
 ) -> Card:
@@ -310,6 +315,8 @@ def train(
         Results folder whose scores the model's card is to carry.
     force
         Whether a model that was written there before may be replaced.
+    device, precision
+        What networks learn on, and in which numbers.
     quiet
         Whether no progress is shown.
 
@@ -318,17 +325,23 @@ def train(
     Card
         What the model is, what it learnt from, and how far it was tested.
     """
+    from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.train import Training
     from afferents.pipeline.train import train as run
+    from afferents.training import Compute
 
+    asked = _models(model)
+    if len(asked) > 1:
+        raise InputError("--model", "'best' or one model", f"'{model}'")
     with Progress(quiet) as progress:
         opened = open_data([str(data)], progress=progress)
-        chosen = _models(model) or [best_of(recordings_in(opened))]
+        warn_of_copies(recordings_in(opened), progress)
+        (chosen,) = asked or [best_of(recordings_in(opened))]
         wanted = Training(
-            opened, chosen[0], preset, cut, opened[0].encodings.changed(**encoding), seed,
-            None if results is None else Path(results),
+            opened, chosen, preset, cut, opened[0].encodings.changed(**encoding), seed,
+            None if results is None else Path(results), Compute(device, precision),
         )  # fmt: skip
         return run(wanted, Path(out), progress, force)
 
@@ -391,6 +404,8 @@ def inspect(
     source: Place,
     out: Place | None = None,
     sensor: "str | Path | Sensor | None" = None,
+    overlay: Place | None = None,
+    force: bool = False,
     quiet: bool = False,
 ) -> "Inspection":
     """Say what is in a file or session and whether it is sound, and draw pictures of it.
@@ -403,6 +418,10 @@ def inspect(
         Folder for the pictures; None for ``NAME-inspected``.
     sensor
         Whose markers to look for.
+    overlay
+        Video to write with the markers drawn in, such as ``o.mp4``; None for none.
+    force
+        Whether one that was written there before may be replaced.
     quiet
         Whether no progress is shown.
 
@@ -415,9 +434,10 @@ def inspect(
 
     name = Path(str(source).rpartition(":")[2].rstrip("/")).stem or "source"
     given = None if sensor is None else _sensor(sensor)
+    folder = Path(out) if out is not None else Path(f"{name}-inspected")
+    drawn = None if overlay is None else Path(overlay)
     with Progress(quiet) as progress:
-        folder = Path(out) if out is not None else Path(f"{name}-inspected")
-        return look(str(source), folder, given, progress)
+        return look(str(source), folder, given, progress, drawn, force)
 
 
 def samples(
@@ -450,14 +470,16 @@ def samples(
         `recording`, `start_s`, `stop_s`. For scikit-learn's cross-validation take
         ``x.values.reshape(len(x), -1)``, ``x.texture`` and ``groups=x.speed_mm_s``.
     """
-    from afferents.channels import channel_of
     from afferents.pipeline.data import open_data, recordings_in
-    from afferents.pipeline.encode import Source, encode_all
+    from afferents.pipeline.encode import encode_all, require_used, sources_of
 
+    asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
         opened = open_data([str(data)], progress=progress)
-        made = opened[0].encodings.changed(**options).of(encoding)
-        return encode_all(recordings_in(opened), Source(channel_of(channel), made), cut, progress)
+        how = opened[0].encodings.changed(**options)
+        (source,) = sources_of(asked, how)
+        require_used([asked], how)
+        return encode_all(recordings_in(opened), source, cut, progress)
 
 
 def _models(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
@@ -466,16 +488,9 @@ def _models(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
         return [wanted]
     if isinstance(wanted, str):
         return [] if wanted == "best" else models_named(wanted)
-    found = [
-        model
-        for one in wanted
-        for model in ([one] if isinstance(one, Model) else models_named(one))
-    ]
-    order = list(TABLE1)
-    return sorted(
-        {model.name: model for model in found}.values(),
-        key=lambda model: order.index(model.name) if model.name in order else len(order),
-    )
+    names = [one for one in wanted if isinstance(one, str)]
+    found = models_named(",".join(names)) if names else []
+    return found + [one for one in wanted if isinstance(one, Model)]
 
 
 def _sensor(wanted: "str | Path | Sensor") -> "Sensor":

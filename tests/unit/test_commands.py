@@ -81,5 +81,11 @@ def test_what_is_wrong_is_one_sentence(tmp_path, stores):
         afferents.evaluate(stores["video"], out=tmp_path / "r", models=["tea"], quiet=True)
     with pytest.raises(InputError, match="--frames: expected models that it is for"):
         afferents.evaluate(stores["video"], tmp_path / "r", "sa-se", frames=5, quiet=True)
+    with pytest.raises(InputError, match="frame: expected models that it is for"):
+        afferents.samples(stores["video"], "sa1", "spatiotemporal", frame=5, quiet=True)
+    taken = afferents.Model("ra-se", channel="sa1", encoding="spatial", classifier="ridge")
+    with pytest.raises(InputError, match="a name that no model of this package has, found 'ra-se'"):
+        afferents.evaluate(stores["video"], tmp_path / "r", taken, quiet=True)
+    assert not (tmp_path / "r").exists()
     with pytest.raises(InputError, match="encoding: expected an Encoding, or one of spatial"):
         afferents.samples(stores["video"], "sa1", "tea", quiet=True)

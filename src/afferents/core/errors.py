@@ -7,6 +7,11 @@ def reason_of(error: BaseException) -> str:
     return " ".join(str(reason).split())
 
 
+def raised(error: BaseException) -> str:
+    """Return in a line what somebody else's code raised."""
+    return f"{type(error).__name__}: {error}".partition("\n")[0]
+
+
 class AfferentsError(Exception):
     """Base of every error that is the input's or the configuration's fault, not ours.
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.cut import Cut
+from afferents.core.model import MODEL_NAME
 from afferents.core.protocol import ProtocolName
 
 SCHEMA = 1
@@ -30,7 +31,7 @@ Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
 """A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 Shares = tuple[Share, Share]
 Difference = Annotated[float, Field(ge=-1, le=1)]
-ModelName = Annotated[str, Field(pattern=r"^[^./\\,: ][^/\\,: ]*$")]
+ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
 Counted = Annotated[Any, AfterValidator(_counted)]
 
 

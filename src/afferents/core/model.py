@@ -1,5 +1,7 @@
 """The models: the six of the paper's Table 1, and our own beyond it. A model is a row."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal
 
@@ -13,8 +15,10 @@ from afferents.core.dims import (
     SA1_VECTOR,
 )
 from afferents.core.errors import InputError
-from afferents.core.own import imported
+from afferents.core.own import named
 
+MODEL_NAME = r"[^./\\,:\s][^/\\,:\s]*"
+"""A model's folder is named by it."""
 SpeedFrom = Literal["nobody", "robot", "fingertip"]
 """Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
 
@@ -69,7 +73,7 @@ class Model:
 
     def __post_init__(self) -> None:
         """Refuse names that are no names of folders, and take the name for a title."""
-        if not self.name or set(self.name) & set("/\\,: ") or self.name.startswith("."):
+        if not re.fullmatch(MODEL_NAME, self.name):
             raise InputError("a model's name", "letters, digits and hyphens", f"{self.name!r}")
         if not self.title:
             object.__setattr__(self, "title", self.name)
@@ -154,7 +158,7 @@ def models_named(names: str) -> list[Model]:
         If a name is unknown, or what is imported is no model.
     """
     chosen = list(TABLE1) if names == "all" else [name.strip() for name in names.split(",")]
-    own = [_own(name) for name in chosen if ":" in name]
+    own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
     for name in chosen:
         if ":" not in name and name not in MODELS:
             raise InputError(
@@ -164,9 +168,26 @@ def models_named(names: str) -> list[Model]:
 
 
 def _own(where: str) -> Model:
-    found = imported(where)
+    found = named(where)
     if not isinstance(found, Model):
         raise InputError("--models", f"an afferents.Model at {where}", type(found).__name__)
-    if found.name in MODELS:
-        raise InputError(where, "a name that no model of this package has", f"'{found.name}'")
     return found
+
+
+def own_of(models: Sequence[Model]) -> list[Model]:
+    """Return those that are none of the package's.
+
+    Raises
+    ------
+    InputError
+        If one has the name of a model of the package, or two have one name: a name stands for one
+        model.
+    """
+    own = [model for model in models if MODELS.get(model.name) is not model]
+    for model in own:
+        if model.name in MODELS:
+            expected = "a name that no model of this package has"
+            raise InputError("a model's name", expected, f"'{model.name}'")
+        if any(other.name == model.name and other is not model for other in own):
+            raise InputError("a model's name", "one model of each", f"several '{model.name}'")
+    return own

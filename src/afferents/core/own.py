@@ -7,13 +7,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from afferents.core.errors import InputError
-
-_FORM = "package.module:NAME or file.py:NAME"
+from afferents.core.errors import InputError, raised
 
 
-def imported(where: str) -> Any:
-    """Return the object of that name.
+def named(where: str) -> Any:
+    """Return the object that a user names by ``package.module:NAME`` or ``file.py:NAME``.
 
     What is in a file is sent to other processes whole, so that they need not have the file.
 
@@ -22,28 +20,46 @@ def imported(where: str) -> Any:
     InputError
         If the module can't be imported, whatever it raises, or has nothing of that name.
     """
-    module_name, colon, name = where.rpartition(":")
-    if not colon or not module_name or not name:
-        raise InputError(where, _FORM, f"'{where}'")
-    from_file = False
-    if module_name.endswith(".py"):
-        path = Path(module_name)
-        if not path.is_file():
-            raise InputError(where, "a Python file", "no such file")
-        folder = str(path.resolve().parent)
-        if folder not in sys.path:
-            sys.path.insert(0, folder)
-        module_name, from_file = path.stem, True
+    module, _, name = where.rpartition(":")
+    if not module.endswith(".py"):
+        return imported(where)
+    path = Path(module)
+    if not path.is_file():
+        raise InputError(where, "a Python file", "no such file")
+    found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
+    _send_whole(sys.modules[path.stem])
+    return found
+
+
+def imported(where: str, said: str | None = None, folder: Path | None = None) -> Any:
+    """Return the object of a name such as ``package.module:NAME``.
+
+    Parameters
+    ----------
+    said
+        How the user named it, for an error.
+    folder
+        Where modules are looked for first; by default the current folder, after all others.
+
+    Raises
+    ------
+    InputError
+        As `named`.
+    """
+    said = said or where
+    module_name, _, name = where.rpartition(":")
+    if not module_name or not name:
+        raise InputError(said, "package.module:NAME or file.py:NAME", f"'{where}'")
+    place = str(folder or Path.cwd())
+    if place not in sys.path:
+        sys.path.insert(0 if folder else len(sys.path), place)
     try:
         found: Any = import_module(module_name)
     except Exception as error:
-        said = f"{type(error).__name__}: {error}".partition("\n")[0]
-        raise InputError(where, "a module that can be imported", said) from error
-    if from_file:
-        _send_whole(found)
+        raise InputError(said, "a module that can be imported", raised(error)) from error
     for part in name.split("."):
         if not hasattr(found, part):
-            raise InputError(where, f"'{name}' in {module_name}", "nothing of that name")
+            raise InputError(said, f"'{name}' in {module_name}", "nothing of that name")
         found = getattr(found, part)
     return found
 

@@ -47,11 +47,10 @@ def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
         raise Stopped(number)
     here = threading.current_thread() is threading.main_thread()
     numbers = [number for number in _heeded() if here and signal.getsignal(number) is _stop]
-    taken: list[int] = []
 
     def note(number: int, _: FrameType | None) -> None:
         _end_at_the_next(numbers)
-        taken.append(number)
+        _taken.append(number)
         stop()
 
     for number in numbers:
@@ -61,9 +60,9 @@ def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
     finally:
         for number in numbers:
             signal.signal(number, _stop)
-    if taken:
+    if (number := stopped_by()) is not None:
         _end_at_the_next(numbers)
-        raise Stopped(taken[0])
+        raise Stopped(number)
 
 
 def _stop(number: int, _: FrameType | None) -> None:

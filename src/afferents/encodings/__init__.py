@@ -17,7 +17,6 @@ from afferents.encodings.settings import (
     Encodings,
     described,
     encoding_of,
-    encodings_of,
     options,
 )
 from afferents.encodings.spatial import (
@@ -63,7 +62,6 @@ __all__ = [
     "amplitude_spectrum",
     "described",
     "encoding_of",
-    "encodings_of",
     "image_runs",
     "kernel_samples",
     "log_waves",

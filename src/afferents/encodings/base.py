@@ -2,7 +2,6 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -27,15 +26,9 @@ class Option(NamedTuple):
     ----------
     flag
         As typed, such as ``--window-s``.
-    help
-        What the command line says of it.
-    read
-        From what was typed to the field's value.
     """
 
     flag: str
-    help: str
-    read: Callable[[str], Any] = float
 
 
 class ImageStream(Protocol):
@@ -208,6 +201,10 @@ class Encoding(BaseModel, ABC):
             for option in field.metadata
             if isinstance(option, Option)
         }
+
+    def describe(self) -> dict[str, Any]:
+        """Return its name and its fields, ready for JSON."""
+        return {"name": self.name, **self.model_dump(mode="json")}
 
     def changed(self, **wanted: Any) -> Self:
         """Return the encoding with those of the values wanted that it has fields for.

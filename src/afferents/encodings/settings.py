@@ -1,6 +1,6 @@
 """The encodings by name, and how those of an evaluation are set."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,10 +80,9 @@ class Encodings:
             raise InputError("encoding", known, f"{encoding!r}")
         return ENCODINGS[encoding]()
 
-    def describe(self, own: Iterable[Encoding] = ()) -> dict[str, dict[str, Any]]:
-        """Return all of them, and some more, by name as a results folder keeps them."""
-        every = [*map(self.of, ENCODINGS), *map(self.of, own)]
-        return {one.name: one.model_dump(mode="json") for one in every}
+    def describe(self) -> dict[str, dict[str, Any]]:
+        """Return all of them by name, as a results folder keeps them."""
+        return {name: self.of(name).model_dump(mode="json") for name in ENCODINGS}
 
 
 def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
@@ -113,17 +112,4 @@ def described(encoding: Encoding) -> dict[str, Any]:
     """
     ours = ENCODINGS.get(encoding.name) is type(encoding)
     name = encoding.name if ours else reference_of(type(encoding))
-    return {"name": name, **encoding.model_dump(mode="json")}
-
-
-def encodings_of(described: Mapping[str, Any]) -> Encodings:
-    """Return encodings as `Encodings.describe` put them down.
-
-    Raises
-    ------
-    ValidationError
-        If one is not of this version.
-    """
-    return Encodings(
-        tuple(kind(**described[name]) for name, kind in ENCODINGS.items() if name in described)
-    )
+    return {**encoding.describe(), "name": name}

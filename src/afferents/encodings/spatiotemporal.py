@@ -14,7 +14,7 @@ from afferents.encodings.spatial import frame_extents, tactile_images
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
-FRAMES_OPTION = Option("--frames", "Frames a sample, of runs of images.", int)
+FRAMES_OPTION = Option("--frames")
 
 
 class SpatiotemporalEncoding(ImageEncoding):

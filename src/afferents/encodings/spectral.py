@@ -1,6 +1,6 @@
 """Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 import scipy.fft
@@ -14,9 +14,12 @@ from afferents.core.samples import Samples, make_samples
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Option, Ready, VibrationEncoding
 
-WINDOW_OPTION = Option("--window-s", "Vibration window, s.")
+WINDOW_OPTION = Option("--window-s")
 _DENSEST = 1000
-STRIDE_OPTION = Option("--stride-s", "Stride of the windows, s.")
+STRIDE_OPTION = Option("--stride-s")
+
+
+Windowed = TypeVar("Windowed", bound=VibrationEncoding)
 
 
 class SpectralEncoding(VibrationEncoding):
@@ -47,21 +50,15 @@ class SpectralEncoding(VibrationEncoding):
     window_s: Annotated[PositiveFloat, WINDOW_OPTION] = 1.0
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 0.5
     windows: PositiveInt | None = None
-    fft_points: Annotated[
-        PositiveInt | None, Option("--fft-points", "Points of the zero-padded FFT.", int)
-    ] = None
+    fft_points: Annotated[PositiveInt | None, Option("--fft-points")] = None
     kept_bins: PositiveInt = 4000
-    model_bins: Annotated[
-        PositiveInt, Option("--bins", "Frequency bins that the network sees.", int)
-    ] = 200
+    model_bins: Annotated[PositiveInt, Option("--bins")] = 200
     remove_mean: bool = False
 
     def changed(self, **wanted: Any) -> Self:
-        """Return it with the values wanted; a stride replaces a number of windows."""
-        new = super().changed(**wanted)
-        windows = None if wanted.get("stride_s") is not None else new.windows
-        kept = max(new.kept_bins, new.model_bins)
-        return new.model_copy(update={"windows": windows, "kept_bins": kept})
+        """Return it with the values wanted; as many bins are kept as the network sees."""
+        new = by_stride(super().changed(**wanted), **wanted)
+        return new.model_copy(update={"kept_bins": max(new.kept_bins, new.model_bins)})
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse what is too short; see `spectral_samples`."""
@@ -102,6 +99,11 @@ class SpectralEncoding(VibrationEncoding):
     def stream(self, rate_hz: float, n_channels: int) -> "SpectrumStream":
         """Return what gives a spectrum at every stride."""
         return SpectrumStream(self, rate_hz, n_channels)
+
+
+def by_stride(encoding: Windowed, stride_s: float | None = None, **_: Any) -> Windowed:
+    """Return an encoding whose stride, if one is wanted, replaces a number of windows."""
+    return encoding if stride_s is None else encoding.model_copy(update={"windows": None})
 
 
 def require_stride(stride_s: float, window_s: float) -> None:

@@ -38,7 +38,7 @@ class WavenumberEncoding(ImageEncoding):
     sample_dims = (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)
 
     frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-    every: Annotated[PositiveInt, Option("--every", "Waves see one frame of so many.", int)] = 1
+    every: Annotated[PositiveInt, Option("--every")] = 1
 
     @property
     def length(self) -> int:

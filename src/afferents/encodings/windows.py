@@ -14,15 +14,13 @@ from afferents.encodings.lines import Lines
 from afferents.encodings.spectral import (
     STRIDE_OPTION,
     WINDOW_OPTION,
+    by_stride,
     require_stride,
     window_starts,
 )
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
-MASK_OPTION = Option(
-    "--mask", "Lines cut out of orders and kernels, with harmonics: 50Hz,0.0573/mm.", Lines.parse
-)
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 
@@ -49,13 +47,11 @@ class WindowEncoding(VibrationEncoding):
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
     windows: PositiveInt | None = None
     highest_hz: PositiveFloat = 200.0
-    mask: Annotated[Lines, MASK_OPTION] = Lines()
+    mask: Annotated[Lines, Option("--mask")] = Lines()
 
     def changed(self, **wanted: Any) -> Self:
-        """Return it with the values wanted; a stride replaces a number of windows."""
-        new = super().changed(**wanted)
-        windows = None if wanted.get("stride_s") is not None else new.windows
-        return new.model_copy(update={"windows": windows})
+        """Return it with the values wanted."""
+        return by_stride(super().changed(**wanted), **wanted)
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse n values, of a rate in Hz, that are shorter than a window."""

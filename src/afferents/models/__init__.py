@@ -1,6 +1,6 @@
 """The classifiers: the paper's networks, one file each, then those that are solved at once."""
 
-from afferents.models.base import Classifier, Network, Solved, Task, build_for
+from afferents.models.base import Classifier, Lesson, Network, Solved, Task, build_for
 from afferents.models.calibration import best_weights, least_surprise, surprise, weighted
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.deployed import Deployed, Stepping
@@ -38,6 +38,7 @@ __all__ = [
     "Gram",
     "JointFusion",
     "LateFusion",
+    "Lesson",
     "Network",
     "OrderSearch",
     "ParameterCount",

@@ -40,6 +40,23 @@ class Task(NamedTuple):
     seed: int = 0
 
 
+class Lesson(NamedTuple):
+    """What a classifier that is solved at once learns from.
+
+    Attributes
+    ----------
+    values, labels
+        Samples (n, *sample_shape), and the numbers of their textures (n,).
+    weight, speed_mm_s
+        Of each sample, (n,).
+    """
+
+    values: Tensor
+    labels: Tensor
+    weight: Tensor
+    speed_mm_s: Tensor
+
+
 class Classifier(nn.Module, ABC):
     """Tells textures apart, once it has learnt to.
 
@@ -150,23 +167,11 @@ class Solved(Classifier):
     temperature: Tensor
 
     @abstractmethod
-    def solve(
-        self,
-        values: Tensor,
-        labels: Tensor,
-        weight: Tensor,
-        speed_mm_s: Tensor,
-        rng: np.random.Generator,
-        penalty: float,
-    ) -> None:
-        """Learn from samples, in place.
+    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
+        """Learn, in place.
 
         Parameters
         ----------
-        values, labels
-            (n, *sample_shape) and (n,).
-        weight, speed_mm_s
-            Of each sample, (n,).
         rng
             For whatever is drawn.
         penalty

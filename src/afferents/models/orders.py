@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.model import SpeedFrom
-from afferents.models.base import Solved, Task
+from afferents.models.base import Lesson, Solved, Task
 from afferents.models.ridge import Gram, log_probabilities
 
 WRONG_SPEEDS = 8
@@ -120,26 +120,9 @@ class OrderSearch(Solved):
         self.register_buffer("speeds", torch.ones(1))
         self.register_buffer("temperature", torch.ones(()))
 
-    def solve(
-        self,
-        values: Tensor,
-        labels: Tensor,
-        weight: Tensor,
-        speed_mm_s: Tensor,
-        rng: np.random.Generator,
-        penalty: float,
-    ) -> None:
-        """Learn from samples, in place.
-
-        Parameters
-        ----------
-        values, labels, weight, speed_mm_s
-            (n, feature, frequency), and of each sample (n,).
-        rng
-            Draws the wrong speeds.
-        penalty
-            Its strength, for each channel.
-        """
+    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
+        """Learn, in place; `rng` draws the wrong speeds, the penalty is for each channel."""
+        values, labels, weight, speed_mm_s = lesson
         self.floor = _quantile(values[:, : self.n_channels], _FLOOR)
         low, high = float(speed_mm_s.min()) / _BEYOND, float(speed_mm_s.max()) * _BEYOND
         steps = math.ceil(math.log2(high / low) * _PER_OCTAVE)

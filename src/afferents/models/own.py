@@ -7,8 +7,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from afferents.core.errors import AfferentsError, InputError
-from afferents.models.base import Classifier, Network, Solved, Task
+from afferents.core.errors import AfferentsError, InputError, raised
+from afferents.models.base import Classifier, Lesson, Network, Solved, Task
 
 _TRIAL = 2
 """Samples that a module of somebody's is tried with before it is trained."""
@@ -68,7 +68,7 @@ class OwnNetwork(Network):
             with torch.no_grad():
                 logits = made(trial)
         except Exception as error:
-            raise AfferentsError(f"the classifier {cls.name}: {_said(error)}") from error
+            raise AfferentsError(f"the classifier {cls.name}: {raised(error)}") from error
         shape = tuple(getattr(logits, "shape", ()))
         if shape != (_TRIAL, task.n_classes):
             expected = f"logits of shape ({_TRIAL}, {task.n_classes}) of {_TRIAL} samples"
@@ -118,20 +118,12 @@ class OwnEstimator(Solved):
         """Return one for samples of any shape."""
         return cls(task.n_classes)
 
-    def solve(
-        self,
-        values: Tensor,
-        labels: Tensor,
-        weight: Tensor,
-        speed_mm_s: Tensor,
-        rng: np.random.Generator,
-        penalty: float,
-    ) -> None:
+    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
         """Let the estimator learn; it is not told weights or speeds."""
         try:
-            self.fitted.fit(values.flatten(1).numpy(), labels.numpy())
+            self.fitted.fit(lesson.values.flatten(1).numpy(), lesson.labels.numpy())
         except Exception as error:
-            raise AfferentsError(f"the classifier {self.name}: {_said(error)}") from error
+            raise AfferentsError(f"the classifier {self.name}: {raised(error)}") from error
 
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return log-probabilities (n, n_classes).
@@ -144,7 +136,7 @@ class OwnEstimator(Solved):
         try:
             given = np.asarray(self.fitted.predict_proba(values.flatten(1).numpy()), float)
         except Exception as error:
-            raise AfferentsError(f"the classifier {self.name}: {_said(error)}") from error
+            raise AfferentsError(f"the classifier {self.name}: {raised(error)}") from error
         classes = [int(c) for c in self.fitted.classes_]
         if given.shape != (len(values), len(classes)):
             raise AfferentsError(
@@ -165,8 +157,3 @@ class OwnEstimator(Solved):
         every = np.zeros((len(values), self.n_classes))
         every[:, classes] = given
         return torch.from_numpy(np.log(np.maximum(every, _LEAST))).float()
-
-
-def _said(error: Exception) -> str:
-    """Return in a line what was raised."""
-    return f"{type(error).__name__}: {error}".partition("\n")[0]

@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from afferents.core.model import SpeedFrom
-from afferents.models.base import Solved, Task
+from afferents.models.base import Lesson, Solved, Task
 
 STRENGTH = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
@@ -130,21 +130,13 @@ class Ridge(Solved):
         """Number of textures, whose scores tell what is unknown."""
         return cast("nn.Linear", self.dense[0]).out_features
 
-    def solve(
-        self,
-        values: Tensor,
-        labels: Tensor,
-        weight: Tensor,
-        speed_mm_s: Tensor,
-        rng: np.random.Generator,
-        penalty: float,
-    ) -> None:
+    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
         """Learn from samples, in place; the speeds tell nothing."""
-        flat, linear = values.flatten(1), cast("nn.Linear", self.dense[0])
+        flat, linear = lesson.values.flatten(1), cast("nn.Linear", self.dense[0])
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
-        targets = nn.functional.one_hot(labels, linear.out_features)
+        targets = nn.functional.one_hot(lesson.labels, linear.out_features)
         gram = Gram(linear.in_features, linear.out_features)
-        gram.add(self.last_features(values), targets, weight)
+        gram.add(self.last_features(lesson.values), targets, lesson.weight)
         solved, constant = gram.solve(penalty)
         linear.weight.copy_(solved.T)
         linear.bias.copy_(constant)

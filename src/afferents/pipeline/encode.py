@@ -9,7 +9,7 @@ from afferents.channels import Channel, channel_of, hold
 from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError, reason_of
-from afferents.core.model import BEST, MODELS, Model
+from afferents.core.model import BEST, MODELS, Model, own_of
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, check_values
 from afferents.core.samples import Samples, concatenate
@@ -35,41 +35,47 @@ def has(responses: Responses, source: Source) -> bool:
     return source.channel.made_of in responses and source.encoding.suits(responses)
 
 
-def supported(family: Model, responses: Responses, how: Encodings | None = None) -> bool:
-    """Tell whether a recording has what a model family learns from."""
-    has_all = all(has(responses, source) for source in sources_of(family, how or Encodings()))
-    if has_all and family.speed_from == "fingertip":
-        # The speed is measured between channels.
-        return responses[dims.RA2].sizes[dims.CHANNEL] > 1
-    return has_all
+def lacking(family: Model, recordings: Sequence[Responses]) -> Responses | None:
+    """Return the first recording that lacks what a model learns from; None if all have it."""
+    sources = sources_of(family, Encodings())
+    between_channels = family.speed_from == "fingertip"
+    for responses in recordings:
+        if not all(has(responses, source) for source in sources):
+            return responses
+        if between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2:
+            return responses
+    return None
 
 
 def require_support(
     wanted: Sequence[Model], recordings: Sequence[Responses], may_leave_out: bool
 ) -> list[Model]:
-    """Return the families that every recording supports.
+    """Return the models that every recording supports.
 
     Parameters
     ----------
     may_leave_out
-        Whether families that are not supported are left out instead of refused.
+        Whether models that are not supported are left out instead of refused.
 
     Raises
     ------
     InputError
-        If a family, or all of them, can't learn from these data; names a recording that
-        lacks what it needs, and the families that are possible. If one of them needs a package
-        that is missing: said here, before any other has learnt for hours.
+        If a model, or all of them, can't learn from these data; names a recording that
+        lacks what it needs, and the models that are possible. If one of them needs a package
+        that is missing: said here, before any other has learnt for hours. If one of a user's own
+        has a name that is taken.
     """
-    possible = [f for f in MODELS.values() if all(supported(f, r) for r in recordings)]
-    able = [family for family in wanted if all(supported(family, r) for r in recordings)]
+    own_of(wanted)
+    able = [family for family in wanted if lacking(family, recordings) is None]
     if len(able) < len(wanted) and not (may_leave_out and able):
         refused = next(family for family in wanted if family not in able)
-        lacking = next(r.attrs["name"] for r in recordings if not supported(refused, r))
+        without = lacking(refused, recordings)
+        assert without is not None
+        possible = [name for name, model in MODELS.items() if lacking(model, recordings) is None]
         raise InputError(
             "--models",
-            f"some that these data support ({', '.join(f.name for f in possible) or 'none'})",
-            f"{refused.name}, for which {lacking} lacks {_needs(refused)}",
+            f"some that these data support ({', '.join(possible) or 'none'})",
+            f"{refused.name}, for which {without.attrs['name']} lacks {_needs(refused)}",
         )
     for family in able:
         for source in sources_of(family, Encodings()):
@@ -115,7 +121,7 @@ def best_of(recordings: Sequence[Responses]) -> Model:
         If they support none.
     """
     for name in BEST:
-        if all(supported(MODELS[name], responses) for responses in recordings):
+        if lacking(MODELS[name], recordings) is None:
             return MODELS[name]
     return require_support([MODELS[BEST[0]]], recordings, may_leave_out=False)[0]
 

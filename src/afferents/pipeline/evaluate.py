@@ -14,7 +14,7 @@ from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
-from afferents.core.model import Model
+from afferents.core.model import Model, own_of
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
@@ -41,7 +41,7 @@ from afferents.pipeline.encode import (
     sources_of,
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
-from afferents.pipeline.own import keep_own_models, own_of
+from afferents.pipeline.own import keep_own_models
 from afferents.pipeline.parallel import side_by_side
 from afferents.training import RECIPES, Compute, Preset, learns_in_a_loop, training_config
 
@@ -110,7 +110,7 @@ class Evaluation:
             self.encodings,
             self.ablation,
             self.ablation.tested(recordings_in(self.data)),
-            own_of(self.models),
+            tuple(own_of(self.models)),
         )
 
     @property

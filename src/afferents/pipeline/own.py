@@ -8,15 +8,10 @@ from afferents.channels import channel_of
 from afferents.core.documents import read_json
 from afferents.core.errors import InputError
 from afferents.core.files import write_json
-from afferents.core.model import MODELS, Model
+from afferents.core.model import Model, own_of
 from afferents.encodings import Encodings
 
 OWN_MODELS = "own_models.json"
-
-
-def own_of(models: Sequence[Model]) -> tuple[Model, ...]:
-    """Return those that are none of the package's."""
-    return tuple(model for model in models if MODELS.get(model.name) is not model)
 
 
 def describe(model: Model, how: Encodings) -> dict[str, Any]:
@@ -26,7 +21,7 @@ def describe(model: Model, how: Encodings) -> dict[str, Any]:
     return {
         "title": model.title,
         "channel": channel_of(model.channel).name,
-        "encoding": {"name": encoding.name, **encoding.model_dump(mode="json")},
+        "encoding": encoding.describe(),
         "classifier": where if callable(classifier) else repr(classifier),
         "recipe": model.recipe,
         "stretched": model.stretched,

@@ -30,7 +30,7 @@ from afferents.core.samples import Samples
 from afferents.encodings import Encoding
 from afferents.evaluation import between
 from afferents.models import Gram, sum_of
-from afferents.training.solved import solved_for
+from afferents.training.solved import new_solved
 
 COVERAGE = 0.9
 """Share of the errors that an interval is to hold."""
@@ -230,7 +230,7 @@ def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:
 
 def _values(family: Model, samples: Samples, encoding: Encoding) -> Tensor:
     """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is known."""
-    solved = solved_for(family, samples, encoding)
+    solved = new_solved(family, samples, encoding)
     speed = torch.from_numpy(samples[dims.SPEED].values)
     return solved.over_texture(torch.from_numpy(samples.values), speed)
 

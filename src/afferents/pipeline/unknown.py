@@ -24,7 +24,7 @@ from afferents.core.progress import Progress
 from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.encodings import Encoding
 from afferents.models import KNOWN, Gram, Solved, Strangeness, equal_weights, sum_of
-from afferents.training.solved import learn, scores_of, solved_for
+from afferents.training.solved import learn, new_solved, scores_of
 
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -54,7 +54,7 @@ def ask_unknown(
 
 def scores_without(family: Model, samples: Samples, encoding: Encoding) -> ScoresWithout:
     """Return what gives the scores of all samples, of models that have not learnt from some."""
-    solved = solved_for(family, samples, encoding)
+    solved = new_solved(family, samples, encoding)
     if solved.learns_from_sums:
         return RidgeSums(samples).scores_without
     return partial(_learnt_anew, solved, samples)

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from afferents.core.model import Model
 from afferents.core.samples import labels_of
-from afferents.training.fitted import Fitted, Part
+from afferents.training.fitted import Fitted, Part, solved_facts
 from afferents.training.solved import learn, new_solved, scores_of
 
 Indices = NDArray[np.int64]
@@ -23,18 +22,14 @@ def fit_estimator(
     """
     samples, fold = part.samples, part.fold
     check([fold.train])
-    labels, estimator = labels_of(samples), new_solved(model, part)
+    labels, estimator = labels_of(samples), new_solved(model, samples, part.encoding)
     learn(estimator, samples, labels, fold.train, seed, 0.0)
     validated = scores_of(estimator, samples, fold.validation).argmax(1).numpy()
-    facts = {
-        "validation_mm_s": fold.validation_mm_s,
-        "validation_accuracy": float((validated == labels[fold.validation]).mean()),
-        "n_train": len(fold.train),
-        "n_validation": len(fold.validation),
-        "n_test": len(fold.test),
-        "epochs": 0,
-        "passes": len(fold.train),
-        "torch": torch.__version__,
-    }
+    accuracy = float((validated == labels[fold.validation]).mean())
     probabilities = scores_of(estimator, samples, fold.test).exp().numpy()
-    return Fitted(estimator, probabilities.astype(np.float32), None, facts)
+    return Fitted(
+        estimator,
+        probabilities.astype(np.float32),
+        None,
+        solved_facts(fold, len(fold.train), accuracy),
+    )

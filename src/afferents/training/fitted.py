@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from afferents.core import dims
@@ -43,17 +44,30 @@ class Fitted:
     facts: dict[str, Any]
 
 
+def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:
+    """Return what stands in the record of a fold that was learnt without epochs."""
+    return {
+        "validation_mm_s": fold.validation_mm_s,
+        "validation_accuracy": validation_accuracy,
+        "n_train": n_train,
+        "n_validation": len(fold.validation),
+        "n_test": len(fold.test),
+        "epochs": 0,
+        "passes": n_train,
+        "torch": torch.__version__,
+    }
+
+
 def new_classifier(
-    model: Model, part: Part, sample_shape: tuple[int, ...], seed: int = 0
+    model: Model, samples: Samples, encoding: Any, sample_shape: tuple[int, ...], seed: int = 0
 ) -> Classifier:
     """Return a model's classifier for such samples, nothing learnt yet; see `models.build`."""
-    samples = part.samples
     frequency = samples[dims.FREQUENCY].values if dims.FREQUENCY in samples.coords else None
     task = Task(
         len(textures_of(samples)),
         tuple(sample_shape),
         tuple(map(str, samples.dims[1:])),
-        part.encoding,
+        encoding,
         frequency,
         model.speed_from,
         seed,

@@ -91,10 +91,10 @@ def fit_once(
         learnt = learning_set(
             part.samples, part.encoding, model.stretched, nested, part.fold, config, rng
         )
-        network = new_classifier(model, part, tuple(learnt.values.shape[1:]), seed)
+        network = _new_network(model, part, learnt, seed)
         fit_network(network, learnt, config, seed)
         return network, learnt
-    solved, labels = new_solved(model, part), labels_of(part.samples)
+    solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
     learn(solved, part.samples, labels, part.fold.train, seed, solved.penalties[0])
     values = torch.from_numpy(part.samples.values)
     numbers = torch.from_numpy(labels)
@@ -115,7 +115,7 @@ def _fit_network(
     fold = part.fold
     learnt = learning_set(part.samples, part.encoding, model.stretched, protocol, fold, config, rng)
     check([learnt.scaled_on])
-    network = new_classifier(model, part, tuple(learnt.values.shape[1:]), seed)
+    network = _new_network(model, part, learnt, seed)
     trained = fit_network(network, learnt, config, seed, aside)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
     probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
@@ -130,6 +130,11 @@ def _fit_network(
         "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
     }
     return Fitted(network, probabilities, None, facts)
+
+
+def _new_network(model: Model, part: Part, learnt: LearningSet, seed: int) -> Classifier:
+    shape = tuple(learnt.values.shape[1:])
+    return new_classifier(model, part.samples, part.encoding, shape, seed)
 
 
 def fit_network(

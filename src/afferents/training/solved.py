@@ -18,6 +18,7 @@ from afferents.models import (
     Classifier,
     JointFusion,
     LateFusion,
+    Lesson,
     Solved,
     best_weights,
     classifier_of,
@@ -27,7 +28,7 @@ from afferents.models import (
     surprise,
     weighted,
 )
-from afferents.training.fitted import Fitted, Part, new_classifier
+from afferents.training.fitted import Fitted, Part, new_classifier, solved_facts
 from afferents.training.pairs import mean_within
 
 Floats = NDArray[np.float64]
@@ -97,16 +98,7 @@ def fit_solved(
         one = _learnt(model, lead, learnt_from[0], seed)
         learnt, fused, classifier, facts = [one], one.tested, one.classifier, {}
         accuracy = one.accuracy
-    facts |= {
-        "validation_mm_s": lead.fold.validation_mm_s,
-        "validation_accuracy": accuracy,
-        "n_train": len(learnt[0].learnt_from),
-        "n_validation": len(lead.fold.validation),
-        "n_test": len(lead.fold.test),
-        "epochs": 0,
-        "passes": len(learnt[0].learnt_from),
-        "torch": torch.__version__,
-    }
+    facts |= solved_facts(lead.fold, len(learnt[0].learnt_from), accuracy)
     speed = _speeds(learnt[0].classifier, lead.samples, lead.fold.test, fused.argmax(axis=1))
     return Fitted(classifier, np.exp(fused).astype(np.float32), speed, facts)
 
@@ -122,7 +114,7 @@ def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt
     penalties to choose from, the penalty.
     """
     samples, labels = part.samples, labels_of(part.samples)
-    classifier = new_solved(model, part)
+    classifier = new_solved(model, samples, part.encoding)
     tried = [
         _unseen(classifier, samples, labels, learnt_from, seed, penalty)
         for penalty in classifier.penalties
@@ -137,16 +129,9 @@ def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt
     return Learnt(classifier, learnt_from, unseen, tested, accuracy)
 
 
-def solved_for(model: Model, samples: Samples, encoding: Any) -> Solved:
-    """Return the classifier that a model would learn with from such samples."""
-    nothing = np.empty(0, dtype=np.int64)
-    fold = Fold(0.0, 0.0, nothing, nothing, nothing)
-    return new_solved(model, Part(samples, fold, encoding))
-
-
-def new_solved(model: Model, part: Part) -> Solved:
-    """Return a model's classifier, nothing learnt yet."""
-    classifier = new_classifier(model, part, part.samples.shape[1:])
+def new_solved(model: Model, samples: Samples, encoding: Any) -> Solved:
+    """Return a model's classifier for such samples, nothing learnt yet."""
+    classifier = new_classifier(model, samples, encoding, samples.shape[1:])
     assert isinstance(classifier, Solved)
     return classifier
 
@@ -193,8 +178,8 @@ def learn(
     """Let a classifier learn from some samples, in place; `seed` is of what it draws."""
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(samples[dims.SPEED].values[index])
-    weight = equal_weights(named, speed)
-    classifier.solve(values, named, weight, speed, np.random.default_rng(seed), penalty)
+    lesson = Lesson(values, named, equal_weights(named, speed), speed)
+    classifier.solve(lesson, np.random.default_rng(seed), penalty)
 
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:

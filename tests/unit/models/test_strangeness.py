@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 import torch
 
-from afferents.models import KNOWN, STRENGTH, Gram, Ridge, Strangeness, equal_weights, sum_of
+from afferents.models import (
+    KNOWN,
+    STRENGTH,
+    Gram,
+    Lesson,
+    Ridge,
+    Strangeness,
+    equal_weights,
+    sum_of,
+)
 
 
 def test_by_hand():
@@ -54,6 +63,6 @@ def test_a_ridge_of_sums_is_the_ridge_of_samples():
         grams.append(Gram(5, 3))
         grams[-1].add(values[part], targets[part], weight[part])
     ridge = Ridge(3, (5,))
-    ridge.solve(values, named, weight, weight, np.random.default_rng(0), STRENGTH)
+    ridge.solve(Lesson(values, named, weight, weight), np.random.default_rng(0), STRENGTH)
     weights, constants = sum_of(grams).solve_as_ridge()
     np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)

@@ -4,6 +4,8 @@ import json
 import math
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +112,27 @@ def test_what_is_not_there_is_named(run, stored, tmp_path, where, sentence):
     assert code == 2
     assert sentence in err
     assert not (tmp_path / "r").exists()
+
+
+def test_a_model_of_a_file_is_exported_by_another_process(run, stored, tmp_path):
+    """From the folder of the file, as a user would; and a card names modules, never files."""
+    shutil.copy(OWN, tmp_path / "my_models.py")
+    asked = ("--model", f"{tmp_path}/my_models.py:mlp", "--preset", "quick", "--quiet")
+    assert run("train", stored, tmp_path / "m", *asked)[0] == 0
+    command = [sys.executable, "-m", "afferents", "export", tmp_path / "m"]
+    here = subprocess.run([*command, "a.onnx"], cwd=tmp_path, capture_output=True, text=True)
+    assert (here.returncode, (tmp_path / "a.onnx").is_file()) == (0, True), here.stderr
+    (tmp_path / "elsewhere").mkdir()
+    away = {"cwd": tmp_path / "elsewhere", "capture_output": True, "text": True}
+    there = subprocess.run([*command, "b.onnx"], **away)
+    assert there.returncode == 2
+    assert "expected a module that can be imported, found ModuleNotFoundError" in there.stderr
+    card = json.loads((tmp_path / "m" / "model.json").read_text())
+    card["classifier"] = f"{tmp_path}/my_models.py:perceptron"
+    (tmp_path / "m" / "model.json").write_text(json.dumps(card))
+    file = subprocess.run([*command, "c.onnx"], **away)
+    assert file.returncode == 2
+    assert "expected a module that can be imported" in file.stderr
 
 
 def test_an_estimator_is_evaluated_but_not_deployed(run, stored, tmp_path):
