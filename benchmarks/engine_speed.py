@@ -18,8 +18,8 @@ from distributed import LocalCluster
 from joblib import cpu_count
 from training_speed import CASES, loop_rate, machine
 
-from afferents.pipeline.cluster import on_cluster
-from afferents.pipeline.parallel import side_by_side
+from afferents.execution.dask import on_cluster
+from afferents.execution.local import side_by_side
 
 Job = tuple[object, ...]
 

@@ -255,7 +255,7 @@ def track(
 ) -> None:
     """Follow the markers of a video, or of all videos of a session: positions, SA-I, RA-I."""
     from afferents.markers import load_sensor
-    from afferents.pipeline.follow import follow_session, follow_video
+    from afferents.pipeline.track import follow_session, follow_video
 
     said: list[str] = []
     with Progress(quiet or as_json) as progress:
@@ -339,7 +339,7 @@ def drum(
     as_json: Json = False,
 ) -> None:
     """Write a textured drum for a 3-D printer."""
-    from afferents.pipeline.drums import write_drum
+    from afferents.rig.drums import write_drum
 
     path = write_drum(texture, out, bore, force)
     _say(as_json, {"stl": str(path)}, f"STL, in mm: {path}")
@@ -458,13 +458,13 @@ def evaluate(
 ) -> None:
     """Train and test all folds: hold out one speed at a time."""
     from afferents.encodings import Lines
-    from afferents.pipeline.ablation import Ablation, parse_speeds
+    from afferents.evaluation.ablation import Ablation, parse_speeds
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
-    from afferents.pipeline.textures import evaluate_textures
+    from afferents.pipeline.held_out_texture.evaluate import evaluate_textures
     from afferents.reporting import texture_tables, to_rich
     from afferents.training import Compute
 
@@ -550,7 +550,7 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Write Table 1, figures and a self-contained report.html; of several runs one table too."""
-    from afferents.pipeline.write_report import compare_runs, write_report
+    from afferents.pipeline.report import compare_runs, write_report
     from afferents.reporting import to_rich
 
     with Progress(quiet or as_json) as progress:

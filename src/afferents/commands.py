@@ -279,7 +279,7 @@ def report(results: Place, quiet: bool = False) -> Path:
     Path
         Of the page, ``report.html``.
     """
-    from afferents.pipeline.write_report import write_report
+    from afferents.pipeline.report import write_report
 
     with Progress(quiet) as progress:
         return write_report(Path(results), progress)

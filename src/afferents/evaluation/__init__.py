@@ -15,7 +15,7 @@ from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
 from afferents.evaluation.occlusion import Say, bands, losses, patches
 from afferents.evaluation.reliability import Reliability, reliability, reliability_of
 from afferents.evaluation.splits import LeaveOneSpeedOut, number_in_recording
-from afferents.evaluation.standing import (
+from afferents.evaluation.job_status import (
     Standing,
     State,
     at_work,

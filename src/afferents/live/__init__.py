@@ -6,7 +6,7 @@ to the same networks as recordings do offline.
 
 from afferents.live.camera import Camera
 from afferents.live.events import Begin, Event, Picture, Sound, Source, Trouble
-from afferents.live.feeler import Feeler
+from afferents.live.perceiver import Feeler
 from afferents.live.microphone import Microphone
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from afferents.live.events import Source, let_go
-from afferents.live.feeler import Feeler
+from afferents.live.perceiver import Feeler
 from afferents.live.lsl import published
 from afferents.live.percept import Percept
 from afferents.live.stream import check_sources, run

@@ -16,7 +16,7 @@ from afferents.core.recording import LETTERS, folder_of
 from afferents.core.stopping import stop_later
 from afferents.live.events import Begin, Channel, Event, Source
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo
-from afferents.pipeline.drums import texture_name
+from afferents.rig.drums import texture_name
 from afferents.recordings import WavFile, open_video
 from afferents.rig import AUDIO, VIDEO, Rig, bumped_surface, record
 from afferents.rig.microphone import SAMPLE_RATE_HZ

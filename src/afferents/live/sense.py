@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Channel, Trouble
-from afferents.live.judge import Judge
+from afferents.live.model_session import Judge
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
 

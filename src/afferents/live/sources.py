@@ -6,7 +6,7 @@ from pathlib import Path
 from afferents.core.errors import InputError
 from afferents.live.camera import Camera
 from afferents.live.events import Source, let_go
-from afferents.live.feeler import Feeler
+from afferents.live.perceiver import Feeler
 from afferents.live.microphone import Microphone
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo, recorded
 from afferents.live.rig import RigShow, RigSound, RigVideo

@@ -11,7 +11,7 @@ from pathlib import Path
 from afferents.core.errors import InputError
 from afferents.live.ahead import read_ahead
 from afferents.live.events import Channel, Source, Trouble, let_go
-from afferents.live.feeler import Feeler
+from afferents.live.perceiver import Feeler
 from afferents.live.mailbox import Mailbox
 from afferents.live.network import Network
 from afferents.live.percept import Percept

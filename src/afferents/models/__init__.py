@@ -23,7 +23,7 @@ from afferents.models.ridge import (
     sum_of,
 )
 from afferents.models.spatial import SpatialNet
-from afferents.models.strangeness import KNOWN, Strangeness
+from afferents.models.novelty import KNOWN, Strangeness
 from afferents.models.table import CLASSIFIERS, build, classifier_of
 from afferents.models.vibration import VibrationNet
 

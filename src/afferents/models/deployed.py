@@ -1,6 +1,6 @@
 """A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
 
-What is unknown is told by the strangeness (`models/strangeness.py`) of a network's last features,
+What is unknown is told by the strangeness (`models/novelty.py`) of a network's last features,
 or of a ridge's scores.
 """
 
@@ -11,7 +11,7 @@ from torch import Tensor, nn
 
 from afferents.models.base import Classifier
 from afferents.models.cnn_lstm import CnnLstm
-from afferents.models.strangeness import Strangeness
+from afferents.models.novelty import Strangeness
 
 
 class Deployed(nn.Module):

@@ -30,8 +30,8 @@ from afferents.evaluation import (
     plan,
     summarise,
 )
-from afferents.pipeline.ablation import Ablation, require_speeds
-from afferents.pipeline.cluster import on_cluster, workers_at
+from afferents.evaluation.ablation import Ablation, require_speeds
+from afferents.execution.dask import on_cluster, workers_at
 from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
@@ -42,7 +42,7 @@ from afferents.pipeline.encode import (
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.own import keep_own_models
-from afferents.pipeline.parallel import side_by_side
+from afferents.execution.local import side_by_side
 from afferents.training import RECIPES, Compute, Preset, learns_in_a_loop, training_config
 
 

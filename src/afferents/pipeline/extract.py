@@ -36,10 +36,10 @@ from afferents.markers import (
     track,
     undistorted,
 )
-from afferents.pipeline.cluster import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
+from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
 from afferents.pipeline.copies import notes_of, with_fingerprint
 from afferents.pipeline.doubts import doubts_of, watched
-from afferents.pipeline.parallel import side_by_side
+from afferents.execution.local import side_by_side
 from afferents.recordings import (
     SessionFile,
     check_files,

@@ -28,7 +28,7 @@ from afferents.markers import (
 from afferents.pipeline.copies import notes_in
 from afferents.pipeline.doubts import doubts_without_tracking
 from afferents.pipeline.extract import marker_responses
-from afferents.pipeline.parallel import side_by_side
+from afferents.execution.local import side_by_side
 from afferents.recordings import (
     Footage,
     SessionFile,

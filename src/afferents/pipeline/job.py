@@ -39,10 +39,10 @@ from afferents.evaluation import (
     refuse_leaks,
     save_fold,
 )
-from afferents.pipeline.ablation import Ablation
+from afferents.evaluation.ablation import Ablation
 from afferents.pipeline.data import DataSet, open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
-from afferents.pipeline.parallel import keep_freed_memory
+from afferents.execution.local import keep_freed_memory
 from afferents.training import (
     Compute,
     Part,

@@ -20,7 +20,7 @@ from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
-from afferents.pipeline.write_report import write_report
+from afferents.pipeline.report import write_report
 from afferents.training import Preset
 
 

@@ -24,9 +24,9 @@ from afferents.core.outputs import require_new_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import LETTERS, natural_order, require_distinct
 from afferents.core.version import __version__
-from afferents.pipeline.cluster import OF_RECORDINGS, SAME, Output, on_cluster
-from afferents.pipeline.drums import height_map, texture_name
-from afferents.pipeline.parallel import side_by_side
+from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster
+from afferents.rig.drums import height_map, texture_name
+from afferents.execution.local import side_by_side
 from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
 from afferents.rig import (
     AUDIO,

@@ -1,6 +1,6 @@
 """Fitting a model on a fold: one training loop for all networks, and what is solved at once."""
 
-from afferents.training.aside import PutAside
+from afferents.training.checkpoint import PutAside
 from afferents.training.calibrate import Calibration, best_evidence, calibrate
 from afferents.training.config import (
     RECIPES,
@@ -9,7 +9,7 @@ from afferents.training.config import (
     TrainingConfig,
     training_config,
 )
-from afferents.training.course import Epoch
+from afferents.training.history import Epoch
 from afferents.training.fitted import Fitted, Part
 from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
 from afferents.training.hardware import computed_with, is_out_of_memory

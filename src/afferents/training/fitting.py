@@ -13,7 +13,7 @@ from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.samples import labels_of
 from afferents.models import Classifier, CnnLstm, LateFusion, Network, Solved, classifier_of
 from afferents.models.own import OwnEstimator
-from afferents.training.aside import PutAside
+from afferents.training.checkpoint import PutAside
 from afferents.training.config import TrainingConfig
 from afferents.training.estimator import fit_estimator
 from afferents.training.fitted import Fitted, Part, new_classifier

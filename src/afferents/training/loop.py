@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.core.errors import AfferentsError, InputError
-from afferents.training.aside import PutAside
+from afferents.training.checkpoint import PutAside
 from afferents.training.config import TrainingConfig
-from afferents.training.course import Course, Epoch
+from afferents.training.history import Course, Epoch
 from afferents.training.data import gather, split
 from afferents.training.hardware import autocast, choose_device, computed_with, to_channels_last
 from afferents.training.learner import Learner

@@ -10,7 +10,7 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.protocol import PROTOCOLS
 from afferents.evaluation import LeaveOneSpeedOut
-from afferents.pipeline.ablation import Ablation, parse_speeds
+from afferents.evaluation.ablation import Ablation, parse_speeds
 
 
 def recordings(textures=("0", "0.5", "3"), speeds=(10, 20, 30)):

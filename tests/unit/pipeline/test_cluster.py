@@ -16,7 +16,7 @@ from distributed import LocalCluster
 
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import write_aside
-from afferents.pipeline.cluster import _require_version, _result, on_cluster
+from afferents.execution.dask import _require_version, _result, on_cluster
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def complain(where):
 
 
 def test_other_versions_are_refused(cluster, monkeypatch):
-    monkeypatch.setattr("afferents.pipeline.cluster._installed", lambda package: "0.0.1")
+    monkeypatch.setattr("afferents.execution.dask._installed", lambda package: "0.0.1")
     with pytest.raises(InputError, match=r"worker tcp://.*: expected afferents 0.0.1, as here"):
         list(on_cluster(complain, [("",)], cluster.scheduler_address))
 
@@ -187,8 +187,8 @@ def test_what_is_no_address_is_said_at_once(address):
 
 
 def test_no_scheduler_and_no_workers_are_named(monkeypatch):
-    monkeypatch.setattr("afferents.pipeline.cluster.ANSWER_S", 0.5)
-    monkeypatch.setattr("afferents.pipeline.cluster.WORKERS_S", 0.5)
+    monkeypatch.setattr("afferents.execution.dask.ANSWER_S", 0.5)
+    monkeypatch.setattr("afferents.execution.dask.WORKERS_S", 0.5)
     with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at tcp://"):
         list(on_cluster(complain, [("",)], "tcp://127.0.0.1:1"))
     with (

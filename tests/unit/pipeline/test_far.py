@@ -12,7 +12,7 @@ from distributed import Client, LocalCluster
 
 from afferents.core.lock import LOCK
 from afferents.pipeline import extract as extraction
-from afferents.pipeline.cluster import on_cluster
+from afferents.execution.dask import on_cluster
 
 SIMULATE = ("--textures", "g", "--speeds", "50,100", "--seconds", "1.6", "--quiet")
 
@@ -91,7 +91,7 @@ def test_workers_that_do_not_see_the_store_send_back_what_they_found(
 
 def test_a_store_of_the_same_path_elsewhere_is_another(cluster, tmp_path):
     """The token of the lock tells them apart, not the path."""
-    from afferents.pipeline.cluster import Output
+    from afferents.execution.dask import Output
 
     (tmp_path / LOCK).write_text('{"token": "theirs"}')
     assert Output(tmp_path, "theirs").is_seen

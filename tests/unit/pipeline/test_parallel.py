@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from afferents.core.errors import AfferentsError, InputError
-from afferents.pipeline.parallel import side_by_side
+from afferents.execution.local import side_by_side
 
 
 def square(number):
@@ -83,7 +83,7 @@ def test_workers_end_with_a_caller_that_was_killed(tmp_path):
     here = Path(__file__)
     script = (
         f"import sys; sys.path.insert(0, {str(here.parent)!r}); import {here.stem} as here\n"
-        "from pathlib import Path; from afferents.pipeline.parallel import side_by_side\n"
+        "from pathlib import Path; from afferents.execution.local import side_by_side\n"
         "jobs = [(Path(sys.argv[1]) / name,) for name in 'ab']\n"
         "list(side_by_side(here.say_who_and_sleep, jobs, 2))"
     )

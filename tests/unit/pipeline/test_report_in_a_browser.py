@@ -14,7 +14,7 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.pipeline.data import open_data
 from afferents.pipeline.evaluate import Evaluation, evaluate
-from afferents.pipeline.write_report import write_report
+from afferents.pipeline.report import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (

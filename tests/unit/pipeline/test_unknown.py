@@ -12,7 +12,7 @@ from afferents.core.progress import Progress
 from afferents.core.samples import concatenate, make_samples
 from afferents.encodings import WavenumberEncoding
 from afferents.evaluation import summarise_unknown
-from afferents.pipeline.unknown import RidgeSums, ask_unknown
+from afferents.pipeline.held_out_texture.unknown import RidgeSums, ask_unknown
 
 SPEEDS = (10.0, 20.0, 30.0, 40.0, 50.0)
 

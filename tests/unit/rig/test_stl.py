@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from afferents.core.errors import InputError
-from afferents.pipeline.drums import write_drum
+from afferents.rig.drums import write_drum
 from afferents.rig import Drum, bumped_surface, write_stl
 
 NOMINAL = Drum(print_sd_mm=0)

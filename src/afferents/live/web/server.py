@@ -15,7 +15,7 @@ from urllib.parse import quote, urlsplit
 
 from afferents.core.extras import import_extra
 from afferents.core.stopping import stop_later
-from afferents.live.feeler import Feeler
+from afferents.live.perceiver import Feeler
 from afferents.live.percept import Percept
 from afferents.live.web.door import check_address, is_loopback, open_door
 from afferents.live.web.limits import Limits

@@ -11,7 +11,7 @@ import numpy as np
 from afferents.core.dims import RA1, SA1
 from afferents.encodings import SpectralEncoding
 from afferents.live.events import Picture
-from afferents.live.feeler import Feeler
+from afferents.live.perceiver import Feeler
 from afferents.live.percept import Percept
 
 _QUALITY = 70

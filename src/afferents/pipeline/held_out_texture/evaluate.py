@@ -23,8 +23,8 @@ from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN, classifier_of
 from afferents.pipeline.encode import encode_all, require_support, sources_of
 from afferents.pipeline.evaluate import Evaluation, skipped_recordings
-from afferents.pipeline.roughness import ask_mm, can_ask_mm, summarise_mm
-from afferents.pipeline.unknown import ask_unknown
+from afferents.pipeline.held_out_texture.roughness import ask_mm, can_ask_mm, summarise_mm
+from afferents.pipeline.held_out_texture.unknown import ask_unknown
 
 LEAST_TEXTURES, LEAST_SPEEDS = 3, 3
 """One held out, and of speeds one to set the limit at; two textures to tell apart."""

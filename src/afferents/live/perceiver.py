@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Channel, Event, Picture, Sound
-from afferents.live.hearing import Hearing
+from afferents.live.audio_sense import Hearing
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense
-from afferents.live.sight import Sight
+from afferents.live.video_sense import Sight
 
 
 class Feeler:

@@ -14,7 +14,7 @@ from torch import Tensor
 from afferents.core.documents import parse_json
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
-from afferents.training.course import Course, Epoch
+from afferents.training.history import Course, Epoch
 from afferents.training.learner import Learner
 
 EVERY_S = 300.0

@@ -25,7 +25,7 @@ from afferents.core.results import (
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
 from afferents.evaluation import reliability_of
-from afferents.pipeline.ablation import Ablation
+from afferents.evaluation.ablation import Ablation
 from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all
 from afferents.reporting import (
