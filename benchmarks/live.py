@@ -31,9 +31,9 @@ from afferents.core.store import open_responses
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, encoding_of
 from afferents.live import (
-    Feeler,
     Network,
     Pace,
+    Perceiver,
     Picture,
     ReplayedSound,
     ReplayedVideo,
@@ -86,18 +86,18 @@ def main() -> None:
 
 
 def untrained(name: str, folder: Path) -> Path:
-    """Export a network of a family with random weights."""
-    family = MODELS[name]
-    encoding = Encodings().of(family.encoding)
-    vibration, shape = encoding.of_vibration, SHAPES[family.encoding]
-    network = build(family.classifier, 13, shape)
+    """Export a network of a model with random weights."""
+    model = MODELS[name]
+    encoding = Encodings().of(model.encoding)
+    vibration, shape = encoding.of_vibration, SHAPES[model.encoding]
+    network = build(model.classifier, 13, shape)
     card = Card(
-        family=name,
+        model=name,
         textures=tuple(f"{i / 2:g}" for i in range(13)),
-        title=family.title,
-        classifier=family.classifier,
+        title=model.title,
+        classifier=model.classifier,
         sample_dims=encoding.sample_dims,
-        channel=family.channel,
+        channel=model.channel,
         encoding=encoding.describe(),
         shape=shape,
         scale=1.0,
@@ -164,8 +164,8 @@ def whole_chain(recording: Path, models: dict[str, Path]) -> None:
 
 def memory(recording: Path, models: dict[str, Path], hours: float) -> None:
     """Feed the same seconds again and again, as if they went on; print the memory in use."""
-    feeler = Feeler([Network(models["ra-ste"]), Network(models["vib-te-aug"])])
-    for sense in feeler.senses.values():
+    perceiver = Perceiver([Network(models["ra-ste"]), Network(models["vib-te-aug"])])
+    for sense in perceiver.senses.values():
         sense.speed = math.inf
     video, sound = sources(recording, math.inf)
     frames = [e.frame for e in video.events() if isinstance(e, Picture)][200:380]
@@ -173,9 +173,9 @@ def memory(recording: Path, models: dict[str, Path], hours: float) -> None:
     n = round(hours * 3600 / 2)
     for turn in range(n):
         for i, frame in enumerate(frames):
-            feeler.feed(Picture(frame._replace(time_s=2 * turn + i / 90), 0.0))
+            perceiver.feed(Picture(frame._replace(time_s=2 * turn + i / 90), 0.0))
         for i, samples in enumerate(chunks):
-            feeler.feed(Sound(2 * turn + i / 100, samples, 0.0))
+            perceiver.feed(Sound(2 * turn + i / 100, samples, 0.0))
         if turn % max(1, n // 8) == 0 or turn == n - 1:
             print(f"{2 * (turn + 1) / 3600:6.2f} h: {resident_mb():.1f} MB resident", flush=True)
     print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.1f} MB")
@@ -226,8 +226,8 @@ def place(stop_s: float, responses: object, card: Card) -> int:
 def felt_live(recording: Path, model: Path, card: Card) -> dict[int, np.ndarray]:
     """Return the probabilities that a stream gives, by `place`."""
     found = {}
-    feeler = Feeler([Network(model)])
-    for percept in run(sources(recording, math.inf), feeler):
+    perceiver = Perceiver([Network(model)])
+    for percept in run(sources(recording, math.inf), perceiver):
         if percept.probabilities:
             of_sound = card.sample_rate_hz is not None
             key = round(1000 * percept.time_s) if of_sound else percept.counters.frames - 1

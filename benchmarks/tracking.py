@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.recording import Frame, GreyImage
-from afferents.markers import Method, Tracker, load_sensor, track
 from afferents.execution.local import side_by_side
+from afferents.markers import Method, Tracker, load_sensor, track
 from afferents.recordings import open_video
 from afferents.rig import Camera, Rig, bumped_surface, project
 from afferents.rig.render import Renderer

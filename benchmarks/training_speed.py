@@ -26,8 +26,8 @@ import torch.nn.functional as F  # noqa: N812
 from joblib import cpu_count
 from torch.utils.flop_counter import FlopCounterMode
 
-from afferents.models import build, l2_penalty
 from afferents.execution.local import keep_freed_memory, side_by_side
+from afferents.models import build, l2_penalty
 from afferents.training import TrainingConfig, train
 from afferents.training.config import Precision
 from afferents.training.hardware import has_bfloat16, to_channels_last

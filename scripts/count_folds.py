@@ -108,11 +108,11 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
         cells = [
             MODELS[model].title,
             f"{published_families()[model].mean_percent}",
-            said(published.mean(), bootstrap_interval(published)),
-            said(nested.mean(), bootstrap_interval(nested)),
+            with_interval(published.mean(), bootstrap_interval(published)),
+            with_interval(nested.mean(), bootstrap_interval(nested)),
         ]
         cells += at_each(nested, speeds)
-        cells.append(said(added.mean, added, sign="+"))
+        cells.append(with_interval(added.mean, added, sign="+"))
         yield f"| {' | '.join(cells)} |"
 
 
@@ -172,16 +172,16 @@ def compared(
     cells = [
         *names,
         *(
-            f"{said(mean, interval_of(draws))} | {beside}"
+            f"{with_interval(mean, interval_of(draws))} | {beside}"
             for mean, draws, beside in zip(means, drawn, each, strict=True)
         ),
-        said(means[1] - means[0], interval_of(drawn[1] - drawn[0]), sign="+"),
+        with_interval(means[1] - means[0], interval_of(drawn[1] - drawn[0]), sign="+"),
         f"{passes[1]:,}", f"{passes[0]:,}", f"{passes[1] / passes[0]:.1f}",
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"
 
 
-def said(mean: float, interval: Interval | Difference, sign: str = "") -> str:
+def with_interval(mean: float, interval: Interval | Difference, sign: str = "") -> str:
     """Return a mean and its 95% interval, percent."""
     numbers = (mean, interval.low, interval.high)
     a, low, high = (f"{100 * x:{sign}.1f}" for x in numbers)

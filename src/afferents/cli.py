@@ -255,18 +255,18 @@ def track(
 ) -> None:
     """Follow the markers of a video, or of all videos of a session: positions, SA-I, RA-I."""
     from afferents.markers import load_sensor
-    from afferents.pipeline.track import follow_session, follow_video
+    from afferents.pipeline.track import track_session, track_video
 
     said: list[str] = []
     with Progress(quiet or as_json) as progress:
         if source.is_dir():
             given = load_sensor(sensor or "tip_b")
-            follow_session(source, out, given, method, workers, progress, cluster)
+            track_session(source, out, given, method, workers, progress, cluster)
         elif cluster is not None:
             raise InputError("--cluster", "a session, whose videos go side by side", "one video")
         else:
             given_or_none = load_sensor(sensor) if sensor else None
-            said = follow_video(source, out, given_or_none, method, progress, force)
+            said = track_video(source, out, given_or_none, method, progress, force)
     _say(as_json, {"store": str(out), "said": said}, *said, f"Store: {out}")
 
 
@@ -293,7 +293,7 @@ def simulate(
     nuisances: Annotated[
         str,
         typer.Option(
-            help="'all', 'hard', 'none', or names with or without =STRENGTH: all,tilt=0.02."
+            help="'all', 'hard', 'none', or names with or without =PENALTY: all,tilt=0.02."
         ),
     ] = "all",
     remount: Annotated[
@@ -612,7 +612,7 @@ def train(
         data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
         frames=frames,
     )  # fmt: skip
-    _say(as_json, card.model_dump(mode="json"), *card.said(), f"Model: {out}")
+    _say(as_json, card.model_dump(mode="json"), *card.describe(), f"Model: {out}")
 
 
 @app.command()
@@ -643,7 +643,7 @@ def export(
     from afferents.pipeline.export import export_model
 
     card = export_model(model, out, force)
-    _say(as_json, card.model_dump(mode="json"), *card.said(), f"ONNX: {out}")
+    _say(as_json, card.model_dump(mode="json"), *card.describe(), f"ONNX: {out}")
 
 
 @app.command()
@@ -661,7 +661,7 @@ def align(
 
     with Progress(quiet or as_json) as progress:
         found = measure(recordings, load_sensor(sensor), progress)
-    _say(as_json, found._asdict(), *found.said())
+    _say(as_json, found._asdict(), *found.describe())
 
 
 @app.command()
@@ -696,19 +696,19 @@ def live(
     quiet: Quiet = False,
 ) -> None:
     """Feel texture as it slides: models on a running camera, microphone, replay or the rig."""
-    from afferents.live import Feeler, Network, open_sources
+    from afferents.live import Network, Perceiver, open_sources
     from afferents.live.outlets import give_out
 
     with Progress(quiet or as_json) as progress:
         paths = model or _rig_models(video, audio, progress)
-    feeler = Feeler([Network(path) for path in paths], audio_offset_ms / 1000)
-    sources = open_sources(video, audio, feeler, _speed(speed), exposure_ms)
-    give_out(sources, feeler, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
+    perceiver = Perceiver([Network(path) for path in paths], audio_offset_ms / 1000)
+    sources = open_sources(video, audio, perceiver, _speed(speed), exposure_ms)
+    give_out(sources, perceiver, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
 
 
 def _rig_models(video: str | None, audio: str | None, progress: Progress) -> list[Path]:
     """Return models that go with the simulated rig, where no others are given."""
-    from afferents.pipeline.demo_models import demo_models
+    from afferents.pipeline.reproduce import demo_models
 
     asked = [source for source in (video, audio) if source is not None]
     if not asked or any(not source.startswith("rig") for source in asked):

@@ -476,9 +476,9 @@ def samples(
     asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
         opened = open_data([str(data)], progress=progress)
-        how = opened[0].encodings.changed(**options)
-        (source,) = sources_of(asked, how)
-        require_used([asked], how)
+        encodings = opened[0].encodings.changed(**options)
+        (source,) = sources_of(asked, encodings)
+        require_used([asked], encodings)
         return encode_all(recordings_in(opened), source, cut, progress)
 
 

@@ -14,7 +14,7 @@ from afferents.core.documents import as_form, parse_json, read_json
 from afferents.core.forms import Count, Share, Shares, Source, Speed
 from afferents.core.model import MODELS
 
-SCHEMA = 2
+SCHEMA = 3
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 METADATA = "afferents"
 """Key of the card in an ONNX file's metadata."""
@@ -29,7 +29,7 @@ Size = Annotated[int, Field(ge=1, le=10_000)]
 
 
 class Score(BaseModel):
-    """What an evaluation found of models of this family: accuracy at speeds held out.
+    """What an evaluation found of this model: accuracy at speeds held out.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Score(BaseModel):
     worst_mm_s: Speed
     same_data: bool
 
-    def said(self) -> str:
+    def describe(self) -> str:
         """Return it in words."""
         low, high = (100 * bound for bound in self.ci95)
         other = "" if self.same_data else ", learnt from other data or parts of them"
@@ -69,7 +69,7 @@ class Card(BaseModel):
 
     Attributes
     ----------
-    family
+    model
         Such as ``ra-wave-vector``, or ``ra-ste`` of Table 1.
     textures
         Names of the classes, in order.
@@ -110,7 +110,7 @@ class Card(BaseModel):
 
     format: Literal["afferents model"] = "afferents model"
     schema_version: int = SCHEMA
-    family: str
+    model: str
     title: str
     classifier: str
     own: bool = False
@@ -151,18 +151,18 @@ class Card(BaseModel):
         needed = ["fps_hz", "sensor"] if self.sample_rate_hz is None else []
         for name in needed:
             if getattr(self, name) is None:
-                raise ValueError(f"{name} must be given for {self.family}, or sample_rate_hz")
+                raise ValueError(f"{name} must be given for {self.model}, or sample_rate_hz")
         return self
 
     def _require_its_parts(self) -> None:
         if self.own:
             return
-        if self.family not in MODELS:
-            raise ValueError(f"family must be one of {', '.join(MODELS)}")
-        row = MODELS[self.family]
+        if self.model not in MODELS:
+            raise ValueError(f"model must be one of {', '.join(MODELS)}")
+        row = MODELS[self.model]
         parts = (self.channel, self.encoding["name"], self.classifier)
         if parts != (row.channel, row.encoding, row.classifier):
-            raise ValueError(f"channel, encoding and classifier must be those of {self.family}")
+            raise ValueError(f"channel, encoding and classifier must be those of {self.model}")
 
     def to_json(self, indent: int | None = None) -> str:
         """Return it as text, in ASCII: a source's path need not be text."""
@@ -175,7 +175,7 @@ class Card(BaseModel):
         """Whether it learnt from simulated recordings."""
         return any(data.simulated for data in self.data)
 
-    def said(self) -> list[str]:
+    def describe(self) -> list[str]:
         """Return in sentences what it is and how far it has been tested."""
         speeds = ", ".join(f"{v:g}" for v in self.learnt_from_mm_s)
         kind = "simulated recordings" if self.simulated else "recordings"
@@ -187,7 +187,7 @@ class Card(BaseModel):
             f"at {speeds} mm/s{recipe}.",
             f"At {self.validated_on_mm_s:g} mm/s, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
-            *(f"Evaluated: {score.said()}." for score in self.scores),
+            *(f"Evaluated: {score.describe()}." for score in self.scores),
             *([] if self.scores else ["Not evaluated at speeds held out."]),
         ]
 
@@ -200,7 +200,7 @@ def names_of(stepping: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
     stepping
         Whether it takes the images of a run one by one, and what it made of those before.
     """
-    outputs = ("probabilities", "strangeness")
+    outputs = ("probabilities", "novelty")
     if stepping:
         return ("image", "past"), (*outputs, "next_past")
     return ("sample",), outputs

@@ -67,7 +67,7 @@ def write_aside(target: Path, replaces: Replaceable | None = None) -> Iterator[P
     partial = target.parent / _partial_name(target.name)
     made = [folder for folder in target.parents if not folder.exists()]
     try:
-        with said_of(target):
+        with naming(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             yield partial
             _require_replaceable(target, replaces)
@@ -81,7 +81,7 @@ def write_aside(target: Path, replaces: Replaceable | None = None) -> Iterator[P
 
 
 @contextmanager
-def said_of(target: Path) -> Iterator[None]:
+def naming(target: Path) -> Iterator[None]:
     """Turn the system's errors of writing `target` into a sentence that names it.
 
     Raises

@@ -14,7 +14,7 @@ from afferents.core.cut import Cut
 from afferents.core.model import MODEL_NAME
 from afferents.core.protocol import ProtocolName
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 def _counted(value: Any) -> Any:
@@ -135,7 +135,7 @@ class Accuracies(Form):
 class Touches(Accuracies):
     """The same, and of the speeds that lie between others."""
 
-    between: Accuracies | None = None
+    inside: Accuracies | None = None
 
 
 class Bins(Form):
@@ -192,7 +192,7 @@ class Skipped(Form):
 class About(Form):
     """What every summary says of the whole."""
 
-    schema_version: Literal[1] = Field(alias="schema")
+    schema_version: Literal[2] = Field(alias="schema")
     afferents: str
     data: tuple[Source, ...] = Field(min_length=1)
     options: tuple[str, ...] = ()
@@ -222,13 +222,13 @@ class Unknown(Form):
 class UnknownBySpeed(Unknown):
     """The same at all of them and, where there are any, at those that lie between others."""
 
-    between: Unknown | None
+    inside: Unknown | None
     by_speed: dict[Key, Share] = Field(min_length=1)
 
     @model_validator(mode="after")
     def _some_lie_between(self) -> Self:
-        if self.between is not None and len(self.by_speed) < 3:
-            raise ValueError("between must be null where by_speed has fewer than 3")
+        if self.inside is not None and len(self.by_speed) < 3:
+            raise ValueError("inside must be null where by_speed has fewer than 3")
         return self
 
 
@@ -259,12 +259,12 @@ class UnknownOutcome(Form):
     found: Units
     false_alarms: Units
     auroc: Areas
-    auroc_between: Areas
+    auroc_inside: Areas
     by_texture: dict[str, OfTexture]
 
     @model_validator(mode="after")
     def _areas_go_with_speeds(self) -> Self:
-        known = [self.auroc] + [self.auroc_between] * (self.found.samples.between is not None)
+        known = [self.auroc] + [self.auroc_inside] * (self.found.samples.inside is not None)
         if None in chain.from_iterable((one.samples, one.recordings) for one in known):
             raise ValueError("auroc must be a number")
         return self
@@ -288,7 +288,7 @@ class RoughnessOutcome(Form):
     """How far off a model is in mm."""
 
     mae_mm: Amount
-    mae_mm_between: Amount | None
+    mae_mm_inside: Amount | None
     mae_mm_recordings: Amount
     by_speed: dict[Key, Amount] = Field(min_length=1)
     by_spacing: dict[Key, Amount] = Field(min_length=1)

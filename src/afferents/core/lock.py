@@ -17,7 +17,7 @@ from typing import Any, TextIO
 from uuid import uuid4
 
 from afferents.core.errors import InputError
-from afferents.core.files import said_of, unchanged_s
+from afferents.core.files import naming, unchanged_s
 from afferents.core.owner import Owner, this_process
 
 LOCK = ".afferents-lock"
@@ -80,7 +80,7 @@ def _made(folder: Path) -> bool:
         raise InputError(
             folder, "a folder to write", "something else of that name", "choose another name"
         )
-    with said_of(folder):
+    with naming(folder):
         folder.mkdir(parents=True, exist_ok=True)
     return True
 
@@ -96,7 +96,7 @@ def _take(lock: Path, command: str, token: str) -> None:
     mine = json.dumps(
         {**this_process()._asdict(), "command": command, "since": time.time(), "token": token}
     )
-    with said_of(lock):
+    with naming(lock):
         while True:
             try:
                 _write_new(lock, mine)
@@ -128,7 +128,7 @@ def _write_new(lock: Path, text: str) -> None:
 def _taken_over(lock: Path, mine: str) -> bool:
     """Write `mine` into a stale lock; False if it has gone meanwhile.
 
-    Two that take over at once are told apart by the system's lock on the file: the second finds
+    Two that take over at once are kept apart by the system's lock on the file: the second finds
     the first one's name in it. Renaming or removing it could hit a lock that is alive.
     """
     try:

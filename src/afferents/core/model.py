@@ -106,7 +106,8 @@ BEYOND: dict[str, Model] = {
             speed_from="fingertip",
         ),
         _row(
-            "order-te-told", "orders, speed told", RA2, "orders", "orders", speed_from="robot"
+            "order-te-speed-known", "orders, speed known", RA2, "orders", "orders",
+            speed_from="robot",
         ),
         _row("rocket-te", "random kernels", RA2, "kernels", "ridge-searched"),
         _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
@@ -123,8 +124,8 @@ BEYOND: dict[str, Model] = {
             parts=("order-te", "sa-wave-vector"),
         ),
         _row(
-            "fusion-told", "fusion, late, speed told", RA2, "orders", "late-fusion",
-            speed_from="robot", parts=("order-te-told", "sa-wave-vector"),
+            "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
+            speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
         ),
         _row(
             "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",

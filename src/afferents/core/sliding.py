@@ -53,7 +53,7 @@ def lasting(
     return next(inside, None)
 
 
-def said_of(span: tuple[float, float], time_s: Times) -> str:
+def span_text(span: tuple[float, float], time_s: Times) -> str:
     """Say from when to when (s), or that it lasts to the end of the recording."""
     end = "to the end" if span[1] >= time_s[-1] - GAP_S else f"to {span[1]:.2f} s"
     return f"from {span[0]:.2f} s {end}"

@@ -20,8 +20,8 @@ from afferents.core.documents import read_json
 from afferents.core.errors import InputError, reason_of
 from afferents.core.files import (
     PARTIAL_PREFIX,
+    naming,
     require_same_config,
-    said_of,
     write_aside,
 )
 from afferents.core.outputs import require_new_folder
@@ -334,5 +334,5 @@ def _rewrite_root(store: Path, config: Mapping[str, Any]) -> None:
 
 
 def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
-    with said_of(path):
+    with naming(path):
         zarr.create_group(path, zarr_format=3, attributes=dict(attributes))

@@ -176,7 +176,7 @@ class Encoding(BaseModel, ABC):
         return 0
 
     def stretched(
-        self, values: Floats, rng: np.random.Generator, how: Stretch
+        self, values: Floats, rng: np.random.Generator, stretch: Stretch
     ) -> tuple[Floats, NDArray[np.int64]]:
         """Return copies of samples as other speeds would give them, and the sample each is of.
 

@@ -63,7 +63,7 @@ def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
             where,
             "markers in a grid (coordinates row and column)",
             "a free layout",
-            "use the vibrotactile families, or a sensor file with a square layout",
+            "use the vibrotactile models, or a sensor file with a square layout",
         )
     if bool(response.isnull().any()):
         raise InputError(where, "lost markers filled", "NaN", "fill them with channels.hold")

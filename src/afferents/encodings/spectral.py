@@ -91,10 +91,10 @@ class SpectralEncoding(VibrationEncoding):
         return len(COPIES)
 
     def stretched(
-        self, values: Floats, rng: np.random.Generator, how: Stretch
+        self, values: Floats, rng: np.random.Generator, stretch: Stretch
     ) -> tuple[Floats, NDArray[np.int64]]:
         """Return six stretched copies of every spectrum (section 2.4.3)."""
-        return stretched_copies(values, rng, how, self.seen(values).shape[-1])
+        return stretched_copies(values, rng, stretch, self.seen(values).shape[-1])
 
     def stream(self, rate_hz: float, n_channels: int) -> "SpectrumStream":
         """Return what gives a spectrum at every stride."""

@@ -11,37 +11,36 @@ from afferents.evaluation.folds import (
     predictions_table,
     save_fold,
 )
-from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
-from afferents.evaluation.occlusion import Say, bands, losses, patches
-from afferents.evaluation.reliability import Reliability, reliability, reliability_of
-from afferents.evaluation.splits import LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.job_status import (
-    Standing,
+    JobStatus,
     State,
     at_work,
     has_failed,
+    job_statuses,
     plan,
     planned_workers,
     seconds_left,
-    standings,
 )
+from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
+from afferents.evaluation.occlusion import Predict, bands, losses, patches
+from afferents.evaluation.reliability import Reliability, reliability, reliability_of
+from afferents.evaluation.splits import LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.summary import summarise
-from afferents.evaluation.touches import between
+from afferents.evaluation.touches import inside_speeds
 from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, summarise_unknown
 
 __all__ = [
     "PLAN",
     "FoldKey",
+    "JobStatus",
     "Leaks",
     "LeaveOneSpeedOut",
+    "Predict",
     "Reliability",
-    "Say",
-    "Standing",
     "State",
     "at_work",
     "auroc",
     "bands",
-    "between",
     "check_results_folder",
     "claim_results_folder",
     "digest_of",
@@ -49,6 +48,9 @@ __all__ = [
     "finished",
     "finished_keys",
     "has_failed",
+    "inside",
+    "inside_speeds",
+    "job_statuses",
     "losses",
     "number_in_recording",
     "patches",
@@ -62,7 +64,6 @@ __all__ = [
     "save_fold",
     "seconds_left",
     "share_unknown",
-    "standings",
     "summarise",
     "summarise_unknown",
 ]

@@ -1,7 +1,7 @@
 """Fewer textures, speeds, markers or training speeds: what a lab would have, of what there is."""
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,7 +14,6 @@ from afferents.core.fold import Fold
 from afferents.core.recording import LETTERS, folder_of
 from afferents.core.responses import Responses, conditions, speeds_of, textures_of
 from afferents.core.samples import Samples
-from afferents.encodings import Encoding
 
 _SPREAD = (0.7548776662466927, 0.5698402909980532)
 """Steps of a sequence that fills the plane evenly at any length (Roberts 2018)."""
@@ -99,19 +98,6 @@ class Ablation:
                 f"{name}={value}, of {len(tested)} of {len(declared)}",
             )
         return tested
-
-    def require_images(self, family: str, encodings: Iterable[Encoding]) -> None:
-        """Refuse fewer markers for samples of them in which no marker has a place, as in waves.
-
-        Raises
-        ------
-        InputError
-            If it does.
-        """
-        hidden = [e for e in encodings if not e.of_vibration and dims.ROW not in e.sample_dims]
-        if self.markers != 1 and hidden:
-            found = f"{family}, which learns from their {hidden[0].name}"
-            raise InputError("--markers", "models of tactile images or of vibration", found)
 
     def images(self, samples: Samples) -> Samples:
         """Return samples whose images show some of the markers; others as they are."""

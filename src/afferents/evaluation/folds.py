@@ -60,10 +60,10 @@ class FoldKey:
             / f"{self.held_out_mm_s:g}"
         )
 
-    def aside(self, results: Path) -> Path:
+    def checkpoint(self, results: Path) -> Path:
         """Return the file in which this fold's training is put aside."""
         folder = self.folder(results)
-        return folder.with_name(f"{folder.name}.aside")
+        return folder.with_name(f"{folder.name}.checkpoint")
 
     def __str__(self) -> str:
         """Return it in words."""
@@ -140,7 +140,7 @@ def predictions_table(
         }
     )
     if speed_mm_s is not None:
-        table["felt_speed_mm_s"] = speed_mm_s
+        table["predicted_speed_mm_s"] = speed_mm_s
     columns = {f"{PROBABILITY}{t}": probabilities[:, i] for i, t in enumerate(textures)}
     return pd.concat([table, pd.DataFrame(columns)], axis=1)
 

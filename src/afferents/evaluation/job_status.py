@@ -28,8 +28,8 @@ State = Literal["done", "running", "failed", "stopped", "to do"]
 
 
 @dataclass(frozen=True)
-class Standing:
-    """Where one job stands.
+class JobStatus:
+    """The status of one job.
 
     Attributes
     ----------
@@ -90,8 +90,8 @@ def has_failed(results: Path, key: FoldKey) -> bool:
     return _mark(results, key, "failed").is_file()
 
 
-def standings(results: Path) -> list[Standing]:
-    """Return where every planned job stands, in the order of the plan.
+def job_statuses(results: Path) -> list[JobStatus]:
+    """Return the status of every planned job, in the order of the plan.
 
     Raises
     ------
@@ -100,26 +100,26 @@ def standings(results: Path) -> list[Standing]:
     """
     if not (results / PLAN).is_file():
         raise InputError(results, "a results folder that evaluate has begun", "none")
-    return [_standing(results, key) for key in _planned(results)[0]]
+    return [_job_status(results, key) for key in _planned(results)[0]]
 
 
-def seconds_left(found: list[Standing], workers: int) -> float | None:
+def seconds_left(found: list[JobStatus], workers: int) -> float | None:
     """Return how long what is not done will take, s, if it goes on as so far; None if none knows.
 
     A job takes what others of its model took.
     """
     took: dict[str, list[float]] = {}
-    for standing in found:
-        if standing.state == "done" and standing.seconds is not None:
-            took.setdefault(standing.key.model, []).append(standing.seconds)
+    for status in found:
+        if status.state == "done" and status.seconds is not None:
+            took.setdefault(status.key.model, []).append(status.seconds)
     if not took:
         return None
     usual = mean(seconds for each in took.values() for seconds in each)
     left = 0.0
-    for standing in found:
-        if standing.state != "done":
-            known = took.get(standing.key.model)
-            begun = standing.seconds if standing.state == "running" else None
+    for status in found:
+        if status.state != "done":
+            known = took.get(status.key.model)
+            begun = status.seconds if status.state == "running" else None
             left += max(0.0, (mean(known) if known else usual) - (begun or 0.0))
     return left / workers
 
@@ -130,18 +130,18 @@ def planned_workers(results: Path) -> tuple[int, str | None]:
     return planned["workers"], planned["cluster"]
 
 
-def _standing(results: Path, key: FoldKey) -> Standing:
+def _job_status(results: Path, key: FoldKey) -> JobStatus:
     if finished(results, key):
         facts = read_facts(key.folder(results) / FOLD)
-        return Standing(key, "done", facts.get("job_seconds", facts["seconds"]))
+        return JobStatus(key, "done", facts.get("job_seconds", facts["seconds"]))
     failed, running = _mark(results, key, "failed"), _mark(results, key, "running")
     if failed.is_file():
-        return Standing(key, "failed", why=read_checked(failed, Failed, "a mark", _REMOVE)["why"])
+        return JobStatus(key, "failed", why=read_checked(failed, Failed, "a mark", _REMOVE)["why"])
     if running.is_file():
         mark = read_checked(running, Running, "a mark", _REMOVE)
         state: State = "running" if _alive(mark) else "stopped"
-        return Standing(key, state, time.time() - mark["since"])
-    return Standing(key, "to do")
+        return JobStatus(key, state, time.time() - mark["since"])
+    return JobStatus(key, "to do")
 
 
 def _alive(mark: dict[str, Any]) -> bool:

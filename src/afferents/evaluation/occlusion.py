@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 Floats = NDArray[np.float32]
-Say = Callable[[Floats], NDArray[np.floating]]
+Predict = Callable[[Floats], NDArray[np.floating]]
 """What a model says of inputs: log-probabilities (n, n_classes)."""
 
 
 def losses(
-    say: Say,
+    predict: Predict,
     inputs: Floats,
     labels: NDArray[np.int64],
     masks: Iterable[NDArray[np.bool_]],
@@ -38,9 +38,9 @@ def losses(
     -------
     Positive where the part speaks for the true texture.
     """
-    whole = log_odds(say(inputs), labels)
+    whole = log_odds(predict(inputs), labels)
     found = [
-        whole - log_odds(say(np.where(mask, instead, inputs).astype(np.float32)), labels)
+        whole - log_odds(predict(np.where(mask, instead, inputs).astype(np.float32)), labels)
         for mask in masks
     ]
     return np.asarray(found, dtype=np.float64)

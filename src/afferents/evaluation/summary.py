@@ -13,7 +13,7 @@ from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_
 from afferents.evaluation.folds import FoldKey, load_fold
 from afferents.evaluation.metrics import accuracy_by_speed, confusion, macro_f1
 from afferents.evaluation.reliability import reliability_of
-from afferents.evaluation.touches import between, name_recordings
+from afferents.evaluation.touches import inside_speeds, name_recordings
 
 Accuracies = Mapping[tuple[str, str], Accuracy]
 """By model and protocol."""
@@ -95,10 +95,10 @@ def _summary_of(
     named = name_recordings(predictions, textures)
     return {
         **_outcome(predictions, accuracy),
-        "between": _outcome_between(predictions),
+        "inside": _outcome_inside(predictions),
         "recordings": {
             **_outcome(named, Accuracy(named)),
-            "between": _outcome_between(named),
+            "inside": _outcome_inside(named),
         },
         "macro_f1": macro_f1(predictions, textures),
         "confusion": confusion(predictions, textures).tolist(),
@@ -126,9 +126,9 @@ def _outcome(predictions: pd.DataFrame, accuracy: Accuracy) -> dict[str, Any]:
     }
 
 
-def _outcome_between(predictions: pd.DataFrame) -> dict[str, Any] | None:
+def _outcome_inside(predictions: pd.DataFrame) -> dict[str, Any] | None:
     """Return the same of the speeds that lie between others; None where there is none."""
-    inner = between(predictions)
+    inner = inside_speeds(predictions)
     return _outcome(inner, Accuracy(inner)) if len(inner) else None
 
 

@@ -35,7 +35,7 @@ def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFr
     return named
 
 
-def between(predictions: pd.DataFrame) -> pd.DataFrame:
+def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
     """Return the rows whose held-out speed lies between others: neither slowest nor fastest.
 
     To hold out an end of the range is to extrapolate, a harder question than the other speeds'.

@@ -1,7 +1,7 @@
 """How often a texture never felt is called unknown, and how often one that was felt is.
 
-A table of strangeness has one row a sample asked, with the columns held_out_speed_mm_s,
-left_out (the texture of which nothing was learnt), texture (its own), recording, strangeness
+A table of novelty has one row a sample asked, with the columns held_out_speed_mm_s,
+left_out (the texture of which nothing was learnt), texture (its own), recording, novelty
 (above 1 the sample is called unknown) and recordings_limit (above which the mean over a recording
 calls that unknown). A texture that is not left out is asked once for each that is.
 """
@@ -13,14 +13,14 @@ import pandas as pd
 
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
 from afferents.evaluation.metrics import accuracy_by_speed
-from afferents.evaluation.touches import between
+from afferents.evaluation.touches import inside_speeds
 
 FOLD = ["held_out_speed_mm_s", "left_out"]
 """What is held out together: a speed, and a texture."""
 
 
 def summarise_unknown(table: pd.DataFrame) -> dict[str, Any]:
-    """Return what a table of strangeness of one model comes to; docs/results-format.md.
+    """Return what a table of novelty of one model comes to; docs/results-format.md.
 
     Parameters
     ----------
@@ -34,8 +34,8 @@ def summarise_unknown(table: pd.DataFrame) -> dict[str, Any]:
         "found": {unit: share_unknown(rows[never[unit]]) for unit, rows in kinds.items()},
         "false_alarms": {unit: share_unknown(rows[~never[unit]]) for unit, rows in kinds.items()},
         "auroc": {unit: _mean_auroc(rows) for unit, rows in kinds.items()},
-        "auroc_between": {
-            unit: _mean_auroc(inner) if len(inner := between(rows)) else None
+        "auroc_inside": {
+            unit: _mean_auroc(inner) if len(inner := inside_speeds(rows)) else None
             for unit, rows in kinds.items()
         },
         "auroc_by_speed": {
@@ -57,14 +57,14 @@ def summarise_unknown(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def recordings_of(table: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a recording and fold: its strangeness is the mean over its samples.
+    """Return one row a recording and fold: its novelty is the mean over its samples.
 
     It is measured by the recordings' own limit, so that above 1 is unknown here too.
     """
     rows = table.groupby([*FOLD, "texture", "recording"], sort=False, as_index=False)[
-        ["strangeness", "recordings_limit"]
+        ["novelty", "recordings_limit"]
     ].mean()
-    return rows.assign(strangeness=rows["strangeness"] / rows["recordings_limit"])
+    return rows.assign(novelty=rows["novelty"] / rows["recordings_limit"])
 
 
 def share_unknown(rows: pd.DataFrame) -> dict[str, Any]:
@@ -74,19 +74,19 @@ def share_unknown(rows: pd.DataFrame) -> dict[str, Any]:
     of the speeds that lie between others; None where there are none.
     """
     called = _called(rows)
-    inner = between(called)
+    inner = inside_speeds(called)
     return {
         **_mean_and_interval(called),
-        "between": _mean_and_interval(inner) if len(inner) else None,
+        "inside": _mean_and_interval(inner) if len(inner) else None,
         "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_speed(called).items()},
     }
 
 
 def auroc(rows: pd.DataFrame) -> float:
-    """Return how often a sample never felt is stranger than one that was, of all pairs of rows."""
+    """Return how often an unknown sample is more novel than a known one, of all pairs."""
     from sklearn.metrics import roc_auc_score  # workers need none of it
 
-    return float(roc_auc_score(rows["left_out"] == rows["texture"], rows["strangeness"]))
+    return float(roc_auc_score(rows["left_out"] == rows["texture"], rows["novelty"]))
 
 
 def _mean_and_interval(called: pd.DataFrame) -> dict[str, Any]:
@@ -113,6 +113,6 @@ def _called(rows: pd.DataFrame) -> pd.DataFrame:
             "held_out_speed_mm_s": rows["held_out_speed_mm_s"],
             "recording": rows["recording"],
             "true_texture": True,
-            "predicted_texture": rows["strangeness"] > 1,
+            "predicted_texture": rows["novelty"] > 1,
         }
     )

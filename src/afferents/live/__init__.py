@@ -5,10 +5,10 @@ to the same networks as recordings do offline.
 """
 
 from afferents.live.camera import Camera
-from afferents.live.events import Begin, Event, Picture, Sound, Source, Trouble
-from afferents.live.perceiver import Feeler
+from afferents.live.events import Begin, CameraFrame, Event, Sound, Source, Trouble
 from afferents.live.microphone import Microphone
 from afferents.live.network import Network
+from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Counters, Percept
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo
 from afferents.live.rig import RigShow, RigSound, RigVideo
@@ -18,14 +18,14 @@ from afferents.live.stream import run, stream
 __all__ = [
     "Begin",
     "Camera",
+    "CameraFrame",
     "Counters",
     "Event",
-    "Feeler",
     "Microphone",
     "Network",
     "Pace",
+    "Perceiver",
     "Percept",
-    "Picture",
     "ReplayedSound",
     "ReplayedVideo",
     "RigShow",

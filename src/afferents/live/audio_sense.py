@@ -11,7 +11,7 @@ JUMP_S = 0.002
 """Sound whose time is off by more than this from the samples' count has lost some."""
 
 
-class Hearing(Sense):
+class AudioSense(Sense):
     """Models that feel by one microphone, or other vibration channels.
 
     Parameters
@@ -68,8 +68,8 @@ class Hearing(Sense):
         if ready and late:
             return self.without("stalled")
         percepts = [
-            judge.feel(sample.values, sample.end_s, self.every_s, sound.arrived_s)
+            session.feel(sample.values, sample.end_s, self.every_s, sound.arrived_s)
             for sample in ready
-            for judge in self.judges
+            for session in self.sessions
         ]
         return [percept for percept in percepts if percept]

@@ -13,7 +13,7 @@ import numpy as np
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
 from afferents.live.clock import HostClock
-from afferents.live.events import Channel, Event, Picture, Trouble
+from afferents.live.events import CameraFrame, Channel, Event, Trouble
 from afferents.live.exposure import set_exposure
 from afferents.recordings import luma_of
 
@@ -67,7 +67,7 @@ class Camera:
         self._closed = False
         self._taken: deque[float] = deque()
         self._said_s = -np.inf
-        self._opened: Iterator[Picture] | None = self._open()
+        self._opened: Iterator[CameraFrame] | None = self._open()
 
     def close(self) -> None:
         """Let it go."""
@@ -95,20 +95,20 @@ class Camera:
                 yield Trouble("video", last_s, f"camera {self._device}: no more frames")
             time.sleep(AGAIN_S)
 
-    def _reopened(self) -> Iterator[Picture] | None:
+    def _reopened(self) -> Iterator[CameraFrame] | None:
         try:
             return self._open()
         except InputError:
             return None
 
-    def _open(self) -> Iterator[Picture]:
+    def _open(self) -> Iterator[CameraFrame]:
         self._taken.clear()
         frames = self._by_opencv() if self._driver is None else self._by_ffmpeg(self._driver)
         if self._exposure_ms is not None:
             set_exposure(self._device, self._exposure_ms)
         return frames
 
-    def _by_ffmpeg(self, driver: str) -> Iterator[Picture]:
+    def _by_ffmpeg(self, driver: str) -> Iterator[CameraFrame]:
         options = {"fflags": "nobuffer"}
         if driver == "v4l2":
             options |= {
@@ -129,18 +129,18 @@ class Camera:
                 f"{found[0]} x {found[1]} px",
             )
 
-        def frames() -> Iterator[Picture]:
+        def frames() -> Iterator[CameraFrame]:
             clock = HostClock()
             with closing(container):
                 for frame in container.decode(stream):
                     arrived_s = time.monotonic()
                     stamp = arrived_s if frame.time is None else frame.time
                     seen = Frame(clock.read(stamp, arrived_s), *luma_of(frame))
-                    yield Picture(seen, arrived_s, frame.is_corrupt)
+                    yield CameraFrame(seen, arrived_s, frame.is_corrupt)
 
         return frames()
 
-    def _by_opencv(self) -> Iterator[Picture]:
+    def _by_opencv(self) -> Iterator[CameraFrame]:
         device = int(self._device) if self._device.isdigit() else self._device
         camera = cv2.VideoCapture(device)
         if not camera.isOpened():
@@ -152,7 +152,7 @@ class Camera:
         ):
             camera.set(name, value)
 
-        def frames() -> Iterator[Picture]:
+        def frames() -> Iterator[CameraFrame]:
             try:
                 while True:
                     there, image = camera.read()
@@ -160,7 +160,7 @@ class Camera:
                     if not there:
                         return
                     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-                    yield Picture(Frame(arrived_s, np.asarray(grey, np.uint8)), arrived_s)
+                    yield CameraFrame(Frame(arrived_s, np.asarray(grey, np.uint8)), arrived_s)
             finally:
                 camera.release()
 
@@ -174,7 +174,7 @@ class Camera:
             "close what else uses it, or name another: --video camera:1",
         )
 
-    def _slowness(self, picture: Picture) -> Iterator[Trouble]:
+    def _slowness(self, picture: CameraFrame) -> Iterator[Trouble]:
         """Say, not too often, that frames come more slowly than asked for."""
         taken = self._taken
         taken.append(picture.time_s)

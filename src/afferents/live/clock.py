@@ -4,7 +4,7 @@ A device's time runs at its own rate from its own zero. What it stamps arrives s
 many arrivals the quickest was delayed least, so the least difference of arrival and stamp turns
 one clock into the other, up to that least delay (exposure and transfer of a camera, a few ms).
 Camera and microphone are both read on the monotonic clock, and so on one. What constant delay is
-left between them is measured from a recording (`channels.offset`), and told to the stream.
+left between them is measured from a recording (`channels.offset`), and given to the stream.
 """
 
 DRIFT = 1e-4

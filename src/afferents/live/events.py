@@ -12,7 +12,7 @@ from afferents.core.recording import Frame
 Channel = Literal["video", "audio"]
 
 
-class Picture(NamedTuple):
+class CameraFrame(NamedTuple):
     """One camera frame.
 
     Attributes
@@ -79,7 +79,7 @@ class Begin(NamedTuple):
     truth: str | None = None
 
 
-Event = Picture | Sound | Trouble | Begin
+Event = CameraFrame | Sound | Trouble | Begin
 
 
 class Source(Protocol):

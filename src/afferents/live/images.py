@@ -18,7 +18,7 @@ SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
 """Channels that the page shows, whatever models feel with."""
 
 
-class Felt(NamedTuple):
+class FrameImages(NamedTuple):
     """What one frame shows.
 
     Attributes
@@ -74,7 +74,7 @@ class Images:
         """Frames are missing before the next one: it has no RA-I."""
         self._before = None
 
-    def feed(self, frame: Frame) -> Felt | None:
+    def feed(self, frame: Frame) -> FrameImages | None:
         """Take in the next frame; None before the rest frame.
 
         Raises
@@ -96,7 +96,7 @@ class Images:
             name: self._image(self._held(name, response), grid)
             for name, response in responses.items()
         }
-        return Felt(images, position, detected)
+        return FrameImages(images, position, detected)
 
     def _responses(self, position: Positions, rest: Positions) -> dict[str, Response]:
         """Return the responses of a frame, computed as offline; without those that lack one."""

@@ -30,17 +30,17 @@ def published(percepts: Iterable[Percept], networks: Iterable[Network]) -> Itera
         ) from error  # fmt: skip
     outlets = {}
     for network in networks:
-        card, source = network.card, f"afferents-{network.card.family}"
+        card, source = network.card, f"afferents-{network.card.model}"
         numbers = pylsl.StreamInfo(
-            f"{PROBABILITIES} {card.family}", "Touch", len(card.textures), 0, "float32", source
+            f"{PROBABILITIES} {card.model}", "Touch", len(card.textures), 0, "float32", source
         )
         channels = numbers.desc().append_child("channels")
         for texture in card.textures:
             channels.append_child("channel").append_child_value("label", texture)
         words = pylsl.StreamInfo(
-            f"{MESSAGES} {card.family}", "Markers", 1, 0, "string", f"{source}-json"
+            f"{MESSAGES} {card.model}", "Markers", 1, 0, "string", f"{source}-json"
         )
-        outlets[card.family] = pylsl.StreamOutlet(numbers), pylsl.StreamOutlet(words)
+        outlets[card.model] = pylsl.StreamOutlet(numbers), pylsl.StreamOutlet(words)
     for percept in percepts:
         numbers_out, words_out = outlets[percept.model]
         nothing = float("nan")

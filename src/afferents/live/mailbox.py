@@ -4,9 +4,9 @@ import threading
 import time
 from collections import deque
 
-from afferents.live.events import Channel, Event, Picture, Source
+from afferents.live.events import CameraFrame, Channel, Event, Source
 
-WAITING_PICTURES = 4
+WAITING_FRAMES = 4
 """More frames than that are not kept waiting: who is too slow skips the oldest."""
 WAITING_SOUNDS = 100
 
@@ -63,7 +63,7 @@ class Mailbox:
     def _put(self, event: Event) -> None:
         with self._changed:
             same = [i for i, e in enumerate(self._events) if type(e) is type(event)]
-            most = WAITING_PICTURES if isinstance(event, Picture) else WAITING_SOUNDS
+            most = WAITING_FRAMES if isinstance(event, CameraFrame) else WAITING_SOUNDS
             if len(same) >= most:
                 del self._events[same[0]]
             self._events.append(event)

@@ -10,7 +10,7 @@ from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
 
 
-class Judge:
+class ModelSession:
     """A network and what it has felt of this touch.
 
     Parameters
@@ -34,7 +34,7 @@ class Judge:
         self.network.skip()
         self._evidence.reset()
 
-    def suffer(self, trouble: str) -> None:
+    def interrupt(self, trouble: str) -> None:
         """Say it with the next percept."""
         self._troubles.append(trouble)
 
@@ -62,7 +62,7 @@ class Judge:
         outcome = self.network.feel(sample)
         if outcome is None:
             return None
-        unknown = not (outcome.strangeness <= 1 and np.isfinite(outcome.probabilities).all())
+        unknown = not (outcome.novelty <= 1 and np.isfinite(outcome.probabilities).all())
         if unknown:
             self._evidence.fade(time_s)
         else:
@@ -72,7 +72,7 @@ class Judge:
             time_s,
             texture=None if unknown else self.card.textures[int(outcome.probabilities.argmax())],
             probabilities=self._named(outcome.probabilities),
-            strangeness=outcome.strangeness,
+            novelty=outcome.novelty,
             latency_ms=1000 * (time.monotonic() - arrived_s),
             markers_found=markers_found,
         )
@@ -84,7 +84,7 @@ class Judge:
     def _percept(self, state: State, time_s: float, **felt: object) -> Percept:
         troubles, self._troubles = tuple(self._troubles), []
         return Percept(
-            model=self.card.family,
+            model=self.card.model,
             state=state,
             time_s=time_s,
             evidence=self._named(self._evidence.probabilities),

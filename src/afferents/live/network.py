@@ -24,12 +24,12 @@ class Outcome(NamedTuple):
     ----------
     probabilities
         Of each texture, (n_textures,).
-    strangeness
+    novelty
         Above 1 nothing that was learnt fits.
     """
 
     probabilities: NDArray[np.float32]
-    strangeness: float
+    novelty: float
 
 
 class Network:

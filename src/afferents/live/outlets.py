@@ -5,8 +5,8 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from afferents.live.events import Source, let_go
-from afferents.live.perceiver import Feeler
 from afferents.live.lsl import published
+from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 from afferents.live.stream import check_sources, run
 from afferents.live.terminal import show
@@ -17,7 +17,7 @@ Address = tuple[str, int, str | None]
 
 def give_out(
     sources: Sequence[Source],
-    feeler: Feeler,
+    perceiver: Perceiver,
     web: Address | None = None,
     lsl: bool = False,
     as_json: bool = False,
@@ -26,7 +26,7 @@ def give_out(
 
     Parameters
     ----------
-    sources, feeler
+    sources, perceiver
         As for `stream.run`.
     web
         Where a page is served; None for the terminal.
@@ -41,22 +41,24 @@ def give_out(
         As `stream.run`; if packages are missing, or the page can't be served there.
     """
     with let_go(sources):
-        check_sources(sources, feeler)  # before anything is opened for the percepts
-        _give_out(run(sources, feeler), feeler, web, lsl, as_json)
+        check_sources(sources, perceiver)  # before anything is opened for the percepts
+        _give_out(run(sources, perceiver), perceiver, web, lsl, as_json)
 
 
 def _give_out(
-    percepts: Iterator[Percept], feeler: Feeler, web: Address | None, lsl: bool, as_json: bool
+    percepts: Iterator[Percept], perceiver: Perceiver, web: Address | None, lsl: bool, as_json: bool
 ) -> None:
     if lsl:
-        networks = [judge.network for sense in feeler.senses.values() for judge in sense.judges]
+        networks = [
+            session.network for sense in perceiver.senses.values() for session in sense.sessions
+        ]
         percepts = published(percepts, networks)
     if as_json:
         percepts = _printed(percepts)
     if web is not None:
         from afferents.live.web.server import serve
 
-        serve(percepts, feeler, *web)
+        serve(percepts, perceiver, *web)
     elif as_json:
         for _ in percepts:
             pass

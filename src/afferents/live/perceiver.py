@@ -4,16 +4,16 @@ import math
 from collections.abc import Sequence
 
 from afferents.core.errors import InputError
-from afferents.live.events import Begin, Channel, Event, Picture, Sound
-from afferents.live.audio_sense import Hearing
+from afferents.live.audio_sense import AudioSense
+from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense
-from afferents.live.video_sense import Sight
+from afferents.live.video_sense import VideoSense
 
 
-class Feeler:
-    """Models that feel, by sight, by hearing, or both.
+class Perceiver:
+    """Models that feel by video, by audio, or by both.
 
     Events may come in pieces of any size: percepts are the same. Memory does not grow.
 
@@ -36,31 +36,31 @@ class Feeler:
             raise InputError("--audio-offset-ms", "a number of milliseconds", f"{audio_offset_s}")
         if not networks:
             raise InputError("--model", "at least one model", "none")
-        names = [network.card.family for network in networks]
+        names = [network.card.model for network in networks]
         for name in names:
             if names.count(name) > 1:
-                raise InputError("--model", "one model of a family", f"several of {name}")
+                raise InputError("--model", "each model once", f"several of {name}")
         images = [network for network in networks if not network.encoding.of_vibration]
         vibration = [network for network in networks if network.encoding.of_vibration]
-        self.sight = Sight(images) if images else None
-        self.hearing = Hearing(vibration, audio_offset_s) if vibration else None
+        self.video = VideoSense(images) if images else None
+        self.audio = AudioSense(vibration, audio_offset_s) if vibration else None
 
     @property
     def senses(self) -> dict[Channel, Sense]:
         """The senses that its models have."""
-        both: dict[Channel, Sense | None] = {"video": self.sight, "audio": self.hearing}
+        both: dict[Channel, Sense | None] = {"video": self.video, "audio": self.audio}
         return {channel: sense for channel, sense in both.items() if sense is not None}
 
     def feed(self, event: Event) -> list[Percept]:
         """Take in an event; return what it makes the models feel."""
-        if isinstance(event, Picture):
-            return self.sight.see(event) if self.sight else []
+        if isinstance(event, CameraFrame):
+            return self.video.see(event) if self.video else []
         if isinstance(event, Sound):
-            return self.hearing.hear(event) if self.hearing else []
+            return self.audio.hear(event) if self.audio else []
         sense = self.senses.get(event.channel)
         if sense is None:
             return []
         if isinstance(event, Begin):
             sense.begin(event)
             return []
-        return sense.suffer(event)
+        return sense.interrupt(event)

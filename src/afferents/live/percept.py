@@ -44,7 +44,7 @@ class Percept:
     Attributes
     ----------
     model
-        Its family, such as ``ra-ste``.
+        Its model, such as ``ra-ste``.
     state
         ``texture``; ``unknown`` where nothing that was learnt fits; ``waiting`` before there is
         enough to feel; ``stalled`` where the source went silent or lags: nothing fresh is known.
@@ -54,7 +54,7 @@ class Percept:
         The likeliest; None unless the state is ``texture``.
     probabilities
         Of each texture, from this sample alone, calibrated; empty if nothing fresh is known.
-    strangeness
+    novelty
         Above 1 nothing that was learnt fits.
     evidence
         Of each texture, from all of the touch so far.
@@ -77,7 +77,7 @@ class Percept:
     time_s: float
     texture: str | None = None
     probabilities: Mapping[str, float] = field(default_factory=dict)
-    strangeness: float | None = None
+    novelty: float | None = None
     evidence: Mapping[str, float] = field(default_factory=dict)
     sure_after_s: float | None = None
     latency_ms: float | None = None

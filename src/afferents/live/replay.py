@@ -12,7 +12,7 @@ import soundfile
 
 from afferents.core.errors import InputError
 from afferents.core.recording import Video
-from afferents.live.events import Channel, Event, Picture, Sound
+from afferents.live.events import CameraFrame, Channel, Event, Sound
 from afferents.recordings import WavFile, require_finite
 
 CHUNK_S = 0.01
@@ -96,7 +96,7 @@ class ReplayedVideo(_Played):
             time_s = self._begin_s + frame.time_s
             if not self._pace.wait(time_s):
                 return
-            yield Picture(frame._replace(time_s=time_s), time.monotonic())
+            yield CameraFrame(frame._replace(time_s=time_s), time.monotonic())
             # A camera's next frame does not come while this one is felt: nor is it decoded.
             self._pace.wait(time_s + 0.5 / self.rate_hz)
 

@@ -16,9 +16,9 @@ from afferents.core.recording import LETTERS, folder_of
 from afferents.core.stopping import stop_later
 from afferents.live.events import Begin, Channel, Event, Source
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo
-from afferents.rig.drums import texture_name
 from afferents.recordings import WavFile, open_video
 from afferents.rig import AUDIO, VIDEO, Rig, bumped_surface, record
+from afferents.rig.drums import texture_name
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 
 RUN_S = 10.0
@@ -33,7 +33,7 @@ class Run:
     texture: str
     speed_mm_s: float
 
-    def said(self) -> str:
+    def describe(self) -> str:
         """Return it in words."""
         return f"{self.texture} mm at {self.speed_mm_s:g} mm/s"
 
@@ -138,7 +138,7 @@ class _Rigged:
         number = 0
         while not self._show.pace.closed.is_set():
             folder, begin_s = self._show.take(number)
-            yield Begin(self.channel, begin_s, self._show.drawn(number).said())
+            yield Begin(self.channel, begin_s, self._show.drawn(number).describe())
             yield from self._player(folder, begin_s).events()
             number += 1
 

@@ -1,4 +1,4 @@
-"""What sight and hearing share: their models, what went wrong, and how far behind they are."""
+"""What both senses, video and audio, share: their models, faults, and how late they are."""
 
 import math
 import time
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Channel, Trouble
-from afferents.live.model_session import Judge
+from afferents.live.model_session import ModelSession
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
 
@@ -36,7 +36,7 @@ class Sense:
         self.rate_hz = rate_hz
         self.every_s = 1 / rate_hz
         self.counters = Counters()
-        self.judges = [Judge(network, self.counters) for network in networks]
+        self.sessions = [ModelSession(network, self.counters) for network in networks]
         self.now_s = 0.0
         self.speed = 1.0
         self._quickest: tuple[float, float] | None = None
@@ -44,26 +44,26 @@ class Sense:
     def begin(self, event: Begin) -> None:
         """Forget all but the counters: another recording begins."""
         self.now_s, self._quickest = event.time_s, None
-        for judge in self.judges:
-            judge.begin()
-            judge.truth = event.truth
+        for session in self.sessions:
+            session.begin()
+            session.truth = event.truth
 
     def skip(self) -> None:
         """Begin anew: what comes next does not follow what came before."""
-        for judge in self.judges:
-            judge.network.skip()
+        for session in self.sessions:
+            session.network.skip()
 
-    def suffer(self, trouble: Trouble, state: State = "stalled") -> list[Percept]:
+    def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Percept]:
         """Say what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
         self.skip()
-        for judge in self.judges:
-            judge.suffer(trouble.what)
+        for session in self.sessions:
+            session.interrupt(trouble.what)
         return self.without(state)
 
     def without(self, state: State) -> list[Percept]:
         """Let all models say that nothing fresh is known."""
-        return [judge.without(state, self.now_s) for judge in self.judges]
+        return [session.without(state, self.now_s) for session in self.sessions]
 
     def is_late(self, time_s: float, arrived_s: float) -> bool:
         """Tell whether what was taken at `time_s` came too late to tell of now; count it."""

@@ -6,8 +6,8 @@ from pathlib import Path
 from afferents.core.errors import InputError
 from afferents.live.camera import Camera
 from afferents.live.events import Source, let_go
-from afferents.live.perceiver import Feeler
 from afferents.live.microphone import Microphone
+from afferents.live.perceiver import Perceiver
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo, recorded
 from afferents.live.rig import RigShow, RigSound, RigVideo
 from afferents.recordings import WavFile, open_video
@@ -20,7 +20,7 @@ AUDIO_SOURCES = "mic:default, replay:SESSION/3/50 or rig"
 def open_sources(
     video: str | None,
     audio: str | None,
-    feeler: Feeler,
+    perceiver: Perceiver,
     speed: float = 1.0,
     exposure_ms: float | None = None,
 ) -> Sequence[Source]:
@@ -32,7 +32,7 @@ def open_sources(
         ``camera:NUMBER``, ``replay:RECORDING`` or ``rig`` (``rig:TEXTURE/SPEED`` for one drum).
     audio
         ``mic:NAME``, ``replay:RECORDING`` or ``rig``.
-    feeler
+    perceiver
         Says which of them are needed, and at which rates.
     speed
         Of replays; infinite for as fast as possible.
@@ -46,7 +46,7 @@ def open_sources(
     """
     opened: list[Source] = []
     try:
-        _open(opened, video, audio, feeler, Pace(speed), exposure_ms)
+        _open(opened, video, audio, perceiver, Pace(speed), exposure_ms)
     except BaseException:
         with let_go(opened):
             raise
@@ -57,17 +57,17 @@ def _open(
     opened: list[Source],
     video: str | None,
     audio: str | None,
-    feeler: Feeler,
+    perceiver: Perceiver,
     pace: Pace,
     exposure_ms: float | None,
 ) -> None:
     shows: dict[str, RigShow] = {}
-    if feeler.sight is not None and video is not None:
+    if perceiver.video is not None and video is not None:
         kind, _, name = video.partition(":")
-        sensor = feeler.sight.sensor
+        sensor = perceiver.video.sensor
         if kind == "camera":
             size = (sensor.width or 640, sensor.height or 480)
-            opened.append(Camera(name or "0", feeler.sight.rate_hz, *size, exposure_ms))
+            opened.append(Camera(name or "0", perceiver.video.rate_hz, *size, exposure_ms))
         elif kind == "replay":
             file = open_video(recorded(Path(name), VIDEO))
             opened.append(ReplayedVideo(file, pace))
@@ -75,11 +75,11 @@ def _open(
             opened.append(RigVideo(shows.setdefault(name, _show(name))))
         else:
             raise InputError("--video", VIDEO_SOURCES, f"'{video}'")
-    if feeler.hearing is not None and audio is not None:
+    if perceiver.audio is not None and audio is not None:
         kind, _, name = audio.partition(":")
         if kind == "mic":
-            n_channels = feeler.hearing.judges[0].card.shape[0]
-            opened.append(Microphone(name or "default", feeler.hearing.rate_hz, n_channels))
+            n_channels = perceiver.audio.sessions[0].card.shape[0]
+            opened.append(Microphone(name or "default", perceiver.audio.rate_hz, n_channels))
         elif kind == "replay":
             opened.append(ReplayedSound(WavFile(recorded(Path(name), AUDIO)), pace))
         elif kind == "rig":

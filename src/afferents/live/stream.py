@@ -11,9 +11,9 @@ from pathlib import Path
 from afferents.core.errors import InputError
 from afferents.live.ahead import read_ahead
 from afferents.live.events import Channel, Source, Trouble, let_go
-from afferents.live.perceiver import Feeler
 from afferents.live.mailbox import Mailbox
 from afferents.live.network import Network
+from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense
 
@@ -58,26 +58,26 @@ def stream(
     several = [models] if isinstance(models, str | Path | Network) else models
     with let_go(sources):
         networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
-        yield from run(sources, Feeler(networks, audio_offset_s))
+        yield from run(sources, Perceiver(networks, audio_offset_s))
 
 
-def run(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
-    """Feed sources to a feeler; see `stream`."""
-    used = [source for source in sources if source.channel in feeler.senses]
+def run(sources: Sequence[Source], perceiver: Perceiver) -> Iterator[Percept]:
+    """Feed sources to a perceiver; see `stream`."""
+    used = [source for source in sources if source.channel in perceiver.senses]
     with let_go(sources):
-        check_sources(sources, feeler)
+        check_sources(sources, perceiver)
         for source in used:
-            feeler.senses[source.channel].speed = source.speed
+            perceiver.senses[source.channel].speed = source.speed
         if any(math.isfinite(source.speed) for source in used):
-            yield from _as_it_comes(used, feeler)
+            yield from _as_it_comes(used, perceiver)
         else:
             with ExitStack() as threads:
                 events = [threads.enter_context(read_ahead(source.events())) for source in used]
                 for event in heapq.merge(*events, key=attrgetter("time_s")):
-                    yield from feeler.feed(event)
+                    yield from perceiver.feed(event)
 
 
-def check_sources(sources: Sequence[Source], feeler: Feeler) -> None:
+def check_sources(sources: Sequence[Source], perceiver: Perceiver) -> None:
     """Refuse sources that the models can't feel by.
 
     Raises
@@ -85,10 +85,10 @@ def check_sources(sources: Sequence[Source], feeler: Feeler) -> None:
     InputError
         If a sense has no source or two, or the rate is another than the models learnt from.
     """
-    for channel, sense in feeler.senses.items():
+    for channel, sense in perceiver.senses.items():
         fitting = [source for source in sources if source.channel == channel]
         if len(fitting) != 1:
-            models = ", ".join(judge.card.family for judge in sense.judges)
+            models = ", ".join(session.card.model for session in sense.sessions)
             found = f"{len(fitting) or 'none'}"
             raise InputError(f"--{channel}", f"one source for {models}", found)
         _check_rate(fitting[0], sense)
@@ -105,9 +105,9 @@ def _check_rate(source: Source, sense: Sense) -> None:
         )
 
 
-def _as_it_comes(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]:
+def _as_it_comes(sources: Sequence[Source], perceiver: Perceiver) -> Iterator[Percept]:
     mailbox = Mailbox()
-    watches = {s.channel: _Watch(feeler.senses[s.channel]) for s in sources}
+    watches = {s.channel: _Watch(perceiver.senses[s.channel]) for s in sources}
     for source in sources:
         mailbox.take_from(source)
     while True:
@@ -116,7 +116,7 @@ def _as_it_comes(sources: Sequence[Source], feeler: Feeler) -> Iterator[Percept]
         except EOFError:
             return
         if event is not None:
-            percepts = feeler.feed(event)
+            percepts = perceiver.feed(event)
             yield from percepts
             watches[event.channel].heard(percepts)
         for channel, watch in watches.items():
@@ -152,4 +152,4 @@ class _Watch:
             return self._sense.without("waiting")
         channel: Channel = self._sense.channel
         what = f"{channel}: nothing for {silent_s:.1f} s"
-        return self._sense.suffer(Trouble(channel, self._sense.now_s, what))
+        return self._sense.interrupt(Trouble(channel, self._sense.now_s, what))

@@ -1,8 +1,8 @@
 """From frames to percepts, by SA-I and RA-I."""
 
 from afferents.core.errors import InputError
-from afferents.live.events import Begin, Picture, Trouble
-from afferents.live.images import SHOWN, Felt, Images
+from afferents.live.events import Begin, CameraFrame, Trouble
+from afferents.live.images import SHOWN, FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense, require_alike
@@ -14,7 +14,7 @@ DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""
 
 
-class Sight(Sense):
+class VideoSense(Sense):
     """Models of one sensor that feel by its camera.
 
     Parameters
@@ -34,8 +34,8 @@ class Sight(Sense):
         super().__init__("video", networks, card.fps_hz)
         require_alike(networks, ("sensor", "fps_hz"), "sensor and frame rate")
         self.sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
-        self.felt: Felt | None = None
-        self.picture: Picture | None = None
+        self.felt: FrameImages | None = None
+        self.picture: CameraFrame | None = None
         felt_by = {network.channel for network in networks}
         self._images = Images(self.sensor, {*SHOWN, *felt_by})
         self._last_s: float | None = None
@@ -51,7 +51,7 @@ class Sight(Sense):
         self._images.skip()
         super().skip()
 
-    def see(self, picture: Picture) -> list[Percept]:
+    def see(self, picture: CameraFrame) -> list[Percept]:
         """Take in a frame."""
         self.counters.frames += 1
         if picture.torn:
@@ -68,7 +68,7 @@ class Sight(Sense):
             felt = self.felt = self._images.feed(picture.frame)
         except InputError as error:
             self._images.begin()
-            return self.suffer(Trouble("video", picture.time_s, str(error)), "waiting")
+            return self.interrupt(Trouble("video", picture.time_s, str(error)), "waiting")
         late = self.is_late(picture.time_s, picture.arrived_s)
         if felt is None:
             return []
@@ -77,13 +77,13 @@ class Sight(Sense):
             return self.without("stalled")
         return self._feel(felt, picture.arrived_s)
 
-    def _feel(self, felt: Felt, arrived_s: float) -> list[Percept]:
+    def _feel(self, felt: FrameImages, arrived_s: float) -> list[Percept]:
         percepts = []
-        for judge in self.judges:
-            image = felt.images.get(judge.network.channel.name)
+        for session in self.sessions:
+            image = felt.images.get(session.network.channel.name)
             if image is not None:
                 found = float(felt.detected.mean())
-                percept = judge.feel(image, self.now_s, self.every_s, arrived_s, found)
+                percept = session.feel(image, self.now_s, self.every_s, arrived_s, found)
                 percepts += [percept] if percept else []
         return percepts
 

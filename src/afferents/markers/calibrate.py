@@ -11,8 +11,8 @@ from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, without_loners
 from afferents.markers.estimate import estimate_detector
+from afferents.markers.image_quality import ImageQuality, image_quality
 from afferents.markers.layout import FoundLayout, find_layout
-from afferents.markers.picture import Picture, describe_picture
 from afferents.markers.sensor import Sensor
 
 N_FRAMES = 9
@@ -45,7 +45,7 @@ class Calibration:
     image: GreyImage
     position: Positions
     found: FoundLayout
-    picture: Picture
+    picture: ImageQuality
     n_still: int
     n_looked: int
 
@@ -85,7 +85,7 @@ def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibra
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
     described = detector.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
-    picture = describe_picture(image, position)
+    picture = image_quality(image, position)
     return Calibration(sensor, image, position, found, picture, n_still, len(images))
 
 

@@ -7,7 +7,7 @@ from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_blobs, spacing_px
 from afferents.markers.discs import find_discs
-from afferents.markers.picture import fault_of_light
+from afferents.markers.image_quality import fault_of_light
 from afferents.markers.rest import rest_image
 from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
 

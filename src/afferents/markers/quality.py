@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.doubt import Doubt
-from afferents.core.sliding import lasting, said_of, sliding_part
+from afferents.core.sliding import lasting, sliding_part, span_text
 from afferents.markers.detect import Positions
-from afferents.markers.picture import dropped_frames, repeated_frames
+from afferents.markers.image_quality import dropped_frames, repeated_frames
 
 Lengths = NDArray[np.float64]
 STILL_PX = 0.5
@@ -134,7 +134,7 @@ def doubt_markers(
     if span is None:
         return []
     seen = f"the {there.sum()} markers of the rest frame, or most of them"
-    return [Doubt("dark", where, seen, f"less than half of them {said_of(span, time_s)}")]
+    return [Doubt("dark", where, seen, f"less than half of them {span_text(span, time_s)}")]
 
 
 def describe(tracks: xr.Dataset) -> list[str]:

@@ -13,8 +13,8 @@ from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, without_loners
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
+from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
-from afferents.markers.picture import fault_of_light
 from afferents.markers.sensor import Sensor
 
 Method = Literal["windowed", "one-to-one", "published"]

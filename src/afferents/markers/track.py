@@ -13,8 +13,8 @@ from afferents.core.recording import Frame, GreyImage, Video, as_grey
 from afferents.markers import kernel
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
+from afferents.markers.image_quality import image_quality
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
-from afferents.markers.picture import describe_picture
 from afferents.markers.rest import (
     Method,
     find_rest_markers,
@@ -237,7 +237,7 @@ def track(
         (marker, space) in px; `time` is the frames' own time in s. Square layouts carry `row`
         and `column` on `marker` and their roll in the attribute `roll_deg`. Every frame of the
         video has its place: those before the rest frame are NaN and not detected.
-        `frame_change` (time) and the attributes of `Picture` and `Audit` serve
+        `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
         `measure_quality`.
 
     Raises
@@ -270,7 +270,7 @@ def track(
             tracker = Tracker(sensor, rest.position, method, frame.luma, frame.levels, rest.present)
             there = np.where(rest.present[:, None], tracker.rest_position, np.nan)
             tracked.append(Tracked(there, rest.present))
-            picture = describe_picture(frame.image, rest.position[rest.present])
+            picture = image_quality(frame.image, rest.position[rest.present])
             grid = rest.grid
     if stopped and (tracker is None or not keep_partial):
         raise AfferentsError(stopped[0])

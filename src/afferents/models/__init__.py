@@ -1,7 +1,7 @@
 """The classifiers: the paper's networks, one file each, then those that are solved at once."""
 
-from afferents.models.base import Classifier, Lesson, Network, Solved, Task, build_for
-from afferents.models.calibration import best_weights, least_surprise, surprise, weighted
+from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
+from afferents.models.calibration import best_weights, cross_entropy, fit_temperature, weighted
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.deployed import Deployed, Stepping
 from afferents.models.fusion import JointFusion, LateFusion
@@ -12,9 +12,10 @@ from afferents.models.layers import (
     kernels_with_l2,
     l2_penalty,
 )
+from afferents.models.novelty import KNOWN, Novelty
 from afferents.models.orders import OrderSearch
 from afferents.models.ridge import (
-    STRENGTH,
+    PENALTY,
     Gram,
     Ridge,
     SearchedRidge,
@@ -23,7 +24,6 @@ from afferents.models.ridge import (
     sum_of,
 )
 from afferents.models.spatial import SpatialNet
-from afferents.models.novelty import KNOWN, Strangeness
 from afferents.models.table import CLASSIFIERS, build, classifier_of
 from afferents.models.vibration import VibrationNet
 
@@ -31,15 +31,16 @@ __all__ = [
     "CLASSIFIERS",
     "KNOWN",
     "L2",
-    "STRENGTH",
+    "PENALTY",
     "Classifier",
     "CnnLstm",
     "Deployed",
+    "FitData",
     "Gram",
     "JointFusion",
     "LateFusion",
-    "Lesson",
     "Network",
+    "Novelty",
     "OrderSearch",
     "ParameterCount",
     "Ridge",
@@ -47,7 +48,6 @@ __all__ = [
     "Solved",
     "SpatialNet",
     "Stepping",
-    "Strangeness",
     "Task",
     "VibrationNet",
     "best_weights",
@@ -55,12 +55,12 @@ __all__ = [
     "build_for",
     "classifier_of",
     "count_parameters",
+    "cross_entropy",
     "equal_weights",
+    "fit_temperature",
     "kernels_with_l2",
     "l2_penalty",
-    "least_surprise",
     "log_probabilities",
     "sum_of",
-    "surprise",
     "weighted",
 ]

@@ -40,7 +40,7 @@ class Task(NamedTuple):
     seed: int = 0
 
 
-class Lesson(NamedTuple):
+class FitData(NamedTuple):
     """What a classifier that is solved at once learns from.
 
     Attributes
@@ -72,15 +72,15 @@ class Classifier(nn.Module, ABC):
         Names of the dims of a sample; none for any.
     deployable
         Whether it can be trained to feel live with.
-    judged_by_scores
-        Whether what is unknown is told by the scores of the textures, and not by what enters the
+    novelty_of_scores
+        Whether novelty is measured on the scores of the textures, and not on what enters the
         last layer.
     """
 
     name: ClassVar[str]
     takes: ClassVar[tuple[str, ...]] = ()
     deployable: ClassVar[bool] = True
-    judged_by_scores: ClassVar[bool] = False
+    novelty_of_scores: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
@@ -163,11 +163,11 @@ class Solved(Classifier):
 
     penalties: ClassVar[tuple[float, ...]]
     learns_from_sums: ClassVar[bool] = False
-    judged_by_scores: ClassVar[bool] = True
+    novelty_of_scores: ClassVar[bool] = True
     temperature: Tensor
 
     @abstractmethod
-    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn, in place.
 
         Parameters
@@ -188,7 +188,7 @@ class Solved(Classifier):
     def speed(self, values: Tensor, textures: Tensor) -> Tensor | None:
         """Return what it takes the speeds of samples for, mm/s, (n,), given their textures.
 
-        None if it does not ask for the speed, or is told.
+        None if it does not need the speed, or is given it.
         """
         return None
 

@@ -14,12 +14,12 @@ _LOG_TEMPERATURES = (-5.0, 5.0)
 _LOG_WEIGHTS = (-4.0, 4.0)
 
 
-def surprise(logs: Floats, labels: Indices) -> float:
+def cross_entropy(logs: Floats, labels: Indices) -> float:
     """Return the mean of -log p of the true textures, (n, n_classes) and (n,); logits will do."""
     return -float(log_softmax(logs, axis=1)[np.arange(len(labels)), labels].mean())
 
 
-def least_surprise(logs_at: Callable[[float], Floats], labels: Indices) -> float:
+def fit_temperature(logs_at: Callable[[float], Floats], labels: Indices) -> float:
     """Return the temperature under which the true textures are most likely.
 
     Parameters
@@ -30,7 +30,7 @@ def least_surprise(logs_at: Callable[[float], Floats], labels: Indices) -> float
         Their textures, (n,).
     """
     found = minimize_scalar(
-        lambda log_temperature: surprise(logs_at(float(np.exp(log_temperature))), labels),
+        lambda log_temperature: cross_entropy(logs_at(float(np.exp(log_temperature))), labels),
         bounds=_LOG_TEMPERATURES,
         method="bounded",
     )
@@ -38,7 +38,7 @@ def least_surprise(logs_at: Callable[[float], Floats], labels: Indices) -> float
 
 
 def best_weights(parts: list[Floats], labels: Indices) -> Floats:
-    """Return the weights, above 0, under which the sum of log-probabilities surprises least.
+    """Return the weights, above 0, under which the sum of log-probabilities losses least.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def best_weights(parts: list[Floats], labels: Indices) -> Floats:
         Their textures, (n,).
     """
     found = minimize(
-        lambda log_weights: surprise(weighted(parts, np.exp(log_weights)), labels),
+        lambda log_weights: cross_entropy(weighted(parts, np.exp(log_weights)), labels),
         np.zeros(len(parts)),
         bounds=[_LOG_WEIGHTS] * len(parts),
         method="L-BFGS-B",

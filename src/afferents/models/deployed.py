@@ -1,7 +1,7 @@
 """A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
 
-What is unknown is told by the strangeness (`models/novelty.py`) of a network's last features,
-or of a ridge's scores.
+A sample is unknown if its novelty (`models/novelty.py`), measured on a network's last features or
+on a ridge's scores, is above 1.
 """
 
 from typing import cast
@@ -11,11 +11,11 @@ from torch import Tensor, nn
 
 from afferents.models.base import Classifier
 from afferents.models.cnn_lstm import CnnLstm
-from afferents.models.novelty import Strangeness
+from afferents.models.novelty import Novelty
 
 
 class Deployed(nn.Module):
-    """Probabilities and strangeness of samples.
+    """Probabilities and novelty of samples.
 
     Parameters
     ----------
@@ -35,10 +35,10 @@ class Deployed(nn.Module):
         self.network = network
         self.scale = scale
         self.register_buffer("temperature", torch.ones(()))
-        self.strangeness = Strangeness(n_classes, network.n_last)
+        self.novelty = Novelty(n_classes, network.n_last)
 
     def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
-        """Return probabilities (batch, n_classes) and strangeness (batch,)."""
+        """Return probabilities (batch, n_classes) and novelty (batch,)."""
         return self.outcome(self.last_features(samples))
 
     def last_features(self, samples: Tensor) -> Tensor:
@@ -46,13 +46,13 @@ class Deployed(nn.Module):
         return self.network.last_features(samples * (1 / self.scale))
 
     def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
-        """Return probabilities and strangeness of last features."""
+        """Return probabilities and novelty of last features."""
         scores = self.network.scores_of(features)
-        strangeness = self.strangeness(scores if self.network.judged_by_scores else features)
-        return (scores / self.temperature).softmax(1), strangeness
+        novelty = self.novelty(scores if self.network.novelty_of_scores else features)
+        return (scores / self.temperature).softmax(1), novelty
 
     @torch.no_grad()
-    def know(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
+    def fit_novelty(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
         """Learn what is known from last features of training samples, and of unseen ones the limit.
 
         Parameters
@@ -64,9 +64,9 @@ class Deployed(nn.Module):
         """
         network = self.network
         learnt, held = (
-            network.scores_of(f) if network.judged_by_scores else f for f in (features, unseen)
+            network.scores_of(f) if network.novelty_of_scores else f for f in (features, unseen)
         )
-        self.strangeness.know(learnt, labels, held)
+        self.novelty.fit(learnt, labels, held)
 
 
 class Stepping(nn.Module):
@@ -81,7 +81,7 @@ class Stepping(nn.Module):
         self.deployed = deployed
 
     def forward(self, image: Tensor, past: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return probabilities, strangeness, and `past` for the next frame.
+        """Return probabilities, novelty, and `past` for the next frame.
 
         Parameters
         ----------
@@ -94,5 +94,5 @@ class Stepping(nn.Module):
         newest = network.image((image * (1 / whole.scale)).unsqueeze(1))
         of_frames = torch.cat([past, newest.unsqueeze(1)], 1)
         last: Tensor = network.dense[:-1](network.after(of_frames))
-        probabilities, strangeness = whole.outcome(last)
-        return probabilities, strangeness, of_frames[:, 1:]
+        probabilities, novelty = whole.outcome(last)
+        return probabilities, novelty, of_frames[:, 1:]

@@ -1,28 +1,28 @@
 """How far a sample lies from all that was learnt: the way a model says 'none of these'.
 
-Strangeness is the smallest Mahalanobis distance to a class's mean, with one covariance for all
+Novelty is the smallest Mahalanobis distance to a class's mean, with one covariance for all
 classes (Lee et al., NeurIPS 2018), over the distance that few known samples exceed. Above 1
 nothing that was learnt fits.
 
 It is taken where textures lie apart most: of a network in its last features, of a ridge in its
-scores of the textures. On a tuning session that was told from the alternatives by the area under
-the ROC curve: the ridge's values themselves, distances relative to that of all textures together
-(Ren et al., 2021), and the largest probability were each worse.
+scores of the textures. That was chosen on a tuning session, by the area under the ROC curve: the
+ridge's values themselves, distances relative to that of all textures together (Ren et al., 2021),
+and the largest probability were each worse.
 """
 
 import torch
 from torch import Tensor, nn
 
 KNOWN = 0.95
-"""Share of samples, of textures known at a speed not learnt from, whose strangeness is below 1."""
+"""Share of samples, of textures known at a speed not learnt from, whose novelty is below 1."""
 _RIDGE = 1e-2
 """Share of the mean variance that is added to the covariance: dead features have none."""
 _LEAST_VARIANCE = 1e-12
 """Where no class varies, as with one sample of each: then all else is far."""
 
 
-class Strangeness(nn.Module):
-    """Strangeness of what a model makes of samples.
+class Novelty(nn.Module):
+    """Novelty of what a model makes of samples.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Strangeness(nn.Module):
         self.register_buffer("limit", torch.ones(()))
 
     def forward(self, values: Tensor) -> Tensor:
-        """Return the strangeness (n,) of values (n, feature); above 1 is unknown."""
+        """Return the novelty (n,) of values (n, feature); above 1 is unknown."""
         return self.distance(values) / self.limit
 
     def distance(self, values: Tensor) -> Tensor:
@@ -50,7 +50,7 @@ class Strangeness(nn.Module):
         return nearest(values, self.means, self.whitening)
 
     @torch.no_grad()
-    def know(self, values: Tensor, labels: Tensor, unseen: Tensor) -> None:
+    def fit(self, values: Tensor, labels: Tensor, unseen: Tensor) -> None:
         """Learn what is known from training samples, and of unseen ones the limit; in place.
 
         Parameters
@@ -60,16 +60,16 @@ class Strangeness(nn.Module):
         unseen
             Values of samples that were not learnt from, (m, feature).
         """
-        self.learn(values, labels)
-        self.limit_by(self.distance(unseen))
+        self.fit_classes(values, labels)
+        self.set_limit(self.distance(unseen))
 
     @torch.no_grad()
-    def learn(self, values: Tensor, labels: Tensor) -> None:
+    def fit_classes(self, values: Tensor, labels: Tensor) -> None:
         """Learn the classes from training samples, (n, feature) and (n,), in place."""
         self.means, self.whitening = class_moments(values, labels, len(self.means))
 
     @torch.no_grad()
-    def limit_by(self, distances: Tensor) -> None:
+    def set_limit(self, distances: Tensor) -> None:
         """Set the limit that `KNOWN` of the distances (m,) of known but unseen samples keep to."""
         self.limit = torch.quantile(distances, KNOWN)
 

@@ -3,7 +3,7 @@
 At a supposed speed v a spectrum over frequency becomes one over cycles per mm, by a shift. A score
 for every texture is linear in that: one linear layer that slides over the logarithm of frequency.
 
-Speed told: the scores at that speed. Measured: first the speed alone, from how the phases of
+Speed known: the scores at that speed. Measured: first the speed alone, from how the phases of
 several channels agree with it whatever the texture. Nobody knows: all speeds are supposed in turn,
 and a texture's probability is the sum over them. So that the scores at different speeds can be
 compared, it learns from spectra at their true speed, named by texture, and from the same ones at
@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.model import SpeedFrom
-from afferents.models.base import Lesson, Solved, Task
+from afferents.models.base import FitData, Solved, Task
 from afferents.models.ridge import Gram, log_probabilities
 
 WRONG_SPEEDS = 8
@@ -103,7 +103,7 @@ class OrderSearch(Solved):
         if speed_from == "fingertip" and n_channels == 1:
             raise InputError(
                 "the data", "several vibration channels to measure the speed between", "one",
-                "use order-te or order-te-told",
+                "use order-te or order-te-speed-known",
             )  # fmt: skip
         self.n_channels, self.speed_from = n_channels, speed_from
         self._low = float(frequencies[0])
@@ -120,9 +120,9 @@ class OrderSearch(Solved):
         self.register_buffer("speeds", torch.ones(1))
         self.register_buffer("temperature", torch.ones(()))
 
-    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn, in place; `rng` draws the wrong speeds, the penalty is for each channel."""
-        values, labels, weight, speed_mm_s = lesson
+        values, labels, weight, speed_mm_s = data
         self.floor = _quantile(values[:, : self.n_channels], _FLOOR)
         low, high = float(speed_mm_s.min()) / _BEYOND, float(speed_mm_s.max()) * _BEYOND
         steps = math.ceil(math.log2(high / low) * _PER_OCTAVE)
@@ -148,16 +148,18 @@ class OrderSearch(Solved):
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return the scores of samples, (n, supposed speed, n_classes).
 
-        Where the speed is told or measured, that is the only one supposed.
+        Where the speed is known or measured, that is the only one supposed.
 
         Raises
         ------
         InputError
-            If it is to be told, and is not.
+            If it needs the speed, and is not given it.
         """
         if self.speed_from == "robot":
             if speed_mm_s is None:
-                raise InputError("order-te-told", "the sliding speed", "none", "use order-te")
+                raise InputError(
+                    "order-te-speed-known", "the sliding speed", "none", "use order-te"
+                )
             return self._at(values, speed_mm_s)[:, None]
         if self.speed_from == "fingertip":
             return self._at(values, self.measured(values))[:, None]

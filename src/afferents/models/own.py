@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from afferents.core.errors import AfferentsError, InputError, raised
-from afferents.models.base import Classifier, Lesson, Network, Solved, Task
+from afferents.models.base import Classifier, FitData, Network, Solved, Task
 
 _TRIAL = 2
 """Samples that a module of somebody's is tried with before it is trained."""
@@ -44,7 +44,7 @@ class OwnNetwork(Network):
     """A torch module that somebody's function makes, trained in the loop as any network."""
 
     recipe = ""
-    judged_by_scores = True
+    novelty_of_scores = True
     make: Callable[[int, tuple[int, ...]], nn.Module]
 
     def __init__(self, module: nn.Module, n_classes: int) -> None:
@@ -118,10 +118,10 @@ class OwnEstimator(Solved):
         """Return one for samples of any shape."""
         return cls(task.n_classes)
 
-    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Let the estimator learn; it is not told weights or speeds."""
         try:
-            self.fitted.fit(lesson.values.flatten(1).numpy(), lesson.labels.numpy())
+            self.fitted.fit(data.values.flatten(1).numpy(), data.labels.numpy())
         except Exception as error:
             raise AfferentsError(f"the classifier {self.name}: {raised(error)}") from error
 

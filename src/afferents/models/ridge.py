@@ -15,9 +15,9 @@ import torch
 from torch import Tensor, nn
 
 from afferents.core.model import SpeedFrom
-from afferents.models.base import Lesson, Solved, Task
+from afferents.models.base import FitData, Solved, Task
 
-STRENGTH = 30.0
+PENALTY = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
@@ -78,7 +78,7 @@ class Gram:
         """
         n = self._xx[-1, -1]
         variance = self._xx.diagonal()[:-1] / n - (self._xx[-1, :-1] / n).square()
-        return self.solve(STRENGTH * variance.clamp_min(_LEAST_SD**2))
+        return self.solve(PENALTY * variance.clamp_min(_LEAST_SD**2))
 
 
 def sum_of(grams: Sequence[Gram]) -> Gram:
@@ -98,7 +98,7 @@ class Ridge(Solved):
     """
 
     name = "ridge"
-    penalties: ClassVar[tuple[float, ...]] = (STRENGTH,)
+    penalties: ClassVar[tuple[float, ...]] = (PENALTY,)
     learns_from_sums = True
     mean: Tensor
     sd: Tensor
@@ -130,13 +130,13 @@ class Ridge(Solved):
         """Number of textures, whose scores tell what is unknown."""
         return cast("nn.Linear", self.dense[0]).out_features
 
-    def solve(self, lesson: Lesson, rng: np.random.Generator, penalty: float) -> None:
+    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Learn from samples, in place; the speeds tell nothing."""
-        flat, linear = lesson.values.flatten(1), cast("nn.Linear", self.dense[0])
+        flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
         self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
-        targets = nn.functional.one_hot(lesson.labels, linear.out_features)
+        targets = nn.functional.one_hot(data.labels, linear.out_features)
         gram = Gram(linear.in_features, linear.out_features)
-        gram.add(self.last_features(lesson.values), targets, lesson.weight)
+        gram.add(self.last_features(data.values), targets, data.weight)
         solved, constant = gram.solve(penalty)
         linear.weight.copy_(solved.T)
         linear.bias.copy_(constant)

@@ -23,7 +23,7 @@ class Alignment(NamedTuple):
     mean_ms: float
     error_ms: float | None
 
-    def said(self) -> list[str]:
+    def describe(self) -> list[str]:
         """Return it in sentences."""
         each = [
             f"{offset:+.1f} ms, under which the skin's motion explains {100 * share:.0f}% of the "

@@ -97,7 +97,7 @@ def open_data(
     keep_going: bool = False,
     progress: Progress | None = None,
 ) -> list[DataSet]:
-    """Open all sources; recordings of several are told apart by their source's number.
+    """Open all sources; recordings of several are digests apart by their source's number.
 
     Parameters
     ----------
@@ -180,8 +180,8 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
     seen: dict[str, str] = {}
     for responses in recordings:
         name = str(responses.attrs["name"])
-        for variable, told in _what_tells(responses).items():
-            other = seen.setdefault(told, name)
+        for variable, digest in _what_tells(responses).items():
+            other = seen.setdefault(digest, name)
             if other != name and not _is_silent(responses, variable):
                 raise InputError(
                     f"recording {name}", "a recording of its own", f"a copy of {other}",
@@ -194,9 +194,9 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
 def _what_tells(responses: Responses) -> dict[str, str]:
     """Return what no other recording has: the checksum of its files, the digests of its arrays."""
     there = [name for name in (dims.POSITION, dims.RA2) if name in responses]
-    told = {"checksum": responses.attrs.get("checksum")}
-    told |= {name: values_digest(responses, name) for name in there}
-    return {name: digest for name, digest in told.items() if digest}
+    digests = {"checksum": responses.attrs.get("checksum")}
+    digests |= {name: values_digest(responses, name) for name in there}
+    return {name: digest for name, digest in digests.items() if digest}
 
 
 def _is_silent(responses: Responses, variable: str) -> bool:

@@ -23,11 +23,11 @@ class Source(NamedTuple):
     encoding: Encoding
 
 
-def sources_of(family: Model, how: Encodings) -> tuple[Source, ...]:
-    """Return what a family's samples are made of; a fusion has several kinds."""
-    if not family.parts:
-        return (Source(channel_of(family.channel), how.of(family.encoding)),)
-    return tuple(source for name in family.parts for source in sources_of(MODELS[name], how))
+def sources_of(model: Model, encodings: Encodings) -> tuple[Source, ...]:
+    """Return what a model's samples are made of; a fusion has several kinds."""
+    if not model.parts:
+        return (Source(channel_of(model.channel), encodings.of(model.encoding)),)
+    return tuple(source for name in model.parts for source in sources_of(MODELS[name], encodings))
 
 
 def has(responses: Responses, source: Source) -> bool:
@@ -35,10 +35,10 @@ def has(responses: Responses, source: Source) -> bool:
     return source.channel.made_of in responses and source.encoding.suits(responses)
 
 
-def lacking(family: Model, recordings: Sequence[Responses]) -> Responses | None:
+def lacking(model: Model, recordings: Sequence[Responses]) -> Responses | None:
     """Return the first recording that lacks what a model learns from; None if all have it."""
-    sources = sources_of(family, Encodings())
-    between_channels = family.speed_from == "fingertip"
+    sources = sources_of(model, Encodings())
+    between_channels = model.speed_from == "fingertip"
     for responses in recordings:
         if not all(has(responses, source) for source in sources):
             return responses
@@ -66,9 +66,9 @@ def require_support(
         has a name that is taken.
     """
     own_of(wanted)
-    able = [family for family in wanted if lacking(family, recordings) is None]
+    able = [model for model in wanted if lacking(model, recordings) is None]
     if len(able) < len(wanted) and not (may_leave_out and able):
-        refused = next(family for family in wanted if family not in able)
+        refused = next(model for model in wanted if model not in able)
         without = lacking(refused, recordings)
         assert without is not None
         possible = [name for name, model in MODELS.items() if lacking(model, recordings) is None]
@@ -77,43 +77,43 @@ def require_support(
             f"some that these data support ({', '.join(possible) or 'none'})",
             f"{refused.name}, for which {without.attrs['name']} lacks {_needs(refused)}",
         )
-    for family in able:
-        for source in sources_of(family, Encodings()):
+    for model in able:
+        for source in sources_of(model, Encodings()):
             source.encoding.require_packages()
     return able
 
 
-def _needs(family: Model) -> str:
-    if family.speed_from == "fingertip":
+def _needs(model: Model) -> str:
+    if model.speed_from == "fingertip":
         return "several vibration channels to measure the speed between"
-    channels = (source.channel.name for source in sources_of(family, Encodings()))
+    channels = (source.channel.name for source in sources_of(model, Encodings()))
     return f"{' and '.join(channels)} in the form it needs"
 
 
-def require_used(families: Sequence[Model], how: Encodings) -> None:
-    """Refuse options of encodings that do nothing for any of the families asked for.
+def require_used(models: Sequence[Model], encodings: Encodings) -> None:
+    """Refuse options of encodings that do nothing for any of the models asked for.
 
     Raises
     ------
     InputError
-        Naming the option, and the families that it is for.
+        Naming the option, and the models that it is for.
     """
     every = options()
 
-    def has(family: Model, field: str) -> bool:
-        sources = sources_of(family, how)
+    def has(model: Model, field: str) -> bool:
+        sources = sources_of(model, encodings)
         return any(field in type(source.encoding).model_fields for source in sources)
 
-    for field, _ in how.wanted:
-        if not any(has(family, field) for family in families):
-            able = ", ".join(name for name, family in MODELS.items() if has(family, field))
+    for field, _ in encodings.wanted:
+        if not any(has(model, field) for model in models):
+            able = ", ".join(name for name, model in MODELS.items() if has(model, field))
             flag = every[field].flag if field in every else field
-            names = ", ".join(family.name for family in families)
+            names = ", ".join(model.name for model in models)
             raise InputError(flag, f"models that it is for ({able})", names, "leave it out")
 
 
 def best_of(recordings: Sequence[Responses]) -> Model:
-    """Return the family that is recommended for such recordings; see `BEST`.
+    """Return the model that is recommended for such recordings; see `BEST`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Train and test every fold of every model family asked for; the numbers of Table 1."""
+"""Train and test every fold of every model asked for; the numbers of Table 1."""
 
 import itertools
 import json
@@ -10,6 +10,7 @@ from typing import Any
 
 from joblib import cpu_count
 
+from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
@@ -32,6 +33,7 @@ from afferents.evaluation import (
 )
 from afferents.evaluation.ablation import Ablation, require_speeds
 from afferents.execution.dask import on_cluster, workers_at
+from afferents.execution.local import side_by_side
 from afferents.pipeline.data import DataSet, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
@@ -42,7 +44,6 @@ from afferents.pipeline.encode import (
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.own import keep_own_models
-from afferents.execution.local import side_by_side
 from afferents.training import RECIPES, Compute, Preset, learns_in_a_loop, training_config
 
 
@@ -53,7 +54,7 @@ class Evaluation:
     Attributes
     ----------
     may_leave_out
-        Whether families that the data don't support are left out instead of refused.
+        Whether models that the data don't support are left out instead of refused.
     keep_going
         Whether recordings that can't be encoded are skipped instead of refused.
     ablation
@@ -63,7 +64,7 @@ class Evaluation:
     options
         The command's further options, for the report to name.
     skipped
-        Recordings that no family uses, and why; found out when the evaluation begins.
+        Recordings that no model uses, and why; found out when the evaluation begins.
     workers
         Processes side by side; None for one a core.
     cluster
@@ -139,21 +140,20 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If the data don't support the families, the folder holds other results, or a recording
-        can't be encoded (with `keep_going` it is skipped by all families, and the summary says
+        If the data don't support the models, the folder holds other results, or a recording
+        can't be encoded (with `keep_going` it is skipped by all models, and the summary says
         so).
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
     """
     everything = evaluation.recordings
     able = require_support(evaluation.models, everything, evaluation.may_leave_out)
-    left_out = [family.name for family in evaluation.models if family not in able]
+    left_out = [model.name for model in evaluation.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, evaluation.encodings)
-    for family in able:
-        encodings = (source.encoding for source in sources_of(family, evaluation.encodings))
-        evaluation.ablation.require_images(family.name, encodings)
+    if evaluation.ablation.markers != 1:
+        _require_images(able, evaluation.encodings)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
@@ -170,15 +170,24 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         return summarise_folder(evaluation, recordings, left_out)
 
 
-def _groups(evaluation: Evaluation, families: Sequence[Model]) -> list[list[Model]]:
-    """Return families whose trainings run side by side.
+def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
+    """Refuse models whose samples hide where each marker is, as waves do: none can be left out."""
+    for model in models:
+        for encoding in (source.encoding for source in sources_of(model, encodings)):
+            if not encoding.of_vibration and dims.ROW not in encoding.sample_dims:
+                found = f"{model.name}, which learns from their {encoding.name}"
+                raise InputError("--markers", "models of tactile images or of vibration", found)
+
+
+def _groups(evaluation: Evaluation, models: Sequence[Model]) -> list[list[Model]]:
+    """Return models whose trainings run side by side.
 
     On this machine those that share samples, which are all in memory; a cluster's workers read
     what they need, so it is given everything at once, and none waits for the last of a group.
     """
     if evaluation.cluster is not None:
-        return [list(families)]
-    by_source = itertools.groupby(families, lambda f: sources_of(f, evaluation.encodings))
+        return [list(models)]
+    by_source = itertools.groupby(models, lambda f: sources_of(f, evaluation.encodings))
     return [list(group) for _, group in by_source]
 
 
@@ -197,7 +206,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError("the data", "at least 2 textures to tell apart", found)
     speeds = speeds_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
-    solved = not all(learns_in_a_loop(family) for family in evaluation.models)
+    solved = not all(learns_in_a_loop(model) for model in evaluation.models)
     needed = 3 if nested or solved else 2
     if len(speeds) < needed:
         raise InputError(
@@ -211,13 +220,13 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
 
 
 def planned(
-    evaluation: Evaluation, families: Sequence[Model], recordings: Sequence[Responses]
+    evaluation: Evaluation, models: Sequence[Model], recordings: Sequence[Responses]
 ) -> list[FoldKey]:
-    """Name the folds of all families, protocols, seeds and speeds to be held out."""
+    """Name the folds of all models, protocols, seeds and speeds to be held out."""
     speeds = held_out_speeds(evaluation, recordings)
     return [
-        FoldKey(family.name, protocol.name, seed, speed)
-        for family in families
+        FoldKey(model.name, protocol.name, seed, speed)
+        for model in models
         for protocol in evaluation.protocols
         for seed in evaluation.seeds
         for speed in speeds
@@ -238,11 +247,11 @@ def held_out_speeds(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
 
 
 def skipped_recordings(
-    evaluation: Evaluation, families: Sequence[Model], recordings: Sequence[Responses]
+    evaluation: Evaluation, models: Sequence[Model], recordings: Sequence[Responses]
 ) -> dict[str, str]:
-    """Return the recordings that no family uses, and why, before anything is trained.
+    """Return the recordings that no model uses, and why, before anything is trained.
 
-    A recording that one family can't use is used by none: all numbers are of the same ones.
+    A recording that one model can't use is used by none: all numbers are of the same ones.
 
     Raises
     ------
@@ -250,8 +259,8 @@ def skipped_recordings(
         If there is one and `keep_going` is not set.
     """
     skipped = {name: why for data in evaluation.data for name, why in data.failed.items()}
-    how = evaluation.encodings
-    sources = dict.fromkeys(source for family in families for source in sources_of(family, how))
+    encodings = evaluation.encodings
+    sources = dict.fromkeys(source for model in models for source in sources_of(model, encodings))
     for responses, source in itertools.product(recordings, sources):
         try:
             kept_part(responses, source, evaluation.cut)
@@ -266,18 +275,18 @@ def skipped_recordings(
 
 def evaluate_group(
     evaluation: Evaluation,
-    families: Sequence[Model],
+    models: Sequence[Model],
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> None:
-    """Train and test some families where not finished yet."""
-    keys = planned(evaluation, families, recordings)
+    """Train and test some models where not finished yet."""
+    keys = planned(evaluation, models, recordings)
     missing = [key for key in keys if not finished(evaluation.out, key)]
     # What has failed comes last: nothing waits for it to fail again.
     missing.sort(key=lambda key: has_failed(evaluation.out, key))
     done = len(keys) - len(missing)
-    title = ", ".join(family.title for family in families)
-    outcomes = run_jobs(evaluation, families[0], missing, recordings, progress)
+    title = ", ".join(model.title for model in models)
+    outcomes = run_jobs(evaluation, models[0], missing, recordings, progress)
     with progress.task(title, len(keys)) as mark:
         mark(done)
         for key in outcomes:
@@ -287,7 +296,7 @@ def evaluate_group(
 
 def run_jobs(
     evaluation: Evaluation,
-    family: Model,
+    model: Model,
     keys: Sequence[FoldKey],
     recordings: Sequence[Responses],
     progress: Progress,
@@ -296,7 +305,7 @@ def run_jobs(
 
     Parameters
     ----------
-    family
+    model
         Any whose samples they are.
     """
     recipe = evaluation.recipe
@@ -308,7 +317,7 @@ def run_jobs(
             keep(recipe, outcome)
             yield outcome.key
         return
-    samples = encoded(recipe, sources_of(family, recipe.encodings), recordings, progress)
+    samples = encoded(recipe, sources_of(model, recipe.encodings), recordings, progress)
     opened_again(recipe)  # hours may have gone by: samples of changed data are refused
     jobs = ((recipe, key, samples) for key in keys)
     yield from side_by_side(run_job, jobs, evaluation.workers, progress.note)

@@ -23,7 +23,7 @@ from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, textures_of
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import ImageEncoding, encoding_of, image_runs
-from afferents.evaluation import Say, bands, losses, patches
+from afferents.evaluation import Predict, bands, losses, patches
 from afferents.models import Deployed
 from afferents.pipeline.data import DataSet
 from afferents.pipeline.encode import Source, has, kept_part, response_of
@@ -100,14 +100,14 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
     asked = _asked(card, data, cut, progress)
     speeds = np.unique(asked.samples[dims.SPEED].values)
     unseen = not set(speeds) & set(card.learnt_from_mm_s)
-    right = float((_said_by(deployed)(asked.samples.values).argmax(1) == asked.labels).mean())
+    right = float((_predictor(deployed)(asked.samples.values).argmax(1) == asked.labels).mean())
     found = Explanation(
         [
             f"{len(asked.labels)} samples at {', '.join(f'{v:g}' for v in speeds)} mm/s, "
             f"{'not learnt from' if unseen else 'learnt from'}: {100 * right:.1f}% named rightly."
         ],
         facts={
-            "model": card.family,
+            "model": card.model,
             "data": data.describe(),
             "speeds_mm_s": speeds.tolist(),
             "not_learnt_from": unseen,
@@ -155,7 +155,7 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     samples = concatenate([part for part, _ in parts])
     if samples.shape[1:] != card.shape:
         raise InputError(
-            data.source, f"samples of the form {card.shape}, as {card.family} learnt from",
+            data.source, f"samples of the form {card.shape}, as {card.model} learnt from",
             f"{samples.shape[1:]}", "take data of the same sensor",
         )  # fmt: skip
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
@@ -170,7 +170,7 @@ def _require_fitting(
     for responses in recordings:
         if not has(responses, source):
             raise InputError(
-                data.source, f"{source.channel.name} in the form that {card.family} learnt from",
+                data.source, f"{source.channel.name} in the form that {card.model} learnt from",
                 f"none in {responses.attrs['name']}",
             )  # fmt: skip
     found = felt_with([data], source)
@@ -179,12 +179,12 @@ def _require_fitting(
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
             unit = "frames/s" if name == "fps_hz" else "Hz"
             raise InputError(
-                data.source, f"{learnt:g} {unit}, as {card.family} learnt from", f"{here:g}",
+                data.source, f"{learnt:g} {unit}, as {card.model} learnt from", f"{here:g}",
                 "take data of the same sensor",
             )  # fmt: skip
     if card.sensor is not None and found["sensor"] != card.sensor:
         raise InputError(
-            data.source, f"the sensor {card.sensor.get('name')} that {card.family} learnt from",
+            data.source, f"the sensor {card.sensor.get('name')} that {card.model} learnt from",
             f"another or other settings ({found['sensor'].get('name')})",
             "take data extracted with the same sensor file",
         )  # fmt: skip
@@ -211,54 +211,58 @@ def _some(responses: Responses, source: Source, cut: Cut, n: int) -> tuple[Sampl
     return samples.isel({dims.SAMPLE: index}), runs
 
 
-def _said_by(deployed: Deployed) -> Say:
+def _predictor(deployed: Deployed) -> Predict:
     """Return what asks a model for log-probabilities."""
 
     @torch.no_grad()
-    def say(values: Floats) -> NDArray[np.floating]:
+    def predict(values: Floats) -> NDArray[np.floating]:
         parts = torch.split(torch.from_numpy(np.ascontiguousarray(values)), _BATCH)
         logits = [deployed.network.scores_of(deployed.last_features(part)) for part in parts]
         logs = (torch.cat(logits).double() / deployed.temperature).log_softmax(1)
         return np.asarray(logs.numpy())
 
-    return say
+    return predict
 
 
 def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict[str, xr.DataArray]:
     """Return what each texture loses without each part, by the kind of part, nats."""
-    say, samples = _said_by(deployed), asked.samples
+    predict, samples = _predictor(deployed), asked.samples
     found: dict[str, xr.DataArray] = {}
     (channel, encoding), runs = asked.source, asked.runs
     if isinstance(encoding, ImageEncoding) and runs is not None:
 
         def say_of_runs(runs: Floats) -> NDArray[np.floating]:
-            return say(encoding.of_runs(runs, channel.lookback))
+            return predict(encoding.of_runs(runs, channel.lookback))
 
         found["markers"] = _markers(textures, say_of_runs, asked, runs)
     if dims.FREQUENCY in samples.dims:
-        found |= _frequencies(textures, say, asked)
+        found |= _frequencies(textures, predict, asked)
     if dims.ROW_WAVENUMBER in samples.dims:
         each = patches((samples.shape[-2], samples.shape[-1]), 1)
-        lost = losses(say, samples.values, asked.labels, each, samples.values.mean(axis=0))
+        lost = losses(predict, samples.values, asked.labels, each, samples.values.mean(axis=0))
         axes = {str(dim): samples[dim].values for dim in samples.dims[-2:]}
         found["waves"] = _by_texture(textures, asked, lost, axes)
     return found
 
 
-def _markers(textures: tuple[str, ...], say: Say, asked: Asked, images: Floats) -> xr.DataArray:
+def _markers(
+    textures: tuple[str, ...], predict: Predict, asked: Asked, images: Floats
+) -> xr.DataArray:
     """Return the losses where markers stand still, (texture, row, column)."""
     n_rows, n_columns = images.shape[-2:]
     still = patches((n_rows, n_columns), PATCH)
-    lost = losses(say, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
+    lost = losses(predict, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
     axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
     return _by_texture(textures, asked, lost, axes)
 
 
-def _frequencies(textures: tuple[str, ...], say: Say, asked: Asked) -> dict[str, xr.DataArray]:
+def _frequencies(
+    textures: tuple[str, ...], predict: Predict, asked: Asked
+) -> dict[str, xr.DataArray]:
     """Return the losses over frequency, and over harmonics where textures have a spacing."""
     values, frequency = asked.samples.values, asked.samples[dims.FREQUENCY].values
     taken = bands(len(frequency), max(1, round(BAND_HZ / float(frequency[1] - frequency[0]))))
-    lost = losses(say, values, asked.labels, taken, values.mean(axis=0))
+    lost = losses(predict, values, asked.labels, taken, values.mean(axis=0))
     middle = np.array([frequency[band].mean() for band in taken])
     found = {"frequencies": _by_texture(textures, asked, lost, {dims.FREQUENCY: middle})}
     spacing = np.array([spacing_mm(textures[label]) or 0.0 for label in asked.labels])

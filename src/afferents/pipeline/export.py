@@ -25,7 +25,7 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     """Write a model as ONNX, whole or not at all, once it is seen to say the same.
 
     The input is `sample`, one as the encoding makes it, not scaled, of shape (1, *shape). Outputs
-    are `probabilities` (1, texture) and `strangeness` (1,), above 1 for what nothing learnt fits. A
+    are `probabilities` (1, texture) and `novelty` (1,), above 1 for what nothing learnt fits. A
     CNN-LSTM goes frame by frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1,
     feature), zeros at first, and it has the further output `next_past` to give back with the next
     image; before the first run is full it says nothing of worth.

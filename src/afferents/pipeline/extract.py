@@ -27,6 +27,8 @@ from afferents.core.store import (
     write_responses,
 )
 from afferents.core.version import __version__
+from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
+from afferents.execution.local import side_by_side
 from afferents.markers import (
     Method,
     Positions,
@@ -36,10 +38,8 @@ from afferents.markers import (
     track,
     undistorted,
 )
-from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
 from afferents.pipeline.copies import notes_of, with_fingerprint
 from afferents.pipeline.doubts import doubts_of, watched
-from afferents.execution.local import side_by_side
 from afferents.recordings import (
     SessionFile,
     check_files,

@@ -1,6 +1,5 @@
 """What is in a file or session, whether it is sound, and a picture of it."""
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,9 @@ from afferents.core.doubt import KINDS
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.outputs import require_free, require_pictures_free
 from afferents.core.progress import Progress
-from afferents.core.recording import Frame, GreyImage, Recording, Session
+from afferents.core.recording import GreyImage, Recording, Session
 from afferents.core.store import open_responses, store_config
+from afferents.execution.local import side_by_side
 from afferents.markers import (
     Sensor,
     describe,
@@ -28,11 +28,10 @@ from afferents.markers import (
 from afferents.pipeline.copies import notes_in
 from afferents.pipeline.doubts import doubts_without_tracking
 from afferents.pipeline.extract import marker_responses
-from afferents.execution.local import side_by_side
 from afferents.recordings import (
     Footage,
     SessionFile,
-    VideoFile,
+    VideoWithProgress,
     WavFile,
     check_recording,
     clipped_share,
@@ -140,7 +139,7 @@ def inspect_video(
     if sensor is None:
         sensor, why = recognise_sensor(video)
     found.sentences.append(why)
-    watched = Watched(video, progress)
+    watched = VideoWithProgress(video, progress)
     footage = Footage(watched)
     tracks = track(footage, sensor)
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
@@ -155,30 +154,6 @@ def inspect_video(
     return found
 
 
-class Watched:
-    """A video that moves a progress bar as it is decoded, and remembers its last image."""
-
-    def __init__(self, video: VideoFile, progress: Progress) -> None:
-        self._video, self._progress = video, progress
-        self.path, self.fps_hz = video.path, video.fps_hz
-        self.width, self.height = video.width, video.height
-        self._last: Frame | None = None
-
-    @property
-    def last_image(self) -> GreyImage:
-        """The last frame that was decoded; black before the first."""
-        if self._last is None:
-            return np.zeros((self.height, self.width), dtype=np.uint8)
-        return self._last.image
-
-    def frames(self) -> Iterator[Frame]:
-        """Decode from the start."""
-        frames = self._video.frames()
-        for frame in self._progress.track(frames, "tracking", self._video.n_frames):
-            self._last = frame
-            yield frame
-
-
 def quality_facts(tracks: xr.Dataset) -> dict[str, Any]:
     """Return the tracking's figures, None for what is not a number."""
     quality = asdict(measure_quality(tracks))
@@ -191,13 +166,13 @@ def frame_time_sentences(tracks: xr.Dataset) -> list[str]:
     if len(steps) == 0:
         return []
     period = float(np.median(steps))
-    told = f"Frames come every {1000 * period:.2f} ms (median, container's times)"
+    frame_times = f"Frames come every {1000 * period:.2f} ms (median, container's times)"
     uneven = float((np.abs(steps - period) > UNEVEN * period).mean())
     if uneven <= OFTEN_UNEVEN:
-        return [f"{told}."]
+        return [f"{frame_times}."]
     return [
-        f"{told}, but {uneven:.0%} of the intervals differ from that by more than a tenth: a "
-        "variable frame rate, so RA-I per frame is not a speed; use px/s."
+        f"{frame_times}, but {uneven:.0%} of the intervals differ from that by more than a tenth: "
+        "a variable frame rate, so RA-I per frame is not a speed; use px/s."
     ]
 
 

@@ -40,14 +40,14 @@ from afferents.evaluation import (
     save_fold,
 )
 from afferents.evaluation.ablation import Ablation
+from afferents.execution.local import keep_freed_memory
 from afferents.pipeline.data import DataSet, open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
-from afferents.execution.local import keep_freed_memory
 from afferents.training import (
+    Checkpoint,
     Compute,
     Part,
     Preset,
-    PutAside,
     TrainingConfig,
     fit,
     is_out_of_memory,
@@ -130,7 +130,7 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
     if finished(recipe.out, key):
         return key
     with _naming(key), at_work(recipe.out, key):
-        keep(recipe, train_and_test(recipe, key, samples, aside_of(recipe, key)))
+        keep(recipe, train_and_test(recipe, key, samples, checkpoint_of(recipe, key)))
     return key
 
 
@@ -143,12 +143,12 @@ def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
     seen = (recipe.out / PLAN).is_file()
     with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
         samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))
-        return train_and_test(recipe, key, samples, aside_of(recipe, key) if seen else None)
+        return train_and_test(recipe, key, samples, checkpoint_of(recipe, key) if seen else None)
 
 
-def aside_of(recipe: Recipe, key: FoldKey) -> PutAside:
+def checkpoint_of(recipe: Recipe, key: FoldKey) -> Checkpoint:
     """Return where a training waits that was cut off, to be gone on with by this recipe alone."""
-    return PutAside(key.aside(recipe.out), digest_of(recipe.config))
+    return Checkpoint(key.checkpoint(recipe.out), digest_of(recipe.config))
 
 
 def keep(recipe: Recipe, outcome: Outcome) -> None:
@@ -162,11 +162,11 @@ def keep(recipe: Recipe, outcome: Outcome) -> None:
         outcome.leaks,
         outcome.weights,
     )
-    outcome.key.aside(recipe.out).unlink(missing_ok=True)
+    outcome.key.checkpoint(recipe.out).unlink(missing_ok=True)
 
 
 def train_and_test(
-    recipe: Recipe, key: FoldKey, samples: Sequence[Samples], aside: PutAside | None = None
+    recipe: Recipe, key: FoldKey, samples: Sequence[Samples], aside: Checkpoint | None = None
 ) -> Outcome:
     """Train on one fold and test it once.
 
@@ -245,7 +245,7 @@ def encoded(
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> tuple[Samples, ...]:
-    """Return the samples that families of these sources learn from."""
+    """Return the samples that models of these sources learn from."""
     every = (encode_all(recordings, source, recipe.cut, progress) for source in sources)
     return tuple(recipe.ablation.images(samples) for samples in every)
 

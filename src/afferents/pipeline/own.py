@@ -14,9 +14,9 @@ from afferents.encodings import Encodings
 OWN_MODELS = "own_models.json"
 
 
-def describe(model: Model, how: Encodings) -> dict[str, Any]:
+def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
     """Return what tells a model from another of its name, as far as it can be put down."""
-    encoding, classifier = how.of(model.encoding), model.classifier
+    encoding, classifier = encodings.of(model.encoding), model.classifier
     where = f"{getattr(classifier, '__module__', '')}:{getattr(classifier, '__qualname__', '')}"
     return {
         "title": model.title,
@@ -28,7 +28,7 @@ def describe(model: Model, how: Encodings) -> dict[str, Any]:
     }
 
 
-def keep_own_models(results: Path, models: Sequence[Model], how: Encodings) -> None:
+def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings) -> None:
     """Put down what the models of a user's own are, beside those of earlier runs.
 
     Raises
@@ -39,7 +39,7 @@ def keep_own_models(results: Path, models: Sequence[Model], how: Encodings) -> N
     path = results / OWN_MODELS
     kept = read_json(path, "models of one's own") if path.is_file() else {}
     for model in own_of(models):
-        found = describe(model, how)
+        found = describe(model, encodings)
         if kept.setdefault(model.name, found) != found:
             raise InputError(
                 results,

@@ -10,18 +10,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from afferents.core.card import Card
 from afferents.core.cut import Cut
-from afferents.core.model import TABLE1, Model
+from afferents.core.model import BEST, MODELS, TABLE1, Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS, Protocol
-from afferents.markers import Sensor
+from afferents.core.store import open_responses
+from afferents.markers import Sensor, load_sensor
 from afferents.pipeline.data import DataSet, open_data, recordings_in
 from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
+from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
-from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
 from afferents.pipeline.report import write_report
+from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
+from afferents.pipeline.train import Training, train
 from afferents.training import Preset
+
+DEMO_STORE = Path("out/demo/session.zarr")
+"""Where `afferents reproduce` leaves the demo's responses."""
 
 
 @dataclass(frozen=True)
@@ -112,3 +119,36 @@ def _simulated(reproduction: Reproduction, progress: Progress) -> Path:
     session = reproduction.out / "session"
     simulation = simulation_of(session, reproduction.size, seed=reproduction.seed)
     return simulate_session(simulation, reproduction.workers, progress)
+
+
+def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> list[Path]:
+    """Return exported models of the simulated rig; kept where both are there.
+
+    Parameters
+    ----------
+    folder
+        Where they are, or are to be.
+    demo
+        A store to learn from, if it is there; else a small session is simulated.
+    """
+    exported = [folder / f"{name}.onnx" for name in BEST]
+    if all(path.is_file() for path in exported):
+        return exported
+    store = demo if demo.is_dir() and open_responses(demo) else _simulated_store(folder, progress)
+    data = open_data([str(store)], progress=progress)
+    for name, path in zip(BEST, exported, strict=True):
+        progress.note(f"training {MODELS[name].title} on {store}")
+        training = Training(data, MODELS[name], "fast", "all", data[0].encodings)
+        card: Card = train(training, folder / name, progress, force=True)
+        export_model(folder / name, path, force=True)
+        for sentence in card.describe():
+            progress.note(sentence)
+    return exported
+
+
+def _simulated_store(folder: Path, progress: Progress) -> Path:
+    simulation = simulation_of(folder / "session", "quick")
+    simulate_session(simulation, None, progress)
+    store = folder / "session.zarr"
+    extract(Extraction(folder / "session", store, load_sensor("tip_b"), "windowed"), progress)
+    return store

@@ -25,7 +25,6 @@ from afferents.core.progress import Progress
 from afferents.core.recording import LETTERS, natural_order, require_distinct
 from afferents.core.version import __version__
 from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster
-from afferents.rig.drums import height_map, texture_name
 from afferents.execution.local import side_by_side
 from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
 from afferents.rig import (
@@ -44,6 +43,7 @@ from afferents.rig import (
     draw,
     record,
 )
+from afferents.rig.drums import height_map, texture_name
 
 SimulationPreset = Literal["quick", "paper"]
 
@@ -67,7 +67,7 @@ class Simulation:
         Bump spacings by folder name, mm, and the names of height maps.
     height_maps
         Surfaces of their own, by name.
-    told_maps
+    maps_as_given
         How the user told of each of these, by name; see `simulation_of`.
     """
 
@@ -78,7 +78,7 @@ class Simulation:
     seed: int
     rig: Rig = field(default_factory=Rig)
     height_maps: Mapping[str, Surface] = field(default_factory=dict)
-    told_maps: Mapping[str, str] = field(default_factory=dict)
+    maps_as_given: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> list[tuple[str, float]]:
@@ -178,7 +178,7 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
             strengths |= {n: float(strength) for n in named} if strength else named
             strengths |= HARD if name == "hard" else {}
         except ValueError:
-            raise InputError("--nuisances", "NAME or NAME=STRENGTH", f"'{word}'") from None
+            raise InputError("--nuisances", "NAME or NAME=PENALTY", f"'{word}'") from None
     return {name: value for name, value in strengths.items() if name != "none"}
 
 
@@ -252,16 +252,16 @@ def _record_there(
     """
     first = simulation.names[0]
     output = Output(simulation.session.resolve(), token)
-    told = replace(
+    sent = replace(
         simulation,
         session=output.folder,
         textures=(),
         speeds_mm_s=(),
         height_maps={},
-        told_maps={},
+        maps_as_given={},
     )
     maps = {name: _Map.of(simulation, name) for name in simulation.height_maps}
-    jobs = ((told, *run, run == first, maps.get(run[0]), output) for run in missing)
+    jobs = ((sent, *run, run == first, maps.get(run[0]), output) for run in missing)
     for run, files in on_cluster(_record_far, jobs, cluster, SAME + OF_RECORDINGS):
         if files:
             with write_aside(_folder(simulation, *run), RECORDED) as partial:
@@ -358,7 +358,7 @@ class _Map:
     @classmethod
     def of(cls, simulation: Simulation, name: str) -> "_Map":
         """Return a map with the file's path as it is found wherever a worker was started."""
-        file, *sizes = simulation.told_maps[name].partition("=")[2].rsplit(",", 2)
+        file, *sizes = simulation.maps_as_given[name].partition("=")[2].rsplit(",", 2)
         text = ",".join([f"{name}={Path(file).resolve()}", *sizes])
         return cls(text, _digest(simulation.height_maps[name]))
 
@@ -368,11 +368,11 @@ def _digest(surface: Surface) -> str:
 
 
 @lru_cache(maxsize=1)
-def _surface_of(told: _Map, drum: Drum) -> Surface:
-    _, surface = height_map(told.text, drum)
-    if _digest(surface) != told.digest:
+def _surface_of(given: _Map, drum: Drum) -> Surface:
+    _, surface = height_map(given.text, drum)
+    if _digest(surface) != given.digest:
         raise InputError(
-            told.text, "the map that is where the command runs", "another on a worker",
+            given.text, "the map that is where the command runs", "another on a worker",
             "let all workers see the same files at the same paths",
         )  # fmt: skip
     return surface
@@ -383,13 +383,13 @@ def _record_far(
     texture: str,
     speed_mm_s: float,
     reference: bool,
-    told: _Map | None,
+    given: _Map | None,
     output: Output,
 ) -> tuple[tuple[str, float], dict[str, bytes]]:
     """Record a run on a worker; return which, and its files if the session isn't seen there."""
     run = (texture, speed_mm_s)
-    if told is not None:
-        maps = {texture: _surface_of(told, simulation.rig.drum)}
+    if given is not None:
+        maps = {texture: _surface_of(given, simulation.rig.drum)}
         simulation = replace(simulation, height_maps=maps)
     if output.is_seen:
         _record_one(simulation, *run, reference)

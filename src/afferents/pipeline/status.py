@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from afferents.evaluation import (
-    Standing,
+    JobStatus,
     State,
+    job_statuses,
     planned_workers,
     seconds_left,
-    standings,
 )
 
 STATES: tuple[State, ...] = ("done", "running", "to do", "failed", "stopped")
@@ -34,7 +34,7 @@ def status(results: Path) -> Status:
     InputError
         If no evaluation was begun there.
     """
-    found = standings(results)
+    found = job_statuses(results)
     counts = Counter(standing.state for standing in found)
     workers, cluster = planned_workers(results)
     left = seconds_left(found, workers)
@@ -46,7 +46,7 @@ def status(results: Path) -> Status:
     return Status(_rows(found), _sentences(found, counts, left, cluster), facts)
 
 
-def _rows(found: list[Standing]) -> list[tuple[str, ...]]:
+def _rows(found: list[JobStatus]) -> list[tuple[str, ...]]:
     """Return a row a model and protocol: the number of its jobs in each state."""
     groups: dict[tuple[str, str], Counter[State]] = {}
     for standing in found:
@@ -56,7 +56,7 @@ def _rows(found: list[Standing]) -> list[tuple[str, ...]]:
 
 
 def _sentences(
-    found: list[Standing], counts: Counter[State], left: float | None, cluster: str | None
+    found: list[JobStatus], counts: Counter[State], left: float | None, cluster: str | None
 ) -> list[str]:
     said = [f"{counts['done']} of {len(found)} trainings are done."]
     said += [f"Running: {s.key}, for {_duration(s.seconds or 0)}." for s in found
@@ -76,7 +76,7 @@ def _sentences(
     return said
 
 
-def _unless(found: list[Standing]) -> str:
+def _unless(found: list[JobStatus]) -> str:
     """Return what an expected end assumes of models of which no training has ended."""
     ended = {s.key.model for s in found if s.state == "done"}
     unknown = list(dict.fromkeys(s.key.model for s in found if s.key.model not in ended))

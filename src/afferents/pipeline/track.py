@@ -8,11 +8,10 @@ from afferents.core.progress import Progress
 from afferents.core.store import TRACKS, is_tracks, write_group
 from afferents.markers import Method, Sensor, describe, recognise_sensor, track, undistorted
 from afferents.pipeline.extract import Extraction, extract, marker_responses
-from afferents.pipeline.inspect import Watched
-from afferents.recordings import open_video
+from afferents.recordings import VideoWithProgress, open_video
 
 
-def follow_video(
+def track_video(
     path: Path,
     out: Path,
     sensor: Sensor | None,
@@ -41,7 +40,7 @@ def follow_video(
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
-    tracks = track(Watched(video, progress), sensor, method, keep_partial=True)
+    tracks = track(VideoWithProgress(video, progress), sensor, method, keep_partial=True)
     found = marker_responses(undistorted(tracks, sensor.lens)).assign_attrs(format=TRACKS)
     write_group(out, found)
     if tracks.attrs["stopped"]:
@@ -50,7 +49,7 @@ def follow_video(
     return [why] * bool(why) + describe(tracks)
 
 
-def follow_session(
+def track_session(
     session: Path,
     out: Path,
     sensor: Sensor,

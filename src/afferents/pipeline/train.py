@@ -39,7 +39,7 @@ from afferents.training import (
     LearningSet,
     Part,
     Preset,
-    calibrate,
+    calibrate_model,
     fit_once,
     is_model_folder,
     learns_in_a_loop,
@@ -62,7 +62,7 @@ class Training:
     """
 
     data: list[DataSet]
-    family: Model
+    model: Model
     preset: Preset
     cut: Cut
     encodings: Encodings
@@ -86,41 +86,41 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     Raises
     ------
     InputError
-        If something else stands at `out`, the data don't support the family or have fewer than
-        two speeds, or the results folder holds no finished evaluation of the family.
+        If something else stands at `out`, the data don't support the model or have fewer than
+        two speeds, or the results folder holds no finished evaluation of the model.
     AfferentsError
         If the loss is no longer a number.
     """
-    _require_deployable(training.family)
+    _require_deployable(training.model)
     reads = [Path(data.located.rpartition(":")[2]) for data in training.data]
     require_free(out, "a model", is_model_folder, force=force, reads=reads)
     recordings = recordings_in(training.data)
-    require_support([training.family], recordings, may_leave_out=False)
-    require_used([training.family], training.encodings)
-    source = sources_of(training.family, training.encodings)[0]
+    require_support([training.model], recordings, may_leave_out=False)
+    require_used([training.model], training.encodings)
+    source = sources_of(training.model, training.encodings)[0]
     if source.encoding.step != 1:
         found = f"one of {source.encoding.step}"
         raise InputError("encodings", "every frame, as live feels them", found)
     scores = scores_of(training) if training.results else ()
-    family = training.family
-    wanted = family.classifier
+    model = training.model
+    wanted = model.classifier
     classifier = wanted if isinstance(wanted, str) else reference_of(wanted)
     samples = encode_all(recordings, source, training.cut, progress)
     fold = all_but_the_middle(samples)
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
         mark(1)
-    calibration = calibrate(deployed, learnt, fold, samples)
+    calibration = calibrate_model(deployed, learnt, fold, samples)
     card = Card(
-        family=family.name,
-        title=family.title,
+        model=model.name,
+        title=model.title,
         classifier=classifier,
-        own=MODELS.get(family.name) is not family,
+        own=MODELS.get(model.name) is not model,
         sample_dims=tuple(map(str, samples.dims[1:])),
         textures=tuple(textures_of(samples)),
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
-        preset=training.preset if learns_in_a_loop(family) else None,
+        preset=training.preset if learns_in_a_loop(model) else None,
         seed=training.seed,
         learnt_from_mm_s=_speeds_of(samples, fold.train),
         validated_on_mm_s=fold.validation_mm_s,
@@ -157,9 +157,9 @@ def _require_deployable(model: Model) -> None:
 def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
-    recipe = recipe_of(training.family, part.encoding)
+    recipe = recipe_of(training.model, part.encoding)
     config = training_config(training.preset, recipe, training.compute)
-    network, learnt = fit_once(training.family, part, config, training.seed)
+    network, learnt = fit_once(training.model, part, config, training.seed)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 
 
@@ -193,7 +193,7 @@ def _speeds_of(samples: Samples, index: Indices) -> tuple[float, ...]:
 
 
 def scores_of(training: Training) -> tuple[Score, ...]:
-    """Return what a results folder says of the family, `nested` first.
+    """Return what a results folder says of the model, `nested` first.
 
     Raises
     ------
@@ -203,11 +203,11 @@ def scores_of(training: Training) -> tuple[Score, ...]:
     assert training.results is not None
     results = load_results(training.results)
     summary = results.summary
-    found = summary["models"].get(training.family.name, {})
+    found = summary["models"].get(training.model.name, {})
     if not found:
         raise InputError(
             training.results,
-            f"a finished evaluation of {training.family.name}",
+            f"a finished evaluation of {training.model.name}",
             f"of {', '.join(summary['models']) or 'nothing'}",
             "evaluate it there, or leave out --results",
         )
@@ -230,7 +230,7 @@ def scores_of(training: Training) -> tuple[Score, ...]:
 def _same_data(training: Training, config: dict[str, Any]) -> bool:
     """Say whether an evaluation of that configuration learnt from what the training learns from."""
     fingerprints = [data["fingerprint"] for data in config["data"]]
-    encoding = training.encodings.of(training.family.encoding)
+    encoding = training.encodings.of(training.model.encoding)
     return (
         fingerprints == [data.fingerprint for data in training.data]
         and "ablation" not in config

@@ -13,7 +13,7 @@ from afferents.recordings.session import (
     require_own_files,
     session_file,
 )
-from afferents.recordings.video import VideoFile, luma_of, open_video
+from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, open_video
 
 __all__ = [
     "Facts",
@@ -23,6 +23,7 @@ __all__ = [
     "VibrationFacts",
     "VideoFacts",
     "VideoFile",
+    "VideoWithProgress",
     "WavFile",
     "check_files",
     "check_recording",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from afferents.core.doubt import Doubt
 from afferents.core.recording import Frame, GreyImage, Video
-from afferents.core.sliding import lasting, said_of, sliding_part
+from afferents.core.sliding import lasting, sliding_part, span_text
 
 Numbers = NDArray[np.float64]
 
@@ -188,7 +188,7 @@ class Footage:
             "dark",
             self.path,
             f"a picture as light as it begins (mean grey level {light:.0f})",
-            f"a dark one ({least:.0f}) {said_of(span, time_s)}",
+            f"a dark one ({least:.0f}) {span_text(span, time_s)}",
         )
 
     def _frozen(self, part: tuple[float, float]) -> Doubt | None:
@@ -206,7 +206,7 @@ class Footage:
             "frozen",
             self.path,
             "a picture that changes while the drum slides",
-            f"the same one {said_of((began, span[1]), time_s)}",
+            f"the same one {span_text((began, span[1]), time_s)}",
         )
 
     def _repeated(self, part: tuple[float, float]) -> Doubt | None:

@@ -17,6 +17,7 @@ from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
 from afferents.core.errors import InputError
+from afferents.core.progress import Progress
 from afferents.core.recording import Frame, GreyImage
 
 _BLACK, _WHITE = 16, 235
@@ -246,3 +247,27 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
     return _Header(
         float(rate), stream.width, stream.height, stream.frames or None, start_s, container_s
     )
+
+
+class VideoWithProgress:
+    """A video that moves a progress bar as it is decoded, and remembers its last image."""
+
+    def __init__(self, video: VideoFile, progress: Progress) -> None:
+        self._video, self._progress = video, progress
+        self.path, self.fps_hz = video.path, video.fps_hz
+        self.width, self.height = video.width, video.height
+        self._last: Frame | None = None
+
+    @property
+    def last_image(self) -> GreyImage:
+        """The last frame that was decoded; black before the first."""
+        if self._last is None:
+            return np.zeros((self.height, self.width), dtype=np.uint8)
+        return self._last.image
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start."""
+        frames = self._video.frames()
+        for frame in self._progress.track(frames, "tracking", self._video.n_frames):
+            self._last = frame
+            yield frame

@@ -4,14 +4,13 @@ from afferents.reporting.confusion import confusion_figure
 from afferents.reporting.differences import differences, runs_side_by_side
 from afferents.reporting.explanation import explanation_figure
 from afferents.reporting.figure07 import FACTORS, StretchExample, figure07, stretch_example
-from afferents.reporting.figure08 import figure08
-from afferents.reporting.figure10 import figure10
 from afferents.reporting.figure12 import figure12
 from afferents.reporting.formats import to_markdown, to_rich
 from afferents.reporting.html import headline, write_report
+from afferents.reporting.images import figure08, figure10
 from afferents.reporting.inspection import markers_figure, responses_figure, vibration_figure
 from afferents.reporting.overlay import draw_overlay, is_overlay, write_overlay
-from afferents.reporting.pictures import FigureData, Picture, draw_pictures, save_pictures
+from afferents.reporting.pictures import FigureData, ReportFigure, draw_pictures, save_pictures
 from afferents.reporting.reliability import reliability_figure, reliability_table
 from afferents.reporting.roughness import roughness_table
 from afferents.reporting.speeds import speed_figure
@@ -31,7 +30,7 @@ from afferents.reporting.unknown import texture_tables, unknown_by_texture, unkn
 __all__ = [
     "FACTORS",
     "FigureData",
-    "Picture",
+    "ReportFigure",
     "StretchExample",
     "Table",
     "accuracy_by_speed",

@@ -24,7 +24,7 @@ from afferents.reporting.labels import (
     percent,
     speed_key,
 )
-from afferents.reporting.pictures import Picture
+from afferents.reporting.pictures import ReportFigure
 from afferents.reporting.published import CITATION
 from afferents.reporting.reliability import has_reliability, reliability_table
 from afferents.reporting.table import (
@@ -52,7 +52,7 @@ class Embedded:
 
 
 def write_report(
-    path: Path, results: Results, pictures: Sequence[Picture], notes: Sequence[str] = ()
+    path: Path, results: Results, pictures: Sequence[ReportFigure], notes: Sequence[str] = ()
 ) -> Path:
     """Write the page, whole or not at all, and return its path.
 
@@ -70,7 +70,9 @@ def write_report(
     return path
 
 
-def render_report(results: Results, pictures: Sequence[Picture], notes: Sequence[str] = ()) -> str:
+def render_report(
+    results: Results, pictures: Sequence[ReportFigure], notes: Sequence[str] = ()
+) -> str:
     """Return the page as text; see `write_report`."""
     summary = results.summary
     return template(TEMPLATE).render(
@@ -187,7 +189,7 @@ def shortened(names: Sequence[str], most: int = 16) -> str:
     return f"{', '.join(names[: most - 1])}, … {names[-1]}"
 
 
-def _embed(picture: Picture) -> Embedded:
+def _embed(picture: ReportFigure) -> Embedded:
     return Embedded(
         picture.name,
         picture.title,

@@ -15,6 +15,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from afferents.core import dims
+from afferents.core.dims import PIXELS, PIXELS_PER_FRAME
 from afferents.core.samples import Samples, textures_of
 from afferents.reporting.choice import example_textures, in_condition, speeds_of, spread
 from afferents.reporting.labels import speed_key, texture_label
@@ -38,6 +39,18 @@ class TactileImage:
 
 
 @styled
+def figure08(sa1_images: Samples, source: str, sliding: str = "+x") -> Figure:
+    """Draw the displacement of every marker from rest, px; see `tactile_image_figure`."""
+    title = "Figure 8. SA-I tactile images: displacement from rest"
+    return tactile_image_figure(sa1_images, title, f"SA-I ({PIXELS})", source, sliding)
+
+
+def figure10(ra1_images: Samples, source: str, sliding: str = "+x") -> Figure:
+    """Draw the change of SA-I of every marker, px a frame; see `tactile_image_figure`."""
+    title = "Figure 10. RA-I tactile images: change of SA-I from frame to frame"
+    return tactile_image_figure(ra1_images, title, f"RA-I ({PIXELS_PER_FRAME})", source, sliding)
+
+
 def tactile_image_figure(
     images: Samples, title: str, unit: str, source: str, sliding: str = "+x"
 ) -> Figure:

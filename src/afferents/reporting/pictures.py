@@ -14,9 +14,8 @@ from afferents.core.results import Results
 from afferents.core.samples import Samples
 from afferents.reporting.confusion import confusion_figure, confusion_title
 from afferents.reporting.figure07 import StretchExample, figure07
-from afferents.reporting.figure08 import figure08
-from afferents.reporting.figure10 import figure10
 from afferents.reporting.figure12 import figure12
+from afferents.reporting.images import figure08, figure10
 from afferents.reporting.labels import outcomes, percent, source_line
 from afferents.reporting.reliability import SCALED, has_reliability, reliability_figure
 from afferents.reporting.speeds import speed_figure
@@ -48,7 +47,7 @@ class FigureData:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ReportFigure:
     """A figure with what stands beside it: a file name, a title, a caption, and what it shows.
 
     `description` is read out to those who cannot see the figure.
@@ -66,7 +65,7 @@ class Picture:
         return png_bytes(self.figure)
 
 
-def save_pictures(pictures: Iterable[Picture], folder: Path) -> list[Path]:
+def save_pictures(pictures: Iterable[ReportFigure], folder: Path) -> list[Path]:
     """Write every picture to `folder/<name>.png` and return the paths."""
     paths = []
     for picture in pictures:
@@ -77,7 +76,7 @@ def save_pictures(pictures: Iterable[Picture], folder: Path) -> list[Path]:
     return paths
 
 
-def draw_pictures(results: Results, data: FigureData) -> list[Picture]:
+def draw_pictures(results: Results, data: FigureData) -> list[ReportFigure]:
     """Draw every figure that the results and the data allow, in the order of the report."""
     source = source_line(results.summary)
     return [
@@ -89,8 +88,8 @@ def draw_pictures(results: Results, data: FigureData) -> list[Picture]:
     ]
 
 
-def _speed_picture(results: Results) -> Iterator[Picture]:
-    yield Picture(
+def _speed_picture(results: Results) -> Iterator[ReportFigure]:
+    yield ReportFigure(
         "accuracy-by-speed",
         "Accuracy by held-out speed",
         "Filled: nested protocol, where nothing of the held-out speed was seen. Open: published "
@@ -102,9 +101,9 @@ def _speed_picture(results: Results) -> Iterator[Picture]:
     )
 
 
-def _reliability_picture(results: Results) -> Iterator[Picture]:
+def _reliability_picture(results: Results) -> Iterator[ReportFigure]:
     if has_reliability(results.summary):
-        yield Picture(
+        yield ReportFigure(
             "reliability",
             "Right as often as it says?",
             "Reliability diagram: test samples gathered by confidence, the probability of what "
@@ -117,13 +116,13 @@ def _reliability_picture(results: Results) -> Iterator[Picture]:
         )
 
 
-def _confusion_pictures(results: Results) -> Iterator[Picture]:
+def _confusion_pictures(results: Results) -> Iterator[ReportFigure]:
     for model, protocol, found in outcomes(results.summary):
         figure = confusion_figure(results, model, protocol)
         if figure is None:
             continue
         title = confusion_title(model, protocol)
-        yield Picture(
+        yield ReportFigure(
             f"confusion-{model}-{protocol}",
             title,
             "Confusion matrices, one a held-out speed: x true, y predicted texture. Every "
@@ -135,9 +134,9 @@ def _confusion_pictures(results: Results) -> Iterator[Picture]:
         )
 
 
-def _spectrum_pictures(data: FigureData, source: str) -> Iterator[Picture]:
+def _spectrum_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
     if data.example is not None:
-        yield Picture(
+        yield ReportFigure(
             "figure07",
             "Figure 7. Stretching a spectrum to another speed",
             "A spectrum stretched by 0.5 and by 2 (colour) beside those recorded at half and at "
@@ -148,7 +147,7 @@ def _spectrum_pictures(data: FigureData, source: str) -> Iterator[Picture]:
             figure07(data.example, data.stretched, source),
         )
     if data.spectra is not None:
-        yield Picture(
+        yield ReportFigure(
             "figure12",
             "Figure 12. Vibration spectra",
             "Rows are textures, columns speeds; mean over windows and channels. Frequency and "
@@ -159,14 +158,14 @@ def _spectrum_pictures(data: FigureData, source: str) -> Iterator[Picture]:
         )
 
 
-def _image_pictures(data: FigureData, source: str) -> Iterator[Picture]:
+def _image_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
     layout = (
         "Above: textures by speed, the middle frame of each. Below: ten consecutive frames of one "
         "recording. Row is the rank of a marker in y, column its rank in x; the arrow is the "
         "sliding direction; one colour scale, spanning the frames shown."
     )
     if data.sa1_images is not None:
-        yield Picture(
+        yield ReportFigure(
             "figure08",
             "Figure 8. SA-I tactile images",
             f"Displacement of each marker from rest, px. {layout}",
@@ -174,7 +173,7 @@ def _image_pictures(data: FigureData, source: str) -> Iterator[Picture]:
             figure08(data.sa1_images, source, data.sliding),
         )
     if data.ra1_images is not None:
-        yield Picture(
+        yield ReportFigure(
             "figure10",
             "Figure 10. RA-I tactile images",
             f"Change of SA-I of each marker, px a frame. {layout}",

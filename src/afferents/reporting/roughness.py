@@ -14,7 +14,7 @@ def roughness_table(summary: dict[str, Any]) -> Table:
         (
             Cell(model_title(model)),
             Cell(KINDS[kind]),
-            *(Cell(_mm(found[key])) for key in ("mae_mm", "mae_mm_between", "mae_mm_recordings")),
+            *(Cell(_mm(found[key])) for key in ("mae_mm", "mae_mm_inside", "mae_mm_recordings")),
             Cell(_worst(found["by_speed"], "mm/s")),
             Cell(_worst(found["by_spacing"], "mm")),
             Cell(f"+-{_mm(found['half_interval_mm'])}: {percent(found['covered'])} %"),

@@ -103,8 +103,8 @@ def touches_table(summary: Summary) -> Table:
             Cell(model_title(model)),
             Cell(PROTOCOL_TITLES[protocol]),
             Cell(unit),
-            Cell(mean_and_interval(found.get("between"))),
-            Cell(_worst_of(found.get("between"))),
+            Cell(mean_and_interval(found.get("inside"))),
+            Cell(_worst_of(found.get("inside"))),
             *(_accuracy_cell(found["by_speed"].get(end)) for end in (speeds[0], speeds[-1])),
         )
         for model, protocol, result in outcomes(summary)

@@ -43,8 +43,8 @@ def _headline(summary: Summary) -> str:
     models = summary["models"]
     best = max(models, key=lambda model: models[model]["auroc"]["samples"])
     both = [models[best][key]["samples"] for key in ("found", "false_alarms")]
-    inner = all(one["between"] for one in both)
-    found, alarms = ((one["between"] if inner else one)["mean"] for one in both)
+    inner = all(one["inside"] for one in both)
+    found, alarms = ((one["inside"] if inner else one)["mean"] for one in both)
     where = "at speeds between those learnt from" if inner else "at speeds held out"
     title, stated = model_title(best), percent(summary["false_alarms_stated"], 0)
     return (

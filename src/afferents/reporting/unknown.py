@@ -28,8 +28,8 @@ def unknown_table(summary: dict[str, Any]) -> Table:
         )
         for model, found in summary["models"].items()
         for unit, title in (("samples", "a sample"), ("recordings", "a recording"))
-        for speeds, inner in (("between", True), ("all", False))
-        if found["found"][unit]["between"] or not inner
+        for speeds, inner in (("inside", True), ("all", False))
+        if found["found"][unit]["inside"] or not inner
     ]
     return Table(
         "Textures never felt, recognised as unknown at speeds held out of training",
@@ -70,10 +70,10 @@ def unknown_by_texture(summary: dict[str, Any]) -> Table:
 def _outcome(found: dict[str, Any], unit: str, inner: bool) -> tuple[Cell, ...]:
     """Return the cells of samples or recordings, at speeds between others or at all."""
     alarms, finds = (found[key][unit] for key in ("false_alarms", "found"))
-    area = found["auroc_between" if inner else "auroc"][unit]
+    area = found["auroc_inside" if inner else "auroc"][unit]
     return (
-        Cell(_share(alarms["between"] if inner else alarms)),
-        Cell(_share(finds["between"] if inner else finds)),
+        Cell(_share(alarms["inside"] if inner else alarms)),
+        Cell(_share(finds["inside"] if inner else finds)),
         Cell(f"{area:.3f}"),
         Cell(_worst(alarms["by_speed"], inner, max)),
         Cell(_worst(finds["by_speed"], inner, min)),

@@ -13,7 +13,7 @@ from afferents.rig.config import Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
 from afferents.rig.kernel import N_SIDE
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
-from afferents.rig.skin import PHYSICS_RATE_HZ, Felt, Motion, SkinOnDrum
+from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, felt
 
 STABLE = 1.0
@@ -181,7 +181,7 @@ def frame_times(rig: Rig, seconds: float, rng: np.random.Generator) -> NDArray[n
 
 def press(
     rig: Rig, drawn: Drawn, surface: Surface, turning: Turning, frames_s: NDArray[np.float64]
-) -> Felt:
+) -> SkinResponse:
     """Let the skin feel the whole run, a second at a time."""
     skin = rig.skin.model_copy(
         update={
@@ -203,10 +203,10 @@ def press(
         block = slice(start, start + _BLOCK)
         taken = steps[(steps >= start) & (steps < start + len(slide[block]))] - start
         parts.append(lattice.run(Motion(slide[block], speed[block], depth[block]), taken))
-    return Felt(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    return SkinResponse(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def seen(rig: Rig, skin: Felt) -> NDArray[np.float64]:
+def seen(rig: Rig, skin: SkinResponse) -> NDArray[np.float64]:
     """Return where the camera sees the pins, in the plane of the skin at rest, mm.
 
     A pin that is pushed in comes nearer to the camera and so moves outwards in the picture:
@@ -222,7 +222,7 @@ def seen(rig: Rig, skin: Felt) -> NDArray[np.float64]:
 
 def listen(
     rig: Rig,
-    skin: Felt,
+    skin: SkinResponse,
     turning: Turning,
     speed_mm_s: float,
     seconds: float,

@@ -150,7 +150,7 @@ class Motion(NamedTuple):
     depth_mm: NDArray[np.float64]
 
 
-class Felt(NamedTuple):
+class SkinResponse(NamedTuple):
     """What comes out of the skin.
 
     Attributes
@@ -230,7 +230,7 @@ class SkinOnDrum:
         lower = np.where(skin.nodules(), 0.0, skin.recess_mm)
         return np.asarray(round_ + tilt[0] * x + tilt[1] * y + lower)
 
-    def run(self, motion: Motion, frame_steps: NDArray[np.float64]) -> Felt:
+    def run(self, motion: Motion, frame_steps: NDArray[np.float64]) -> SkinResponse:
         """Move the skin on by as many steps as `motion` has.
 
         Parameters
@@ -262,7 +262,7 @@ class SkinOnDrum:
             sounds,
         )
         flat = frames.reshape(n_frames, 4, n_nodes)
-        return Felt(
+        return SkinResponse(
             np.moveaxis(flat[:, :2], 1, 2), flat[:, 2], flat[:, 3], sounds[:, 0], sounds[:, 1]
         )
 

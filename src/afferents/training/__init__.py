@@ -1,7 +1,7 @@
 """Fitting a model on a fold: one training loop for all networks, and what is solved at once."""
 
-from afferents.training.checkpoint import PutAside
-from afferents.training.calibrate import Calibration, best_evidence, calibrate
+from afferents.training.calibrate import Calibration, best_evidence, calibrate_model
+from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import (
     RECIPES,
     Compute,
@@ -9,10 +9,10 @@ from afferents.training.config import (
     TrainingConfig,
     training_config,
 )
-from afferents.training.history import Epoch
 from afferents.training.fitted import Fitted, Part
 from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
 from afferents.training.hardware import computed_with, is_out_of_memory
+from afferents.training.history import Epoch
 from afferents.training.learning_set import LearningSet, learning_set
 from afferents.training.loop import TrainedModel, predict, train
 from afferents.training.model_folder import is_model_folder, load_model, save_model
@@ -22,17 +22,17 @@ from afferents.training.weights import load_weights, save_weights, weights_of
 __all__ = [
     "RECIPES",
     "Calibration",
+    "Checkpoint",
     "Compute",
     "Epoch",
     "Fitted",
     "LearningSet",
     "Part",
     "Preset",
-    "PutAside",
     "TrainedModel",
     "TrainingConfig",
     "best_evidence",
-    "calibrate",
+    "calibrate_model",
     "computed_with",
     "fit",
     "fit_once",

@@ -14,7 +14,7 @@ from afferents.core import dims
 from afferents.core.evidence import Evidence
 from afferents.core.fold import Fold
 from afferents.core.samples import Samples
-from afferents.models import Deployed, least_surprise, surprise
+from afferents.models import Deployed, cross_entropy, fit_temperature
 from afferents.training.learning_set import LearningSet
 
 Floats = NDArray[np.float64]
@@ -33,14 +33,18 @@ class Calibration(NamedTuple):
 
 
 @torch.no_grad()
-def calibrate(deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samples) -> Calibration:
+def calibrate_model(
+    deployed: Deployed, learnt: LearningSet, fold: Fold, samples: Samples
+) -> Calibration:
     """Set a network's temperature and what it knows, in place."""
     train, held = torch.from_numpy(learnt.train), torch.from_numpy(fold.validation)
     unseen = _last_features(deployed, learnt.values, held)
-    deployed.know(_last_features(deployed, learnt.values, train), learnt.labels[train], unseen)
+    deployed.fit_novelty(
+        _last_features(deployed, learnt.values, train), learnt.labels[train], unseen
+    )
     labels = learnt.labels[held].numpy()
     logits = deployed.network.scores_of(unseen).double().numpy()
-    temperature = least_surprise(lambda temperature: logits / temperature, labels)
+    temperature = fit_temperature(lambda temperature: logits / temperature, labels)
     deployed.temperature = torch.tensor(temperature)
     probabilities = deployed.outcome(unseen)[0].double().numpy()
     recording = samples[dims.RECORDING].values[fold.validation]
@@ -77,8 +81,8 @@ def best_evidence(
         for k in np.flatnonzero(recording == name):
             evidence.add(float(stop_s[k]), probabilities[k], every_s)
             logs[k] = evidence.logs
-    surprises = [surprise(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
-    return float(_EVIDENCE_PER_S[np.argmin(surprises)])
+    losses = [cross_entropy(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
+    return float(_EVIDENCE_PER_S[np.argmin(losses)])
 
 
 def _stride(stop_s: Floats, recording: NDArray[Any]) -> float:

@@ -1,4 +1,4 @@
-"""A training put aside between epochs: who is stopped goes on where it was, to the same weights."""
+"""Checkpoints: a training that was stopped goes on where it was, to the same weights."""
 
 import json
 import time
@@ -14,18 +14,18 @@ from torch import Tensor
 from afferents.core.documents import parse_json
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
-from afferents.training.history import Course, Epoch
+from afferents.training.history import Epoch, History
 from afferents.training.learner import Learner
 
 EVERY_S = 300.0
-"""A training is put aside this often, s; most end before."""
+"""A checkpoint is written this often, s; most trainings end before."""
 
-_WHAT = "a training that was put aside"
+_WHAT = "a checkpoint of a training"
 _MODEL, _BEST, _ADAM, _RANDOM, _RANDOM_GPU = "model.", "best.", "adam.", "random", "random_gpu"
 
 
-class PutAside:
-    """The file in which a training waits.
+class Checkpoint:
+    """The file that holds all that a training needs to go on.
 
     Parameters
     ----------
@@ -43,13 +43,13 @@ class PutAside:
         self.path, self.of, self._every_s = path, of, every_s
         self._started_s = self._written_s = time.monotonic()
 
-    def save(self, learner: Learner, course: Course, about: Mapping[str, object]) -> None:
+    def save(self, learner: Learner, history: History, about: Mapping[str, object]) -> None:
         """Write, if it is time, what is needed to go on after the epoch that has just ended."""
         if time.monotonic() - self._written_s < self._every_s:
             return
         tensors = {
             **_named(_MODEL, learner.model.state_dict()),
-            **_named(_BEST, course.weights),
+            **_named(_BEST, history.weights),
             **_moments(learner),
             _RANDOM: torch.get_rng_state(),
         }
@@ -57,40 +57,40 @@ class PutAside:
             tensors[_RANDOM_GPU] = torch.cuda.get_rng_state()
         rest = {
             "about": about,
-            "history": [asdict(epoch) for epoch in course.history],
-            "best_epoch": course.best_epoch,
-            "seconds": course.seconds + time.monotonic() - self._started_s,
-            "learner": learner.standing(),
+            "epochs": [asdict(epoch) for epoch in history.epochs],
+            "best_epoch": history.best_epoch,
+            "seconds": history.seconds + time.monotonic() - self._started_s,
+            "learner": learner.state(),
         }
         content = save(tensors, {name: json.dumps(value) for name, value in rest.items()})
         with write_aside(self.path) as partial:
             partial.write_bytes(content)
         self._written_s = time.monotonic()
 
-    def resume(self, learner: Learner, about: Mapping[str, object]) -> Course:
-        """Put learner and random state where they were, and return the course up to there.
+    def resume(self, learner: Learner, about: Mapping[str, object]) -> History:
+        """Put learner and random state where they were, and return the history up to there.
 
         A file that is damaged, or of another training than `about` says, is not heeded: the
-        course is then empty.
+        history is then empty.
         """
         self._started_s = time.monotonic()
         try:
             with safe_open(self.path, "pt", device=str(learner.device)) as file:
-                said = (file.metadata() or {}).items()
-                rest = {name: parse_json(text, self.path, _WHAT) for name, text in said}
+                stored = (file.metadata() or {}).items()
+                rest = {name: parse_json(text, self.path, _WHAT) for name, text in stored}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
         except (OSError, SafetensorError, InputError):
-            return Course()
+            return History()
         if rest.get("about") != json.loads(json.dumps(about)):
-            return Course()
+            return History()
         learner.model.load_state_dict(_part(_MODEL, tensors))
         _set_moments(learner, tensors)
         learner.go_on(rest["learner"])
         torch.set_rng_state(tensors[_RANDOM].cpu())
         if _RANDOM_GPU in tensors:
             torch.cuda.set_rng_state(tensors[_RANDOM_GPU].cpu())
-        history = [Epoch(**epoch) for epoch in rest["history"]]
-        return Course(history, rest["best_epoch"], _part(_BEST, tensors), rest["seconds"])
+        epochs = [Epoch(**epoch) for epoch in rest["epochs"]]
+        return History(epochs, rest["best_epoch"], _part(_BEST, tensors), rest["seconds"])
 
 
 def _named(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:

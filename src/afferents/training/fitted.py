@@ -33,7 +33,8 @@ class Fitted:
     probabilities
         Of the textures, (test sample, texture).
     speed_mm_s
-        What the test samples' speeds were taken for; None where it does not ask, or is told.
+        Speeds predicted for the test samples; None where the model does not need them, or is given
+        them.
     facts
         For the fold's record.
     """

@@ -13,7 +13,7 @@ from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.samples import labels_of
 from afferents.models import Classifier, CnnLstm, LateFusion, Network, Solved, classifier_of
 from afferents.models.own import OwnEstimator
-from afferents.training.checkpoint import PutAside
+from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import TrainingConfig
 from afferents.training.estimator import fit_estimator
 from afferents.training.fitted import Fitted, Part, new_classifier
@@ -44,7 +44,7 @@ def fit(
     seed: int,
     rank: int,
     check: Callable[[Sequence[Indices]], None],
-    aside: PutAside | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
 
@@ -58,8 +58,8 @@ def fit(
         Of the fold among its protocol's: stretched copies are drawn anew for each.
     check
         Told, for each source, which samples scale or weights are taken from, before they are.
-    aside
-        Where a long training is put aside now and then.
+    checkpoint
+        Where a long training writes its checkpoints.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def fit(
     kind = classifier_of(model.classifier)
     if issubclass(kind, Network):
         rng = np.random.default_rng([seed, rank])
-        return _fit_network(model, parts[0], protocol, config, seed, rng, check, aside)
+        return _fit_network(model, parts[0], protocol, config, seed, rng, check, checkpoint)
     if issubclass(kind, OwnEstimator):
         return fit_estimator(model, parts[0], seed, check)
     if issubclass(kind, Solved | LateFusion):
@@ -109,14 +109,14 @@ def _fit_network(
     seed: int,
     rng: np.random.Generator,
     check: Callable[[Sequence[Indices]], None],
-    aside: PutAside | None,
+    checkpoint: Checkpoint | None,
 ) -> Fitted:
     start = time.perf_counter()
     fold = part.fold
     learnt = learning_set(part.samples, part.encoding, model.stretched, protocol, fold, config, rng)
     check([learnt.scaled_on])
     network = _new_network(model, part, learnt, seed)
-    trained = fit_network(network, learnt, config, seed, aside)
+    trained = fit_network(network, learnt, config, seed, checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
     probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
     facts = {
@@ -142,9 +142,9 @@ def fit_network(
     learnt: LearningSet,
     config: TrainingConfig,
     seed: int,
-    aside: PutAside | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> TrainedModel:
     """Train a network in place, in stages where the recipe says so and the network has stages."""
     if config.image_epochs and isinstance(network, CnnLstm):
         return train_in_stages(network, learnt, config, seed)
-    return train(network, learnt, config, seed, aside=aside)
+    return train(network, learnt, config, seed, checkpoint=checkpoint)

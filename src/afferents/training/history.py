@@ -1,4 +1,4 @@
-"""The course of a training: its epochs, the best of them, and its weights."""
+"""The history of a training: its epochs, the best of them, and its weights."""
 
 from dataclasses import dataclass, field
 
@@ -22,12 +22,12 @@ class Epoch:
 
 
 @dataclass
-class Course:
+class History:
     """The epochs so far.
 
     Attributes
     ----------
-    history
+    epochs
         All epochs, in order.
     best_epoch
         Number of the first with the highest validation accuracy; 0 before the first epoch.
@@ -37,22 +37,22 @@ class Course:
         That earlier processes have spent on it.
     """
 
-    history: list[Epoch] = field(default_factory=list)
+    epochs: list[Epoch] = field(default_factory=list)
     best_epoch: int = 0
     weights: Weights = field(default_factory=dict)
     seconds: float = 0.0
 
     def add(self, epoch: Epoch, model: nn.Module) -> None:
         """Take in an epoch that has just ended; the model's weights are kept if it is the best."""
-        self.history.append(epoch)
+        self.epochs.append(epoch)
         if not self.best_epoch or epoch.validation_accuracy > self._best.validation_accuracy:
             self.best_epoch = epoch.number
             self.weights = {name: value.clone() for name, value in model.state_dict().items()}
 
     def is_over(self, patience: int | None) -> bool:
         """Tell whether `patience` epochs have gone by without a better one; never of None."""
-        return patience is not None and len(self.history) - self.best_epoch >= patience
+        return patience is not None and len(self.epochs) - self.best_epoch >= patience
 
     @property
     def _best(self) -> Epoch:
-        return self.history[self.best_epoch - 1]
+        return self.epochs[self.best_epoch - 1]

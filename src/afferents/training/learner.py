@@ -1,4 +1,4 @@
-"""A network and its optimiser: one pass over batches to learn, or to judge."""
+"""A network and its optimiser: one pass over batches, to learn or to evaluate."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -33,7 +33,7 @@ class Learner:
         )
         self.statistics = WarmUp(model) if config.warm_up_statistics else None
 
-    def standing(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Return where the schedules are, ready for JSON; see `go_on`."""
         group = self.optimiser.param_groups[0]
         return {
@@ -43,14 +43,14 @@ class Learner:
             "steps": self.statistics.steps if self.statistics else 0,
         }
 
-    def go_on(self, standing: Mapping[str, Any]) -> None:
+    def go_on(self, state: Mapping[str, Any]) -> None:
         """Put the schedules where they were."""
         group = self.optimiser.param_groups[0]
-        group["lr"], group["betas"] = standing["rate"], tuple(standing["betas"])
+        group["lr"], group["betas"] = state["rate"], tuple(state["betas"])
         if self.cycle:
-            self.cycle.last_epoch = standing["cycle"]
+            self.cycle.last_epoch = state["cycle"]
         if self.statistics:
-            self.statistics.steps = standing["steps"]
+            self.statistics.steps = state["steps"]
 
     def learn(self, data: LearningSet, batches: Iterable[Tensor]) -> tuple[float, float]:
         """Take one step for each batch of indices; return mean loss and accuracy."""
@@ -72,7 +72,7 @@ class Learner:
         return tally.means()
 
     @torch.no_grad()
-    def judge(self, data: LearningSet, batches: Iterable[Tensor]) -> tuple[float, float]:
+    def evaluate(self, data: LearningSet, batches: Iterable[Tensor]) -> tuple[float, float]:
         """Return mean loss and accuracy over batches of indices, learning nothing."""
         self.model.eval()
         tally = Tally(self.device)

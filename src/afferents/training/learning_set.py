@@ -30,7 +30,7 @@ class LearningSet:
     labels
         Number of each one's texture, int64 (n,).
     train, validation
-        Samples to learn from and to judge by, (n_train,) and (n_validation,).
+        Samples to learn from and to evaluate by, (n_train,) and (n_validation,).
     scale
         A batch is divided by it; 1 for raw units.
     scaled_on

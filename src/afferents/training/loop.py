@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from afferents.core.errors import AfferentsError, InputError
-from afferents.training.checkpoint import PutAside
+from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import TrainingConfig
-from afferents.training.history import Course, Epoch
 from afferents.training.data import gather, split
 from afferents.training.hardware import autocast, choose_device, computed_with, to_channels_last
+from afferents.training.history import Epoch, History
 from afferents.training.learner import Learner
 from afferents.training.learning_set import LearningSet
 
@@ -58,7 +58,7 @@ def train(
     config: TrainingConfig,
     seed: int,
     progress: Callable[[Epoch], None] | None = None,
-    aside: PutAside | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> TrainedModel:
     """Train a network in place until its validation accuracy no longer rises.
 
@@ -83,8 +83,8 @@ def train(
         Of the order of the samples and of dropout.
     progress
         Called after every epoch.
-    aside
-        Where the training is put aside now and then, and taken up from; None for nowhere.
+    checkpoint
+        Where checkpoints are written now and then, and read from; None for nowhere.
 
     Raises
     ------
@@ -105,27 +105,27 @@ def train(
         epochs = range(1, config.max_epochs + 1)
         learner = Learner(model, config, device, len(epochs) * steps)
         about = {
-            "of": aside.of if aside else "",
+            "of": checkpoint.of if checkpoint else "",
             "seed": seed,
             "scale": learnt.scale,
             "samples": [len(training), len(validation)],
             "config": config.model_dump(),
             **computed_with(config),
         }
-        course = aside.resume(learner, about) if aside else Course()
-        left = epochs[len(course.history) :]
+        history = checkpoint.resume(learner, about) if checkpoint else History()
+        left = epochs[len(history.epochs) :]
         for epoch in _epochs(learner, data, training, validation, config, left):
-            course.add(epoch, model)
+            history.add(epoch, model)
             if progress:
                 progress(epoch)
-            if course.is_over(config.patience):
+            if history.is_over(config.patience):
                 break
-            if aside:
-                aside.save(learner, course, about)
-    model.load_state_dict(course.weights)
-    passes = len(course.history) * len(learnt.train)
-    seconds = course.seconds + time.perf_counter() - start
-    return TrainedModel(model, tuple(course.history), course.best_epoch, passes, seconds)
+            if checkpoint:
+                checkpoint.save(learner, history, about)
+    model.load_state_dict(history.weights)
+    passes = len(history.epochs) * len(learnt.train)
+    seconds = history.seconds + time.perf_counter() - start
+    return TrainedModel(model, tuple(history.epochs), history.best_epoch, passes, seconds)
 
 
 @torch.inference_mode()
@@ -177,7 +177,7 @@ def _epochs(
         start = time.perf_counter()
         order = training[torch.randperm(len(training)).to(training.device)]
         learnt = learner.learn(data, split(order, config.batch_size))
-        judged = learner.judge(data, torch.split(validation, EVALUATION_BATCH))
+        judged = learner.evaluate(data, torch.split(validation, EVALUATION_BATCH))
         if not (math.isfinite(learnt[0]) and math.isfinite(judged[0])):
             raise AfferentsError(
                 f"training: the loss is no longer a number in epoch {number}; look for samples "

@@ -16,16 +16,16 @@ from afferents.core.model import MODELS, Model
 from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.models import (
     Classifier,
+    FitData,
     JointFusion,
     LateFusion,
-    Lesson,
     Solved,
     best_weights,
     classifier_of,
+    cross_entropy,
     equal_weights,
-    least_surprise,
+    fit_temperature,
     log_probabilities,
-    surprise,
     weighted,
 )
 from afferents.training.fitted import Fitted, Part, new_classifier, solved_facts
@@ -119,8 +119,8 @@ def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt
         _unseen(classifier, samples, labels, learnt_from, seed, penalty)
         for penalty in classifier.penalties
     ]
-    surprises = [surprise(logs, labels[learnt_from]) for _, logs in tried]
-    best = int(np.argmin(surprises))
+    losses = [cross_entropy(logs, labels[learnt_from]) for _, logs in tried]
+    best = int(np.argmin(losses))
     temperature, unseen = tried[best]
     learn(classifier, samples, labels, learnt_from, seed, classifier.penalties[best])
     classifier.temperature = torch.tensor(temperature)
@@ -163,7 +163,7 @@ def _unseen(
             logs[its] = _at_temperature(of_speed, temperature)
         return logs
 
-    temperature = least_surprise(unseen_at, labels[learnt_from])
+    temperature = fit_temperature(unseen_at, labels[learnt_from])
     return temperature, unseen_at(temperature)
 
 
@@ -178,8 +178,8 @@ def learn(
     """Let a classifier learn from some samples, in place; `seed` is of what it draws."""
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(samples[dims.SPEED].values[index])
-    lesson = Lesson(values, named, equal_weights(named, speed), speed)
-    classifier.solve(lesson, np.random.default_rng(seed), penalty)
+    data = FitData(values, named, equal_weights(named, speed), speed)
+    classifier.solve(data, np.random.default_rng(seed), penalty)
 
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:

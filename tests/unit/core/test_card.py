@@ -8,7 +8,7 @@ from afferents.core.card import Card, parse_card, read_card
 from afferents.core.errors import InputError
 
 CONTENT = {
-    "family": "ra-wave-vector",
+    "model": "ra-wave-vector",
     "title": "RA-I vector waves",
     "classifier": "ridge",
     "channel": "ra1_vector",
@@ -58,11 +58,11 @@ WIDE = {"shape": [2, 1000, 1000]}
         ({"validation_accuracy": 7}, "validation_accuracy: less than or equal to 1"),
         ({"fps_hz": "90"}, "fps_hz: a valid number, found '90'"),
         ({"data": [{"source": 1}]}, "data.0.source: a valid string"),
-        ({"family": 3}, "family: a valid string, found 3"),
-        ({"family": "resnet"}, "family must be one of sa-se"),
-        ({"family": "ra-se"}, "channel, encoding and classifier must be those of ra-se"),
+        ({"model": 3}, "model: a valid string, found 3"),
+        ({"model": "resnet"}, "model must be one of sa-se"),
+        ({"model": "ra-se"}, "channel, encoding and classifier must be those of ra-se"),
         ({"waves": {"frames": 10}}, "waves: "),
-        ({"schema_version": 99}, "schema_version must be 2"),
+        ({"schema_version": 99}, "schema_version must be 3"),
         ({"evil": 1}, "the unknown key 'evil'"),
     ],
 )

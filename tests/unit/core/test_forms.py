@@ -8,11 +8,11 @@ from afferents.core.errors import InputError
 from afferents.core.results import texture_summaries
 
 SHARES = {"mean": 0.5, "ci95": [0.4, 0.6]}
-UNIT = {**SHARES, "between": SHARES, "by_speed": {"10": 0.4, "12.5": 0.5, "20": 0.6}}
+UNIT = {**SHARES, "inside": SHARES, "by_speed": {"10": 0.4, "12.5": 0.5, "20": 0.6}}
 UNITS = {"samples": UNIT, "recordings": UNIT}
 AREAS = {"samples": 0.9, "recordings": 1}
 ABOUT = {
-    "schema": 1,
+    "schema": 2,
     "afferents": "0",
     "data": [
         {
@@ -38,7 +38,7 @@ def unknown(**changed):
         "found": UNITS,
         "false_alarms": UNITS,
         "auroc": AREAS,
-        "auroc_between": AREAS,
+        "auroc_inside": AREAS,
         "by_texture": {"1": texture, "2": texture},
         **changed,
     }
@@ -48,7 +48,7 @@ def unknown(**changed):
 def roughness(**changed):
     outcome = {
         "mae_mm": 0.5,
-        "mae_mm_between": None,
+        "mae_mm_inside": None,
         "mae_mm_recordings": 0.4,
         "by_speed": {"10": 0.5},
         "by_spacing": {"1": 0.5},

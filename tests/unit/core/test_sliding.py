@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from afferents.core.sliding import lasting, said_of, sliding_part
+from afferents.core.sliding import lasting, sliding_part, span_text
 
 TIME_S = np.arange(1000) / 100
 
@@ -38,5 +38,5 @@ def test_a_key_frame_is_no_end():
 
 
 def test_an_end_near_that_of_the_recording_is_said_to_be_it():
-    assert said_of((1.0, 5.0), TIME_S) == "from 1.00 s to 5.00 s"
-    assert said_of((1.0, 9.5), TIME_S) == "from 1.00 s to the end"
+    assert span_text((1.0, 5.0), TIME_S) == "from 1.00 s to 5.00 s"
+    assert span_text((1.0, 9.5), TIME_S) == "from 1.00 s to the end"

@@ -30,7 +30,7 @@ SOURCE = {
     "simulated": False,
 }
 CONFIG = {
-    "schema": 1,
+    "schema": 2,
     "data": [SOURCE],
     "without": {},
     "skipped": [],
@@ -167,7 +167,7 @@ def outcome(summary):
     ("name", "change", "said"),
     [
         ("summary.json", lambda c: c.pop("data"), "with the key 'data', found none"),
-        ("summary.json", lambda c: c.update(schema=99), "with schema: 1, found 99"),
+        ("summary.json", lambda c: c.update(schema=99), "with schema: 2, found 99"),
         ("summary.json", lambda c: c.update(textures=5), "with textures: a valid array, found 5"),
         ("summary.json", lambda c: c.update(chance=True), "chance: a valid number, found True"),
         ("summary.json", lambda c: c.update(models=[]), "with models: an object, found []"),

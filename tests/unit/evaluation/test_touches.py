@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from afferents.evaluation.touches import between, name_recordings
+from afferents.evaluation.touches import inside_speeds, name_recordings
 
 
 def predictions(rows):
@@ -35,4 +35,4 @@ def test_a_probability_of_zero_is_no_infinity():
 
 def test_between_leaves_out_slowest_and_fastest():
     table = predictions([(v, "r", "a", 1, 0) for v in (10, 20, 30, 40)])
-    assert sorted(between(table)["held_out_speed_mm_s"]) == [20, 30]
+    assert sorted(inside_speeds(table)["held_out_speed_mm_s"]) == [20, 30]

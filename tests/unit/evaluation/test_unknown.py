@@ -7,13 +7,13 @@ from afferents.evaluation import auroc, recordings_of, share_unknown, summarise_
 def table():
     """Two textures at three speeds; `b` is found at 10 and 20 mm/s, `a` at none."""
     rows = [
-        (v, left_out, texture, f"{texture}/{v}", strangeness, 1.0)
+        (v, left_out, texture, f"{texture}/{v}", novelty, 1.0)
         for v in (10.0, 20.0, 30.0)
         for left_out in ("a", "b")
         for texture in ("a", "b")
-        for strangeness in ((2.0, 1.4) if left_out == texture == "b" and v < 30 else (0.9, 0.5))
+        for novelty in ((2.0, 1.4) if left_out == texture == "b" and v < 30 else (0.9, 0.5))
     ]
-    names = ["held_out_speed_mm_s", "left_out", "texture", "recording", "strangeness"]
+    names = ["held_out_speed_mm_s", "left_out", "texture", "recording", "novelty"]
     return pd.DataFrame(rows, columns=[*names, "recordings_limit"])
 
 
@@ -21,14 +21,14 @@ def test_by_hand():
     found = summarise_unknown(table())
     assert found["found"]["samples"]["mean"] == pytest.approx(1 / 3)
     assert found["found"]["samples"]["by_speed"] == {"10": 0.5, "20": 0.5, "30": 0}
-    assert found["found"]["recordings"]["between"]["mean"] == 0.5
+    assert found["found"]["recordings"]["inside"]["mean"] == 0.5
     assert found["false_alarms"]["samples"] == {
-        "mean": 0, "ci95": [0, 0], "between": {"mean": 0, "ci95": [0, 0]},
+        "mean": 0, "ci95": [0, 0], "inside": {"mean": 0, "ci95": [0, 0]},
         "by_speed": {"10": 0, "20": 0, "30": 0},
     }  # fmt: skip
     # b is told from a in each pair at two speeds; all else is as strange as the other.
     assert found["auroc"]["samples"] == pytest.approx((2 * 1 + 4 * 0.5) / 6)
-    assert found["auroc_between"]["samples"] == pytest.approx((1 + 0.5) / 2)
+    assert found["auroc_inside"]["samples"] == pytest.approx((1 + 0.5) / 2)
     assert found["by_texture"]["b"]["found_samples"] == pytest.approx(2 / 3)
     assert found["by_texture"]["a"] == {
         "found_samples": 0, "found_recordings": 0, "false_alarms": 0, "auroc": 0.5,
@@ -39,17 +39,17 @@ def test_by_hand():
 def test_a_recording_is_judged_by_the_mean_of_its_samples_and_its_own_limit():
     mine = table()[lambda t: (t.left_out == "b") & (t.texture == "b")]
     rows = recordings_of(mine.assign(recordings_limit=1.7))
-    assert rows["strangeness"].tolist() == pytest.approx([1, 1, 0.7 / 1.7])
+    assert rows["novelty"].tolist() == pytest.approx([1, 1, 0.7 / 1.7])
 
 
 def test_few_speeds_lie_between_none():
     rows = table()[lambda t: t.held_out_speed_mm_s < 30]
-    assert share_unknown(rows)["between"] is None
-    assert summarise_unknown(rows)["auroc_between"] == {"samples": None, "recordings": None}
+    assert share_unknown(rows)["inside"] is None
+    assert summarise_unknown(rows)["auroc_inside"] == {"samples": None, "recordings": None}
 
 
 def test_area_counts_pairs():
     rows = pd.DataFrame(
-        {"left_out": "a", "texture": ["a", "a", "b", "b"], "strangeness": [3.0, 1.0, 2.0, 0.0]}
+        {"left_out": "a", "texture": ["a", "a", "b", "b"], "novelty": [3.0, 1.0, 2.0, 0.0]}
     )
     assert auroc(rows) == 0.75

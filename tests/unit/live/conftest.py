@@ -24,7 +24,7 @@ def trained(store, name, folder):
 
 @pytest.fixture(scope="session")
 def models(stores, tmp_path_factory):
-    """Exported models by family; the folders they come from lie beside them."""
+    """Exported models by name; the folders they come from lie beside them."""
     folder = tmp_path_factory.mktemp("models")
     sources = {
         "sa-se": "video",

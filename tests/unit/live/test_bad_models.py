@@ -11,10 +11,10 @@ import soundfile
 from afferents.core.card import METADATA
 from afferents.core.errors import InputError
 from afferents.live import (
-    Feeler,
     Microphone,
     Network,
     Pace,
+    Perceiver,
     ReplayedSound,
     ReplayedVideo,
     open_sources,
@@ -72,9 +72,9 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
     refused(changed(good, out, shape=[10, 9, 9]), r"the input image \(1, 9, 9\)")
     refused(changed(good, out, textures=["1", "2"]), r"probabilities \(1, 2\), as its card says")
     refused(changed(good, out, sensor=None), "sensor must be given for ra-ste")
-    refused(changed(good, out, family=None), "family")
-    refused(changed(good, out, family="touch"), "family must be one of sa-se")
-    mine = {"family": "mine", "own": True}
+    refused(changed(good, out, model=None), "model")
+    refused(changed(good, out, model="touch"), "model must be one of sa-se")
+    mine = {"model": "mine", "own": True}
     refused(changed(good, out, **mine, encoding={"name": "tea"}), "one of the encodings spatial")
     refused(changed(good, out, **mine, channel="sa9"), "a Channel, or one of sa1, ")
     refused(changed(good, out, shape=[19, 19]), "a size for each of sample_dims")
@@ -84,22 +84,22 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
 
 def test_models_that_do_not_go_together(tmp_path, models):
     with pytest.raises(InputError, match="--model: expected at least one model, found none"):
-        Feeler([])
+        Perceiver([])
     with pytest.raises(InputError, match="--audio-offset-ms: expected a number of milliseconds"):
-        Feeler([Network(models["sa-se"])], math.nan)
-    with pytest.raises(InputError, match="expected one model of a family, found several of sa-se"):
-        Feeler([Network(models["sa-se"]), Network(models["sa-se"])])
+        Perceiver([Network(models["sa-se"])], math.nan)
+    with pytest.raises(InputError, match="expected each model once, found several of sa-se"):
+        Perceiver([Network(models["sa-se"]), Network(models["sa-se"])])
     sensor = {**Network(models["ra-ste"]).card.sensor, "name": "another"}
     other = Network(changed(models["ra-ste"], tmp_path / "o.onnx", sensor=sensor))
     with pytest.raises(InputError, match=r"o.onnx: expected the sensor and frame rate of .*sa-se"):
-        Feeler([Network(models["sa-se"]), other])
-    fields = {"sample_rate_hz": 4000, "family": "vib-te"}
+        Perceiver([Network(models["sa-se"]), other])
+    fields = {"sample_rate_hz": 4000, "model": "vib-te"}
     slower = Network(changed(models["vib-te-aug"], tmp_path / "s.onnx", **fields))
     with pytest.raises(InputError, match=r"s.onnx: expected the sample rate and spectra of"):
-        Feeler([Network(models["vib-te-aug"]), slower])
+        Perceiver([Network(models["vib-te-aug"]), slower])
     free = {**sensor, "layout": "free", "rows": None, "columns": None}
     with pytest.raises(InputError, match="a sensor with markers in a grid, found free"):
-        Feeler([Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))])
+        Perceiver([Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))])
 
 
 def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
@@ -133,9 +133,9 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
     ],
 )
 def test_sources_that_are_not_there(models, asked, sentence):
-    feeler = Feeler([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+    perceiver = Perceiver([Network(models["sa-se"]), Network(models["vib-te-aug"])])
     with pytest.raises(InputError, match=sentence):
-        open_sources(**{"video": None, "audio": None, **asked}, feeler=feeler)
+        open_sources(**{"video": None, "audio": None, **asked}, perceiver=perceiver)
 
 
 def test_a_microphone_that_is_not_there():

@@ -10,17 +10,17 @@ from afferents.core.recording import Frame
 from afferents.live import (
     Begin,
     Camera,
-    Feeler,
+    CameraFrame,
     Network,
     Pace,
-    Picture,
+    Perceiver,
     ReplayedSound,
     ReplayedVideo,
     Sound,
     Trouble,
     stream,
 )
-from afferents.live.mailbox import WAITING_PICTURES, WAITING_SOUNDS, Mailbox
+from afferents.live.mailbox import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
 from afferents.recordings import WavFile, read_session
 
 
@@ -38,20 +38,20 @@ def chunks(sounds):
 
 @pytest.fixture
 def seeing(models):
-    feeler = Feeler([Network(models["ra-ste"])])
-    feeler.sight.speed = math.inf
-    return feeler
+    perceiver = Perceiver([Network(models["ra-ste"])])
+    perceiver.video.speed = math.inf
+    return perceiver
 
 
 @pytest.fixture
 def hearing(models):
-    feeler = Feeler([Network(models["vib-te-aug"])])
-    feeler.hearing.speed = math.inf
-    return feeler
+    perceiver = Perceiver([Network(models["vib-te-aug"])])
+    perceiver.audio.speed = math.inf
+    return perceiver
 
 
-def fed(feeler, events):
-    return [percept for event in events for percept in feeler.feed(event)]
+def fed(perceiver, events):
+    return [percept for event in events for percept in perceiver.feed(event)]
 
 
 FIRST = 10 + 1 + 9
@@ -72,8 +72,8 @@ def test_a_run_of_ten_never_spans_a_missing_frame(seeing, pictures):
 
 def test_doubled_frames_change_nothing(seeing, models, pictures):
     twice = [p for picture in pictures for p in (picture, picture._replace(arrived_s=1.0))]
-    again = Feeler([Network(models["ra-ste"])])
-    again.sight.speed = math.inf
+    again = Perceiver([Network(models["ra-ste"])])
+    again.video.speed = math.inf
     plain, doubled = fed(again, pictures), fed(seeing, twice)
     assert [p.probabilities for p in plain] == [p.probabilities for p in doubled]
     assert doubled[-1].counters.doubled == len(pictures) - 1
@@ -93,41 +93,41 @@ def test_no_window_spans_lost_sound(hearing, chunks):
 
 
 def test_what_comes_late_is_not_fresh(models, pictures):
-    feeler = Feeler([Network(models["ra-ste"])])
+    perceiver = Perceiver([Network(models["ra-ste"])])
     now_s = time.monotonic() + AHEAD_S
     arrivals = [now_s + p.time_s + (0.5 if i >= 30 else 0) for i, p in enumerate(pictures)]
     late = [p._replace(arrived_s=at) for p, at in zip(pictures, arrivals, strict=True)]
-    percepts = fed(feeler, late)
+    percepts = fed(perceiver, late)
     assert [p.fresh for p in percepts] == [round(p.time_s * 90) - 1 < 30 for p in percepts]
     assert percepts[-1].state == "stalled"
     assert percepts[-1].probabilities == {}
 
 
 def test_what_has_waited_here_is_not_fresh(models, pictures):
-    feeler = Feeler([Network(models["ra-ste"])])
+    perceiver = Perceiver([Network(models["ra-ste"])])
     waited = [p._replace(arrived_s=time.monotonic() - 0.2 + p.time_s / 1e6) for p in pictures]
-    assert {p.state for p in fed(feeler, waited)} == {"stalled"}
+    assert {p.state for p in fed(perceiver, waited)} == {"stalled"}
 
 
 def test_a_run_of_ten_never_spans_a_late_frame(models, pictures):
-    feeler = Feeler([Network(models["ra-ste"])])
+    perceiver = Perceiver([Network(models["ra-ste"])])
     now_s = time.monotonic() + AHEAD_S
     late = [now_s + p.time_s + (0.5 if i in (24, 25) else 0) for i, p in enumerate(pictures)]
     events = [p._replace(arrived_s=at) for p, at in zip(pictures, late, strict=True)]
-    fresh = {round(p.time_s * 90) - 1 for p in fed(feeler, events) if p.fresh}
+    fresh = {round(p.time_s * 90) - 1 for p in fed(perceiver, events) if p.fresh}
     assert fresh == {*range(FIRST, 24), *range(35, 45)}
 
 
 def test_clocks_that_drift_are_not_late(models, pictures):
-    feeler = Feeler([Network(models["ra-ste"])])
+    perceiver = Perceiver([Network(models["ra-ste"])])
     now_s = time.monotonic() + AHEAD_S
     drifting = [p._replace(arrived_s=now_s + 1.0002 * p.time_s) for p in pictures]
-    assert all(p.fresh for p in fed(feeler, drifting))
+    assert all(p.fresh for p in fed(perceiver, drifting))
 
 
 def test_a_picture_without_markers_is_said_until_they_are_there(seeing, pictures):
     black = Frame(0.0, np.zeros((480, 640), np.uint8))
-    blind = [Picture(black._replace(time_s=i / 90), 0.0) for i in range(40)]
+    blind = [CameraFrame(black._replace(time_s=i / 90), 0.0) for i in range(40)]
     percepts = fed(seeing, blind)
     assert {p.state for p in percepts} == {"waiting"}
     assert "markers" in percepts[0].troubles[0]
@@ -144,12 +144,12 @@ def test_another_recording_begins_anew(seeing, pictures):
 
 
 def test_trouble_of_one_sense_leaves_the_other(models, pictures, chunks):
-    both = Feeler([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+    both = Perceiver([Network(models["sa-se"]), Network(models["vib-te-aug"])])
     said = both.feed(Trouble("audio", 0.0, "unplugged"))
     assert [(p.model, p.state, p.troubles) for p in said] == [
         ("vib-te-aug", "stalled", ("unplugged",))
     ]
-    both.sight.speed = math.inf
+    both.video.speed = math.inf
     assert all(p.fresh for p in fed(both, pictures))
 
 
@@ -198,8 +198,8 @@ def test_who_is_too_slow_skips_the_oldest_pictures(pictures):
         mailbox._put(pictures[i % 40])
         mailbox._put(Sound(i, silence, 0.0))
     kept = list(mailbox._events)
-    newest = [pictures[i % 40] for i in range(WAITING_SOUNDS + 20)][-WAITING_PICTURES:]
-    assert [e for e in kept if isinstance(e, Picture)] == newest
+    newest = [pictures[i % 40] for i in range(WAITING_SOUNDS + 20)][-WAITING_FRAMES:]
+    assert [e for e in kept if isinstance(e, CameraFrame)] == newest
     assert [e.time_s for e in kept if isinstance(e, Sound)] == list(range(20, WAITING_SOUNDS + 20))
 
 
@@ -223,7 +223,7 @@ def test_a_camera_that_is_slow_vanishes_and_comes_back():
     camera = Camera(device, 90, 640, 480, driver="lavfi")
     pictures, said = [], []
     for event in camera.events():
-        (pictures if isinstance(event, Picture) else said).append(event)
+        (pictures if isinstance(event, CameraFrame) else said).append(event)
         if len(said) == 3:
             camera.close()
     assert "asked 90 frames/s, got 15" in said[0].what

@@ -46,14 +46,14 @@ class Served:
         with said_in.open("w") as said:
             command = [sys.executable, SERVED, str(FILES), json.dumps(SHORT | asked)]
             self.process = subprocess.Popen(command, stderr=said)
-        until(lambda: self.said().startswith("Page: http") and self.said().endswith("\n"))
-        self.url = self.said().removeprefix("Page: ").strip()
+        until(lambda: self.describe().startswith("Page: http") and self.describe().endswith("\n"))
+        self.url = self.describe().removeprefix("Page: ").strip()
         self.address = ("127.0.0.1", int(self.url.rpartition(":")[2]))
         self.count()
         time.sleep(1)  # until that visitor's files are closed
         self.files_at_rest = self.files()
 
-    def said(self):
+    def describe(self):
         return self.said_in.read_text()
 
     def files(self):
@@ -132,7 +132,7 @@ def served(tmp_path_factory):
     yield page
     page.process.send_signal(signal.SIGINT)
     assert page.process.wait(PATIENCE_S) == 130
-    assert page.said().count("\n") == 1
+    assert page.describe().count("\n") == 1
 
 
 @pytest.mark.parametrize("said", [b"", HEAD])
@@ -149,7 +149,7 @@ def test_a_crowd_that_asks_for_nothing(served, said):
     assert any(b"503 Service Unavailable" in answer for answer in answers)
     assert served.is_as_before()
     assert served.count() > before
-    assert served.said().count("\n") == 1
+    assert served.describe().count("\n") == 1
 
 
 def drip(visitor, what):
@@ -233,7 +233,7 @@ def test_rubbish_is_answered_by_hanging_up(served, what):
             gone.shutdown(socket.SHUT_WR)
     assert is_closed(served.visit(said))
     assert served.is_as_before()
-    assert served.said().count("\n") == 1
+    assert served.describe().count("\n") == 1
 
 
 @pytest.mark.parametrize("what", list(rubbish_frames()))
@@ -243,7 +243,7 @@ def test_rubbish_frames_are_answered_by_hanging_up(served, what):
         reset(served.shaken_hands(said))
     assert is_closed(served.shaken_hands(said))
     assert served.is_as_before()
-    assert served.said().count("\n") == 1
+    assert served.describe().count("\n") == 1
 
 
 def test_a_web_socket_that_never_reads(served):
@@ -311,7 +311,7 @@ def test_under_all_of_it_the_stream_goes_on_and_little_is_taken(served):
     assert pressed > at_rest
     assert served.is_as_before()
     assert served.memory_mb() < memory_mb + 50
-    assert served.said().count("\n") == 1
+    assert served.describe().count("\n") == 1
 
 
 def test_places_are_taken_and_given_up(tmp_path):
@@ -328,7 +328,7 @@ def test_places_are_taken_and_given_up(tmp_path):
             time.sleep(1)
             served.process.send_signal(signal.SIGINT)
             assert served.process.wait(PATIENCE_S) == 130
-        assert served.said().count("\n") == 1
+        assert served.describe().count("\n") == 1
     finally:
         served.process.kill()
 

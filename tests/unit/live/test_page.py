@@ -96,9 +96,9 @@ def test_a_visitor_gets_models_states_and_pictures(running):
     images = [p for state in found for p in state["percepts"] if p["model"] == "sa-se"]
     percepts["sa-se"] = next(p for p in reversed(images) if p["fresh"])
     assert sum(percepts["sa-se"]["probabilities"].values()) == pytest.approx(1)
-    assert np.array(found[-1]["sight"]["sa1"]).shape == (19, 19)
-    assert len(found[-1]["sight"]["markers"]) == 361
-    spectrum = found[-1]["hearing"]
+    assert np.array(found[-1]["video"]["sa1"]).shape == (19, 19)
+    assert len(found[-1]["video"]["markers"]) == 361
+    spectrum = found[-1]["audio"]
     assert np.argmax(spectrum["amplitude"]) * spectrum["step_hz"] == pytest.approx(20)
     image = cv2.imdecode(np.frombuffer(pictures[-1], np.uint8), cv2.IMREAD_GRAYSCALE)
     assert image.shape == (480, 640)
@@ -117,7 +117,7 @@ def test_rubbish_a_second_and_a_slow_visitor_harm_nobody(running):
             with pytest.raises(ConnectionClosed):
                 states(loud, 10)
         after, _ = states(good, 1.5)
-        assert after[-1]["sight"]["rate_hz"] > 60
+        assert after[-1]["video"]["rate_hz"] > 60
         assert slow.recv(timeout=10)
 
 

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from afferents.live import Begin, Picture, RigShow, RigSound, RigVideo, Sound
+from afferents.live import Begin, CameraFrame, RigShow, RigSound, RigVideo, Sound
 
 RUN_S = 2.0
 
@@ -15,7 +15,7 @@ def test_runs_follow_one_another():
         events = list(itertools.islice(RigVideo(show).events(), 220))
         begins = [e for e in events if isinstance(e, Begin)]
         assert [b.truth for b in begins] == ["3 mm at 50 mm/s"] * 2
-        pictures = [e for e in events if isinstance(e, Picture)]
+        pictures = [e for e in events if isinstance(e, CameraFrame)]
         first = [p for p in pictures if p.time_s < begins[1].time_s]
         assert len(first) == 180
         assert begins[1].time_s >= RUN_S

@@ -30,7 +30,7 @@ from afferents.encodings import (
     tactile_images,
 )
 from afferents.encodings.spatial import component_images
-from afferents.live import Feeler, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream
+from afferents.live import Network, Pace, Perceiver, ReplayedSound, ReplayedVideo, Sound, stream
 from afferents.live.images import Images
 from afferents.markers import load_sensor
 from afferents.pipeline.encode import encode, sources_of
@@ -118,21 +118,21 @@ def stored(store, recording):
     return next(r for r in open_responses(store) if r.attrs["name"] == recording.name)
 
 
-def said(percepts, model):
-    """Probabilities and strangeness by time in ms, of one model."""
+def felt_live(percepts, model):
+    """Probabilities and novelty by time in ms, of one model."""
     return {
-        round(1000 * p.time_s): np.array([*p.probabilities.values(), p.strangeness])
+        round(1000 * p.time_s): np.array([*p.probabilities.values(), p.novelty])
         for p in percepts
         if p.model == model and p.probabilities
     }
 
 
 @torch.no_grad()
-def said_offline(model, responses, family, cut_s):
+def felt_offline(path, responses, model, cut_s):
     """By the end of each sample, from the model's folder and PyTorch."""
-    _, deployed = load_model(model.with_suffix(""))
+    _, deployed = load_model(path.with_suffix(""))
     kept = responses.assign_attrs(steady_s=f"[{cut_s}, 1000]")
-    source = sources_of(family, Encodings())[0]
+    source = sources_of(model, Encodings())[0]
     samples = encode(kept, source, "all")
     values = source.encoding.seen(samples.values)
     found = torch.column_stack(deployed(torch.from_numpy(np.ascontiguousarray(values)))).numpy()
@@ -144,11 +144,11 @@ def said_offline(model, responses, family, cut_s):
 def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name):
     recording = read_session(session).recordings[5]
     source = ReplayedVideo(recording.video, Pace(math.inf))
-    live = said(afferents.live.stream([source], models[name]), name)
+    live = felt_live(afferents.live.stream([source], models[name]), name)
     responses = next(
         r for r in open_responses(stores["video"]) if r.attrs["name"] == recording.name
     )
-    offline = said_offline(models[name], responses, MODELS[name], cut_s=0)
+    offline = felt_offline(models[name], responses, MODELS[name], cut_s=0)
     assert set(offline) <= set(live)
     assert len(offline) == (35 if name == "sa-se" else 3)
     for stop, expected in offline.items():
@@ -158,11 +158,11 @@ def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name)
 def test_percepts_of_sound_are_the_offline_ones(sounds, stores, models):
     recording = read_session(sounds).recordings[7]
     source = ReplayedSound(WavFile(recording.audio.path), Pace(math.inf))
-    live = said(stream([source], [models["vib-te-aug"]]), "vib-te-aug")
+    live = felt_live(stream([source], [models["vib-te-aug"]]), "vib-te-aug")
     responses = next(
         r for r in open_responses(stores["audio"]) if r.attrs["name"] == recording.name
     )
-    offline = said_offline(models["vib-te-aug"], responses, MODELS["vib-te-aug"], 0)
+    offline = felt_offline(models["vib-te-aug"], responses, MODELS["vib-te-aug"], 0)
     assert set(offline) == set(live)
     assert len(offline) == 5
     for stop, expected in offline.items():
@@ -176,11 +176,11 @@ def test_percepts_do_not_depend_on_the_chunks(sounds, models, sizes):
     signal = audio.read().values
 
     def felt(sizes):
-        feeler, done, turn, percepts = Feeler([Network(models["vib-te-aug"])]), 0, 0, []
-        feeler.hearing.speed = math.inf
+        perceiver, done, turn, percepts = Perceiver([Network(models["vib-te-aug"])]), 0, 0, []
+        perceiver.audio.speed = math.inf
         while done < len(signal):
             part = signal[done : done + sizes[turn % len(sizes)]]
-            percepts += feeler.feed(Sound(done / audio.sample_rate_hz, part, 0.0))
+            percepts += perceiver.feed(Sound(done / audio.sample_rate_hz, part, 0.0))
             done, turn = done + len(part), turn + 1
         return percepts
 

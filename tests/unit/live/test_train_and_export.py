@@ -12,20 +12,20 @@ from afferents.core.card import read_card
 from afferents.core.evidence import MEMORY_S, Evidence
 from afferents.encodings import log_waves, wave_spectra
 from afferents.live import Network
-from afferents.models import Deployed, build, least_surprise
+from afferents.models import Deployed, build, fit_temperature
 from afferents.training import best_evidence, load_model
 
 
 def test_the_card_says_what_it_learnt_from(models):
     card = Network(models["ra-ste"]).card
-    assert (card.family, card.textures, card.channel, card.shape) == (
+    assert (card.model, card.textures, card.channel, card.shape) == (
         "ra-ste", ("1", "2", "3"), "ra1", (10, 19, 19),
     )  # fmt: skip
     assert card.learnt_from_mm_s == (20, 60)
     assert card.validated_on_mm_s == 40
     assert (card.fps_hz, card.sample_rate_hz, card.simulated) == (90, None, True)
     assert card.sensor["name"] == "tip_b"
-    assert card.said()[-1] == "Not evaluated at speeds held out."
+    assert card.describe()[-1] == "Not evaluated at speeds held out."
     sound = Network(models["vib-te-aug"]).card
     assert (sound.sample_rate_hz, sound.shape, sound.sensor) == (8000, (1, 200), None)
     folder = models["ra-ste"].with_suffix("")
@@ -46,9 +46,9 @@ def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
             continue
         with torch.no_grad():
             waves = torch.from_numpy(log_waves(wave_spectra(images[i - 9 : i + 1]), memory=1))
-            probabilities, strangeness = deployed(waves[None])
+            probabilities, novelty = deployed(waves[None])
         np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
-        assert outcome.strangeness == pytest.approx(float(strangeness[0]), rel=1e-4)
+        assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["video", "audio"])
@@ -56,7 +56,7 @@ def test_the_best_is_trained_where_nothing_is_asked_for(run, stores, tmp_path, k
     code, out, _ = run("train", stores[kind], tmp_path / "m", "--preset", "quick", "--json")
     assert code == 0
     best = {"video": "ra-wave-vector", "audio": "vib-te-aug"}[kind]
-    assert json.loads(out)["family"] == best
+    assert json.loads(out)["model"] == best
 
 
 def test_the_file_says_what_the_folder_says(models, rng):
@@ -74,9 +74,9 @@ def test_the_file_says_what_the_folder_says(models, rng):
                 continue
             run = samples[i + 1 - frames : i + 1] if frames > 1 else sample
             with torch.no_grad():
-                probabilities, strangeness = deployed(torch.from_numpy(run[None]))
+                probabilities, novelty = deployed(torch.from_numpy(run[None]))
             np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
-            assert outcome.strangeness == pytest.approx(float(strangeness[0]), rel=1e-4), name
+            assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4), name
 
 
 def scores_on_the_card(run, store, folder, *part):
@@ -158,7 +158,7 @@ def test_the_temperature_is_found(true, seed):
     powers = np.exp(logits)
     shares = (powers / powers.sum(1, keepdims=True)).cumsum(1)
     labels = (rng.random((8000, 1)) > shares).sum(1).clip(max=4)
-    assert least_surprise(lambda t: true * logits / t, labels) == pytest.approx(true, rel=0.1)
+    assert fit_temperature(lambda t: true * logits / t, labels) == pytest.approx(true, rel=0.1)
 
 
 def test_evidence_of_independent_samples_counts_in_full_and_of_copies_not(rng):
@@ -223,7 +223,7 @@ def test_strange_is_what_lies_far_from_all_that_was_learnt(rng):
     means = 6 * torch.eye(16)[:4]
     known = means[labels] + torch.randn(800, 16, generator=torch.manual_seed(0))
     deployed.know(known[:400], labels[:400], known[400:])
-    strangeness = deployed.outcome(known[400:])[1]
-    assert float((strangeness > 1).float().mean()) == pytest.approx(0.05, abs=0.005)
+    novelty = deployed.outcome(known[400:])[1]
+    assert float((novelty > 1).float().mean()) == pytest.approx(0.05, abs=0.005)
     far = torch.full((1, 16), 9.0)
     assert float(deployed.outcome(far)[1]) > 2

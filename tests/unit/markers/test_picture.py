@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.markers.picture import describe_picture, dropped_frames, repeated_frames
+from afferents.markers.image_quality import dropped_frames, image_quality, repeated_frames
 
 
 @pytest.fixture
@@ -13,25 +13,25 @@ def places():
 
 
 def test_grey_levels_are_those_of_markers_and_skin(draw, places):
-    picture = describe_picture(draw(places, skin=30, marker=200), places.astype(float))
+    picture = image_quality(draw(places, skin=30, marker=200), places.astype(float))
     assert picture.disc_grey == pytest.approx(200, abs=2)
     assert picture.skin_grey == pytest.approx(30, abs=2)
     assert picture.saturated == 0
 
 
 def test_dark_markers_are_described_too(draw, places):
-    picture = describe_picture(draw(places, skin=220, marker=40), places.astype(float))
+    picture = image_quality(draw(places, skin=220, marker=40), places.astype(float))
     assert picture.disc_grey < 50 < 200 < picture.skin_grey
 
 
 def test_full_white_is_saturated(draw, places):
-    assert describe_picture(draw(places, marker=255), places.astype(float)).saturated > 0.9
+    assert image_quality(draw(places, marker=255), places.astype(float)).saturated > 0.9
 
 
 def test_a_blurred_picture_has_wider_edges(draw, places):
     sharp = draw(places)
     blurred = cv2.GaussianBlur(sharp, (0, 0), 3.0)
-    edges = [describe_picture(image, places.astype(float)).edge_px for image in (sharp, blurred)]
+    edges = [image_quality(image, places.astype(float)).edge_px for image in (sharp, blurred)]
     assert edges[0] < 1.5
     assert edges[1] > 3
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import log_softmax
 
-from afferents.models import best_weights, surprise, weighted
+from afferents.models import best_weights, cross_entropy, weighted
 
 
 def guesses(n, sharpness, rng):
@@ -27,7 +27,9 @@ def test_two_parts_surprise_less_than_either():
     other = log_softmax(2.0 * np.eye(4)[labels] + rng.normal(size=(4000, 4)), axis=1)
     fused = weighted([one, other], best_weights([one, other], labels))
     np.testing.assert_allclose(np.exp(fused).sum(1), 1)
-    assert surprise(fused, labels) < 0.8 * min(surprise(part, labels) for part in (one, other))
+    assert cross_entropy(fused, labels) < 0.8 * min(
+        cross_entropy(part, labels) for part in (one, other)
+    )
 
 
 def test_a_missing_part_changes_nothing():
@@ -40,4 +42,4 @@ def test_a_missing_part_changes_nothing():
 
 def test_surprise_is_the_mean_of_minus_log_p():
     logs = np.log([[0.5, 0.5], [0.9, 0.1]])
-    assert surprise(logs, np.array([0, 1])) == pytest.approx(-np.log([0.5, 0.1]).mean())
+    assert cross_entropy(logs, np.array([0, 1])) == pytest.approx(-np.log([0.5, 0.1]).mean())

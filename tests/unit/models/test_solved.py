@@ -6,8 +6,8 @@ import torch
 from sklearn.linear_model import Ridge as SklearnRidge
 
 from afferents.core.errors import InputError
-from afferents.models import Lesson, OrderSearch, Ridge, equal_weights
-from afferents.models.ridge import STRENGTH
+from afferents.models import FitData, OrderSearch, Ridge, equal_weights
+from afferents.models.ridge import PENALTY
 
 PER_OCTAVE = 12
 FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)
@@ -39,8 +39,8 @@ def unlike(n, rng):
 def learnt(curves, speed_from, rng):
     values, labels, speed = spectra(curves, 10, SPEEDS, rng)
     model = OrderSearch(len(curves), 1, FREQUENCIES, PER_MM, speed_from)
-    lesson = Lesson(values, labels, equal_weights(labels, speed), speed)
-    model.solve(lesson, rng, 30.0)
+    data = FitData(values, labels, equal_weights(labels, speed), speed)
+    model.solve(data, rng, 30.0)
     model.temperature = torch.tensor(0.1)
     return model
 
@@ -87,8 +87,8 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
 
     values, labels, speed = with_phases(SPEEDS)
     model = OrderSearch(len(curves), 2, FREQUENCIES, PER_MM, "fingertip")
-    lesson = Lesson(values, labels, equal_weights(labels, speed), speed)
-    model.solve(lesson, rng, 30.0)
+    data = FitData(values, labels, equal_weights(labels, speed), speed)
+    model.solve(data, rng, 30.0)
     values, labels, speed = with_phases((28.3,))
     assert torch.log2(model.measured(values).double() / speed).abs().median() < 1 / PER_OCTAVE
     assert (model(values).argmax(1) == labels).float().mean() > 0.9
@@ -112,9 +112,9 @@ def test_ridge_is_what_scikit_learn_calls_ridge():
     model = Ridge(3, (7,))
     speed, rng = np.full(60, 10.0), np.random.default_rng(0)
     given = (torch.from_numpy(a) for a in (values, labels, weight, speed))
-    model.solve(Lesson(*given), rng, STRENGTH)
+    model.solve(FitData(*given), rng, PENALTY)
     standard = (values - values.mean(0)) / values.std(0)
-    theirs = SklearnRidge(alpha=STRENGTH).fit(standard, np.eye(3)[labels], sample_weight=weight)
+    theirs = SklearnRidge(alpha=PENALTY).fit(standard, np.eye(3)[labels], sample_weight=weight)
     np.testing.assert_allclose(
         model.scores(torch.from_numpy(values)), theirs.predict(standard), atol=1e-4
     )

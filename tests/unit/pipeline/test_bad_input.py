@@ -104,7 +104,7 @@ def test_results_of_another_configuration(fails, stores, tmp_path):
         ),
         (["--models", "vib-te", "--stride-s", "1e-9"], "--stride-s: expected at least 0.001 s"),
         (["--models", "ridge-te", "--stride-s", "1e-9"], "--stride-s: expected at least 0.004 s"),
-        (["--models", "order-te-measured"], "order-te, order-te-told"),
+        (["--models", "order-te-measured"], "order-te, order-te-speed-known"),
         (["--models", "fusion"], "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
     ],
 )

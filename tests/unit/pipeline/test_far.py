@@ -11,8 +11,8 @@ import pytest
 from distributed import Client, LocalCluster
 
 from afferents.core.lock import LOCK
-from afferents.pipeline import extract as extraction
 from afferents.execution.dask import on_cluster
+from afferents.pipeline import extract as extraction
 
 SIMULATE = ("--textures", "g", "--speeds", "50,100", "--seconds", "1.6", "--quiet")
 
@@ -36,14 +36,14 @@ def blind(cluster):
 
 
 def _close_eyes():
-    from afferents.pipeline import cluster
+    from afferents.execution import dask as cluster
 
     cluster.is_locked_by = lambda folder, token: False
 
 
 def _open_eyes():
     from afferents.core import lock
-    from afferents.pipeline import cluster
+    from afferents.execution import dask as cluster
 
     cluster.is_locked_by = lock.is_locked_by
 

@@ -11,7 +11,7 @@ from afferents.core.errors import AfferentsError
 from afferents.evaluation import FoldKey
 from afferents.pipeline import evaluate as evaluation
 from afferents.pipeline import job
-from afferents.training import PutAside, fitting
+from afferents.training import Checkpoint, fitting
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 
@@ -34,11 +34,11 @@ def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, stores, tmp_p
     store, waits = stores["audio"], []
 
     def keep(recipe, outcome):
-        waits.append(outcome.key.aside(recipe.out).is_file())
+        waits.append(outcome.key.checkpoint(recipe.out).is_file())
         job.keep(recipe, outcome)
-        waits.append(outcome.key.aside(recipe.out).is_file())
+        waits.append(outcome.key.checkpoint(recipe.out).is_file())
 
-    monkeypatch.setattr(job, "PutAside", partial(PutAside, every_s=0))
+    monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))
     monkeypatch.setattr(evaluation, "keep", keep)
     monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
     monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, _: (ask(*job) for job in jobs))

@@ -14,7 +14,7 @@ from afferents.pipeline.simulate import simulation_of
 
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}
-"""Enough to see that all are asked for; every family goes its whole way in `test_whole_way`."""
+"""Enough to see that all are asked for; every model goes its whole way in `test_whole_way`."""
 
 
 def run(out, session, workers=None):
@@ -36,7 +36,7 @@ def _some_families():
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
-    """The page of a run without a session, of one family."""
+    """The page of a run without a session, of one model."""
 
     def few(session, preset, seed):
         return simulation_of(session, preset, seed=seed, **FEW)

@@ -11,7 +11,13 @@ from afferents.core.errors import InputError
 from afferents.core.model import MODELS
 from afferents.core.progress import Progress
 from afferents.core.samples import concatenate, make_samples
-from afferents.pipeline.held_out_texture.roughness import COVERAGE, Felt, _ask, _summary_of, can_ask_mm
+from afferents.pipeline.held_out_texture.roughness import (
+    COVERAGE,
+    ConditionSums,
+    _ask,
+    _summary_of,
+    can_ask_mm,
+)
 
 SPACINGS, SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (10.0, 20.0, 30.0, 40.0)
 
@@ -35,7 +41,7 @@ def samples(spacings=SPACINGS, speeds=SPEEDS, n=30, noise=0.2, seed=0):
 
 
 def asked(data):
-    felt = Felt.of(data, torch.from_numpy(data.values))
+    felt = ConditionSums.of(data, torch.from_numpy(data.values))
     return _ask(MODELS["sa-wave"], felt, data, Progress(quiet=True))
 
 
@@ -59,7 +65,7 @@ def test_nothing_of_the_held_out_is_learnt_from():
         ]
         for table in (asked(data), asked(spoilt))
     ]
-    np.testing.assert_allclose(pair[0]["felt_mm"], pair[1]["felt_mm"], atol=2e-2)
+    np.testing.assert_allclose(pair[0]["predicted_mm"], pair[1]["predicted_mm"], atol=2e-2)
 
 
 def test_too_few_textures_are_refused():
@@ -73,12 +79,12 @@ def test_the_command_says_mm_and_leaves_a_table(make_session, tmp_path, run):
     run("extract", session, tmp_path / "s.zarr", "--quiet", "--workers", 1)
     code, out, err = run(
         "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
-        "--models", "sa-wave,order-te-told", "--frames", 5, "--window-s", 0.2, "--json",
+        "--models", "sa-wave,order-te-speed-known", "--frames", 5, "--window-s", 0.2, "--json",
         "--workers", 1,
     )  # fmt: skip
     assert code == 0, err
     summary = json.loads(out)
-    assert summary["roughness"]["models"].keys() == {"sa-wave", "order-te-told"}
+    assert summary["roughness"]["models"].keys() == {"sa-wave", "order-te-speed-known"}
     table = pd.read_parquet(tmp_path / "r" / "roughness.parquet")
     assert set(table["spacing_mm"]) == {1, 2, 3, 4}  # the smooth one has no spacing
     again, text, _ = run(
@@ -93,7 +99,7 @@ def test_bad_requests_are_refused(stores, tmp_path, run):
     split = ("evaluate", stores["audio"], "--out", tmp_path / "r", "--split", "texture")
     code, _, err = run(*split, "--models", "vib-te")
     assert code == 2
-    assert "expected some of ridge-te, order-te-told, sa-wave" in err
+    assert "expected some of ridge-te, order-te-speed-known, sa-wave" in err
     code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1, "--textures", "1,2")
     assert code == 2
     assert "expected at least 3 textures and 3 speeds for --split texture, found 2 and 4" in err

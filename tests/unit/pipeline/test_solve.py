@@ -24,7 +24,9 @@ def heard(stores):
 
 
 def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
-    models = f"ridge-te,order-te,order-te-told,{WAVES},fusion,fusion-told,fusion-joint"
+    models = (
+        f"ridge-te,order-te,order-te-speed-known,{WAVES},fusion,fusion-speed-known,fusion-joint"
+    )
     code, out, err = run(
         "evaluate", stored, "--out", tmp_path / "r", "--models", models, "--protocol", "both",
         "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz,0.0573/mm", "--json",
@@ -37,12 +39,12 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
         nested = of_protocol["nested"]
         assert not any(nested["leaks"].values()), model
         assert nested["n_test"] > 0
-        assert nested["recordings"]["between"]["by_speed"].keys() == {"40"}
+        assert nested["recordings"]["inside"]["by_speed"].keys() == {"40"}
     table = pd.read_parquet(tmp_path / "r" / "predictions.parquet")
-    felt = table[table["model"] == "fusion"]["felt_speed_mm_s"]
+    felt = table[table["model"] == "fusion"]["predicted_speed_mm_s"]
     assert (felt > 0).all()
-    assert table[table["model"] == "sa-wave"]["felt_speed_mm_s"].isna().all()
-    assert table[table["model"] == "order-te-told"]["felt_speed_mm_s"].isna().all()
+    assert table[table["model"] == "sa-wave"]["predicted_speed_mm_s"].isna().all()
+    assert table[table["model"] == "order-te-speed-known"]["predicted_speed_mm_s"].isna().all()
     fold = tmp_path / "r" / "folds" / "fusion" / "nested" / "seed-0" / "40" / "fold.json"
     parts = json.loads(fold.read_text())["parts"]
     assert parts.keys() == {"order-te", "sa-wave-vector"}
@@ -83,11 +85,11 @@ def test_the_same_seed_gives_the_same_numbers(heard, tmp_path, run):
 
 def test_tones_that_follow_the_speed_are_named_when_it_is_told(heard, tmp_path, run):
     code, out, err = run(
-        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te-told",
+        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te-speed-known",
         "--window-s", 1, "--stride-s", 0.5, "--json", "--workers", 1,
     )  # fmt: skip
     assert code == 0, err
-    assert json.loads(out)["models"]["order-te-told"]["nested"]["mean_accuracy"] > 0.95
+    assert json.loads(out)["models"]["order-te-speed-known"]["nested"]["mean_accuracy"] > 0.95
 
 
 @pytest.mark.slow  # the kernels' package compiles for most of a minute

@@ -65,7 +65,7 @@ def test_nothing_of_the_held_out_is_learnt_from():
         for rows in map(asked, (data, spoilt))
     ]
     assert len(pair[0]) == 20
-    np.testing.assert_allclose(pair[0]["strangeness"], pair[1]["strangeness"], rtol=1e-3)
+    np.testing.assert_allclose(pair[0]["novelty"], pair[1]["novelty"], rtol=1e-3)
 
 
 def test_a_ridge_without_a_texture_and_speeds_knows_nothing_of_them():
@@ -90,14 +90,14 @@ def test_a_texture_felt_at_some_speeds_only(found):
 
 def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run):
     split = ("evaluate", stores["video"], "--out", tmp_path / "r", "--split", "texture",
-             "--models", "sa-wave,order-te-told", "--frames", 5, "--window-s", 0.2,
+             "--models", "sa-wave,order-te-speed-known", "--frames", 5, "--window-s", 0.2,
              "--workers", 1)  # fmt: skip
     code, out, err = run(*split, "--json")
     assert code == 0, err
     summaries = json.loads(out)
     assert summaries.keys() == {"unknown"}  # too few spacings to lie between
     assert summaries["unknown"]["false_alarms_stated"] == 0.05
-    assert summaries["unknown"]["models"].keys() == {"sa-wave", "order-te-told"}
+    assert summaries["unknown"]["models"].keys() == {"sa-wave", "order-te-speed-known"}
     assert set(pd.read_parquet(tmp_path / "r" / "unknown.parquet")["left_out"]) == {"1", "2", "3"}
     code, text, _ = run(*split)
     assert code == 0
@@ -107,7 +107,7 @@ def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run):
     page = (tmp_path / "r" / "report.html").read_text()
     assert "Textures never felt" in page
     assert "Called unknown, by texture" in page
-    assert "--split texture --models order-te-told,sa-wave" in page
+    assert "--split texture --models order-te-speed-known,sa-wave" in page
     assert (tmp_path / "r" / "textures.md").read_text().startswith("### Textures never felt")
     code, _, err = run("report", tmp_path / "r", tmp_path / "elsewhere")
     assert code == 2

@@ -52,9 +52,9 @@ def outcome(protocol: str) -> dict[str, Any]:
 
 @pytest.fixture
 def summary() -> dict[str, Any]:
-    """Two vibration families on three textures and three speeds, both protocols."""
+    """Two vibration models on three textures and three speeds, both protocols."""
     return {
-        "schema": 1,
+        "schema": 2,
         "afferents": "0.1.0",
         "cut": "all",
         "preset": "quick",

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from afferents.core.errors import InputError
-from afferents.rig.drums import write_drum
 from afferents.rig import Drum, bumped_surface, write_stl
+from afferents.rig.drums import write_drum
 
 NOMINAL = Drum(print_sd_mm=0)
 

@@ -13,21 +13,21 @@ class _OneLine(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__(logging.ERROR)  # what visitors do wrong are warnings
-        self._told = False
+        self._has_written = False
 
     def emit(self, record: logging.LogRecord) -> None:
-        if self._told:
+        if self._has_written:
             return
-        self._told = True
+        self._has_written = True
         what = record.getMessage().strip().partition("\n")[0]
         error = record.exc_info[1] if record.exc_info else None
         why = "" if error is None else f": {error!r}".replace("\n", " ")
-        sys.stderr.write(f"Page: {what}{why} (more like it will not be told)\n")
+        sys.stderr.write(f"Page: {what}{why} (further ones like it are not printed)\n")
         sys.stderr.flush()
 
 
 @contextmanager
-def told_in_a_line() -> Iterator[None]:
+def one_line_errors() -> Iterator[None]:
     """Let the server and its event loop tell their first error in a line, and nothing else."""
     handler = _OneLine()
     before = {name: logging.getLogger(name).propagate for name in _LOGGERS}

@@ -15,11 +15,11 @@ from urllib.parse import quote, urlsplit
 
 from afferents.core.extras import import_extra
 from afferents.core.stopping import stop_later
-from afferents.live.perceiver import Feeler
+from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 from afferents.live.web.door import check_address, is_loopback, open_door
 from afferents.live.web.limits import Limits
-from afferents.live.web.quiet import told_in_a_line
+from afferents.live.web.quiet import one_line_errors
 from afferents.live.web.snapshot import Snapshots
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
@@ -32,7 +32,7 @@ LAST_S = 2.0
 
 def serve(
     percepts: Iterator[Percept],
-    feeler: Feeler,
+    perceiver: Perceiver,
     host: str,
     port: int,
     token: str | None,
@@ -44,7 +44,7 @@ def serve(
     ----------
     percepts
         Taken by a thread of its own.
-    feeler
+    perceiver
         That makes them.
     host, port
         Where; port 0 for any that is free.
@@ -66,7 +66,7 @@ def serve(
     from afferents.live.web.guard import OneRequest, Onlooker
 
     limits = limits or Limits()
-    snapshots = Snapshots(feeler)
+    snapshots = Snapshots(perceiver)
     door = open_door(host, port, limits.places)
     config = uvicorn.Config(
         application(snapshots, host, token),
@@ -104,7 +104,7 @@ def serve(
     sys.stderr.write(f"Page: http://{shown}:{door.getsockname()[1]}{query}\n")
     sys.stderr.flush()
     try:
-        with told_in_a_line(), stop_later(partial(setattr, server, "should_exit", True)):
+        with one_line_errors(), stop_later(partial(setattr, server, "should_exit", True)):
             server.run(sockets=[door])
     finally:
         stopped.set()

@@ -10,8 +10,8 @@ import numpy as np
 
 from afferents.core.dims import RA1, SA1
 from afferents.encodings import SpectralEncoding
-from afferents.live.events import Picture
-from afferents.live.perceiver import Feeler
+from afferents.live.events import CameraFrame
+from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 
 _QUALITY = 70
@@ -42,16 +42,16 @@ class Snapshots:
 
     Parameters
     ----------
-    feeler
+    perceiver
         Written by the stream's thread; only read here.
     """
 
-    def __init__(self, feeler: Feeler) -> None:
+    def __init__(self, perceiver: Perceiver) -> None:
         """Nothing is felt yet."""
-        self._feeler = feeler
+        self._perceiver = perceiver
         self._percepts: dict[str, tuple[Percept, float]] = {}
         self._frames, self._samples = Rate(), Rate()
-        self._encoded: tuple[Picture | None, bytes] = None, b""
+        self._encoded: tuple[CameraFrame | None, bytes] = None, b""
         self._newest: tuple[str, bytes | None] = "", None
         self._drawn_s = -math.inf
         self.ended: str | None = None
@@ -66,14 +66,14 @@ class Snapshots:
             "type": "hello",
             "models": [
                 {
-                    "model": judge.card.family,
-                    "title": judge.card.title,
-                    "textures": judge.card.textures,
-                    "said": judge.card.said(),
+                    "model": session.card.model,
+                    "title": session.card.title,
+                    "textures": session.card.textures,
+                    "description": session.card.describe(),
                     "channel": channel,
                 }
-                for channel, sense in self._feeler.senses.items()
-                for judge in sense.judges
+                for channel, sense in self._perceiver.senses.items()
+                for session in sense.sessions
             ],
         }
 
@@ -95,16 +95,16 @@ class Snapshots:
                 {**percept.to_dict(), "age_s": round(now_s - taken_s, 3)}
                 for percept, taken_s in list(self._percepts.values())
             ],
-            "sight": self._sight(),
-            "hearing": self._hearing(),
+            "video": self._video(),
+            "audio": self._audio(),
         }
 
-    def _sight(self) -> dict[str, Any] | None:
-        sight = self._feeler.sight
-        if sight is None:
+    def _video(self) -> dict[str, Any] | None:
+        video = self._perceiver.video
+        if video is None:
             return None
-        felt, picture = sight.felt, sight.picture
-        content: dict[str, Any] = {"rate_hz": round(self._frames.seen(sight.counters.frames), 1)}
+        felt, picture = video.felt, video.picture
+        content: dict[str, Any] = {"rate_hz": round(self._frames.seen(video.counters.frames), 1)}
         if felt is not None and picture is not None:
             content |= {
                 "size": picture.frame.luma.shape[::-1],
@@ -114,26 +114,26 @@ class Snapshots:
             }
         return content
 
-    def _hearing(self) -> dict[str, Any] | None:
-        hearing = self._feeler.hearing
-        if hearing is None:
+    def _audio(self) -> dict[str, Any] | None:
+        audio = self._perceiver.audio
+        if audio is None:
             return None
-        content: dict[str, Any] = {"rate_hz": round(self._samples.seen(hearing.counters.samples))}
-        encoding = hearing.encoding
-        if hearing.newest is not None and isinstance(encoding, SpectralEncoding):
-            points = encoding.fft_points or encoding.window_s * hearing.rate_hz
+        content: dict[str, Any] = {"rate_hz": round(self._samples.seen(audio.counters.samples))}
+        encoding = audio.encoding
+        if audio.newest is not None and isinstance(encoding, SpectralEncoding):
+            points = encoding.fft_points or encoding.window_s * audio.rate_hz
             content |= {
-                "amplitude": [float(f"{a:.4g}") for a in hearing.newest.values.mean(axis=0)],
-                "step_hz": hearing.rate_hz / points,
+                "amplitude": [float(f"{a:.4g}") for a in audio.newest.values.mean(axis=0)],
+                "step_hz": audio.rate_hz / points,
             }
         return content
 
     def jpeg(self) -> bytes | None:
         """Return the newest camera picture; None before there is one."""
-        sight = self._feeler.sight
-        if sight is None or sight.picture is None:
+        video = self._perceiver.video
+        if video is None or video.picture is None:
             return None
-        picture = sight.picture
+        picture = video.picture
         if picture is not self._encoded[0]:
             options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
             _, encoded = cv2.imencode(".jpg", picture.frame.image, options)

@@ -30,19 +30,19 @@ LEAST_TEXTURES, LEAST_SPEEDS = 3, 3
 """One held out, and of speeds one to set the limit at; two textures to tell apart."""
 
 
-def can_be_asked(family: Model) -> bool:
+def can_be_asked(model: Model) -> bool:
     """Tell whether a model can answer for textures that are held out."""
-    kind = classifier_of(family.classifier)
-    return not family.parts and kind.asked_of_unseen_textures(family.speed_from)
+    kind = classifier_of(model.classifier)
+    return not model.parts and kind.asked_of_unseen_textures(model.speed_from)
 
 
 def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
-    """Ask every family, write tables and summaries, and return the summaries by question.
+    """Ask every model, write tables and summaries, and return the summaries by question.
 
     Raises
     ------
     InputError
-        If a family can't be asked, an option makes no sense here, the folder holds something
+        If a model can't be asked, an option makes no sense here, the folder holds something
         else, or there are too few textures or speeds.
     """
     _refuse(evaluation)
@@ -53,22 +53,22 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     textures = textures_of(recordings)
     _require_enough(textures, recordings)
-    strange, mm = [], []
-    for family in evaluation.models:
-        how = evaluation.encodings
-        source = sources_of(family, how)[0]
+    novelty, mm = [], []
+    for model in evaluation.models:
+        encodings = evaluation.encodings
+        source = sources_of(model, encodings)[0]
         samples = encode_all(recordings, source, evaluation.cut, progress)
         samples = evaluation.ablation.images(samples)
-        strange.append(ask_unknown(family, samples, source.encoding, progress))
+        novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if can_ask_mm(textures):
-            mm.append(ask_mm(family, samples, source.encoding, progress))
+            mm.append(ask_mm(model, samples, source.encoding, progress))
     about = _about(evaluation, recordings, skipped) | {"textures": textures}
     if not mm:  # of an earlier run, which this one replaces
         for suffix in ("json", "parquet"):
             (evaluation.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
     return {
         name: _written(evaluation.out, name, about, tables)
-        for name, tables in ((UNKNOWN, strange), (ROUGHNESS, mm))
+        for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
         if tables
     }
 
@@ -113,11 +113,11 @@ def _summary_of_unknown(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def _refuse(evaluation: Evaluation) -> None:
-    """Refuse families, options and folders that this split can't do with."""
-    for family in evaluation.models:
-        if not can_be_asked(family):
+    """Refuse models, options and folders that this split can't do with."""
+    for model in evaluation.models:
+        if not can_be_asked(model):
             able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
-            raise InputError("--models", f"some of {able} with --split texture", family.name)
+            raise InputError("--models", f"some of {able} with --split texture", model.name)
     protocols = [protocol.name for protocol in evaluation.protocols]
     if protocols != ["nested"]:
         raise InputError("--protocol", "nested with --split texture", " and ".join(protocols))

@@ -1,8 +1,8 @@
-"""Roughness as a number: bump spacing in mm, of textures never felt at speeds never felt.
+"""Roughness as a number: bump spacing in mm, of textures never sums at speeds never sums.
 
-A texture never felt has no class to be named by, but it lies somewhere among those that were. So
+A texture never sums has no class to be named by, but it lies somewhere among those that were. So
 a ridge regression on spacing learns from the others at the other speeds, and is asked for mm. Two
-questions, each at a speed held out: of textures felt at other speeds (`seen`), and of a texture
+questions, each at a speed held out: of textures sums at other speeds (`seen`), and of a texture
 left out altogether (`unseen`).
 
 Intervals are split-conformal (Vovk et al., Algorithmic Learning in a Random World, 2005): as wide
@@ -28,13 +28,13 @@ from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
 from afferents.core.samples import Samples
 from afferents.encodings import Encoding
-from afferents.evaluation import between
+from afferents.evaluation import inside_speeds
 from afferents.models import Gram, sum_of
 from afferents.training.solved import new_solved
 
 COVERAGE = 0.9
 """Share of the errors that an interval is to hold."""
-STRENGTH = 0.01
+PENALTY = 0.01
 """Of the penalty, for each condition learnt from; chosen on a tuning session."""
 LEAST_TEXTURES = 4
 """With bumps: one is left out, another inside, and two span a range."""
@@ -50,8 +50,8 @@ def can_ask_mm(textures: Collection[str]) -> bool:
     return None not in spacings and sum(bool(spacing) for spacing in spacings) >= LEAST_TEXTURES
 
 
-def ask_mm(family: Model, samples: Samples, encoding: Encoding, progress: Progress) -> pd.DataFrame:
-    """Ask a family for the mm of every sample of a texture with bumps; a row a sample and kind.
+def ask_mm(model: Model, samples: Samples, encoding: Encoding, progress: Progress) -> pd.DataFrame:
+    """Ask a model for the mm of every sample of a texture with bumps; a row a sample and kind.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def ask_mm(family: Model, samples: Samples, encoding: Encoding, progress: Progre
     """
     spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
     bumpy = samples.isel({dims.SAMPLE: np.flatnonzero(spacing > 0)})
-    return _ask(family, Felt.of(bumpy, _values(family, bumpy, encoding)), bumpy, progress)
+    return _ask(model, ConditionSums.of(bumpy, _values(model, bumpy, encoding)), bumpy, progress)
 
 
 def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Felt:
+class ConditionSums:
     """What least squares needs of the samples, condition by condition: sums that add up."""
 
     values: Tensor
@@ -84,7 +84,7 @@ class Felt:
     all: Gram
 
     @classmethod
-    def of(cls, samples: Samples, values: Tensor) -> "Felt":
+    def of(cls, samples: Samples, values: Tensor) -> "ConditionSums":
         """Gather samples (n, ...) by spacing and speed."""
         spacing = np.array([float(t) for t in samples[dims.TEXTURE].values])
         speed = samples[dims.SPEED].values
@@ -109,7 +109,7 @@ class Felt:
         """Speeds, ascending, mm/s."""
         return sorted({speed for _, speed in self.of_condition})
 
-    def says(
+    def predict(
         self, asked: Collection[Condition], spacings: Collection[float], speeds: Collection[float]
     ) -> dict[Condition, NDArray[np.float64]]:
         """Return spacings in mm of the samples of some conditions, learnt without these others.
@@ -122,7 +122,7 @@ class Felt:
         left_out = [c for c in self.grams if c[0] in spacings or c[1] in speeds]
         learnt = self.all - sum_of([self.grams[c] for c in left_out])
         n_learnt = len(self.grams) - len(left_out)
-        weight, constant = learnt.solve(STRENGTH * n_learnt)
+        weight, constant = learnt.solve(PENALTY * n_learnt)
         return {
             c: (self.values[torch.from_numpy(self.of_condition[c])] @ weight + constant)[:, 0]
             .double()
@@ -131,71 +131,71 @@ class Felt:
         }
 
 
-def _ask(family: Model, felt: Felt, samples: Samples, progress: Progress) -> pd.DataFrame:
+def _ask(model: Model, sums: ConditionSums, samples: Samples, progress: Progress) -> pd.DataFrame:
     """Ask for the spacing of everything, at each speed in turn, seen and unseen."""
     rows = []
-    speeds = felt.speeds
-    with progress.task(family.title, len(speeds)) as mark:
+    speeds = sums.speeds
+    with progress.task(model.title, len(speeds)) as mark:
         for done, speed in enumerate(speeds, start=1):
-            rows.append(_seen(felt, samples, speed))
-            rows += [_unseen(felt, samples, x, speed) for x in felt.spacings
-                     if (x, speed) in felt.of_condition]  # fmt: skip
+            rows.append(_seen(sums, samples, speed))
+            rows += [_unseen(sums, samples, x, speed) for x in sums.spacings
+                     if (x, speed) in sums.of_condition]  # fmt: skip
             mark(done, f"{speed:g} mm/s held out")
-    return pd.concat(rows, ignore_index=True).assign(model=family.name)
+    return pd.concat(rows, ignore_index=True).assign(model=model.name)
 
 
-def _seen(felt: Felt, samples: Samples, speed: float) -> pd.DataFrame:
+def _seen(sums: ConditionSums, samples: Samples, speed: float) -> pd.DataFrame:
     """Ask for all textures at a speed held out.
 
     Errors at the other speeds, each left out as well in its turn, give the interval.
     """
-    at = [c for c in felt.of_condition if c[1] == speed]
+    at = [c for c in sums.of_condition if c[1] == speed]
     errors = []
-    for other in felt.speeds:
+    for other in sums.speeds:
         if other != speed:
-            there = [c for c in felt.of_condition if c[1] == other]
-            errors += _errors(felt.says(there, (), (speed, other)))
-    return _rows("seen", felt, samples, felt.says(at, (), (speed,)), errors)
+            there = [c for c in sums.of_condition if c[1] == other]
+            errors += _errors(sums.predict(there, (), (speed, other)))
+    return _rows("seen", sums, samples, sums.predict(at, (), (speed,)), errors)
 
 
-def _unseen(felt: Felt, samples: Samples, spacing: float, speed: float) -> pd.DataFrame:
+def _unseen(sums: ConditionSums, samples: Samples, spacing: float, speed: float) -> pd.DataFrame:
     """Ask for a texture and a speed held out.
 
     For the interval, each other texture is left out as well, with one of the other speeds.
     """
     errors = []
-    others = [v for v in felt.speeds if v != speed]
-    for number, other in enumerate(x for x in felt.spacings if x != spacing):
+    others = [v for v in sums.speeds if v != speed]
+    for number, other in enumerate(x for x in sums.spacings if x != spacing):
         there = (other, others[number % len(others)])
-        if there in felt.of_condition:
-            errors += _errors(felt.says([there], (spacing, other), (speed, there[1])))
-    said = felt.says([(spacing, speed)], (spacing,), (speed,))
-    return _rows("unseen", felt, samples, said, errors)
+        if there in sums.of_condition:
+            errors += _errors(sums.predict([there], (spacing, other), (speed, there[1])))
+    predicted = sums.predict([(spacing, speed)], (spacing,), (speed,))
+    return _rows("unseen", sums, samples, predicted, errors)
 
 
-def _errors(said: dict[Condition, NDArray[np.float64]]) -> list[NDArray[np.float64]]:
-    return [np.abs(mm - condition[0]) for condition, mm in said.items()]
+def _errors(predicted: dict[Condition, NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    return [np.abs(mm - condition[0]) for condition, mm in predicted.items()]
 
 
 def _rows(
     kind: str,
-    felt: Felt,
+    sums: ConditionSums,
     samples: Samples,
-    said: dict[Condition, NDArray[np.float64]],
+    predicted: dict[Condition, NDArray[np.float64]],
     errors: Sequence[NDArray[np.float64]],
 ) -> pd.DataFrame:
     """Return a row a sample; half the width of its interval is that which held the errors."""
     half = float(np.quantile(np.concatenate(errors), COVERAGE))
-    index = np.concatenate([felt.of_condition[c] for c in said])
+    index = np.concatenate([sums.of_condition[c] for c in predicted])
     return pd.DataFrame(
         {
             "kind": kind,
-            "spacing_mm": np.concatenate([np.full(len(mm), c[0]) for c, mm in said.items()]),
+            "spacing_mm": np.concatenate([np.full(len(mm), c[0]) for c, mm in predicted.items()]),
             "held_out_speed_mm_s": samples[dims.SPEED].values[index],
             dims.RECORDING: samples[dims.RECORDING].values[index],
             dims.START: samples[dims.START].values[index],
             dims.STOP: samples[dims.STOP].values[index],
-            "felt_mm": np.concatenate(list(said.values())),
+            "predicted_mm": np.concatenate(list(predicted.values())),
             "half_interval_mm": half,
         }
     )
@@ -203,15 +203,15 @@ def _rows(
 
 def _summary_of(rows: pd.DataFrame) -> dict[str, Any]:
     """Return mean absolute errors, of samples and of recordings' means, and what intervals held."""
-    error = (rows["felt_mm"] - rows["spacing_mm"]).abs()
+    error = (rows["predicted_mm"] - rows["spacing_mm"]).abs()
     by = ["spacing_mm", "held_out_speed_mm_s", dims.RECORDING]
-    recordings = rows.groupby(by, as_index=False)["felt_mm"].mean()
-    of_recording = (recordings["felt_mm"] - recordings["spacing_mm"]).abs()
+    recordings = rows.groupby(by, as_index=False)["predicted_mm"].mean()
+    of_recording = (recordings["predicted_mm"] - recordings["spacing_mm"]).abs()
     speed = rows["held_out_speed_mm_s"]
-    inner = between(rows).index
+    inner = inside_speeds(rows).index
     return {
         "mae_mm": _mean_by(error, speed),
-        "mae_mm_between": _mean_by(error[inner], speed[inner]) if len(inner) else None,
+        "mae_mm_inside": _mean_by(error[inner], speed[inner]) if len(inner) else None,
         "mae_mm_recordings": _mean_by(of_recording, recordings["held_out_speed_mm_s"]),
         "by_speed": {f"{v:g}": float(e) for v, e in error.groupby(speed).mean().items()},
         "by_spacing": {
@@ -228,9 +228,9 @@ def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:
     return float(error.groupby(speed).mean().mean())
 
 
-def _values(family: Model, samples: Samples, encoding: Encoding) -> Tensor:
+def _values(model: Model, samples: Samples, encoding: Encoding) -> Tensor:
     """Return what is regressed on, (n, value): flat, or over cycles per mm where speed is known."""
-    solved = new_solved(family, samples, encoding)
+    solved = new_solved(model, samples, encoding)
     speed = torch.from_numpy(samples[dims.SPEED].values)
     return solved.over_texture(torch.from_numpy(samples.values), speed)
 

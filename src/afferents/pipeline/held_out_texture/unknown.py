@@ -1,7 +1,7 @@
 """Whether a texture never felt is recognised as none of those that were.
 
 For every speed held out and every texture left out, a model learns from the others, and is asked
-at that speed: samples of the texture left out should be strange to it, those of the others not.
+at that speed: samples of the texture left out should be novel to it, those of the others not.
 From where on is unknown is set inside the training data: each of its speeds that lies between
 others is left out as well in its turn, and 95 in 100 samples of known textures at these are to be
 below it. So 5% false alarms are stated for speeds that lie between those learnt from, and what
@@ -23,7 +23,7 @@ from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.samples import Samples, labels_of, textures_of
 from afferents.encodings import Encoding
-from afferents.models import KNOWN, Gram, Solved, Strangeness, equal_weights, sum_of
+from afferents.models import KNOWN, Gram, Novelty, Solved, equal_weights, sum_of
 from afferents.training.solved import learn, new_solved, scores_of
 
 Indices = NDArray[np.int64]
@@ -35,26 +35,26 @@ ScoresWithout = Callable[[int, Collection[float]], Tensor]
 
 
 def ask_unknown(
-    family: Model, samples: Samples, encoding: Encoding, progress: Progress
+    model: Model, samples: Samples, encoding: Encoding, progress: Progress
 ) -> pd.DataFrame:
-    """Return the strangeness of all samples at each speed held out, for each texture left out.
+    """Return the novelty of all samples at each speed held out, for each texture left out.
 
     One row a sample and texture left out; the columns are those of `evaluation.unknown`, and
     model, start_s and stop_s.
     """
-    scores = scores_without(family, samples, encoding)
+    scores = scores_without(model, samples, encoding)
     labels, speed = labels_of(samples), samples[dims.SPEED].values
     held_out, tables = np.unique(speed), []
-    with progress.task(f"{family.title}, unknown", len(held_out)) as mark:
+    with progress.task(f"{model.title}, unknown", len(held_out)) as mark:
         for done, v in enumerate(held_out, start=1):
             tables += [_fold(samples, scores, t, v) for t in np.unique(labels[speed == v])]
             mark(done, f"{v:g} mm/s held out")
-    return pd.concat(tables, ignore_index=True).assign(model=family.name)
+    return pd.concat(tables, ignore_index=True).assign(model=model.name)
 
 
-def scores_without(family: Model, samples: Samples, encoding: Encoding) -> ScoresWithout:
+def scores_without(model: Model, samples: Samples, encoding: Encoding) -> ScoresWithout:
     """Return what gives the scores of all samples, of models that have not learnt from some."""
-    solved = new_solved(family, samples, encoding)
+    solved = new_solved(model, samples, encoding)
     if solved.learns_from_sums:
         return RidgeSums(samples).scores_without
     return partial(_learnt_anew, solved, samples)
@@ -117,7 +117,7 @@ def _learnt_anew(
 def _fold(
     samples: Samples, scores_without: ScoresWithout, texture: int, held_out: float
 ) -> pd.DataFrame:
-    """Return the strangeness of the samples at a speed held out, with a texture left out."""
+    """Return the novelty of the samples at a speed held out, with a texture left out."""
     labels, speed = labels_of(samples), samples[dims.SPEED].values
     recording = samples[dims.RECORDING].values
     known = (labels != texture) & (speed != held_out)
@@ -142,7 +142,7 @@ def _fold(
             dims.RECORDING: recording[asked],
             dims.START: samples[dims.START].values[asked],
             dims.STOP: samples[dims.STOP].values[asked],
-            "strangeness": (found / limit).astype(np.float32),
+            "novelty": (found / limit).astype(np.float32),
             "recordings_limit": float(np.quantile(np.concatenate(of_recordings), KNOWN)) / limit,
         }
     )
@@ -157,9 +157,9 @@ def _distances(scores: Tensor, labels: Indices, learnt: Mask, asked: Indices) ->
     """Return the distances of samples to all that was learnt, from scores of all samples."""
     there, number = np.unique(labels[learnt], return_inverse=True)
     of_known = scores[:, torch.from_numpy(there)]
-    strangeness = Strangeness(len(there), len(there))
-    strangeness.learn(of_known[torch.from_numpy(learnt)], torch.from_numpy(number))
-    found = strangeness.distance(of_known[torch.from_numpy(asked)])
+    novelty = Novelty(len(there), len(there))
+    novelty.fit_classes(of_known[torch.from_numpy(learnt)], torch.from_numpy(number))
+    found = novelty.distance(of_known[torch.from_numpy(asked)])
     return np.asarray(found.double().numpy())
 
 

@@ -50,7 +50,7 @@ function modelView(model) {
   legend.innerHTML = '<i style="background:var(--all)"></i>evidence of the touch so far '
     + '<i style="background:var(--now)"></i>this moment alone';
   const about = make("details", {}, make("summary", { textContent: "About this model" }),
-    ...model.said.map((sentence) => make("p", { textContent: sentence })));
+    ...model.description.map((sentence) => make("p", { textContent: sentence })));
   const [first, last] = [model.textures[0], model.textures.at(-1)];
   const time = make("p", { className: "legend", textContent: `evidence over the last half minute, ${first} at the top to ${last}` });
   view.article = make("article", {}, heading, view.felt, view.trouble, view.bars, legend,
@@ -114,14 +114,14 @@ function drawHistory(view, evidence) {
   });
 }
 
-function showSight(sight) {
-  $("camera").hidden = $("maps").hidden = !sight;
-  if (!sight) return;
-  $("frames").textContent = `${sight.rate_hz} frames/s`;
-  if (!sight.sa1) return;
+function showVideo(video) {
+  $("camera").hidden = $("maps").hidden = !video;
+  if (!video) return;
+  $("frames").textContent = `${video.rate_hz} frames/s`;
+  if (!video.sa1) return;
   for (const name of ["sa1", "ra1"]) {
-    const most = sight[name] ? drawMap($(name), sight[name]) : 0;
-    $(`${name}-scale`).textContent = sight[name] ? `0 to ${most.toFixed(1)} px` : "";
+    const most = video[name] ? drawMap($(name), video[name]) : 0;
+    $(`${name}-scale`).textContent = video[name] ? `0 to ${most.toFixed(1)} px` : "";
   }
 }
 
@@ -132,11 +132,11 @@ async function showPicture() {
   [canvas.width, canvas.height] = [image.width, image.height];
   context.drawImage(image, 0, 0);
   image.close();
-  if (!marked || !state?.sight?.markers) return;
+  if (!marked || !state?.video?.markers) return;
   context.strokeStyle = "#ffb000";
   context.lineWidth = 1.5;
   context.beginPath();
-  for (const [x, y] of state.sight.markers) {
+  for (const [x, y] of state.video.markers) {
     if (x < 0) continue;
     context.moveTo(x + 9, y);
     context.arc(x, y, 9, 0, 7);
@@ -144,21 +144,21 @@ async function showPicture() {
   context.stroke();
 }
 
-function showHearing(hearing) {
-  $("sound").hidden = !hearing;
-  if (!hearing) return;
-  $("samples").textContent = `${hearing.rate_hz} samples/s`;
-  if (!hearing.amplitude) return;
+function showAudio(audio) {
+  $("sound").hidden = !audio;
+  if (!audio) return;
+  $("samples").textContent = `${audio.rate_hz} samples/s`;
+  if (!audio.amplitude) return;
   const canvas = document.querySelector("#sound canvas");
-  const comb = drawSpectrum(canvas, hearing.amplitude, hearing.step_hz, getComputedStyle(document.body).color);
+  const comb = drawSpectrum(canvas, audio.amplitude, audio.step_hz, getComputedStyle(document.body).color);
   $("comb").textContent = comb ? `harmonics of ${comb.toFixed(1)} Hz are marked ▾` : "no clear harmonics";
 }
 
 function show() {
   if (!state || paused) return;
   const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
-  showSight(state.sight);
-  showHearing(state.hearing);
+  showVideo(state.video);
+  showAudio(state.audio);
   const truth = state.percepts.map((p) => p.truth).find(Boolean);
   $("truth").textContent = truth ? `the simulated rig now turns drum ${truth}` : "";
   if (state.ended) $("link").textContent = state.ended;

@@ -9,7 +9,7 @@ import pytest
 from afferents.core.progress import Progress
 from afferents.core.results import Results
 from afferents.encodings import Encodings
-from afferents.pipeline import write_report as writing
+from afferents.pipeline import report as writing
 from afferents.pipeline.data import open_data
 
 QUIET = Progress(quiet=True)

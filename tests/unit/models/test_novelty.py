@@ -1,4 +1,4 @@
-"""Strangeness: distances by hand, and the share of known samples that the limit lets through."""
+"""Novelty: distances by hand, and the share of known samples that the limit lets through."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,11 @@ import torch
 
 from afferents.models import (
     KNOWN,
-    STRENGTH,
+    PENALTY,
+    FitData,
     Gram,
-    Lesson,
+    Novelty,
     Ridge,
-    Strangeness,
     equal_weights,
     sum_of,
 )
@@ -20,12 +20,12 @@ def test_by_hand():
     """Two classes at 0 and 10, both with variances 1 and 4: the second value counts half."""
     spread = torch.tensor([[1.0, 2.0], [1.0, -2.0], [-1.0, 2.0], [-1.0, -2.0]])
     values = torch.cat([spread, spread + torch.tensor([10.0, 0.0])])
-    strangeness = Strangeness(2, 2)
-    strangeness.learn(values, torch.tensor([0] * 4 + [1] * 4))
+    novelty = Novelty(2, 2)
+    novelty.learn(values, torch.tensor([0] * 4 + [1] * 4))
     asked = torch.tensor([[0.0, 0.0], [3.0, 0.0], [10.0, 6.0], [5.0, 0.0]])
-    np.testing.assert_allclose(strangeness.distance(asked), [0, 3, 3, 5], rtol=0.02)
-    strangeness.limit_by(torch.tensor([3.0, 3.0, 3.0]))
-    np.testing.assert_allclose(strangeness(asked), [0, 1, 1, 5 / 3], rtol=0.02)
+    np.testing.assert_allclose(novelty.distance(asked), [0, 3, 3, 5], rtol=0.02)
+    novelty.limit_by(torch.tensor([3.0, 3.0, 3.0]))
+    np.testing.assert_allclose(novelty(asked), [0, 1, 1, 5 / 3], rtol=0.02)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -37,18 +37,18 @@ def test_known_samples_are_below_1_as_often_as_stated(seed):
     def drawn():
         return torch.from_numpy((means[labels] + rng.normal(size=(len(labels), 6))).astype("f4"))
 
-    strangeness = Strangeness(4, 6)
-    strangeness.know(drawn(), torch.from_numpy(labels), drawn())
-    assert (strangeness(drawn()) <= 1).float().mean() == pytest.approx(KNOWN, abs=0.01)
-    assert (strangeness(drawn() + 40) > 1).all()
+    novelty = Novelty(4, 6)
+    novelty.know(drawn(), torch.from_numpy(labels), drawn())
+    assert (novelty(drawn()) <= 1).float().mean() == pytest.approx(KNOWN, abs=0.01)
+    assert (novelty(drawn() + 40) > 1).all()
 
 
 def test_a_value_that_never_varies_does_no_harm():
     values = torch.zeros(40, 3)
     values[:, 0] = torch.arange(40) % 2 + torch.linspace(0, 0.1, 40)
-    strangeness = Strangeness(2, 3)
-    strangeness.know(values, torch.arange(40) % 2, values)
-    assert torch.isfinite(strangeness(values)).all()
+    novelty = Novelty(2, 3)
+    novelty.know(values, torch.arange(40) % 2, values)
+    assert torch.isfinite(novelty(values)).all()
 
 
 def test_a_ridge_of_sums_is_the_ridge_of_samples():
@@ -63,6 +63,6 @@ def test_a_ridge_of_sums_is_the_ridge_of_samples():
         grams.append(Gram(5, 3))
         grams[-1].add(values[part], targets[part], weight[part])
     ridge = Ridge(3, (5,))
-    ridge.solve(Lesson(values, named, weight, weight), np.random.default_rng(0), STRENGTH)
+    ridge.solve(FitData(values, named, weight, weight), np.random.default_rng(0), PENALTY)
     weights, constants = sum_of(grams).solve_as_ridge()
     np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)

@@ -36,7 +36,7 @@ def fault_of_light(image: GreyImage) -> str:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ImageQuality:
     """Light and focus in one frame.
 
     Attributes
@@ -57,7 +57,7 @@ class Picture:
     edge_px: float
 
 
-def describe_picture(image: GreyImage, position: Positions) -> Picture:
+def image_quality(image: GreyImage, position: Positions) -> ImageQuality:
     """Measure light and focus from the markers of a frame.
 
     Parameters
@@ -74,7 +74,7 @@ def describe_picture(image: GreyImage, position: Positions) -> Picture:
     place = edges[seen] + _BIN_PX / 2
     disc, skin = float(profile[0]), float(np.median(profile[-2:]))
     brighter = grey[distance < 1.5] if disc > skin else grey[distance > place[-1] - _BIN_PX]
-    return Picture(disc, skin, float((brighter >= SATURATED).mean()), _edge(place, profile))
+    return ImageQuality(disc, skin, float((brighter >= SATURATED).mean()), _edge(place, profile))
 
 
 def _around(

@@ -11,7 +11,7 @@ import pytest
 
 from afferents.core.errors import InputError
 from afferents.core.files import write_json
-from afferents.evaluation import FoldKey, at_work, plan, seconds_left, standings
+from afferents.evaluation import FoldKey, at_work, job_statuses, plan, seconds_left
 
 FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
 FOLDER = "folds/vib-te/nested/seed-0"
@@ -24,7 +24,7 @@ def finish(results: Path, key: FoldKey, seconds: float) -> None:
 
 
 def states(results: Path) -> list[str]:
-    return [standing.state for standing in standings(results)]
+    return [standing.state for standing in job_statuses(results)]
 
 
 def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
@@ -36,7 +36,7 @@ def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
     with pytest.raises(ValueError, match="no luck"), at_work(tmp_path, KEYS[2]):
         raise ValueError("no luck")
     assert states(tmp_path) == ["to do", "done", "failed", "to do"]
-    assert standings(tmp_path)[2].why == "no luck"
+    assert job_statuses(tmp_path)[2].why == "no luck"
     with at_work(tmp_path, KEYS[2]):
         assert states(tmp_path)[2] == "running"
     assert states(tmp_path)[2] == "to do"
@@ -62,19 +62,19 @@ def test_a_mark_of_another_machine_is_believed(tmp_path):
 
 def test_what_is_left_is_what_others_took(tmp_path):
     plan(tmp_path, KEYS, workers=2)
-    assert seconds_left(standings(tmp_path), 2) is None
+    assert seconds_left(job_statuses(tmp_path), 2) is None
     finish(tmp_path, KEYS[0], 10.0)
     finish(tmp_path, KEYS[1], 20.0)
-    assert seconds_left(standings(tmp_path), 2) == pytest.approx(15.0)
+    assert seconds_left(job_statuses(tmp_path), 2) == pytest.approx(15.0)
 
 
 def test_plans_add_up_once_something_is_kept(tmp_path):
     plan(tmp_path, KEYS[:2], workers=1)
     plan(tmp_path, KEYS[2:], workers=1)
-    assert len(standings(tmp_path)) == 2
+    assert len(job_statuses(tmp_path)) == 2
     write_json(tmp_path / "config.json", {})
     plan(tmp_path, KEYS, workers=3)
-    assert len(standings(tmp_path)) == 4
+    assert len(job_statuses(tmp_path)) == 4
     assert json.loads((tmp_path / "plan.json").read_text())["workers"] == 3
 
 
@@ -94,10 +94,10 @@ def test_marks_and_plans_that_make_no_sense_are_named(tmp_path, name, content, s
     plan(tmp_path, KEYS, workers=2)
     write_json(tmp_path / name, content)
     with pytest.raises(InputError, match=name) as caught:
-        standings(tmp_path)
+        job_statuses(tmp_path)
     assert said in str(caught.value)
 
 
 def test_a_folder_without_a_plan_is_refused(tmp_path):
     with pytest.raises(InputError, match="a results folder that evaluate has begun"):
-        standings(tmp_path)
+        job_statuses(tmp_path)

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from afferents.models import build
-from afferents.training import LearningSet, PutAside, train
+from afferents.training import Checkpoint, LearningSet, train
 
 
 class StoppedHereError(Exception):
@@ -37,7 +37,7 @@ def test_who_is_stopped_ends_where_others_end(
     config = config.model_copy(
         update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )
-    aside, learnt = PutAside(tmp_path / "fold.aside", every_s=0), LearningSet(*problem)
+    aside, learnt = Checkpoint(tmp_path / "fold.checkpoint", every_s=0), LearningSet(*problem)
     whole = train(build(encoding, 3, shape, 1), learnt, config, 5)
     for stop in stops:
         with pytest.raises(StoppedHereError):
@@ -58,12 +58,12 @@ def test_who_is_stopped_ends_where_others_end(
 
 
 def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net, config, tmp_path):
-    aside = PutAside(tmp_path / "fold.aside", every_s=0)
+    aside = Checkpoint(tmp_path / "fold.checkpoint", every_s=0)
     with pytest.raises(StoppedHereError):
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(3), aside)
     assert aside.path.is_file()
     seen = []
-    elsewhere = PutAside(aside.path, of="other data", every_s=0)
+    elsewhere = Checkpoint(aside.path, of="other data", every_s=0)
     with pytest.raises(StoppedHereError):
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(1), elsewhere)
     train(
@@ -89,5 +89,7 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
 
 
 def test_short_trainings_are_not_put_aside(problem, small_net, config, tmp_path):
-    train(small_net, LearningSet(*problem), config, 0, aside=PutAside(tmp_path / "fold.aside"))
+    train(
+        small_net, LearningSet(*problem), config, 0, aside=Checkpoint(tmp_path / "fold.checkpoint")
+    )
     assert list(tmp_path.iterdir()) == []
