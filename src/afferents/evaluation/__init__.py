@@ -48,7 +48,6 @@ __all__ = [
     "finished",
     "finished_keys",
     "has_failed",
-    "inside",
     "inside_speeds",
     "job_statuses",
     "losses",

@@ -61,7 +61,7 @@ class FoldKey:
         )
 
     def checkpoint(self, results: Path) -> Path:
-        """Return the file in which this fold's training is put aside."""
+        """Return the file that holds this fold's checkpoint."""
         folder = self.folder(results)
         return folder.with_name(f"{folder.name}.checkpoint")
 

@@ -137,7 +137,7 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
 def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
     """Do the same on another machine, which reads the data itself and sends the outcome back.
 
-    Where it sees the results folder, the training is marked and put aside in it as ever.
+    Where it sees the results folder, the training leaves its mark and its checkpoints in it as ever.
     """
     recipe: Recipe = pickle.loads(packed)
     seen = (recipe.out / PLAN).is_file()
@@ -166,7 +166,7 @@ def keep(recipe: Recipe, outcome: Outcome) -> None:
 
 
 def train_and_test(
-    recipe: Recipe, key: FoldKey, samples: Sequence[Samples], aside: Checkpoint | None = None
+    recipe: Recipe, key: FoldKey, samples: Sequence[Samples], checkpoint: Checkpoint | None = None
 ) -> Outcome:
     """Train on one fold and test it once.
 
@@ -174,8 +174,8 @@ def train_and_test(
     ----------
     samples
         Of each of the model's sources.
-    aside
-        Where a long training is put aside now and then.
+    checkpoint
+        Where a long training writes its checkpoints.
     """
     torch.set_num_threads(1)
     keep_freed_memory()
@@ -199,7 +199,7 @@ def train_and_test(
                 refuse_leaks(leaks[-1], part.fold)
 
     config = recipe.training(model, parts[0].encoding)
-    fitted = fit(model, parts, protocol, config, key.seed, ranks_and_folds[0][0], check, aside)
+    fitted = fit(model, parts, protocol, config, key.seed, ranks_and_folds[0][0], check, checkpoint)
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
     table = predictions_table(

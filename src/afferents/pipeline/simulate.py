@@ -395,9 +395,9 @@ def _record_far(
         _record_one(simulation, *run, reference)
         return run, {}
     with TemporaryDirectory() as folder:
-        aside = replace(simulation, session=Path(folder))
-        _record_one(aside, *run, reference)
-        return run, {path.name: path.read_bytes() for path in _folder(aside, *run).iterdir()}
+        here = replace(simulation, session=Path(folder))
+        _record_one(here, *run, reference)
+        return run, {path.name: path.read_bytes() for path in _folder(here, *run).iterdir()}
 
 
 def _seal(simulation: Simulation) -> None:

@@ -21,10 +21,10 @@ def test_by_hand():
     spread = torch.tensor([[1.0, 2.0], [1.0, -2.0], [-1.0, 2.0], [-1.0, -2.0]])
     values = torch.cat([spread, spread + torch.tensor([10.0, 0.0])])
     novelty = Novelty(2, 2)
-    novelty.learn(values, torch.tensor([0] * 4 + [1] * 4))
+    novelty.fit_classes(values, torch.tensor([0] * 4 + [1] * 4))
     asked = torch.tensor([[0.0, 0.0], [3.0, 0.0], [10.0, 6.0], [5.0, 0.0]])
     np.testing.assert_allclose(novelty.distance(asked), [0, 3, 3, 5], rtol=0.02)
-    novelty.limit_by(torch.tensor([3.0, 3.0, 3.0]))
+    novelty.set_limit(torch.tensor([3.0, 3.0, 3.0]))
     np.testing.assert_allclose(novelty(asked), [0, 1, 1, 5 / 3], rtol=0.02)
 
 
@@ -38,7 +38,7 @@ def test_known_samples_are_below_1_as_often_as_stated(seed):
         return torch.from_numpy((means[labels] + rng.normal(size=(len(labels), 6))).astype("f4"))
 
     novelty = Novelty(4, 6)
-    novelty.know(drawn(), torch.from_numpy(labels), drawn())
+    novelty.fit(drawn(), torch.from_numpy(labels), drawn())
     assert (novelty(drawn()) <= 1).float().mean() == pytest.approx(KNOWN, abs=0.01)
     assert (novelty(drawn() + 40) > 1).all()
 
@@ -47,7 +47,7 @@ def test_a_value_that_never_varies_does_no_harm():
     values = torch.zeros(40, 3)
     values[:, 0] = torch.arange(40) % 2 + torch.linspace(0, 0.1, 40)
     novelty = Novelty(2, 3)
-    novelty.know(values, torch.arange(40) % 2, values)
+    novelty.fit(values, torch.arange(40) % 2, values)
     assert torch.isfinite(novelty(values)).all()
 
 

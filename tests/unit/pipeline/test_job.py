@@ -30,7 +30,9 @@ def test_samples_that_are_no_numbers(run, stores, tmp_path, monkeypatch):
     assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said
 
 
-def test_far_trainings_are_put_aside_where_the_folder_is_seen(run, stores, tmp_path, monkeypatch):
+def test_far_trainings_write_checkpoints_where_the_folder_is_seen(
+    run, stores, tmp_path, monkeypatch
+):
     store, waits = stores["audio"], []
 
     def keep(recipe, outcome):

@@ -1,4 +1,4 @@
-"""A training that was stopped goes on from where it was put aside, to the same weights."""
+"""A training that was stopped goes on from its checkpoint, to the same weights."""
 
 import copy
 
@@ -37,16 +37,16 @@ def test_who_is_stopped_ends_where_others_end(
     config = config.model_copy(
         update={"one_cycle": one_cycle, "max_epochs": 6, "patience": None, "batch_size": 16}
     )
-    aside, learnt = Checkpoint(tmp_path / "fold.checkpoint", every_s=0), LearningSet(*problem)
+    checkpoint, learnt = Checkpoint(tmp_path / "fold.checkpoint", every_s=0), LearningSet(*problem)
     whole = train(build(encoding, 3, shape, 1), learnt, config, 5)
     for stop in stops:
         with pytest.raises(StoppedHereError):
-            train(build(encoding, 3, shape, 1), learnt, config, 5, stop_after(stop), aside)
+            train(build(encoding, 3, shape, 1), learnt, config, 5, stop_after(stop), checkpoint)
     seen = []
     again = train(
-        build(encoding, 3, shape, 1), learnt, config, 5, lambda e: seen.append(e.number), aside
+        build(encoding, 3, shape, 1), learnt, config, 5, lambda e: seen.append(e.number), checkpoint
     )
-    # To the last bit, for what is put aside is, and the same steps follow in the same one thread.
+    # To the last bit, for the checkpoint holds every bit, and the same steps follow in the same one thread.
     assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
     assert fates(again) == fates(whole)
     assert again.best_epoch == whole.best_epoch
@@ -58,12 +58,12 @@ def test_who_is_stopped_ends_where_others_end(
 
 
 def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net, config, tmp_path):
-    aside = Checkpoint(tmp_path / "fold.checkpoint", every_s=0)
+    checkpoint = Checkpoint(tmp_path / "fold.checkpoint", every_s=0)
     with pytest.raises(StoppedHereError):
-        train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(3), aside)
-    assert aside.path.is_file()
+        train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(3), checkpoint)
+    assert checkpoint.path.is_file()
     seen = []
-    elsewhere = Checkpoint(aside.path, of="other data", every_s=0)
+    elsewhere = Checkpoint(checkpoint.path, of="other data", every_s=0)
     with pytest.raises(StoppedHereError):
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(1), elsewhere)
     train(
@@ -72,10 +72,10 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
         config,
         1,
         lambda e: seen.append(e.number),
-        aside,
+        checkpoint,
     )
     assert seen[0] == 1
-    aside.path.write_bytes(aside.path.read_bytes()[:1000])
+    checkpoint.path.write_bytes(checkpoint.path.read_bytes()[:1000])
     seen.clear()
     train(
         copy.deepcopy(small_net),
@@ -83,13 +83,17 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
         config,
         1,
         lambda e: seen.append(e.number),
-        aside,
+        checkpoint,
     )
     assert seen[0] == 1
 
 
-def test_short_trainings_are_not_put_aside(problem, small_net, config, tmp_path):
+def test_short_trainings_write_no_checkpoint(problem, small_net, config, tmp_path):
     train(
-        small_net, LearningSet(*problem), config, 0, aside=Checkpoint(tmp_path / "fold.checkpoint")
+        small_net,
+        LearningSet(*problem),
+        config,
+        0,
+        checkpoint=Checkpoint(tmp_path / "fold.checkpoint"),
     )
     assert list(tmp_path.iterdir()) == []
