@@ -137,7 +137,7 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
 def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
     """Do the same on another machine, which reads the data itself and sends the outcome back.
 
-    Where it sees the results folder, the training leaves its mark and its checkpoints in it as ever.
+    Where it sees the results folder, the training leaves its mark and checkpoints in it as ever.
     """
     recipe: Recipe = pickle.loads(packed)
     seen = (recipe.out / PLAN).is_file()

@@ -46,7 +46,7 @@ def test_who_is_stopped_ends_where_others_end(
     again = train(
         build(encoding, 3, shape, 1), learnt, config, 5, lambda e: seen.append(e.number), checkpoint
     )
-    # To the last bit, for the checkpoint holds every bit, and the same steps follow in the same one thread.
+    # To the last bit: a checkpoint holds all bits, and the same steps follow in the same thread.
     assert seen == list(range(stops[-1], 7))  # the epoch that was stopped in is done again
     assert fates(again) == fates(whole)
     assert again.best_epoch == whole.best_epoch
