@@ -133,7 +133,7 @@ BEYOND: dict[str, Model] = {
         ),
     )
 }  # fmt: skip
-"""Our own: docs/beyond.md says what they are and how far they go."""
+"""Our own: docs/speed-invariant-models.md says what they are."""
 
 MODELS: dict[str, Model] = TABLE1 | BEYOND
 

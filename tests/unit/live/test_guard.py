@@ -23,7 +23,7 @@ from websockets.sync.client import connect
 
 from afferents.live.web import door, limits
 from afferents.live.web.limits import Limits, affordable
-from afferents.live.web.quiet import told_in_a_line
+from afferents.live.web.quiet import one_line_errors
 
 FILES = 64
 SHORT = {"request_s": 2.0, "taking_s": 2.0}
@@ -373,7 +373,7 @@ def test_a_door_without_files_waits(monkeypatch):
 
 
 def test_what_goes_wrong_is_told_once_in_a_line(capsys):
-    with told_in_a_line():
+    with one_line_errors():
         for name in ("asyncio", "uvicorn.error", "uvicorn.error"):
             logging.getLogger(name).warning("a visitor did something")
             try:

@@ -8,7 +8,7 @@ from afferents.core.errors import InputError
 from afferents.rig import Rig, Skin, bumped_surface, felt
 from afferents.rig.kernel import SPAN
 from afferents.rig.run import check_step
-from afferents.rig.skin import PHYSICS_RATE_HZ, Felt, Motion, SkinOnDrum
+from afferents.rig.skin import PHYSICS_RATE_HZ, SkinResponse, Motion, SkinOnDrum
 
 SKIN = Skin()
 WEIGHT = np.full(361, 1 / 361)
@@ -30,7 +30,7 @@ def motion(seconds, speed, depth=0.7, rate=PHYSICS_RATE_HZ, still_s=0.0) -> Moti
     return Motion(np.cumsum(speeds) / rate, speeds, np.full(len(time), depth))
 
 
-def run(surface, way: Motion, skin=SKIN, rate=PHYSICS_RATE_HZ, every=1, **mounting) -> Felt:
+def run(surface, way: Motion, skin=SKIN, rate=PHYSICS_RATE_HZ, every=1, **mounting) -> SkinResponse:
     mounted = {"tilt": (0.0, 0.0), "lateral_mm": 0.0, **mounting}
     lattice = SkinOnDrum(skin, surface, weight=WEIGHT, rate_hz=rate, **mounted)
     return lattice.run(way, np.arange(0, len(way.slide_mm), every, dtype=float))

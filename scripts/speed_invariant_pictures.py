@@ -1,6 +1,6 @@
 """Draw docs/images/orders.png: what speed does to spectra, and what it leaves of images.
 
-python scripts/beyond_pictures.py STORE docs/images/orders.png
+python scripts/speed_invariant_pictures.py STORE docs/images/orders.png
 """
 
 import sys
