@@ -28,9 +28,12 @@ same. Frozen ones differ by up to 0.07 (crf 35); a smooth drum's at 10 mm/s by a
 any half second (crf 35), 0.8 (crf 18), 1.1 (as recorded); all others by more."""
 NOISE_GREY, NOISE_FRAMES, MOVED_GREY = 0.005, 30, 5.0
 """Median change from frame to frame of a camera's noise, among a video's first frames: 0.017 and
-more at crf 35. Where there is none, as in a simulation without nuisances, a smooth drum's picture
-stands still too, and only one that never moves is frozen: a key frame changes a still one by up to
-3.1 grey levels, a touch by 15 and more."""
+more at crf 35. Where there is none (a simulation without nuisances, a fast encoder at crf 35) a
+smooth drum's picture stands still too. Then one is frozen if it never moves at all (a key frame
+changes a still one by up to 3.1 grey levels, a touch by 15 and more),"""
+LIVELY_GREY = 1.0
+"""or if before that, while the drum slid, its median change in half a second was above this: 3.6
+and more on a drum with bumps and on a smooth one at 50 mm/s, at most 0.4 on a smooth one at 10."""
 DARK_S = 0.5
 """The picture may be dark for so long while the drum slides."""
 DARK_SHARE = 0.4
@@ -194,7 +197,7 @@ class Footage:
     def _frozen(self, part: tuple[float, float]) -> Doubt | None:
         time_s, slow = self.time_s, self.slow_change
         noise = self.changes[1 : NOISE_FRAMES + 1, 0]
-        if len(noise) == 0 or (np.median(noise) <= NOISE_GREY and (slow > MOVED_GREY).any()):
+        if len(noise) == 0:
             return None
         still = slow < STILL_GREY  # False where NaN
         still &= self.grey >= DARK_SHARE * np.median(self.grey[:_FIRST_FRAMES])
@@ -202,6 +205,10 @@ class Footage:
         if span is None:
             return None
         began = max(span[0] - _LOOK_BACK_S, float(time_s[0]))
+        if np.median(noise) <= NOISE_GREY and (slow > MOVED_GREY).any():
+            slid = slow[(time_s >= part[0]) & (time_s < began)]
+            if len(slid) == 0 or not np.median(slid) > LIVELY_GREY:  # nor where NaN
+                return None
         return Doubt(
             "frozen",
             self.path,

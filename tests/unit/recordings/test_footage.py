@@ -109,6 +109,16 @@ def test_without_noise_a_smooth_drum_is_not_taken_for_a_frozen_picture(images):
     assert footage.doubts() == []
 
 
+def test_without_noise_a_picture_that_moved_while_the_drum_slid_is_frozen(images):
+    """As a fast encoder leaves it, which takes all noise away."""
+    quiet = [images[0]] * 40 + images[40:240] + [images[240]] * 160
+    footage = Footage(Drawn(quiet, np.arange(400) / FPS))
+    list(footage.frames())
+    (doubt,) = footage.doubts((0.6, 4.4))
+    assert doubt.kind == "frozen"
+    assert doubt.found == "the same one from 2.67 s to the end"
+
+
 def test_a_short_break_is_no_doubt(film, images):
     frozen = images[:150] + [images[150]] * 40 + images[190:]
     assert film(frozen).doubts() == []
