@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from rich.table import Table
 
 from afferents.cli.encodings import takes_encodings
 from afferents.cli.errors import fail_if_skipped
@@ -17,12 +16,13 @@ from afferents.cli.shared import (
     Json,
     KeepGoing,
     PrecisionName,
+    PresetName,
     ProtocolName,
     Quiet,
-    Recipe,
     SensorName,
     Workers,
 )
+from afferents.cli.tables import TerminalTable
 from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 
@@ -45,13 +45,7 @@ def evaluate(
         ),
     ] = "all",
     protocol: ProtocolName = "nested",
-    preset: Annotated[
-        Recipe,
-        typer.Option(
-            help="Training recipe of networks: 'paper' as published, 'fast' with fewer epochs, "
-            "'quick' to see that it runs."
-        ),
-    ] = "quick",
+    preset: PresetName = "quick",
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="First random seed.")] = 0,
     seeds: Annotated[
@@ -166,13 +160,12 @@ def report(
     """
     from afferents import commands
     from afferents.pipeline.report import compare_runs
-    from afferents.reporting import to_rich
 
     pages = [commands.report(folder, quiet or as_json) for folder in results]
     table, written = compare_runs(results)
     found = {"reports": [str(page) for page in pages], "table": str(written)}
     lines = [f"Report: {page}" for page in pages]
-    say(as_json, found, to_rich(table), *lines, f"Table: {written}")
+    say(as_json, found, TerminalTable.of(table), *lines, f"Table: {written}")
 
 
 def status(
@@ -184,9 +177,7 @@ def status(
     from afferents.pipeline.status import status as look
 
     found = look(results)
-    table = Table("model", "protocol", *STATES, box=None)
-    for row in found.rows:
-        table.add_row(*row)
+    table = TerminalTable(("model", "protocol", *STATES), found.rows, n_headers=2)
     say(as_json, found.facts, table, *found.sentences)
 
 
@@ -198,13 +189,7 @@ def reproduce(
         Path | None, typer.Option(help="Session folder of your own (default: one is simulated).")
     ] = None,
     sensor: SensorName = "tip_b",
-    preset: Annotated[
-        Recipe,
-        typer.Option(
-            help="Training recipe of networks: 'paper' as published (days), 'fast' with fewer "
-            "epochs, 'quick' to see that it runs."
-        ),
-    ] = "fast",
+    preset: PresetName = "fast",
     size: Annotated[
         Literal["quick", "paper"],
         typer.Option(
@@ -228,7 +213,7 @@ def reproduce(
     from afferents.markers import load_sensor
     from afferents.pipeline.reproduce import Reproduction
     from afferents.pipeline.reproduce import reproduce as run
-    from afferents.reporting import headline, table1, to_rich
+    from afferents.reporting import headline, table1
 
     under = tuple(protocols(protocol))
     wanted = Reproduction(
@@ -238,20 +223,20 @@ def reproduce(
         page = run(wanted, progress)
     summary = read_summary(wanted.results)
     said = ("", headline(summary), f"Report: {page.resolve()}")
-    say(as_json, summary, to_rich(table1(summary)), *said)
+    say(as_json, summary, TerminalTable.of(table1(summary)), *said)
 
 
-def _tables(summary: dict[str, Any]) -> list[Table]:
+def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting import table1, to_rich, touches_table
+    from afferents.reporting import table1, touches_table
 
     evaluated = set(summary["models"])
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
-    return [to_rich(table) for table in tables]
+    return [TerminalTable.of(table) for table in tables]
 
 
-def _texture_tables(summaries: dict[str, Any]) -> list[Table]:
-    from afferents.reporting import texture_tables, to_rich
+def _texture_tables(summaries: dict[str, Any]) -> list[TerminalTable]:
+    from afferents.reporting import texture_tables
 
-    return [to_rich(table) for table in texture_tables(summaries)]
+    return [TerminalTable.of(table) for table in texture_tables(summaries)]

@@ -16,8 +16,8 @@ from afferents.cli.shared import (
     Json,
     ModelFolder,
     PrecisionName,
+    PresetName,
     Quiet,
-    Recipe,
 )
 
 
@@ -37,13 +37,7 @@ def train(
         Path | None,
         typer.Option(help="Results of 'evaluate', whose accuracy the model's card is to state."),
     ] = None,
-    preset: Annotated[
-        Recipe,
-        typer.Option(
-            help="Training recipe of networks: 'paper' as published, 'fast' with fewer epochs, "
-            "'quick' to see that it runs."
-        ),
-    ] = "fast",
+    preset: PresetName = "fast",
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="Random seed of the training.")] = 0,
     force: Force = False,

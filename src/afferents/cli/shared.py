@@ -73,7 +73,14 @@ TrackerName = Annotated[
         "'published' repeats the reference code, flaws included.",
     ),
 ]
-Recipe = Literal["quick", "fast", "paper"]
+PresetName = Annotated[
+    Literal["quick", "fast", "paper"],
+    typer.Option(
+        "--preset",
+        help="Training recipe of networks: 'paper' as published (hours per fold), 'fast' with "
+        "fewer samples and epochs, 'quick' to see that it runs.",
+    ),
+]
 ProtocolName = Annotated[
     str,
     typer.Option(

@@ -19,6 +19,7 @@ from afferents.core.protocol import protocols
 from afferents.core.results import Results, load_results
 
 if TYPE_CHECKING:
+    from afferents.encodings import Encodings
     from afferents.evaluation.ablation import Ablation
     from afferents.pipeline.evaluate import Evaluation
 
@@ -169,10 +170,11 @@ def _evaluation(
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
     encodings = opened[0].encodings.changed(**encoding)
+    chosen = asked or [best_of(recordings_in(opened))]
     return Evaluation(
         data=opened,
         out=Path(out),
-        models=asked or [best_of(recordings_in(opened))],
+        models=chosen,
         protocols=under,
         preset=preset,
         cut=cut,
@@ -183,23 +185,15 @@ def _evaluation(
         keep_going=keep_going,
         ablation=used,
         held_out=tuple(held_out),
-        options=_options(used, held_out, left_out, dict(encodings.wanted)),
+        options=_options(used, held_out, left_out) + _encoding_options(chosen, encodings),
         workers=workers,
         cluster=cluster,
         compute=Compute(device, precision),
     )
 
 
-def _options(
-    only: "Ablation",
-    held_out: Sequence[float],
-    without: Mapping[str, str],
-    encoding: Mapping[str, Any],
-) -> list[str]:
+def _options(only: "Ablation", held_out: Sequence[float], without: Mapping[str, str]) -> list[str]:
     """Return the words of a command line that uses the same part of the data, for the report."""
-    from afferents.encodings import options
-
-    flags = {name: option.flag for name, option in options().items()}
     given = {
         "--textures": ",".join(only.textures),
         "--speeds": _listed(only.speeds_mm_s),
@@ -207,10 +201,19 @@ def _options(
         "--train-speeds": f"{only.train_speeds or ''}",
         "--test-only": "=".join(only.test_only or ()),
         "--held-out": _listed(held_out),
-        **{flags.get(name, name): _written(value) for name, value in encoding.items()},
     }
     words = [word for flag, text in given.items() if text for word in (flag, text)]
     return words + [w for name, value in without.items() for w in ("--without", f"{name}={value}")]
+
+
+def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:
+    """Return the words that ask for the same samples; a field without a flag by its name."""
+    from afferents.pipeline.encode import sources_of
+
+    used = [source.encoding for model in models for source in sources_of(model, encodings)]
+    flags = {name: option.flag for one in used for name, option in one.options().items()}
+    given = {flags.get(name, name): value for name, value in encodings.wanted}
+    return [word for flag, value in given.items() for word in (flag, _written(value))]
 
 
 def _listed(numbers: Iterable[float]) -> str:
