@@ -119,8 +119,8 @@ def extract(
     rest: Annotated[
         Literal["own", "reference"],
         typer.Option(
-            help="Rest positions that SA-I is measured from: of each recording's 'own' first "
-            "frames, or of the 'reference' clip throw_away.mp4."
+            help="Rest positions that SA-I is measured from: of each recording's 'own' rest "
+            "frame, or of the 'reference' clip throw_away.mp4."
         ),
     ] = "own",
     workers: Workers = None,

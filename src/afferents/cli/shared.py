@@ -77,7 +77,7 @@ PresetName = Annotated[
     Literal["quick", "fast", "paper"],
     typer.Option(
         "--preset",
-        help="Training recipe of networks: 'paper' as published (hours per fold), 'fast' with "
+        help="Training recipe of networks: 'paper' as published (days for Table 1), 'fast' with "
         "fewer samples and epochs, 'quick' to see that it runs.",
     ),
 ]
