@@ -22,13 +22,21 @@ Floats = NDArray[np.float32]
 class Option(NamedTuple):
     """A field of an encoding that the command line offers; stands in the field's annotation.
 
+    Commands that encode offer it without further code: `cli.encodings` reads it from the class.
+
     Attributes
     ----------
     flag
         As typed, such as ``--window-s``.
+    help
+        One line for ``--help``, with the unit.
+    kind
+        What the command line reads: `float`, `int`, or `str` for a field that takes text.
     """
 
     flag: str
+    help: str
+    kind: type[float | int | str] = float
 
 
 class ImageStream(Protocol):

@@ -1,11 +1,11 @@
 """Lines of the machine in a spectrum, such as a motor's or the mains', and how they are masked."""
 
 import re
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveFloat
+from pydantic import BaseModel, ConfigDict, PositiveFloat, model_validator
 
 from afferents.core.errors import InputError
 
@@ -30,6 +30,12 @@ class Lines(BaseModel):
 
     hertz: tuple[PositiveFloat, ...] = ()
     per_mm: tuple[PositiveFloat, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_text(cls, given: Any) -> Any:
+        """Take text as well, so that an encoding's `mask` may be given as it is typed."""
+        return cls.parse(given).model_dump() if isinstance(given, str) else given
 
     @classmethod
     def parse(cls, text: str) -> Self:

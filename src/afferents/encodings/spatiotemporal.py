@@ -14,7 +14,7 @@ from afferents.encodings.spatial import frame_extents, tactile_images
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
-FRAMES_OPTION = Option("--frames")
+FRAMES_OPTION = Option("--frames", "Length of a run of tactile images, video frames.", int)
 
 
 class SpatiotemporalEncoding(ImageEncoding):

@@ -14,9 +14,9 @@ from afferents.core.samples import Samples, make_samples
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Option, Ready, VibrationEncoding
 
-WINDOW_OPTION = Option("--window-s")
+WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
 _DENSEST = 1000
-STRIDE_OPTION = Option("--stride-s")
+STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
 
 Windowed = TypeVar("Windowed", bound=VibrationEncoding)
@@ -50,9 +50,14 @@ class SpectralEncoding(VibrationEncoding):
     window_s: Annotated[PositiveFloat, WINDOW_OPTION] = 1.0
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 0.5
     windows: PositiveInt | None = None
-    fft_points: Annotated[PositiveInt | None, Option("--fft-points")] = None
+    fft_points: Annotated[
+        PositiveInt | None,
+        Option("--fft-points", "Points of the FFT; windows are zero-padded to them.", int),
+    ] = None
     kept_bins: PositiveInt = 4000
-    model_bins: Annotated[PositiveInt, Option("--bins")] = 200
+    model_bins: Annotated[
+        PositiveInt, Option("--bins", "Frequency bins that the network sees, from 0 Hz up.", int)
+    ] = 200
     remove_mean: bool = False
 
     def changed(self, **wanted: Any) -> Self:

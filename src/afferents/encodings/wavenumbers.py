@@ -38,7 +38,10 @@ class WavenumberEncoding(ImageEncoding):
     sample_dims = (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER)
 
     frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-    every: Annotated[PositiveInt, Option("--every")] = 1
+    every: Annotated[
+        PositiveInt,
+        Option("--every", "Use one video frame in N, as if the camera were N times slower.", int),
+    ] = 1
 
     @property
     def length(self) -> int:

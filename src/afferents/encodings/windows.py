@@ -40,14 +40,21 @@ class WindowEncoding(VibrationEncoding):
     highest_hz
         Of the frequencies that are kept (lowered to what the sample rate allows).
     mask
-        Lines of the machine that are cut out.
+        Lines of the machine that are cut out; may be given as text, see `Lines.parse`.
     """
 
     window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
     windows: PositiveInt | None = None
     highest_hz: PositiveFloat = 200.0
-    mask: Annotated[Lines, Option("--mask")] = Lines()
+    mask: Annotated[
+        Lines,
+        Option(
+            "--mask",
+            "Spectral lines of the machine to cut out, with their harmonics: 50Hz,0.0573/mm.",
+            str,
+        ),
+    ] = Lines()
 
     def changed(self, **wanted: Any) -> Self:
         """Return it with the values wanted."""

@@ -2,13 +2,58 @@
 
 from pathlib import Path
 
-from afferents.core.errors import PartialFailureError
+from afferents.core.errors import InputError, PartialFailureError
 from afferents.core.outputs import require_free
 from afferents.core.progress import Progress
 from afferents.core.store import TRACKS, is_tracks, write_group
-from afferents.markers import Method, Sensor, describe, recognise_sensor, track, undistorted
+from afferents.markers import (
+    Method,
+    Sensor,
+    describe,
+    load_sensor,
+    recognise_sensor,
+    track,
+    undistorted,
+)
 from afferents.pipeline.extract import Extraction, extract, marker_responses
 from afferents.recordings import VideoWithProgress, open_video
+
+
+def track_into(
+    source: Path,
+    out: Path,
+    sensor: Sensor | None,
+    method: Method,
+    progress: Progress,
+    force: bool = False,
+    workers: int | None = None,
+    cluster: str | None = None,
+) -> list[str]:
+    """Track a video, or all videos of a session, into a store; say how that of one video went.
+
+    Parameters
+    ----------
+    sensor
+        None for ``tip_b`` of a session; of a video it is recognised or estimated.
+    force
+        Whether a video's tracks that were written there before may be replaced.
+    workers, cluster
+        For a session: processes here (None for one a core), or the address of a Dask scheduler.
+
+    Raises
+    ------
+    InputError
+        As `track_video` and `track_session`; if a cluster is asked for with one video.
+    PartialFailureError
+        As `track_video`.
+    """
+    if source.is_dir():
+        whose = sensor or load_sensor("tip_b")
+        track_session(source, out, whose, method, workers, progress, cluster)
+        return []
+    if cluster is not None:
+        raise InputError("--cluster", "a session, whose videos go side by side", "one video")
+    return track_video(source, out, sensor, method, progress, force)
 
 
 def track_video(

@@ -5,7 +5,7 @@ from afferents.reporting.differences import differences, runs_side_by_side
 from afferents.reporting.explanation import explanation_figure
 from afferents.reporting.figure07 import FACTORS, StretchExample, figure07, stretch_example
 from afferents.reporting.figure12 import figure12
-from afferents.reporting.formats import to_markdown, to_rich
+from afferents.reporting.formats import to_markdown
 from afferents.reporting.html import headline, write_report
 from afferents.reporting.images import figure08, figure10
 from afferents.reporting.inspection import markers_figure, responses_figure, vibration_figure
@@ -61,7 +61,6 @@ __all__ = [
     "table1",
     "texture_tables",
     "to_markdown",
-    "to_rich",
     "touches_table",
     "unknown_by_texture",
     "unknown_table",

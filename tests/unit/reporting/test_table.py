@@ -5,6 +5,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
+from afferents.cli.tables import TerminalTable
 from afferents.reporting import (
     accuracy_by_speed,
     leak_sentences,
@@ -12,7 +13,6 @@ from afferents.reporting import (
     run_table,
     table1,
     to_markdown,
-    to_rich,
 )
 from afferents.reporting.published import published_speeds, published_textures
 from afferents.reporting.table import OTHER_RECORDINGS, SAME_GRID, mean_and_interval
@@ -129,7 +129,7 @@ def test_markdown_has_a_line_a_row_and_the_caption(summary):
     assert OTHER_RECORDINGS in lines[-1]
 
 
-def test_rich_prints_the_interval_and_does_not_take_it_for_markup(summary):
+def test_a_terminal_shows_the_interval_and_does_not_take_it_for_markup(summary):
     console = Console(file=StringIO(), width=140)
-    console.print(to_rich(table1(summary)))
+    console.print(TerminalTable.of(table1(summary)))
     assert "50.0 [40.2, 60.3]" in console.file.getvalue()

@@ -1,0 +1,64 @@
+"""The commands together, and the program that runs them."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from afferents.cli.doctor import doctor
+from afferents.cli.encodings import Commands
+from afferents.cli.errors import exit_code_of, exit_code_of_fault
+from afferents.cli.evaluation import evaluate, report, reproduce, status
+from afferents.cli.live import live
+from afferents.cli.models import explain, export, train
+from afferents.cli.recordings import align, calibrate, extract, inspect, track
+from afferents.cli.rig import drum, simulate
+from afferents.core.stopping import stop_on_signals
+from afferents.core.streams import flush_streams, prepare_streams
+from afferents.core.version import __version__
+
+app = typer.Typer(
+    cls=Commands,
+    help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    epilog="Add --debug to any command to see the traceback of an error.",
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)  # noqa: T201
+        raise typer.Exit
+
+
+@app.callback()
+def _afferents(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Turn recordings of a soft tactile fingertip into afferents, and learn texture from them."""
+
+
+for _command in (
+    *(inspect, calibrate, track, simulate, drum, extract),
+    *(evaluate, report, status),
+    *(train, explain, export, align, live),
+    *(reproduce, doctor),
+):
+    app.command()(_command)
+
+
+def main() -> None:
+    """Run the command line; exit code 2 and one sentence for what the user can mend."""
+    stop_on_signals()
+    prepare_streams()
+    debug = "--debug" in sys.argv
+    arguments = [text for text in sys.argv[1:] if text != "--debug"]
+    code = exit_code_of(lambda: app(arguments, prog_name="afferents"), debug)
+    fault = flush_streams()
+    if fault and code == 0:  # the work is done, and nobody is told
+        code = exit_code_of_fault(fault, debug)
+    sys.exit(code)

@@ -1,0 +1,172 @@
+"""Commands of recordings: look at them, calibrate a sensor, track markers, extract responses."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from afferents.cli.errors import fail_if_skipped
+from afferents.cli.printing import say
+from afferents.cli.shared import (
+    Accept,
+    ClusterName,
+    Force,
+    Json,
+    KeepGoing,
+    Quiet,
+    SensorName,
+    Session,
+    StoreOut,
+    TrackerName,
+    Workers,
+)
+from afferents.core.progress import Progress
+
+
+def inspect(
+    source: Annotated[
+        str,
+        typer.Argument(help="A video, a wav, a session folder, a store, or fabricslide:PATH."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the pictures (default: NAME-inspected).")
+    ] = None,
+    sensor: Annotated[
+        str | None, typer.Option(help="Sensor file (TOML), or the name of a packaged one: tip_b.")
+    ] = None,
+    overlay: Annotated[
+        Path | None,
+        typer.Option(help="Video to write with the tracked markers drawn in, such as o.mp4."),
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Check a file or a session: what it holds, whether it is sound, and a picture of it."""
+    from afferents import commands
+
+    found = commands.inspect(source, out, sensor, overlay, force, quiet or as_json)
+    say(
+        as_json,
+        vars(found),
+        *found.sentences,
+        *(f"Problem: {problem}" for problem in found.problems),
+        *(f"Picture: {path}" for path in found.pictures),
+    )
+    if found.problems:
+        raise typer.Exit(2)
+
+
+def calibrate(
+    video: Annotated[Path, typer.Argument(help="Video that begins with the skin at rest.")],
+    out: Annotated[
+        Path, typer.Option(help="Sensor file (TOML) to write; a picture is put beside it.")
+    ],
+    pitch_mm: Annotated[
+        float | None,
+        typer.Option(help="Distance between neighbouring markers on the skin, mm, if known."),
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Measure a new sensor: how its markers look and how they are laid out.
+
+    Writes the sensor file that the other commands take.
+    """
+    from afferents.pipeline.calibrate import calibrate_sensor
+
+    said, picture = calibrate_sensor(video, out, pitch_mm, force)
+    found = {"sensor": str(out), "picture": str(picture), "said": said}
+    say(as_json, found, *said, f"Sensor file: {out}", f"Picture to check: {picture}")
+
+
+def track(
+    source: Annotated[Path, typer.Argument(help="A video, or a session folder.")],
+    out: StoreOut,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensor file (TOML) or name (default: recognised from a video; tip_b for a "
+            "session)."
+        ),
+    ] = None,
+    method: TrackerName = "windowed",
+    workers: Workers = None,
+    cluster: ClusterName = None,
+    force: Force = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Track the markers in a video, or in all videos of a session.
+
+    Writes their positions, SA-I and RA-I.
+    """
+    from afferents.markers import load_sensor
+    from afferents.pipeline.track import track_into
+
+    with Progress(quiet or as_json) as progress:
+        given = load_sensor(sensor) if sensor else None
+        said = track_into(source, out, given, method, progress, force, workers, cluster)
+    say(as_json, {"store": str(out), "said": said}, *said, f"Store: {out}")
+
+
+def extract(
+    session: Session,
+    out: StoreOut,
+    sensor: SensorName = "tip_b",
+    method: TrackerName = "windowed",
+    rest: Annotated[
+        Literal["own", "reference"],
+        typer.Option(
+            help="Rest positions that SA-I is measured from: of each recording's 'own' rest "
+            "frame, or of the 'reference' clip throw_away.mp4."
+        ),
+    ] = "own",
+    workers: Workers = None,
+    cluster: ClusterName = None,
+    keep_going: KeepGoing = False,
+    accept: Accept = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn the videos and audio of a session into marker tracks, SA-I, RA-I and RA-II.
+
+    Recordings that the store holds already are kept.
+    """
+    from afferents import commands
+    from afferents.pipeline.copies import notes_of
+
+    skipped = commands.extract(
+        session,
+        out,
+        sensor,
+        method,
+        rest=rest,
+        keep_going=keep_going,
+        accept=accept or (),
+        workers=workers,
+        cluster=cluster,
+        quiet=quiet or as_json,
+    ).skipped
+    found = {"store": str(out), "skipped": skipped, **asdict(notes_of(out))}
+    say(as_json, found, f"Store: {out}")
+    fail_if_skipped(skipped)
+
+
+def align(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(help="Recordings of touches on something smooth: folders of mp4 and wav."),
+    ],
+    sensor: SensorName = "tip_b",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure the time offset between microphone and camera, for 'live --audio-offset-ms'."""
+    from afferents.markers import load_sensor
+    from afferents.pipeline.align import align as measure
+
+    with Progress(quiet or as_json) as progress:
+        found = measure(recordings, load_sensor(sensor), progress)
+    say(as_json, found._asdict(), *found.describe())

@@ -1,0 +1,104 @@
+"""Commands of the rig, simulated or printed: recordings and drums."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from afferents.cli.printing import say
+from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, Workers
+
+
+def simulate(
+    session: Annotated[Path, typer.Argument(help="Session folder to write.")],
+    preset: Annotated[
+        Literal["quick", "paper"],
+        typer.Option(
+            help="Size of the session: 'quick' has 5 speeds of 7.5 s, 'paper' 10 speeds of 65 s."
+        ),
+    ] = "quick",
+    textures: Annotated[
+        str,
+        typer.Option(
+            help="Textures, comma-separated: letters a to m, bump spacings in mm, or names of "
+            "height maps."
+        ),
+    ] = "a,b,c,d,e,f,g,h,i,j,k,l,m",
+    speeds: Annotated[
+        str | None,
+        typer.Option(help="Sliding speeds, mm/s, comma-separated (default: the preset's)."),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Length of each recording, s (default: the preset's).")
+    ] = None,
+    height_map: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A surface of your own: NAME=FILE,LENGTH_MM,HEIGHT_MM, where FILE is an image or "
+            ".npy; may be repeated."
+        ),
+    ] = None,
+    nuisances: Annotated[
+        str,
+        typer.Option(
+            help="Imperfections of the rig: 'all', 'hard', 'none', or names, with =PENALTY to set "
+            "the strength: all,tilt=0.02."
+        ),
+    ] = "all",
+    remount: Annotated[
+        Literal["run", "drum"],
+        typer.Option(
+            help="When the fingertip is mounted anew: for each 'run', or once for each 'drum', "
+            "which tells a model the texture."
+        ),
+    ] = "run",
+    seed: Annotated[
+        int, typer.Option(**SEED, help="Random seed; the same seed gives the same session.")
+    ] = 0,
+    workers: Workers = None,
+    cluster: ClusterName = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate a session: a fingertip slides over textured drums, filmed and recorded.
+
+    Writes raw mp4 and wav files, as a real rig would.
+    """
+    from afferents import commands
+    from afferents.commands.given import numbers_in
+
+    commands.simulate(
+        session,
+        preset,
+        textures.split(","),
+        numbers_in(speeds, "--speeds"),
+        seconds,
+        seed=seed,
+        height_maps=height_map or (),
+        nuisances=nuisances,
+        remount=remount,
+        workers=workers,
+        cluster=cluster,
+        quiet=quiet or as_json,
+    )
+    say(as_json, {"session": str(session)}, f"Session (simulated): {session}")
+
+
+def drum(
+    texture: Annotated[
+        str,
+        typer.Argument(
+            help="Its texture: a letter a to m, a bump spacing in mm, or "
+            "NAME=FILE,LENGTH_MM,HEIGHT_MM."
+        ),
+    ],
+    out: Annotated[Path, typer.Argument(help="STL file to write, such as drum.stl.")],
+    bore: Annotated[float, typer.Option(help="Diameter of the hole for the spindle, mm.")] = 8.0,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Write a textured drum as an STL file for a 3-D printer."""
+    from afferents.rig.drums import write_drum
+
+    path = write_drum(texture, out, bore, force)
+    say(as_json, {"stl": str(path)}, f"STL, in mm: {path}")

@@ -1,0 +1,93 @@
+"""Arguments and options that several commands take, each said once."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from afferents.core.cut import Cut
+from afferents.core.doubt import KINDS
+
+Session = Annotated[
+    Path,
+    typer.Argument(help="Session folder: TEXTURE/SPEED/video.mp4 and audio.wav for each run."),
+]
+StoreOut = Annotated[Path, typer.Argument(help="Store (Zarr) to write, such as OUT.zarr.")]
+Data = Annotated[str, typer.Argument(help="A store that 'extract' wrote, or fabricslide:PATH.")]
+ModelFolder = Annotated[Path, typer.Argument(help="Folder of a model that 'train' wrote.")]
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the outcome as JSON on stdout; no progress bars.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress bars; plain lines on stderr.")]
+KeepGoing = Annotated[
+    bool,
+    typer.Option(
+        "--keep-going", help="Skip recordings that fail, name them, and exit with code 3."
+    ),
+]
+Force = Annotated[
+    bool,
+    typer.Option("--force", help="Overwrite what this command wrote there before (nothing else)."),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes to run in parallel (default: one per core).")
+]
+ClusterName = Annotated[
+    str | None,
+    typer.Option("--cluster", help="Run on a Dask cluster instead, such as tcp://scheduler:8786."),
+]
+SensorName = Annotated[
+    str, typer.Option("--sensor", help="Sensor file (TOML), or the name of a packaged one.")
+]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept",
+        help="Keep recordings that fail this check, and mark them; may be repeated. "
+        f"Checks: {', '.join(KINDS)}.",
+    ),
+]
+DeviceName = Annotated[
+    Literal["auto", "cpu", "cuda"],
+    typer.Option("--device", help="Where networks are trained; 'auto' takes a GPU if there is."),
+]
+PrecisionName = Annotated[
+    Literal["auto", "float32", "bfloat16"],
+    typer.Option(
+        "--precision", help="Number format; 'auto' is bfloat16 where the processor supports it."
+    ),
+]
+CutName = Annotated[
+    Cut,
+    typer.Option(
+        "--cut",
+        help="Part of each recording to use: 'all' at constant speed, or the 'published' cut.",
+    ),
+]
+TrackerName = Annotated[
+    Literal["windowed", "one-to-one", "published"],
+    typer.Option(
+        "--tracker",
+        help="How markers are matched from frame to frame; "
+        "'published' repeats the reference code, flaws included.",
+    ),
+]
+PresetName = Annotated[
+    Literal["quick", "fast", "paper"],
+    typer.Option(
+        "--preset",
+        help="Training recipe of networks: 'paper' as published (days for Table 1), 'fast' with "
+        "fewer samples and epochs, 'quick' to see that it runs.",
+    ),
+]
+ProtocolName = Annotated[
+    str,
+    typer.Option(
+        "--protocol",
+        help="'nested': the held-out speed is unseen until the test. 'published': as in the "
+        "paper's code, it selects the model (leaky). Or 'both'.",
+    ),
+]
+SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}
+"""What may be a seed."""

@@ -1,0 +1,29 @@
+"""The commands as functions, with the same words: what `afferents NAME` does from a shell.
+
+Each takes strings or paths, shows progress in a terminal or a notebook (``quiet=True`` for none),
+returns something to go on with, and raises `InputError`, one sentence, where something given is not
+what it should be. What a function writes is kept if it is called again, as the commands do.
+
+The command line calls these functions: checks and defaults of Python stand here, once.
+"""
+
+from afferents.commands.evaluation import evaluate, evaluate_textures, report
+from afferents.commands.models import explain, export, samples, train
+from afferents.commands.recordings import Extracted, calibrate, extract, inspect, track
+from afferents.commands.simulation import simulate
+
+__all__ = [
+    "Extracted",
+    "calibrate",
+    "evaluate",
+    "evaluate_textures",
+    "explain",
+    "export",
+    "extract",
+    "inspect",
+    "report",
+    "samples",
+    "simulate",
+    "track",
+    "train",
+]

@@ -1,0 +1,245 @@
+"""Commands of evaluations: train and test all folds, and report what came of it."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from afferents.commands.given import (
+    Device,
+    Place,
+    Precision,
+    Preset,
+    models_in,
+    sources_in,
+)
+from afferents.core.cut import Cut
+from afferents.core.model import Model
+from afferents.core.progress import Progress
+from afferents.core.protocol import protocols
+from afferents.core.results import Results, load_results
+
+if TYPE_CHECKING:
+    from afferents.encodings import Encodings
+    from afferents.evaluation.ablation import Ablation
+    from afferents.pipeline.evaluate import Evaluation
+
+
+def evaluate(
+    data: Place | Sequence[Place],
+    out: Place,
+    models: str | Model | Sequence[str | Model] = "best",
+    protocol: str = "nested",
+    preset: Preset = "fast",
+    cut: Cut = "all",
+    seeds: Iterable[int] = (0,),
+    held_out: Sequence[float] = (),
+    without: Mapping[str, str] | None = None,
+    only: "Ablation | None" = None,
+    keep_going: bool = False,
+    workers: int | None = None,
+    cluster: str | None = None,
+    device: Device = "auto",
+    precision: Precision = "auto",
+    quiet: bool = False,
+    **encoding: Any,
+) -> Results:
+    """Train and test models, one speed held out at a time.
+
+    Parameters
+    ----------
+    data
+        Extracted stores, or ``fabricslide:PATH``.
+    out
+        Results folder; finished folds in it are kept.
+    models
+        Names, `Model` objects of your own, or both; ``all`` for the six of the paper's Table 1,
+        without those that the data don't support, ``best`` for what we recommend for such data.
+    protocol
+        ``nested``, ``published`` or ``both``: whether anything of the held-out speed may be seen
+        before the test; see docs/protocols.md.
+    preset
+        Training recipe of networks: ``paper`` as published, ``fast`` a shorter road, ``quick`` to
+        see that it runs.
+    cut
+        Part of the recordings that is used.
+    seeds
+        Each model is trained with each.
+    held_out
+        Speeds that are held out in turn, mm/s; none for all.
+    without
+        Conditions of recordings that are left out, such as ``{"pressure": "F250"}``.
+    only
+        Which textures, speeds and markers are used, an `afferents.evaluation.ablation.Ablation`;
+        None for all.
+    keep_going
+        Whether recordings that can't be used are skipped; ``summary["skipped"]`` names them.
+    workers, cluster
+        Processes here (None for one a core), or the address of a Dask scheduler.
+    device, precision
+        What networks learn on, and in which numbers.
+    quiet
+        Whether no progress is shown.
+    encoding
+        Options of the encodings by name, such as ``frames=20`` or ``window_s=2``.
+
+    Returns
+    -------
+    Results
+        `accuracy` is a table by speed, `predictions` one of all test samples.
+
+    Raises
+    ------
+    InputError
+        If something given is not what it should be, or the data don't support the models.
+    LeakageError
+        If anything of a held-out speed is seen under the nested protocol.
+    """
+    from afferents.pipeline.evaluate import evaluate as run
+
+    with Progress(quiet) as progress:
+        wanted = _evaluation(
+            progress, data, out, models, protocol, preset, cut, seeds, held_out, without, only,
+            keep_going, workers, cluster, device, precision, **encoding,
+        )  # fmt: skip
+        run(wanted, progress)
+    return load_results(Path(out))
+
+
+def evaluate_textures(
+    data: Place | Sequence[Place],
+    out: Place,
+    models: str | Model | Sequence[str | Model] = "best",
+    quiet: bool = False,
+    **options: Any,
+) -> dict[str, dict[str, Any]]:
+    """Ask models about textures held out as well as speeds: ``evaluate --split texture``.
+
+    Two questions: is such a texture recognised as unknown, and how coarse is it (in mm, where
+    textures are named by their bump spacing)?
+
+    Parameters
+    ----------
+    data, out, models, quiet, options
+        As of `evaluate`.
+
+    Returns
+    -------
+    dict
+        A summary for each question that the data can answer: ``unknown``, ``roughness``.
+
+    Raises
+    ------
+    InputError
+        If something given is not what it should be, or an option makes no sense here.
+    """
+    from afferents.pipeline.held_out_texture.evaluate import evaluate_textures as run
+
+    with Progress(quiet) as progress:
+        return run(_evaluation(progress, data, out, models, **options), progress)
+
+
+def _evaluation(
+    progress: Progress,
+    data: Place | Sequence[Place],
+    out: Place,
+    models: str | Model | Sequence[str | Model],
+    protocol: str = "nested",
+    preset: Preset = "fast",
+    cut: Cut = "all",
+    seeds: Iterable[int] = (0,),
+    held_out: Sequence[float] = (),
+    without: Mapping[str, str] | None = None,
+    only: "Ablation | None" = None,
+    keep_going: bool = False,
+    workers: int | None = None,
+    cluster: str | None = None,
+    device: Device = "auto",
+    precision: Precision = "auto",
+    **encoding: Any,
+) -> "Evaluation":
+    """Open the data, after checking what can be checked without them; see `evaluate`."""
+    from afferents.evaluation.ablation import Ablation
+    from afferents.pipeline.copies import warn_of_copies
+    from afferents.pipeline.data import open_data, recordings_in
+    from afferents.pipeline.encode import best_of
+    from afferents.pipeline.evaluate import Evaluation
+    from afferents.training import Compute
+
+    asked, under = models_in(models), protocols(protocol)
+    opened = open_data(sources_in(data), without, keep_going, progress)
+    warn_of_copies(recordings_in(opened), progress)
+    used, left_out = only or Ablation(), without or {}
+    encodings = opened[0].encodings.changed(**encoding)
+    chosen = asked or [best_of(recordings_in(opened))]
+    return Evaluation(
+        data=opened,
+        out=Path(out),
+        models=chosen,
+        protocols=under,
+        preset=preset,
+        cut=cut,
+        encodings=encodings,
+        seeds=list(seeds),
+        without=left_out,
+        may_leave_out=models == "all",
+        keep_going=keep_going,
+        ablation=used,
+        held_out=tuple(held_out),
+        options=_options(used, held_out, left_out) + _encoding_options(chosen, encodings),
+        workers=workers,
+        cluster=cluster,
+        compute=Compute(device, precision),
+    )
+
+
+def _options(only: "Ablation", held_out: Sequence[float], without: Mapping[str, str]) -> list[str]:
+    """Return the words of a command line that uses the same part of the data, for the report."""
+    given = {
+        "--textures": ",".join(only.textures),
+        "--speeds": _listed(only.speeds_mm_s),
+        "--markers": "" if only.markers == 1 else f"{only.markers:g}",
+        "--train-speeds": f"{only.train_speeds or ''}",
+        "--test-only": "=".join(only.test_only or ()),
+        "--held-out": _listed(held_out),
+    }
+    words = [word for flag, text in given.items() if text for word in (flag, text)]
+    return words + [w for name, value in without.items() for w in ("--without", f"{name}={value}")]
+
+
+def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:
+    """Return the words that ask for the same samples; a field without a flag by its name."""
+    from afferents.pipeline.encode import sources_of
+
+    used = [source.encoding for model in models for source in sources_of(model, encodings)]
+    flags = {name: option.flag for one in used for name, option in one.options().items()}
+    given = {flags.get(name, name): value for name, value in encodings.wanted}
+    return [word for flag, value in given.items() for word in (flag, _written(value))]
+
+
+def _listed(numbers: Iterable[float]) -> str:
+    return ",".join(f"{number:g}" for number in numbers)
+
+
+def _written(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
+
+
+def report(results: Place, quiet: bool = False) -> Path:
+    """Write Table 1, figures and a self-contained page from a results folder.
+
+    Parameters
+    ----------
+    results
+        As `evaluate` leaves it.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Path
+        Of the page, ``report.html``.
+    """
+    from afferents.pipeline.report import write_report
+
+    with Progress(quiet) as progress:
+        return write_report(Path(results), progress)

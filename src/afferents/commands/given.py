@@ -1,0 +1,96 @@
+"""Reading what a command is given: names, numbers and conditions, as text or as objects."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from afferents.core.errors import InputError
+from afferents.core.model import Model, models_named
+
+if TYPE_CHECKING:
+    from afferents.markers import Sensor
+
+Place = str | Path
+Preset = Literal["quick", "fast", "paper"]
+Device = Literal["auto", "cpu", "cuda"]
+Precision = Literal["auto", "float32", "bfloat16"]
+
+
+def sources_in(data: Place | Sequence[Place]) -> list[str]:
+    """Return the sources of data, of which there may be one or several."""
+    return [str(data)] if isinstance(data, str | Path) else [str(source) for source in data]
+
+
+def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
+    """Return the models asked for; none for ``best``, which depends on the data.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    if isinstance(wanted, Model):
+        return [wanted]
+    if isinstance(wanted, str):
+        return [] if wanted == "best" else models_named(wanted)
+    names = [one for one in wanted if isinstance(one, str)]
+    found = models_named(",".join(names)) if names else []
+    return found + [one for one in wanted if isinstance(one, Model)]
+
+
+def sensor_in(wanted: "str | Path | Sensor") -> "Sensor":
+    """Return the sensor, which may be given by its file or by the name of a packaged one.
+
+    Raises
+    ------
+    InputError
+        If there is none, or the file is damaged.
+    """
+    from afferents.markers import Sensor, load_sensor
+
+    return wanted if isinstance(wanted, Sensor) else load_sensor(str(wanted))
+
+
+def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:
+    """Return conditions of recordings, each given as ``NAME=VALUE``.
+
+    Raises
+    ------
+    InputError
+        Naming the option, if one is not.
+    """
+    found = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals:
+            raise InputError(option, "NAME=VALUE, such as pressure=F250", f"'{pair}'")
+        found[name] = value
+    return found
+
+
+def numbers_in(text: str | None, option: str) -> list[float] | None:
+    """Return numbers separated by commas; None for none given.
+
+    Raises
+    ------
+    InputError
+        Naming the option, if one is none.
+    """
+    try:
+        return [float(number) for number in text.split(",")] if text else None
+    except ValueError:
+        raise InputError(option, "numbers separated by commas", f"'{text}'") from None
+
+
+def speed_factor(text: str) -> float:
+    """Return how much faster than recorded a replay runs; infinite for ``max``.
+
+    Raises
+    ------
+    InputError
+        If it is no number.
+    """
+    try:
+        return float("inf") if text == "max" else float(text)
+    except ValueError:
+        raise InputError("--speed", "a factor above 0, or 'max'", f"'{text}'") from None

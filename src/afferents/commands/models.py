@@ -1,0 +1,172 @@
+"""Commands of single models: train, explain, export, and the samples that they learn from."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from afferents.commands.given import Device, Place, Precision, Preset, models_in
+from afferents.core.card import Card
+from afferents.core.cut import Cut
+from afferents.core.errors import InputError
+from afferents.core.model import Model
+from afferents.core.progress import Progress
+from afferents.core.samples import Samples
+
+if TYPE_CHECKING:
+    from afferents.pipeline.explain import Explanation
+
+
+def train(
+    data: Place,
+    out: Place,
+    model: str | Model = "best",
+    preset: Preset = "fast",
+    cut: Cut = "all",
+    seed: int = 0,
+    results: Place | None = None,
+    force: bool = False,
+    device: Device = "auto",
+    precision: Precision = "auto",
+    quiet: bool = False,
+    **encoding: Any,
+) -> Card:
+    """Train one model to feel with, on all speeds but the one that calibrates it.
+
+    Parameters
+    ----------
+    data
+        An extracted store.
+    out
+        Folder of the model to write.
+    model
+        A name, a `Model` of your own, or ``best``.
+    preset, cut, seed, encoding
+        As of `evaluate`.
+    results
+        Results folder whose scores the model's card is to carry.
+    force
+        Whether a model that was written there before may be replaced.
+    device, precision
+        What networks learn on, and in which numbers.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Card
+        What the model is, what it learnt from, and how far it was tested.
+    """
+    from afferents.pipeline.copies import warn_of_copies
+    from afferents.pipeline.data import open_data, recordings_in
+    from afferents.pipeline.encode import best_of
+    from afferents.pipeline.train import Training
+    from afferents.pipeline.train import train as run
+    from afferents.training import Compute
+
+    asked = models_in(model)
+    if len(asked) > 1:
+        raise InputError("--model", "'best' or one model", f"'{model}'")
+    with Progress(quiet) as progress:
+        opened = open_data([str(data)], progress=progress)
+        warn_of_copies(recordings_in(opened), progress)
+        (chosen,) = asked or [best_of(recordings_in(opened))]
+        wanted = Training(
+            opened, chosen, preset, cut, opened[0].encodings.changed(**encoding), seed,
+            None if results is None else Path(results), Compute(device, precision),
+        )  # fmt: skip
+        return run(wanted, Path(out), progress, force)
+
+
+def explain(
+    model: Place, data: Place, out: Place, cut: Cut = "all", quiet: bool = False
+) -> "Explanation":
+    """Show what decides: the markers, waves, or frequencies without which a model fails.
+
+    Parameters
+    ----------
+    model
+        Folder of a trained model.
+    data
+        An extracted store.
+    out
+        Folder for the pictures.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Explanation
+        Sentences, pictures, and numbers.
+    """
+    from afferents.pipeline.data import open_data
+    from afferents.pipeline.explain import explain as run
+
+    with Progress(quiet) as progress:
+        (opened,) = open_data([str(data)], progress=progress)
+        return run(Path(model), opened, Path(out), cut, progress)
+
+
+def export(model: Place, out: Place, force: bool = False) -> Path:
+    """Write a trained model as one ONNX file, with its card, to be felt live with.
+
+    Parameters
+    ----------
+    model
+        Folder of a trained model.
+    out
+        File to write, ending in ``.onnx``.
+    force
+        Whether a model that was exported there before may be replaced.
+
+    Returns
+    -------
+    Path
+        Of the file.
+    """
+    from afferents.pipeline.export import export_model
+
+    export_model(Path(model), Path(out), force)
+    return Path(out)
+
+
+def samples(
+    data: Place,
+    channel: Any,
+    encoding: Any,
+    cut: Cut = "all",
+    quiet: bool = False,
+    **options: Any,
+) -> Samples:
+    """Return what a classifier would learn from, of all recordings of a store.
+
+    Parameters
+    ----------
+    data
+        An extracted store, or ``fabricslide:PATH``.
+    channel, encoding
+        Names, or objects of your own, as of `Model`.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+    options
+        Of the encoding, such as ``frames=20``.
+
+    Returns
+    -------
+    xarray.DataArray
+        Dims `sample` and those of the encoding; on `sample` stand `texture`, `speed_mm_s`,
+        `recording`, `start_s`, `stop_s`. For scikit-learn's cross-validation take
+        ``x.values.reshape(len(x), -1)``, ``x.texture`` and ``groups=x.speed_mm_s``.
+    """
+    from afferents.pipeline.data import open_data, recordings_in
+    from afferents.pipeline.encode import encode_all, require_used, sources_of
+
+    asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
+    with Progress(quiet) as progress:
+        opened = open_data([str(data)], progress=progress)
+        encodings = opened[0].encodings.changed(**options)
+        (source,) = sources_of(asked, encodings)
+        require_used([asked], encodings)
+        return encode_all(recordings_in(opened), source, cut, progress)

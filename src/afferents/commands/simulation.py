@@ -1,0 +1,71 @@
+"""Command of the simulated rig."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Literal
+
+from afferents.commands.given import Place
+from afferents.core.progress import Progress
+from afferents.core.recording import Session
+
+
+def simulate(
+    session: Place,
+    preset: Literal["quick", "paper"] = "quick",
+    textures: Iterable[str] = "abcdefghijklm",
+    speeds_mm_s: Iterable[float] | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    height_maps: Sequence[str] = (),
+    nuisances: str = "all",
+    remount: Literal["run", "drum"] = "run",
+    workers: int | None = None,
+    cluster: str | None = None,
+    quiet: bool = False,
+) -> Session:
+    """Simulate the rig: fingertip, drums, camera and microphone, as raw mp4 and wav.
+
+    Parameters
+    ----------
+    session
+        Folder to write, in the published layout.
+    preset
+        ``quick``, 5 speeds of 7.5 s, or ``paper``, 10 speeds of 65 s.
+    textures
+        Letters a to m, bump spacings in mm, or names of height maps.
+    speeds_mm_s, seconds
+        Instead of the preset's.
+    seed
+        The same seed gives the same session.
+    height_maps
+        Surfaces of your own, each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
+    nuisances
+        What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
+    remount
+        Whether the fingertip is mounted anew for each ``run`` or once a ``drum``.
+    workers, cluster
+        Processes here (None for one a core), or the address of a Dask scheduler.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Session
+        As `read_session` reads it.
+
+    Raises
+    ------
+    InputError
+        If one of these is not what it should be, or the folder holds something else.
+    """
+    from afferents.pipeline.simulate import simulate_session, simulation_of
+    from afferents.recordings import read_session
+
+    speeds = None if speeds_mm_s is None else [float(speed) for speed in speeds_mm_s]
+    with Progress(quiet) as progress:
+        wanted = simulation_of(
+            Path(session), preset, list(textures), speeds, seconds, height_maps, nuisances,
+            remount, seed,
+        )  # fmt: skip
+        simulate_session(wanted, workers, progress, cluster)
+    return read_session(Path(session))

@@ -1,0 +1,55 @@
+"""Options of encodings are what the encodings say, on every command that encodes."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import pytest
+
+from afferents.encodings import ENCODINGS, Option, options
+
+OWN = f"{Path(__file__).with_name('own_encoding.py')}:powers"
+
+
+@pytest.mark.parametrize("command", ["evaluate", "train"])
+def test_all_of_them_are_offered_with_their_help(run, monkeypatch, command):
+    monkeypatch.setenv("COLUMNS", "200")
+    code, out, _ = run(command, "--help")
+    assert code == 0
+    for option in options().values():
+        assert option.flag in out
+        assert option.help in out
+
+
+def test_one_that_is_new_needs_no_word_of_the_command_line(run, monkeypatch):
+    class Louder(ENCODINGS["spatial"]):
+        name = "louder"
+        gain: Annotated[float, Option("--gain", "By how much.")] = 1.0
+
+    monkeypatch.setitem(ENCODINGS, "louder", Louder)
+    code, out, _ = run("train", "--help")
+    assert (code, "--gain" in out) == (0, True)
+
+
+def test_one_of_an_encoding_from_outside_goes_all_the_way(run, stores, tmp_path):
+    command = ("evaluate", stores["video"], "--out", tmp_path / "r", "--models", OWN, "--json")
+    code, out, err = run(*command, "--power", 2, "--workers", 1)
+    assert code == 0, err
+    assert json.loads(out)["options"] == ["--power", "2"]
+    code, out, _ = run("evaluate", f"--models={OWN}", "--help")
+    assert (code, "--power" in out) == (0, True)
+    assert "--power" not in run("evaluate", "--help")[1]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "sentence"),
+    [
+        ("--frames", 0, "--frames: expected a positive number, found 0"),
+        ("--window-s", "nan", "--window-s: expected a positive number, found nan"),
+        ("--mask", "50", "--mask: expected lines as in 50Hz,0.0573/mm, found '50'"),
+    ],
+)
+def test_a_value_that_makes_no_sense(fails, stores, tmp_path, option, value, sentence):
+    command = ("evaluate", stores["video"], "--out", tmp_path / "r", "--models", "sa-wave")
+    assert sentence in fails(*command, option, value)
+    assert not (tmp_path / "r").exists()
