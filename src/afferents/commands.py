@@ -7,7 +7,7 @@ what it should be. What a function writes is kept if it is called again, as the 
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 import xarray as xr
 
@@ -27,9 +27,12 @@ from afferents.core.store import open_responses
 if TYPE_CHECKING:
     from afferents.markers import Sensor
     from afferents.pipeline.explain import Explanation
-    from afferents.pipeline.inspect import Inspection
+    from afferents.pipeline.inspection.found import Inspection
+    from afferents.recordings import DataSet
 
 Place = str | Path
+Data = Union[str, Path, "DataSet"]
+"""A path, ``NAME:PATH``, where a data set of one's own is, or the data set itself."""
 Preset = Literal["quick", "fast", "paper"]
 
 
@@ -180,7 +183,7 @@ def extract(
 
 
 def evaluate(
-    data: Place | Sequence[Place],
+    data: Data | Sequence[Data],
     out: Place,
     models: str | Model | Sequence[str | Model] = "best",
     protocol: Literal["nested", "published", "both"] = "nested",
@@ -200,7 +203,7 @@ def evaluate(
     Parameters
     ----------
     data
-        Extracted stores, or ``fabricslide:PATH``.
+        Extracted stores, ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Results folder; finished folds in it are kept.
     models
@@ -239,9 +242,9 @@ def evaluate(
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
 
-    sources = [data] if isinstance(data, str | Path) else list(data)
+    sources = list(data) if isinstance(data, Sequence) and not isinstance(data, str) else [data]
     with Progress(quiet) as progress:
-        opened = open_data([str(source) for source in sources], without, keep_going, progress)
+        opened = open_data(sources, without, keep_going, progress)
         warn_of_copies(recordings_in(opened), progress)
         wanted = _models(models) or [best_of(recordings_in(opened))]
         evaluation = Evaluation(
@@ -286,7 +289,7 @@ def report(results: Place, quiet: bool = False) -> Path:
 
 
 def train(
-    data: Place,
+    data: Data,
     out: Place,
     model: str | Model = "best",
     preset: Preset = "fast",
@@ -336,7 +339,7 @@ def train(
     if len(asked) > 1:
         raise InputError("--model", "'best' or one model", f"'{model}'")
     with Progress(quiet) as progress:
-        opened = open_data([str(data)], progress=progress)
+        opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
         (chosen,) = asked or [best_of(recordings_in(opened))]
         wanted = Training(
@@ -370,7 +373,7 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
 
 
 def explain(
-    model: Place, data: Place, out: Place, cut: Cut = "all", quiet: bool = False
+    model: Place, data: Data, out: Place, cut: Cut = "all", quiet: bool = False
 ) -> "Explanation":
     """Show what decides: the markers, waves, or frequencies without which a model fails.
 
@@ -396,12 +399,12 @@ def explain(
     from afferents.pipeline.explain import explain as run
 
     with Progress(quiet) as progress:
-        (opened,) = open_data([str(data)], progress=progress)
+        (opened,) = open_data([data], progress=progress)
         return run(Path(model), opened, Path(out), cut, progress)
 
 
 def inspect(
-    source: Place,
+    source: Data,
     out: Place | None = None,
     sensor: "str | Path | Sensor | None" = None,
     overlay: Place | None = None,
@@ -413,7 +416,7 @@ def inspect(
     Parameters
     ----------
     source
-        A video, a wav file, a session, a store or ``fabricslide:PATH``.
+        A video, a wav file, a session, a store, ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Folder for the pictures; None for ``NAME-inspected``.
     sensor
@@ -437,11 +440,11 @@ def inspect(
     folder = Path(out) if out is not None else Path(f"{name}-inspected")
     drawn = None if overlay is None else Path(overlay)
     with Progress(quiet) as progress:
-        return look(str(source), folder, given, progress, drawn, force)
+        return look(source, folder, given, progress, drawn, force)
 
 
 def samples(
-    data: Place,
+    data: Data,
     channel: Any,
     encoding: Any,
     cut: Cut = "all",
@@ -453,7 +456,7 @@ def samples(
     Parameters
     ----------
     data
-        An extracted store, or ``fabricslide:PATH``.
+        An extracted store, ``fabricslide:PATH``, or a `DataSet` of your own.
     channel, encoding
         Names, or objects of your own, as of `Model`.
     cut
@@ -475,7 +478,7 @@ def samples(
 
     asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
-        opened = open_data([str(data)], progress=progress)
+        opened = open_data([data], progress=progress)
         encodings = opened[0].encodings.changed(**options)
         (source,) = sources_of(asked, encodings)
         require_used([asked], encodings)

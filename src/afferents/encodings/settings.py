@@ -45,6 +45,25 @@ class Encodings:
     suited: tuple[Encoding, ...] = ()
     wanted: tuple[tuple[str, Any], ...] = ()
 
+    @classmethod
+    def suiting(cls, options: Mapping[str, Mapping[str, Any]], where: object) -> "Encodings":
+        """Return encodings with options that suit some data, by name of the encoding.
+
+        Raises
+        ------
+        InputError
+            If there is no encoding of a name, or it can't have such options.
+        """
+        for name in options:
+            if name not in ENCODINGS:
+                raise InputError(where, f"options of {', '.join(ENCODINGS)}", f"of '{name}'")
+        return cls(
+            tuple(
+                as_form(dict(of), ENCODINGS[name], where, f"options of the encoding '{name}'")
+                for name, of in options.items()
+            )
+        )
+
     def changed(self, **wanted: Any) -> "Encodings":
         """Return them with options set to the values given; None for what is not.
 

@@ -34,7 +34,7 @@ from afferents.evaluation import (
 from afferents.evaluation.ablation import Ablation, require_speeds
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
-from afferents.pipeline.data import DataSet, recordings_in
+from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
     read_whole,
@@ -73,7 +73,7 @@ class Evaluation:
         What the networks run on, and in which precision.
     """
 
-    data: list[DataSet]
+    data: list[OpenedData]
     out: Path
     models: list[Model]
     protocols: list[Protocol]
@@ -103,7 +103,7 @@ class Evaluation:
         return Recipe(
             self.out.resolve(),
             json.dumps(self.config),
-            tuple(data.located for data in self.data),
+            tuple(data.origin.data_set for data in self.data),
             tuple(sorted(self.without.items())),
             self.cut,
             self.preset,
@@ -123,7 +123,7 @@ class Evaluation:
         }
         return {
             "schema": SCHEMA,
-            "data": [data.describe() for data in self.data],
+            "data": [data.origin.describe() for data in self.data],
             "without": dict(self.without),
             "skipped": sorted(self.skipped),
             "cut": self.cut,
@@ -338,7 +338,7 @@ def summarise_folder(
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,
-        "data": [data.describe() for data in evaluation.data],
+        "data": [data.origin.describe() for data in evaluation.data],
         "without": dict(evaluation.without),
         "options": list(evaluation.options),
         "cut": evaluation.cut,

@@ -41,8 +41,9 @@ from afferents.evaluation import (
 )
 from afferents.evaluation.ablation import Ablation
 from afferents.execution.local import keep_freed_memory
-from afferents.pipeline.data import DataSet, open_data, recordings_in
+from afferents.pipeline.data import OpenedData, open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
+from afferents.recordings import DataSet
 from afferents.training import (
     Checkpoint,
     Compute,
@@ -79,7 +80,7 @@ class Recipe:
 
     out: Path
     config_json: str
-    sources: tuple[str, ...]
+    sources: tuple[DataSet, ...]
     without: tuple[tuple[str, str], ...]
     cut: Cut
     preset: Preset
@@ -265,7 +266,7 @@ def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ..
     return encoded(recipe, sources, recordings, Progress(quiet=True))
 
 
-def opened_again(recipe: Recipe) -> list[DataSet]:
+def opened_again(recipe: Recipe) -> list[OpenedData]:
     """Open the data anew.
 
     Raises
@@ -275,9 +276,9 @@ def opened_again(recipe: Recipe) -> list[DataSet]:
     """
     data = open_data(list(recipe.sources), dict(recipe.without), keep_going=True)
     for found, expected in zip(data, recipe.config["data"], strict=True):
-        if found.fingerprint != expected["fingerprint"]:
+        if found.origin.fingerprint != expected["fingerprint"]:
             raise InputError(
-                found.source,
+                found.origin.source,
                 "the data that the evaluation began with",
                 "changed data",
                 "bring them back, or evaluate them into another folder",

@@ -17,7 +17,7 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.store import open_responses
 from afferents.markers import Sensor, load_sensor
-from afferents.pipeline.data import DataSet, open_data, recordings_in
+from afferents.pipeline.data import OpenedData, open_data, recordings_in
 from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.export import export_model
@@ -109,7 +109,7 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
     return write_report(reproduction.results, progress)
 
 
-def recommended_beside(models: Mapping[str, Model], data: Sequence[DataSet]) -> list[Model]:
+def recommended_beside(models: Mapping[str, Model], data: Sequence[OpenedData]) -> list[Model]:
     """Return the model that is recommended for such data, if it is not among those named."""
     best = best_of(recordings_in(data))
     return [] if best.name in models else [best]

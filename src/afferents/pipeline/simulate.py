@@ -26,7 +26,8 @@ from afferents.core.recording import LETTERS, natural_order, require_distinct
 from afferents.core.version import __version__
 from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster
 from afferents.execution.local import side_by_side
-from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
+from afferents.recordings.session import NOT_TEXTURES
+from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig import (
     AUDIO,
     HARD,

@@ -80,7 +80,7 @@ def _about(
     return {
         "schema": SCHEMA,
         "afferents": __version__,
-        "data": [data.describe() for data in evaluation.data],
+        "data": [data.origin.describe() for data in evaluation.data],
         "without": dict(evaluation.without),
         "options": list(evaluation.options),
         "cut": evaluation.cut,

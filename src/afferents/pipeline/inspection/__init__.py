@@ -1,0 +1,1 @@
+"""What `inspect` finds: in a video, in sound, in a data set."""
