@@ -307,7 +307,8 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Simulate the rig: fingertip, drums, camera and microphone, as raw mp4 and wav."""
-    from afferents.pipeline.simulate import simulate_session, simulation_of
+    from afferents.pipeline.simulate import simulate_session
+    from afferents.rig.simulation import simulation_of
 
     with Progress(quiet or as_json) as progress:
         simulation = simulation_of(

@@ -23,8 +23,9 @@ from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.report import write_report
-from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
+from afferents.pipeline.simulate import simulate_session
 from afferents.pipeline.train import Training, train
+from afferents.rig.simulation import SimulationPreset, simulation_of
 from afferents.training import Preset
 
 DEMO_STORE = Path("out/demo/session.zarr")
