@@ -461,11 +461,12 @@ def evaluate(
     from afferents.encodings import Lines
     from afferents.evaluation.ablation import Ablation, parse_speeds
     from afferents.pipeline.copies import warn_of_copies
-    from afferents.pipeline.data import open_data, recordings_in
+    from afferents.pipeline.data import open_data, origins_of, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
     from afferents.pipeline.held_out_texture.evaluate import evaluate_textures
+    from afferents.pipeline.job import Recipe
     from afferents.reporting import texture_tables, to_rich
     from afferents.training import Compute
 
@@ -504,24 +505,28 @@ def evaluate(
             every=every,
             mask=lines,
         )
-        evaluation = Evaluation(
-            data=opened,
+        recipe = Recipe(
             out=out,
+            data=origins_of(opened),
             models=wanted or [best_of(recordings_in(opened))],
-            protocols=under,
             preset=preset,
             cut=cut,
             encodings=encodings,
-            seeds=list(range(seed, seed + seeds)),
             without=left_out,
+            ablation=ablation,
+            compute=Compute(device, precision),
+        )
+        evaluation = Evaluation(
+            recipe,
+            opened,
+            protocols=under,
+            seeds=list(range(seed, seed + seeds)),
             may_leave_out=models == "all",
             keep_going=keep_going,
-            ablation=ablation,
             held_out=parse_speeds(held_out, "--held-out"),
             options=options,
             workers=workers,
             cluster=cluster,
-            compute=Compute(device, precision),
         )
         if split == "texture":
             found = evaluate_textures(evaluation, progress)

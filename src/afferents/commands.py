@@ -238,26 +238,31 @@ def evaluate(
         `accuracy` is a table by speed, `predictions` one of all test samples.
     """
     from afferents.pipeline.copies import warn_of_copies
-    from afferents.pipeline.data import open_data, recordings_in
+    from afferents.pipeline.data import open_data, origins_of, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.evaluate import evaluate as run
+    from afferents.pipeline.job import Recipe
 
     sources = list(data) if isinstance(data, Sequence) and not isinstance(data, str) else [data]
     with Progress(quiet) as progress:
         opened = open_data(sources, without, keep_going, progress)
         warn_of_copies(recordings_in(opened), progress)
         wanted = _models(models) or [best_of(recordings_in(opened))]
-        evaluation = Evaluation(
-            data=opened,
+        recipe = Recipe(
             out=Path(out),
+            data=origins_of(opened),
             models=wanted,
-            protocols=protocols(protocol),
             preset=preset,
             cut=cut,
             encodings=opened[0].encodings.changed(**encoding),
-            seeds=list(seeds),
             without=without or {},
+        )
+        evaluation = Evaluation(
+            recipe,
+            opened,
+            protocols=protocols(protocol),
+            seeds=list(seeds),
             may_leave_out=models == "all",
             keep_going=keep_going,
             held_out=tuple(held_out),
