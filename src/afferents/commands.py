@@ -27,7 +27,7 @@ from afferents.core.store import open_responses
 if TYPE_CHECKING:
     from afferents.markers import Sensor
     from afferents.pipeline.explain import Explanation
-    from afferents.pipeline.inspection.found import Inspection
+    from afferents.pipeline.inspect_files import Inspection
     from afferents.recordings import DataSet
 
 Place = str | Path

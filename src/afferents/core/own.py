@@ -93,13 +93,7 @@ def reference_of(own: Any) -> str:
 
 @contextmanager
 def in_a_sentence(where: str) -> Iterator[None]:
-    """Say as an `InputError` whatever somebody's own reading of data raises while the block runs.
-
-    Parameters
-    ----------
-    where
-        The data set or recording that is read.
-    """
+    """Raise as an `InputError` whatever somebody's own code raises as it reads the data `where`."""
     try:
         yield
     except AfferentsError:

@@ -54,15 +54,11 @@ class Encodings:
         InputError
             If there is no encoding of a name, or it can't have such options.
         """
-        for name in options:
-            if name not in ENCODINGS:
-                raise InputError(where, f"options of {', '.join(ENCODINGS)}", f"of '{name}'")
-        return cls(
-            tuple(
-                as_form(dict(of), ENCODINGS[name], where, f"options of the encoding '{name}'")
-                for name, of in options.items()
-            )
-        )
+        if unknown := sorted(set(options) - set(ENCODINGS)):
+            raise InputError(where, f"options of {', '.join(ENCODINGS)}", f"of {unknown[0]}")
+        words = "options of the encoding '{}'"
+        suited = (as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items())
+        return cls(tuple(suited))
 
     def changed(self, **wanted: Any) -> "Encodings":
         """Return them with options set to the values given; None for what is not.

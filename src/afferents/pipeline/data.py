@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -109,7 +110,9 @@ def open_data(
 
 def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
     source, data_set = source_of(given), data_set_of(given)
-    data_set.require_extracted()
+    if data_set.extracted_first:
+        wanted = "a store written by 'afferents extract'"
+        raise InputError(data_set.path, wanted, "none", "extract first")
     with in_a_sentence(source):
         config, found = dict(data_set.config()), data_set.responses()
         if found is not None:
@@ -120,21 +123,15 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
             session = data_set.recordings()
             responses, failed = _read(session, data_set.title, keep_going, progress)
             fingerprint = session.checksum
-    _require_own_names(responses, source)
+    names = Counter(str(r.attrs["name"]) for r in responses)
+    if twice := [name for name, n in names.items() if n > 1]:
+        raise InputError(source, "recordings of different names", f"several '{twice[0]}'")
     simulated = bool(config.get("declared", {}).get("simulated"))
     origin = Origin(data_set.located(), source, fingerprint, len(responses), simulated)
     return OpenedData(origin, tuple(responses), failed)
 
 
-def _require_own_names(recordings: Sequence[Responses], source: str) -> None:
-    names = [str(r.attrs["name"]) for r in recordings]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise InputError(source, "recordings of different names", f"several '{twice}'")
-
-
-Read = tuple[list[Responses], dict[str, str]]
-"""Responses, and the recordings that failed and why."""
+Read = tuple[list[Responses], dict[str, str]]  # and the recordings that failed and why
 
 
 def _whole(
@@ -174,8 +171,7 @@ def _read(session: Session, title: str, keep_going: bool, progress: Progress) ->
 def _heard(recording: Recording) -> Responses:
     """Return the response to a recording's vibration; a video is followed by `extract` alone."""
     if recording.video is not None or recording.audio is None:
-        found = "a video" if recording.video is not None else "none"
-        raise InputError(recording.name, "vibration channels alone, or responses", found)
+        raise InputError(recording.name, "vibration alone, or responses", "a video or nothing")
     return responses_of(recording)
 
 

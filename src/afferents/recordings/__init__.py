@@ -2,7 +2,7 @@
 
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_files, check_recording, require_own_files
-from afferents.recordings.data_set import Checks, DataSet
+from afferents.recordings.data_set import DataSet
 from afferents.recordings.fabricslide import FabricSlide, TaxelFile, read_fabricslide
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.footage import Footage
@@ -15,7 +15,6 @@ from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, op
 
 __all__ = [
     "DATA_SETS",
-    "Checks",
     "DataSet",
     "FabricSlide",
     "Facts",

@@ -1,23 +1,18 @@
 """What a data set is: how files become recordings, or responses that are extracted already."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from afferents.core.doubt import Doubt
-from afferents.core.errors import InputError
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses
 
-Checks = Callable[[Recording], list[Doubt]]
-"""Returns what is wrong with a recording by its headers; raises `InputError` if it can't be read.
-It is sent to other processes."""
-
 
 class DataSet(ABC):
-    """Recordings as some lab keeps them; one object knows all that is peculiar to their files.
+    """Recordings as some lab keeps them; it knows all that is peculiar to their files.
 
     To add one, subclass it and write `recordings`, whose sound (`core.recording.Vibration`) is then
     what is learnt from. Give it to `afferents.evaluate` and the other commands in place of a path,
@@ -106,9 +101,15 @@ class DataSet(ABC):
         """
         return {}
 
-    def checks(self) -> Checks:
-        """Return what `inspect` checks a recording's headers with, before it reads the rest."""
-        return no_doubts
+    def check(self, recording: Recording) -> list[Doubt]:
+        """Return what `inspect` finds wrong with a recording's headers, before it reads the rest.
+
+        Raises
+        ------
+        InputError
+            If they can't be read.
+        """
+        return []
 
     def describe(self, session: Session) -> list[str]:
         """Return sentences that `inspect` says of its recordings beside what it says of all."""
@@ -119,21 +120,3 @@ class DataSet(ABC):
         found = copy(self)
         found.path = self.path.resolve()
         return found
-
-    def require_extracted(self) -> None:
-        """Refuse recordings that are to be extracted first.
-
-        Raises
-        ------
-        InputError
-            If they are.
-        """
-        if self.extracted_first:
-            raise InputError(
-                self.path, "a store written by 'afferents extract'", "none", "extract first"
-            )
-
-
-def no_doubts(recording: Recording) -> list[Doubt]:
-    """Find nothing wrong with a recording."""
-    return []

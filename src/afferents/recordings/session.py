@@ -7,10 +7,9 @@ the marker reference ``throw_away.mp4`` in the first of them, ``0/10``.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
-from afferents.core.doubt import KINDS
+from afferents.core.doubt import KINDS, Doubt
 from afferents.core.errors import InputError
 from afferents.core.recording import (
     Recording,
@@ -22,7 +21,7 @@ from afferents.core.recording import (
 )
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_recording
-from afferents.recordings.data_set import Checks, DataSet
+from afferents.recordings.data_set import DataSet
 from afferents.recordings.session_file import SESSION_FILE, SessionFile, session_file
 from afferents.recordings.video import VideoFile
 
@@ -48,9 +47,9 @@ class PublishedSession(DataSet):
         """Return a recording a condition."""
         return read_session(self.path)
 
-    def checks(self) -> Checks:
-        """Return `check_recording` by the session's own declaration; no doubt is refused."""
-        return partial(check_recording, declared=session_file(self.path), accept=KINDS)
+    def check(self, recording: Recording) -> list[Doubt]:
+        """Return what differs from the session's own declaration."""
+        return check_recording(recording, session_file(self.path), KINDS)
 
     def describe(self, session: Session) -> list[str]:
         """Say what the order of the markers comes from."""

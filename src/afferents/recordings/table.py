@@ -31,17 +31,16 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     Raises
     ------
     InputError
-        If there is no data set of one's own where it is said to be, or it has the name of one of
-        the package's.
+        If there is no data set of one's own where it is said to be.
     """
     if isinstance(wanted, DataSet):
-        return _with_own_name(wanted)
+        return wanted
     name, colon, path = str(wanted).partition(":")
     if colon and name in DATA_SETS:
         return DATA_SETS[name](path)
     there = Path(wanted)
     if (own := _OWN.fullmatch(str(wanted))) and not there.exists():
-        return _with_own_name(_own(own["where"], own["path"]))
+        return _own(own["where"], own["path"])
     kind = next((kind for kind in DATA_SETS.values() if kind.is_at(there)), PublishedSession)
     return kind(there)
 
@@ -63,11 +62,4 @@ def _own(where: str, path: str | None) -> DataSet:
     if path is not None or not isinstance(found, DataSet):
         expected = f"an afferents.DataSet at {where}, or a class of them and a path"
         raise InputError("DATA", expected, type(found).__name__)
-    return found
-
-
-def _with_own_name(found: DataSet) -> DataSet:
-    if DATA_SETS.get(found.name, type(found)) is not type(found):
-        expected = "a name that no data set of this package has"
-        raise InputError("a data set's name", expected, f"'{found.name}'")
     return found

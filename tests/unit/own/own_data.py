@@ -41,10 +41,6 @@ class Heard(Gloves):
         return {"declared": {"simulated": True}}
 
 
-class Named(Gloves):
-    name = "fabricslide"
-
-
 class Twice(Gloves):
     name = "twice"
 

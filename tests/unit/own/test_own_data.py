@@ -127,7 +127,6 @@ def lengthen(path):
         ("nobody:PATH", "expected 'nobody' in own_data, found nothing of that name"),
         ("no_data_set", "expected an afferents.DataSet at .*, or a class of them and a path"),
         ("Gloves", "expected an afferents.DataSet at .*, or a class of them and a path"),
-        ("Named:PATH", "a name that no data set of this package has, found 'fabricslide'"),
         ("Twice:PATH", "expected recordings of different names, found several 'run'"),
         ("Strange:PATH", "options of the encoding 'spectral'"),
     ],

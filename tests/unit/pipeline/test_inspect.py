@@ -5,8 +5,7 @@ import shutil
 import pytest
 
 from afferents.core.progress import Progress
-from afferents.pipeline.inspect import inspect
-from afferents.pipeline.inspection.data import too_short_sentences
+from afferents.pipeline.inspect import inspect, too_short_sentences
 
 HEADER = ",".join(["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))])
 

@@ -1,1 +1,0 @@
-"""What `inspect` finds: in a video, in sound, in a data set."""
