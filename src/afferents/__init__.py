@@ -18,7 +18,8 @@ Every command of the shell is a function of the same name::
     results.accuracy                                        # a table, by speed held out
     afferents.report("RESULTS")                             # Table 1, figures, a page
 
-A model of your own is an `afferents.Model`; see its help.
+A model of your own is an `afferents.Model`, data of your own an `afferents.DataSet`; see their
+help.
 
 Names are imported when first used, so that the command line starts without the networks.
 """
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
         train,
     )
     from afferents.core.model import MODELS, Model
+    from afferents.core.recording import Recording, Session
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
     from afferents.core.store import open_responses
@@ -65,7 +67,14 @@ if TYPE_CHECKING:
     from afferents.evaluation import LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor
     from afferents.models import CLASSIFIERS, build
-    from afferents.recordings import open_video, read_fabricslide, read_session
+    from afferents.recordings import (
+        DATA_SETS,
+        DataSet,
+        WavFile,
+        open_video,
+        read_fabricslide,
+        read_session,
+    )
     from afferents.training import predict, training_config
 
 
@@ -84,6 +93,11 @@ _COMMANDS = (
 )
 _HOME = {
     **dict.fromkeys(_COMMANDS, "commands"),
+    "DATA_SETS": "recordings",
+    "DataSet": "recordings",
+    "Recording": "core.recording",
+    "Session": "core.recording",
+    "WavFile": "recordings",
     "open_video": "recordings",
     "read_fabricslide": "recordings",
     "read_session": "recordings",
@@ -133,6 +147,11 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "explain",
     "inspect",
     "samples",
+    "DATA_SETS",
+    "DataSet",
+    "Recording",
+    "Session",
+    "WavFile",
     "open_video",
     "read_fabricslide",
     "read_session",

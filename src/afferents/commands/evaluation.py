@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from afferents.commands.given import (
+    Data,
     Device,
     Place,
     Precision,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    data: Place | Sequence[Place],
+    data: Data | Sequence[Data],
     out: Place,
     models: str | Model | Sequence[str | Model] = "best",
     protocol: str = "nested",
@@ -48,7 +49,7 @@ def evaluate(
     Parameters
     ----------
     data
-        Extracted stores, or ``fabricslide:PATH``.
+        Extracted stores, ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Results folder; finished folds in it are kept.
     models
@@ -106,7 +107,7 @@ def evaluate(
 
 
 def evaluate_textures(
-    data: Place | Sequence[Place],
+    data: Data | Sequence[Data],
     out: Place,
     models: str | Model | Sequence[str | Model] = "best",
     quiet: bool = False,
@@ -140,7 +141,7 @@ def evaluate_textures(
 
 def _evaluation(
     progress: Progress,
-    data: Place | Sequence[Place],
+    data: Data | Sequence[Data],
     out: Place,
     models: str | Model | Sequence[str | Model],
     protocol: str = "nested",
@@ -160,9 +161,10 @@ def _evaluation(
     """Open the data, after checking what can be checked without them; see `evaluate`."""
     from afferents.evaluation.ablation import Ablation
     from afferents.pipeline.copies import warn_of_copies
-    from afferents.pipeline.data import open_data, recordings_in
+    from afferents.pipeline.data import open_data, origins_of, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
+    from afferents.pipeline.job import Recipe
     from afferents.training import Compute
 
     asked, under = models_in(models), protocols(protocol)
@@ -171,24 +173,28 @@ def _evaluation(
     used, left_out = only or Ablation(), without or {}
     encodings = opened[0].encodings.changed(**encoding)
     chosen = asked or [best_of(recordings_in(opened))]
-    return Evaluation(
-        data=opened,
+    recipe = Recipe(
         out=Path(out),
+        data=origins_of(opened),
         models=chosen,
-        protocols=under,
         preset=preset,
         cut=cut,
         encodings=encodings,
-        seeds=list(seeds),
         without=left_out,
+        ablation=used,
+        compute=Compute(device, precision),
+    )
+    return Evaluation(
+        recipe,
+        opened,
+        protocols=under,
+        seeds=list(seeds),
         may_leave_out=models == "all",
         keep_going=keep_going,
-        ablation=used,
         held_out=tuple(held_out),
         options=_options(used, held_out, left_out) + _encoding_options(chosen, encodings),
         workers=workers,
         cluster=cluster,
-        compute=Compute(device, precision),
     )
 
 

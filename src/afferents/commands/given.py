@@ -2,23 +2,26 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Union
 
 from afferents.core.errors import InputError
 from afferents.core.model import Model, models_named
 
 if TYPE_CHECKING:
     from afferents.markers import Sensor
+    from afferents.recordings import DataSet
 
 Place = str | Path
+Data = Union[str, Path, "DataSet"]
+"""A path, ``NAME:PATH``, where a data set of one's own is, or the data set itself."""
 Preset = Literal["quick", "fast", "paper"]
 Device = Literal["auto", "cpu", "cuda"]
 Precision = Literal["auto", "float32", "bfloat16"]
 
 
-def sources_in(data: Place | Sequence[Place]) -> list[str]:
+def sources_in(data: Data | Sequence[Data]) -> list[Data]:
     """Return the sources of data, of which there may be one or several."""
-    return [str(data)] if isinstance(data, str | Path) else [str(source) for source in data]
+    return list(data) if isinstance(data, Sequence) and not isinstance(data, str) else [data]
 
 
 def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:

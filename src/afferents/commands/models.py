@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from afferents.commands.given import Device, Place, Precision, Preset, models_in
+from afferents.commands.given import Data, Device, Place, Precision, Preset, models_in
 from afferents.core.card import Card
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def train(
-    data: Place,
+    data: Data,
     out: Place,
     model: str | Model = "best",
     preset: Preset = "fast",
@@ -66,7 +66,7 @@ def train(
     if len(asked) > 1:
         raise InputError("--model", "'best' or one model", f"'{model}'")
     with Progress(quiet) as progress:
-        opened = open_data([str(data)], progress=progress)
+        opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
         (chosen,) = asked or [best_of(recordings_in(opened))]
         wanted = Training(
@@ -77,7 +77,7 @@ def train(
 
 
 def explain(
-    model: Place, data: Place, out: Place, cut: Cut = "all", quiet: bool = False
+    model: Place, data: Data, out: Place, cut: Cut = "all", quiet: bool = False
 ) -> "Explanation":
     """Show what decides: the markers, waves, or frequencies without which a model fails.
 
@@ -103,7 +103,7 @@ def explain(
     from afferents.pipeline.explain import explain as run
 
     with Progress(quiet) as progress:
-        (opened,) = open_data([str(data)], progress=progress)
+        (opened,) = open_data([data], progress=progress)
         return run(Path(model), opened, Path(out), cut, progress)
 
 
@@ -131,7 +131,7 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
 
 
 def samples(
-    data: Place,
+    data: Data,
     channel: Any,
     encoding: Any,
     cut: Cut = "all",
@@ -143,7 +143,7 @@ def samples(
     Parameters
     ----------
     data
-        An extracted store, or ``fabricslide:PATH``.
+        An extracted store, ``fabricslide:PATH``, or a `DataSet` of your own.
     channel, encoding
         Names, or objects of your own, as of `Model`.
     cut
@@ -165,7 +165,7 @@ def samples(
 
     asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
-        opened = open_data([str(data)], progress=progress)
+        opened = open_data([data], progress=progress)
         encodings = opened[0].encodings.changed(**options)
         (source,) = sources_of(asked, encodings)
         require_used([asked], encodings)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 
-from afferents.commands.given import Place, sensor_in
+from afferents.commands.given import Data, Place, sensor_in
 from afferents.core.doubt import kinds_named
 from afferents.core.progress import Progress
 from afferents.core.recording import Video
@@ -15,13 +15,13 @@ from afferents.core.store import open_responses, store_config
 
 if TYPE_CHECKING:
     from afferents.markers import Sensor
-    from afferents.pipeline.inspect import Inspection
+    from afferents.pipeline.inspect_files import Inspection
 
 Method = Literal["windowed", "one-to-one", "published"]
 
 
 def inspect(
-    source: Place,
+    source: Data,
     out: Place | None = None,
     sensor: "str | Path | Sensor | None" = None,
     overlay: Place | None = None,
@@ -33,7 +33,7 @@ def inspect(
     Parameters
     ----------
     source
-        A video, a wav file, a session, a store or ``fabricslide:PATH``.
+        A video, a wav file, a session, a store, ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Folder for the pictures; None for ``NAME-inspected``.
     sensor
@@ -57,7 +57,7 @@ def inspect(
     folder = Path(out) if out is not None else Path(f"{name}-inspected")
     drawn = None if overlay is None else Path(overlay)
     with Progress(quiet) as progress:
-        return look(str(source), folder, given, progress, drawn, force)
+        return look(source, folder, given, progress, drawn, force)
 
 
 def calibrate(

@@ -58,8 +58,9 @@ def simulate(
     InputError
         If one of these is not what it should be, or the folder holds something else.
     """
-    from afferents.pipeline.simulate import simulate_session, simulation_of
+    from afferents.pipeline.simulate import simulate_session
     from afferents.recordings import read_session
+    from afferents.rig.simulation import simulation_of
 
     speeds = None if speeds_mm_s is None else [float(speed) for speed in speeds_mm_s]
     with Progress(quiet) as progress:

@@ -42,10 +42,10 @@ class Form(BaseModel):
 
 
 class Source(Form):
-    """Data that were learnt from: `DataSet.describe`."""
+    """Data that were learnt from: `Origin.describe`."""
 
     source: str
-    kind: Literal["store", "fabricslide"]
+    kind: Annotated[str, Field(min_length=1)]
     fingerprint: str
     n_recordings: Count
     simulated: bool

@@ -1,13 +1,14 @@
 """Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``."""
 
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from afferents.core.errors import InputError, raised
+from afferents.core.errors import AfferentsError, InputError, raised
 
 
 def named(where: str) -> Any:
@@ -88,3 +89,14 @@ def reference_of(own: Any) -> str:
             "put it into a file of its own",
         )  # fmt: skip
     return f"{module}:{name}"
+
+
+@contextmanager
+def in_a_sentence(where: str) -> Iterator[None]:
+    """Raise as an `InputError` whatever somebody's own code raises as it reads the data `where`."""
+    try:
+        yield
+    except AfferentsError:
+        raise
+    except Exception as error:
+        raise InputError(where, "data that can be read", raised(error)) from error

@@ -100,6 +100,11 @@ class Vibration(Protocol):
         """Samples in each channel."""
         ...
 
+    @property
+    def n_channels(self) -> int:
+        """Channels in the file."""
+        ...
+
     def read(self) -> xr.DataArray:
         """Return `(audio_time, channel)` float32 with `sample_rate_hz` and `units` in attrs."""
         ...

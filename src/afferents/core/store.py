@@ -47,7 +47,7 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
         If something else stands there, or a store of another configuration, or of recordings
         that are not the session's.
     """
-    if (store / _ROOT).is_file():
+    if is_group(store):
         earlier = store_config(store)
         lost = sorted(set(earlier.get("recordings", ())) - set(config.get("recordings", ())))
         lost = [name for name in lost if (store / name / _ROOT).is_file()]
@@ -70,7 +70,7 @@ def require_no_store(store: Path) -> None:
     InputError
         If something else stands there.
     """
-    if not (store / _ROOT).is_file():
+    if not is_group(store):
         require_new_folder(store, "a new store")
 
 
@@ -81,6 +81,11 @@ def create_parents(store: Path, names: Iterable[str]) -> None:
             _write_group(parent, {})
 
 
+def is_group(path: Path) -> bool:
+    """Tell whether a folder is a Zarr group, of whatever content."""
+    return (path / _ROOT).is_file()
+
+
 def store_config(store: Path) -> dict[str, Any]:
     """Return the configuration that a store was extracted with.
 
@@ -89,7 +94,7 @@ def store_config(store: Path) -> dict[str, Any]:
     InputError
         If there is no store, or one of another format.
     """
-    if not (store / _ROOT).is_file():
+    if not is_group(store):
         raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
     attributes = _attributes(store)
     if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):

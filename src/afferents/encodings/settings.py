@@ -45,6 +45,21 @@ class Encodings:
     suited: tuple[Encoding, ...] = ()
     wanted: tuple[tuple[str, Any], ...] = ()
 
+    @classmethod
+    def suiting(cls, options: Mapping[str, Mapping[str, Any]], where: object) -> "Encodings":
+        """Return encodings with options that suit some data, by name of the encoding.
+
+        Raises
+        ------
+        InputError
+            If there is no encoding of a name, or it can't have such options.
+        """
+        if unknown := sorted(set(options) - set(ENCODINGS)):
+            raise InputError(where, f"options of {', '.join(ENCODINGS)}", f"of {unknown[0]}")
+        words = "options of the encoding '{}'"
+        suited = (as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items())
+        return cls(tuple(suited))
+
     def changed(self, **wanted: Any) -> "Encodings":
         """Return them with options set to the values given; None for what is not.
 

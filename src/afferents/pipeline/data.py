@@ -1,108 +1,87 @@
-"""Opening what `evaluate` learns from: extracted stores, or data sets that an adapter reads."""
+"""Opening what `evaluate` learns from: data sets, as the responses of their recordings."""
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from afferents.core import dims
 from afferents.core.digest import DIGEST, sealed, values_digest
 from afferents.core.errors import AfferentsError, InputError
+from afferents.core.own import in_a_sentence
 from afferents.core.progress import Progress
-from afferents.core.recording import require_distinct
-from afferents.core.responses import Responses, conditions
-from afferents.core.store import open_responses, store_config
-from afferents.encodings import Encodings, KernelEncoding, OrderEncoding, SpectralEncoding
+from afferents.core.recording import Recording, Session, require_distinct
+from afferents.core.responses import Responses, check_responses, conditions
+from afferents.encodings import Encodings
 from afferents.pipeline.copies import with_fingerprint
 from afferents.pipeline.extract import responses_of
-from afferents.recordings import read_fabricslide
+from afferents.recordings import DataSet, data_set_of, source_of
 
-Kind = Literal["store", "fabricslide"]
-
-_SUITED: dict[Kind, Encodings] = {
-    "store": Encodings(),
-    # Three windows of 128 samples a slide, whatever its speed and so its length, zero-padded to
-    # 400 so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day. Orders
-    # are of whole slides: their waves are centimetres long, a second sees few of them. The axis of
-    # cycles per mm is what is heard at all of the set's speeds. Random kernels need windows of one
-    # length.
-    "fabricslide": Encodings(
-        (
-            SpectralEncoding(
-                window_s=128 * 0.028,
-                windows=3,
-                fft_points=400,
-                kept_bins=200,
-                remove_mean=True,
-            ),
-            OrderEncoding(
-                window_s=None,
-                windows=3,
-                lowest_hz=0.03,
-                highest_hz=17.0,
-                bins_per_octave=8,
-                lowest_per_mm=0.004,
-                highest_per_mm=0.11,
-            ),
-            KernelEncoding(window_s=128 * 0.028, windows=3, highest_hz=17.0),
-        )
-    ),
-}
-"""How samples are made of each kind of data."""
+Data = str | Path | DataSet
+"""A path, a name and a path, or an object of one's own: what `data_set_of` takes."""
 
 
 @dataclass(frozen=True)
-class DataSet:
-    """Responses of the recordings of one source, opened lazily.
+class Origin:
+    """Where data come from and what tells them from others, light enough to be sent with a job.
 
-    `failed` are the recordings that could not be read, and why.
+    Attributes
+    ----------
+    data_set
+        With a path that any process finds, wherever it was started.
+    source
+        As the user gave it.
     """
 
+    data_set: DataSet
     source: str
-    kind: Kind
-    responses: tuple[Responses, ...]
-    failed: Mapping[str, str]
     fingerprint: str
+    n_recordings: int
     simulated: bool
-
-    @property
-    def encodings(self) -> Encodings:
-        """How samples are made of such data."""
-        return _SUITED[self.kind]
-
-    @property
-    def located(self) -> str:
-        """The source as any process finds it, wherever it was started."""
-        kind, colon, path = self.source.partition(":")
-        if self.kind == "fabricslide" and colon:
-            return f"{kind}:{Path(path).resolve()}"
-        return str(Path(self.source).resolve())
 
     def describe(self) -> dict[str, Any]:
         """Return what a results folder keeps of it."""
         return {
             "source": self.source,
-            "kind": self.kind,
+            "kind": self.data_set.name,
             "fingerprint": self.fingerprint,
-            "n_recordings": len(self.responses),
+            "n_recordings": self.n_recordings,
             "simulated": self.simulated,
         }
 
 
+@dataclass(frozen=True)
+class OpenedData:
+    """Responses of the recordings of one source, opened lazily.
+
+    `failed` are the recordings that could not be read, and why.
+    """
+
+    origin: Origin
+    responses: tuple[Responses, ...]
+    failed: Mapping[str, str]
+
+    @property
+    def encodings(self) -> Encodings:
+        """How samples are made of such data."""
+        return Encodings.suiting(self.origin.data_set.encodings, self.origin.source)
+
+
 def open_data(
-    sources: Sequence[str],
+    sources: Sequence[Data],
     without: Mapping[str, str] | None = None,
     keep_going: bool = False,
     progress: Progress | None = None,
-) -> list[DataSet]:
-    """Open all sources; recordings of several are digests apart by their source's number.
+) -> list[OpenedData]:
+    """Open all sources; recordings of several are told apart by their source's number.
 
     Parameters
     ----------
     sources
-        Paths of extracted stores, or ``fabricslide:PATH``.
+        Extracted stores, or other data sets; see `recordings.data_set_of`.
     without
         Recordings with one of these conditions (such as pressure F250) are left out.
     keep_going
@@ -115,10 +94,10 @@ def open_data(
         source is given twice, or nothing is left.
     """
     opened = [_open(source, keep_going, progress or Progress(quiet=True)) for source in sources]
-    kinds = {data.kind for data in opened}
+    kinds = {data.origin.data_set.name for data in opened}
     if len(kinds) > 1:
         raise InputError("DATA", "data of one kind", " and ".join(sorted(kinds)))
-    if len({data.fingerprint for data in opened}) < len(opened):
+    if len({data.origin.fingerprint for data in opened}) < len(opened):
         raise InputError("DATA", "each repetition once", "the same recordings twice")
     if without:
         _require_declared(without, recordings_in(opened))
@@ -129,42 +108,77 @@ def open_data(
     return opened
 
 
-def _open(source: str, keep_going: bool, progress: Progress) -> DataSet:
-    kind, colon, path = source.partition(":")
-    if colon and kind == "fabricslide":
-        return _open_fabricslide(source, Path(path), keep_going, progress)
-    store = Path(source)
-    config, responses = store_config(store), tuple(open_responses(store))
+def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
+    source, data_set = source_of(given), data_set_of(given)
+    if data_set.extracted_first:
+        wanted = "a store written by 'afferents extract'"
+        raise InputError(data_set.path, wanted, "none", "extract first")
+    with in_a_sentence(source):
+        config, found = dict(data_set.config()), data_set.responses()
+        if found is not None:
+            responses, failed = _whole(data_set, config, found, keep_going)
+            digests = [str(r.attrs[DIGEST]) for r in responses]
+            fingerprint = hashlib.sha256(json.dumps([config, digests]).encode()).hexdigest()
+        else:
+            session = data_set.recordings()
+            responses, failed = _read(session, data_set.title, keep_going, progress)
+            fingerprint = session.checksum
+    names = Counter(str(r.attrs["name"]) for r in responses)
+    if twice := [name for name, n in names.items() if n > 1]:
+        raise InputError(source, "recordings of different names", f"several '{twice[0]}'")
+    simulated = bool(config.get("declared", {}).get("simulated"))
+    origin = Origin(data_set.located(), source, fingerprint, len(responses), simulated)
+    return OpenedData(origin, tuple(responses), failed)
+
+
+Read = tuple[list[Responses], dict[str, str]]  # and the recordings that failed and why
+
+
+def _whole(
+    data_set: DataSet, config: Mapping[str, Any], found: Sequence[Responses], keep_going: bool
+) -> Read:
+    """Return responses that are there, all that should be (without `keep_going`)."""
+    responses = [one if DIGEST in one.attrs else _checked(one) for one in found]
     there = {r.attrs["name"] for r in responses}
     missing = [name for name in config.get("recordings", []) if name not in there]
     if missing and not keep_going:
         raise InputError(
-            store,
+            data_set.path,
             f"the {len(missing) + len(there)} recordings of its session",
             f"{len(there)} ({', '.join(missing[:5])} missing)",
             "extract again, or use --keep-going",
         )
-    digests = [str(r.attrs[DIGEST]) for r in responses]
-    digest = hashlib.sha256(json.dumps([config, digests]).encode()).hexdigest()
-    simulated = bool(config.get("declared", {}).get("simulated"))
-    failed = dict.fromkeys(missing, "not in the store: its extraction failed or was stopped")
-    return DataSet(source, "store", responses, failed, digest, simulated)
+    why = "not in the store: its extraction failed or was stopped"
+    return responses, dict.fromkeys(missing, why)
 
 
-def _open_fabricslide(source: str, path: Path, keep_going: bool, progress: Progress) -> DataSet:
-    session = read_fabricslide(path)
+def _read(session: Session, title: str, keep_going: bool, progress: Progress) -> Read:
+    """Return responses to recordings, read whole."""
     responses: list[Responses] = []
     failed: dict[str, str] = {}
     recordings = session.recordings
-    for recording in progress.track(recordings, "reading FabricSlide", len(recordings)):
+    for recording in progress.track(recordings, f"reading {title}", len(recordings)):
         try:
-            responses.append(sealed(with_fingerprint(responses_of(recording))))
+            with in_a_sentence(recording.name):
+                responses.append(_checked(_heard(recording)))
         except AfferentsError as error:
             if not keep_going:
                 raise
             failed[recording.name] = str(error)
-    checksum = session.checksum
-    return DataSet(source, "fabricslide", tuple(responses), failed, checksum, simulated=False)
+    return responses, failed
+
+
+def _heard(recording: Recording) -> Responses:
+    """Return the response to a recording's vibration; a video is followed by `extract` alone."""
+    if recording.video is not None or recording.audio is None:
+        raise InputError(recording.name, "vibration alone, or responses", "a video or nothing")
+    return responses_of(recording)
+
+
+def _checked(responses: Responses) -> Responses:
+    """Return responses of the form that a store would hold, with what tells them from others."""
+    checked = check_responses(responses, str(responses.attrs.get("name", "a recording")))
+    return sealed(with_fingerprint(checked))
 
 
 def require_one_of_each(recordings: Sequence[Responses]) -> None:
@@ -204,9 +218,14 @@ def _is_silent(responses: Responses, variable: str) -> bool:
     return variable == dims.RA2 and not responses[dims.RA2].values.any()
 
 
-def recordings_in(data: Sequence[DataSet]) -> list[Responses]:
+def recordings_in(data: Sequence[OpenedData]) -> list[Responses]:
     """Return the recordings of several sources, one after the other."""
     return [responses for one in data for responses in one.responses]
+
+
+def origins_of(data: Sequence[OpenedData]) -> tuple[Origin, ...]:
+    """Return where opened data come from."""
+    return tuple(one.origin for one in data)
 
 
 def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses]) -> None:
@@ -223,7 +242,7 @@ def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses
             raise InputError("--without", f"{name}= one of {values}", value)
 
 
-def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
+def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
     kept = []
     for responses in data.responses:
         declared = conditions(responses)
@@ -232,11 +251,12 @@ def _leave_out(data: DataSet, without: Mapping[str, str]) -> DataSet:
     if not kept:
         raise InputError("--without", "to leave some recordings", "none left")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))
-    digest = hashlib.sha256(f"{data.fingerprint} without {names}".encode()).hexdigest()
-    return replace(data, responses=tuple(kept), fingerprint=digest)
+    digest = hashlib.sha256(f"{data.origin.fingerprint} without {names}".encode()).hexdigest()
+    origin = replace(data.origin, fingerprint=digest, n_recordings=len(kept))
+    return replace(data, origin=origin, responses=tuple(kept))
 
 
-def _numbered(data: DataSet, number: int) -> DataSet:
+def _numbered(data: OpenedData, number: int) -> OpenedData:
     renamed = tuple(r.assign_attrs(name=f"{number}:{r.attrs['name']}") for r in data.responses)
     failed = {f"{number}:{name}": why for name, why in data.failed.items()}
     return replace(data, responses=renamed, failed=failed)

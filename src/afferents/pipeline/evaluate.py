@@ -1,25 +1,21 @@
 """Train and test every fold of every model asked for; the numbers of Table 1."""
 
 import itertools
-import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from joblib import cpu_count
 
 from afferents.core import dims
-from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
 from afferents.core.lock import writing_alone
-from afferents.core.model import Model, own_of
+from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
-from afferents.core.results import SCHEMA
 from afferents.core.version import __version__
 from afferents.encodings import Encodings
 from afferents.evaluation import (
@@ -31,10 +27,10 @@ from afferents.evaluation import (
     plan,
     summarise,
 )
-from afferents.evaluation.ablation import Ablation, require_speeds
+from afferents.evaluation.ablation import require_speeds
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
-from afferents.pipeline.data import DataSet, recordings_in
+from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
     read_whole,
@@ -44,94 +40,48 @@ from afferents.pipeline.encode import (
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.own import keep_own_models
-from afferents.training import RECIPES, Compute, Preset, learns_in_a_loop, training_config
+from afferents.training import learns_in_a_loop
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What is evaluated and how.
+    """What is evaluated, and what of that is asked for and done now.
 
     Attributes
     ----------
+    recipe
+        What all trainings go by, and where results are written.
+    data
+        What the recipe's data are, opened.
     may_leave_out
         Whether models that the data don't support are left out instead of refused.
     keep_going
         Whether recordings that can't be encoded are skipped instead of refused.
-    ablation
-        What of the data is used.
     held_out
         Speeds that are held out in turn, mm/s; none for all. The others are trained on still.
     options
         The command's further options, for the report to name.
-    skipped
-        Recordings that no model uses, and why; found out when the evaluation begins.
     workers
         Processes side by side; None for one a core.
     cluster
         Address of a Dask scheduler whose workers do the trainings; None for this machine.
-    compute
-        What the networks run on, and in which precision.
     """
 
-    data: list[DataSet]
-    out: Path
-    models: list[Model]
-    protocols: list[Protocol]
-    preset: Preset
-    cut: Cut
-    encodings: Encodings
-    seeds: list[int]
-    without: Mapping[str, str] = field(default_factory=dict)
+    recipe: Recipe
+    data: Sequence[OpenedData]
+    protocols: Sequence[Protocol]
+    seeds: Sequence[int]
     may_leave_out: bool = False
     keep_going: bool = False
-    ablation: Ablation = field(default_factory=Ablation)
     held_out: Sequence[float] = ()
     options: Sequence[str] = ()
-    skipped: Mapping[str, str] = field(default_factory=dict)
     workers: int | None = None
     cluster: str | None = None
-    compute: Compute = field(default_factory=Compute)
 
     @property
     def recordings(self) -> list[Responses]:
         """Return the recordings of the textures and speeds that are used."""
-        return self.ablation.recordings(recordings_in(self.data))
-
-    @property
-    def recipe(self) -> Recipe:
-        """Return what every job is told."""
-        return Recipe(
-            self.out.resolve(),
-            json.dumps(self.config),
-            tuple(data.located for data in self.data),
-            tuple(sorted(self.without.items())),
-            self.cut,
-            self.preset,
-            self.compute,
-            self.encodings,
-            self.ablation,
-            self.ablation.tested(recordings_in(self.data)),
-            tuple(own_of(self.models)),
-        )
-
-    @property
-    def config(self) -> dict[str, Any]:
-        """Return what must agree for folds to stand in one results folder."""
-        training = {
-            recipe: training_config(self.preset, recipe, self.compute).model_dump()
-            for recipe in RECIPES
-        }
-        return {
-            "schema": SCHEMA,
-            "data": [data.describe() for data in self.data],
-            "without": dict(self.without),
-            "skipped": sorted(self.skipped),
-            "cut": self.cut,
-            "preset": self.preset,
-            **self.encodings.describe(),
-            "training": training,
-            **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
-        }
+        return self.recipe.ablation.recordings(recordings_in(self.data))
 
 
 def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
@@ -146,25 +96,27 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
     """
-    everything = evaluation.recordings
-    able = require_support(evaluation.models, everything, evaluation.may_leave_out)
-    left_out = [model.name for model in evaluation.models if model not in able]
+    recipe, everything = evaluation.recipe, evaluation.recordings
+    able = require_support(recipe.models, everything, evaluation.may_leave_out)
+    left_out = [model.name for model in recipe.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
-    require_used(able, evaluation.encodings)
-    if evaluation.ablation.markers != 1:
-        _require_images(able, evaluation.encodings)
+    require_used(able, recipe.encodings)
+    if recipe.ablation.markers != 1:
+        _require_images(able, recipe.encodings)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
-    evaluation = replace(evaluation, skipped=skipped)
-    check_results_folder(evaluation.out, evaluation.config)
-    with writing_alone(evaluation.out, "evaluate"):
-        check_results_folder(evaluation.out, evaluation.config)
-        remove_partials(evaluation.out)
-        keep_own_models(evaluation.out, able, evaluation.encodings)
+    tested = recipe.ablation.tested(recordings_in(evaluation.data))
+    recipe = replace(recipe, skipped=skipped, tested=tested)
+    evaluation = replace(evaluation, recipe=recipe)
+    check_results_folder(recipe.out, recipe.config)
+    with writing_alone(recipe.out, "evaluate"):
+        check_results_folder(recipe.out, recipe.config)
+        remove_partials(recipe.out)
+        keep_own_models(recipe.out, able, recipe.encodings)
         jobs = planned(evaluation, able, recordings)
-        plan(evaluation.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
+        plan(recipe.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
         return summarise_folder(evaluation, recordings, left_out)
@@ -187,13 +139,13 @@ def _groups(evaluation: Evaluation, models: Sequence[Model]) -> list[list[Model]
     """
     if evaluation.cluster is not None:
         return [list(models)]
-    by_source = itertools.groupby(models, lambda f: sources_of(f, evaluation.encodings))
+    by_source = itertools.groupby(models, lambda f: sources_of(f, evaluation.recipe.encodings))
     return [list(group) for _, group in by_source]
 
 
 def _workers(evaluation: Evaluation, jobs: Sequence[FoldKey]) -> int:
     """Return how many trainings there will be side by side; a cluster with work to do is asked."""
-    idle = all(finished(evaluation.out, key) for key in jobs)
+    idle = all(finished(evaluation.recipe.out, key) for key in jobs)
     if evaluation.cluster is not None and not idle:
         return workers_at(evaluation.cluster)
     return evaluation.workers or cpu_count()
@@ -206,7 +158,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError("the data", "at least 2 textures to tell apart", found)
     speeds = speeds_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
-    solved = not all(learns_in_a_loop(model) for model in evaluation.models)
+    solved = not all(learns_in_a_loop(model) for model in evaluation.recipe.models)
     needed = 3 if nested or solved else 2
     if len(speeds) < needed:
         raise InputError(
@@ -259,11 +211,11 @@ def skipped_recordings(
         If there is one and `keep_going` is not set.
     """
     skipped = {name: why for data in evaluation.data for name, why in data.failed.items()}
-    encodings = evaluation.encodings
+    encodings = evaluation.recipe.encodings
     sources = dict.fromkeys(source for model in models for source in sources_of(model, encodings))
     for responses, source in itertools.product(recordings, sources):
         try:
-            kept_part(responses, source, evaluation.cut)
+            kept_part(responses, source, evaluation.recipe.cut)
             if source.encoding.of_vibration:
                 read_whole(responses, source.channel.made_of)
         except AfferentsError as error:
@@ -281,9 +233,9 @@ def evaluate_group(
 ) -> None:
     """Train and test some models where not finished yet."""
     keys = planned(evaluation, models, recordings)
-    missing = [key for key in keys if not finished(evaluation.out, key)]
+    missing = [key for key in keys if not finished(evaluation.recipe.out, key)]
     # What has failed comes last: nothing waits for it to fail again.
-    missing.sort(key=lambda key: has_failed(evaluation.out, key))
+    missing.sort(key=lambda key: has_failed(evaluation.recipe.out, key))
     done = len(keys) - len(missing)
     title = ", ".join(model.title for model in models)
     outcomes = run_jobs(evaluation, models[0], missing, recordings, progress)
@@ -308,9 +260,9 @@ def run_jobs(
     model
         Any whose samples they are.
     """
-    recipe = evaluation.recipe
     if not keys:
         return
+    recipe = evaluation.recipe.located()
     if evaluation.cluster is not None:
         sent = recipe.packed()
         for outcome in on_cluster(run_far_job, [(sent, key) for key in keys], evaluation.cluster):
@@ -332,21 +284,21 @@ def summarise_folder(
 
     Folds of other speeds than those to be held out are not looked at.
     """
-    speeds = held_out_speeds(evaluation, recordings)
+    recipe, speeds = evaluation.recipe, held_out_speeds(evaluation, recordings)
     textures = textures_of(recordings)
-    keys = [key for key in finished_keys(evaluation.out) if key.held_out_mm_s in speeds]
+    keys = [key for key in finished_keys(recipe.out) if key.held_out_mm_s in speeds]
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,
-        "data": [data.describe() for data in evaluation.data],
-        "without": dict(evaluation.without),
+        "data": [origin.describe() for origin in recipe.data],
+        "without": dict(recipe.without),
         "options": list(evaluation.options),
-        "cut": evaluation.cut,
-        "preset": evaluation.preset,
+        "cut": recipe.cut,
+        "preset": recipe.preset,
         "speeds_mm_s": speeds,
         "chance": 1 / len(textures),
-        "skipped": [{"recording": n, "reason": why} for n, why in evaluation.skipped.items()],
+        "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
     }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(speeds)]
-    return summarise(evaluation.out, complete, textures, about)
+    return summarise(recipe.out, complete, textures, about)

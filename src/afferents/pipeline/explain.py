@@ -25,7 +25,7 @@ from afferents.core.samples import Samples, concatenate
 from afferents.encodings import ImageEncoding, encoding_of, image_runs
 from afferents.evaluation import Predict, bands, losses, patches
 from afferents.models import Deployed
-from afferents.pipeline.data import DataSet
+from afferents.pipeline.data import OpenedData
 from afferents.pipeline.encode import Source, has, kept_part, response_of
 from afferents.pipeline.train import felt_with
 from afferents.reporting import explanation_figure, save_figure
@@ -78,7 +78,7 @@ class Asked:
     runs: Floats | None = None
 
 
-def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress) -> Explanation:
+def explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
     """Take parts of the samples away, one after the other, and see what the model then misses.
 
     Squares of three by three markers stand still; a wave, or a band of a spectrum, is as it is in
@@ -108,7 +108,7 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
         ],
         facts={
             "model": card.model,
-            "data": data.describe(),
+            "data": data.origin.describe(),
             "speeds_mm_s": speeds.tolist(),
             "not_learnt_from": unseen,
             "n_samples": len(asked.labels),
@@ -118,8 +118,8 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
     with progress.task("taking parts away", 1) as mark:
         by_part = _losses(deployed, asked, card.textures)
         mark(1)
-    kind = "simulated " if data.simulated else ""
-    source = f"{card.title} on {kind}{Path(data.source).name}. {found.sentences[0]}"
+    kind = "simulated " if data.origin.simulated else ""
+    source = f"{card.title} on {kind}{data.origin.data_set.path.name}. {found.sentences[0]}"
     for name, lost in by_part.items():
         figure = explanation_figure(name, lost, source)
         found.pictures.append(save_figure(figure, out / f"{name}.png"))
@@ -132,7 +132,7 @@ def explain(model: Path, data: DataSet, out: Path, cut: Cut, progress: Progress)
     return found
 
 
-def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
+def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
     """Return some samples of every recording whose texture the model knows.
 
     Raises
@@ -143,7 +143,7 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     known = [r for r in data.responses if str(r.attrs[dims.TEXTURE]) in card.textures]
     if not known:
         found = ", ".join(textures_of(data.responses))
-        raise InputError(data.source, f"some of {', '.join(card.textures)}", found)
+        raise InputError(data.origin.source, f"some of {', '.join(card.textures)}", found)
     unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
     recordings, source = unseen or known, _source(card)
     _require_fitting(card, data, recordings, source)
@@ -155,7 +155,7 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
     samples = concatenate([part for part, _ in parts])
     if samples.shape[1:] != card.shape:
         raise InputError(
-            data.source, f"samples of the form {card.shape}, as {card.model} learnt from",
+            data.origin.source, f"samples of the form {card.shape}, as {card.model} learnt from",
             f"{samples.shape[1:]}", "take data of the same sensor",
         )  # fmt: skip
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
@@ -164,13 +164,14 @@ def _asked(card: Card, data: DataSet, cut: Cut, progress: Progress) -> Asked:
 
 
 def _require_fitting(
-    card: Card, data: DataSet, recordings: Sequence[Responses], source: Source
+    card: Card, data: OpenedData, recordings: Sequence[Responses], source: Source
 ) -> None:
     """Refuse data that lack what the model feels with, or are of another sensor."""
+    where = data.origin.source
     for responses in recordings:
         if not has(responses, source):
             raise InputError(
-                data.source, f"{source.channel.name} in the form that {card.model} learnt from",
+                where, f"{source.channel.name} in the form that {card.model} learnt from",
                 f"none in {responses.attrs['name']}",
             )  # fmt: skip
     found = felt_with([data], source)
@@ -179,12 +180,12 @@ def _require_fitting(
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
             unit = "frames/s" if name == "fps_hz" else "Hz"
             raise InputError(
-                data.source, f"{learnt:g} {unit}, as {card.model} learnt from", f"{here:g}",
+                where, f"{learnt:g} {unit}, as {card.model} learnt from", f"{here:g}",
                 "take data of the same sensor",
             )  # fmt: skip
     if card.sensor is not None and found["sensor"] != card.sensor:
         raise InputError(
-            data.source, f"the sensor {card.sensor.get('name')} that {card.model} learnt from",
+            where, f"the sensor {card.sensor.get('name')} that {card.model} learnt from",
             f"another or other settings ({found['sensor'].get('name')})",
             "take data extracted with the same sensor file",
         )  # fmt: skip

@@ -1,11 +1,10 @@
 """One training of an evaluation: on one fold, for one model, protocol and seed."""
 
-import json
 import pickle
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,10 +18,11 @@ from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
 from afferents.core.extras import import_extra
 from afferents.core.fold import Fold
-from afferents.core.model import MODELS, Model
+from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
+from afferents.core.results import SCHEMA
 from afferents.core.samples import Samples, textures_of
 from afferents.encodings import Encoding, Encodings
 from afferents.evaluation import (
@@ -41,9 +41,10 @@ from afferents.evaluation import (
 )
 from afferents.evaluation.ablation import Ablation
 from afferents.execution.local import keep_freed_memory
-from afferents.pipeline.data import DataSet, open_data, recordings_in
+from afferents.pipeline.data import OpenedData, Origin, open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all, sources_of
 from afferents.training import (
+    RECIPES,
     Checkpoint,
     Compute,
     Part,
@@ -59,43 +60,67 @@ from afferents.training import (
 Indices = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recipe:
-    """What all jobs share, light enough to be sent along with each.
+    """What every training of an evaluation goes by, and nothing else: it is sent along with each.
+
+    Recipes are told apart by who they are, for what they hold (a user's own model) may not compare.
 
     Attributes
     ----------
     out
         The results folder.
-    config_json
-        Its configuration; says which data, by fingerprint, and which recordings are skipped.
-    sources, without
-        Where the data are, for processes that read them themselves.
+    data
+        Where the data come from, for processes that read them themselves.
+    without
+        Conditions of recordings that are left out.
+    ablation
+        What of the data is used.
+    compute
+        What the networks run on, and in which precision.
+    skipped
+        Recordings that no model uses, and why; found out when the evaluation begins.
     tested
-        Recordings that alone are tested, and never learnt from; none for all alike.
-    own
-        Models of a user's own among those that are evaluated.
+        Recordings that alone are tested, and never learnt from; none for all alike. As `skipped`.
     """
 
     out: Path
-    config_json: str
-    sources: tuple[str, ...]
-    without: tuple[tuple[str, str], ...]
-    cut: Cut
+    data: tuple[Origin, ...]
+    models: Sequence[Model]
     preset: Preset
-    compute: Compute
+    cut: Cut
     encodings: Encodings
-    ablation: Ablation
+    without: Mapping[str, str] = field(default_factory=dict)
+    ablation: Ablation = field(default_factory=Ablation)
+    compute: Compute = field(default_factory=Compute)
+    skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
-    own: tuple[Model, ...] = field(default=(), compare=False)
 
     @property
     def config(self) -> dict[str, Any]:
-        """The configuration of the results folder."""
-        return dict(json.loads(self.config_json))
+        """Return what must agree for folds to stand in one results folder: its `config.json`."""
+        training = {
+            recipe: training_config(self.preset, recipe, self.compute).model_dump()
+            for recipe in RECIPES
+        }
+        return {
+            "schema": SCHEMA,
+            "data": [origin.describe() for origin in self.data],
+            "without": dict(self.without),
+            "skipped": sorted(self.skipped),
+            "cut": self.cut,
+            "preset": self.preset,
+            **self.encodings.describe(),
+            "training": training,
+            **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
+        }
+
+    def located(self) -> "Recipe":
+        """Return it with a results folder that any process finds, wherever it was started."""
+        return replace(self, out=self.out.resolve())
 
     def packed(self) -> bytes:
-        """Return it for a worker, with the code of models that only this process knows.
+        """Return it for a worker, with the code of what only this process knows.
 
         Dask's own pickler names classes and functions, and a worker that can't import one is lost.
         """
@@ -104,7 +129,7 @@ class Recipe:
 
     def model(self, name: str) -> Model:
         """Return the model of that name."""
-        return next((own for own in self.own if own.name == name), None) or MODELS[name]
+        return next(model for model in self.models if model.name == name)
 
     def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
         """Return how a network is trained."""
@@ -139,11 +164,18 @@ def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
 
     Where it sees the results folder, the training leaves its mark and checkpoints in it as ever.
     """
-    recipe: Recipe = pickle.loads(packed)
+    recipe = _unpacked(packed)
     seen = (recipe.out / PLAN).is_file()
     with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
         samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))
         return train_and_test(recipe, key, samples, checkpoint_of(recipe, key) if seen else None)
+
+
+@lru_cache(maxsize=1)
+def _unpacked(packed: bytes) -> Recipe:
+    """Return one recipe for all jobs that it is sent with: what is read by it is read once."""
+    recipe: Recipe = pickle.loads(packed)
+    return recipe
 
 
 def checkpoint_of(recipe: Recipe, key: FoldKey) -> Checkpoint:
@@ -260,12 +292,11 @@ def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ..
         As `opened_again`.
     """
     everything = recipe.ablation.recordings(recordings_in(opened_again(recipe)))
-    skipped = set(recipe.config["skipped"])
-    recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    recordings = [r for r in everything if r.attrs["name"] not in recipe.skipped]
     return encoded(recipe, sources, recordings, Progress(quiet=True))
 
 
-def opened_again(recipe: Recipe) -> list[DataSet]:
+def opened_again(recipe: Recipe) -> list[OpenedData]:
     """Open the data anew.
 
     Raises
@@ -273,11 +304,12 @@ def opened_again(recipe: Recipe) -> list[DataSet]:
     InputError
         If they are not those that the evaluation began with.
     """
-    data = open_data(list(recipe.sources), dict(recipe.without), keep_going=True)
-    for found, expected in zip(data, recipe.config["data"], strict=True):
-        if found.fingerprint != expected["fingerprint"]:
+    sources = [origin.data_set for origin in recipe.data]
+    data = open_data(sources, recipe.without, keep_going=True)
+    for found, expected in zip(data, recipe.data, strict=True):
+        if found.origin.fingerprint != expected.fingerprint:
             raise InputError(
-                found.source,
+                expected.source,
                 "the data that the evaluation began with",
                 "changed data",
                 "bring them back, or evaluate them into another folder",

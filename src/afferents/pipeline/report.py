@@ -137,7 +137,7 @@ def _read_data(results: Results, progress: Progress) -> FigureData:
     config = results.config
     sources = [data["source"] for data in config["data"]]
     opened = open_data(sources, config["without"], keep_going=True, progress=progress)
-    if [d.fingerprint for d in opened] != [d["fingerprint"] for d in config["data"]]:
+    if [d.origin.fingerprint for d in opened] != [d["fingerprint"] for d in config["data"]]:
         raise InputError(", ".join(sources), "the data that were evaluated", "changed data")
     left_out = {entry["recording"] for entry in results.summary["skipped"]}
     ablation = Ablation(**config.get("ablation", {}))

@@ -17,14 +17,16 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.store import open_responses
 from afferents.markers import Sensor, load_sensor
-from afferents.pipeline.data import DataSet, open_data, recordings_in
+from afferents.pipeline.data import OpenedData, open_data, origins_of, recordings_in
 from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.job import Recipe
 from afferents.pipeline.report import write_report
-from afferents.pipeline.simulate import SimulationPreset, simulate_session, simulation_of
+from afferents.pipeline.simulate import simulate_session
 from afferents.pipeline.train import Training, train
+from afferents.rig.simulation import SimulationPreset, simulation_of
 from afferents.training import Preset
 
 DEMO_STORE = Path("out/demo/session.zarr")
@@ -91,15 +93,19 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
         progress,
     )
     data = open_data([str(reproduction.store)], {}, keep_going=False, progress=progress)
+    recipe = Recipe(
+        out=reproduction.results,
+        data=origins_of(data),
+        models=[*TABLE1.values(), *recommended_beside(TABLE1, data)],
+        preset=reproduction.preset,
+        cut=reproduction.cut,
+        encodings=data[0].encodings,
+    )
     evaluate(
         Evaluation(
-            data=data,
-            out=reproduction.results,
-            models=[*TABLE1.values(), *recommended_beside(TABLE1, data)],
-            protocols=list(reproduction.protocols),
-            preset=reproduction.preset,
-            cut=reproduction.cut,
-            encodings=data[0].encodings,
+            recipe,
+            data,
+            protocols=reproduction.protocols,
             seeds=[reproduction.seed],
             may_leave_out=True,
             workers=reproduction.workers,
@@ -109,7 +115,7 @@ def reproduce(reproduction: Reproduction, progress: Progress) -> Path:
     return write_report(reproduction.results, progress)
 
 
-def recommended_beside(models: Mapping[str, Model], data: Sequence[DataSet]) -> list[Model]:
+def recommended_beside(models: Mapping[str, Model], data: Sequence[OpenedData]) -> list[Model]:
     """Return the model that is recommended for such data, if it is not among those named."""
     best = best_of(recordings_in(data))
     return [] if best.name in models else [best]

@@ -1,14 +1,12 @@
 """A whole session of the simulated rig, in the published layout."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
 
 from afferents.core.documents import read_json
 from afferents.core.errors import InputError
@@ -22,164 +20,27 @@ from afferents.core.files import (
 from afferents.core.lock import writing_alone
 from afferents.core.outputs import require_new_folder
 from afferents.core.progress import Progress
-from afferents.core.recording import LETTERS, natural_order, require_distinct
-from afferents.core.version import __version__
+from afferents.core.recording import require_distinct
 from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster
 from afferents.execution.local import side_by_side
-from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
+from afferents.recordings.session import NOT_TEXTURES
+from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig import (
     AUDIO,
-    HARD,
-    NUISANCES,
     RECORDED,
     STEADY_S,
     TRUTH,
     VIDEO,
     Drum,
-    Mounting,
-    Rig,
     Surface,
     bumped_surface,
-    draw,
     record,
 )
-from afferents.rig.drums import height_map, texture_name
+from afferents.rig.drums import height_map
+from afferents.rig.simulation import RUNS, Simulation, run_name
 
-SimulationPreset = Literal["quick", "paper"]
-
-_SPEEDS: dict[SimulationPreset, tuple[float, ...]] = {
-    # No two neighbours more than a factor 2 apart, which stretching spectra can bridge.
-    "quick": (10, 20, 40, 70, 100),
-    "paper": tuple(range(10, 101, 10)),
-}
-_SECONDS: dict[SimulationPreset, float] = {"quick": 7.5, "paper": 65.0}
-_RUNS, _CHECKSUMS = "runs", "checksums"
-"""What follows from the rest of a session's configuration."""
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """What is simulated.
-
-    Attributes
-    ----------
-    textures
-        Bump spacings by folder name, mm, and the names of height maps.
-    height_maps
-        Surfaces of their own, by name.
-    maps_as_given
-        How the user told of each of these, by name; see `simulation_of`.
-    """
-
-    session: Path
-    textures: Sequence[str]
-    speeds_mm_s: Sequence[float]
-    seconds: float
-    seed: int
-    rig: Rig = field(default_factory=Rig)
-    height_maps: Mapping[str, Surface] = field(default_factory=dict)
-    maps_as_given: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def names(self) -> list[tuple[str, float]]:
-        """Return texture and speed of every recording, in the session's order."""
-        ordered = sorted(self.textures, key=natural_order)
-        return [(texture, speed) for texture in ordered for speed in sorted(self.speeds_mm_s)]
-
-    def config(self) -> dict[str, Any]:
-        """Return what session.json says: every constant, the seed, the draws, the versions."""
-        runs = {
-            _name(texture, speed): draw(self.rig, texture, speed, self.seed)._asdict()
-            for texture, speed in self.names
-        }
-        return {
-            "simulated": True,
-            "sensor": "tip_b",
-            "fps_hz": self.rig.camera.fps_hz,
-            "frame_width": self.rig.camera.width,
-            "frame_height": self.rig.camera.height,
-            "direction": "+x",
-            "steady_s": [STEADY_S, self.seconds],
-            "textures": [texture for texture, _ in self.names[:: len(self.speeds_mm_s)]],
-            "speeds_mm_s": sorted(self.speeds_mm_s),
-            "seconds": self.seconds,
-            "seed": self.seed,
-            "rig": self.rig.model_dump(mode="json"),
-            _RUNS: runs,
-            "versions": {
-                "afferents": __version__,
-                **{name: version(name) for name in ("av", "numba", "numpy", "scipy")},
-            },
-        }
-
-
-def simulation_of(
-    session: Path,
-    preset: SimulationPreset,
-    textures: Sequence[str] = LETTERS,
-    speeds_mm_s: Sequence[float] | None = None,
-    seconds: float | None = None,
-    height_maps: Sequence[str] = (),
-    nuisances: str = "all",
-    remount: Literal["run", "drum"] = "run",
-    seed: int = 0,
-) -> Simulation:
-    """Return the simulation that a user's words describe.
-
-    Parameters
-    ----------
-    textures
-        Letters a to m, bump spacings in mm, and names of height maps.
-    height_maps
-        Each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
-    nuisances
-        ``none``, or ``all``, ``hard`` (all, of the strengths in `HARD`) and names of `NUISANCES`
-        separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
-    remount
-        Whether the fingertip is mounted anew for each run or once a drum.
-
-    Raises
-    ------
-    InputError
-        If one of these is not what it should be.
-    """
-    rig = Rig()
-    if remount == "drum":
-        rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
-    rig = rig.with_nuisances(nuisance_strengths(nuisances))
-    read = {text: height_map(text, rig.drum) for text in height_maps}
-    maps = dict(read.values())
-    folders = dict.fromkeys(texture_name(texture.strip(), maps) for texture in [*textures, *maps])
-    return Simulation(
-        session,
-        tuple(folders),
-        tuple(dict.fromkeys(speeds_mm_s or _SPEEDS[preset])),
-        seconds if seconds is not None else _SECONDS[preset],
-        seed,
-        rig,
-        maps,
-        {name: text for text, (name, _) in read.items()},
-    )
-
-
-def nuisance_strengths(text: str) -> dict[str, float | None]:
-    """Return the strength of each nuisance that is named, None where it is the rig's own.
-
-    Raises
-    ------
-    InputError
-        If a strength is no number.
-    """
-    strengths: dict[str, float | None] = {}
-    for word in text.split(","):
-        name, _, strength = word.strip().partition("=")
-        try:
-            named = dict.fromkeys(NUISANCES if name in ("all", "hard") else [name])
-            strengths |= {n: float(strength) for n in named} if strength else named
-            strengths |= HARD if name == "hard" else {}
-        except ValueError:
-            raise InputError("--nuisances", "NAME or NAME=PENALTY", f"'{word}'") from None
-    return {name: value for name, value in strengths.items() if name != "none"}
+_CHECKSUMS = "checksums"
+"""Key of what is added to a session's configuration when it is whole."""
 
 
 def simulate_session(
@@ -268,7 +129,7 @@ def _record_there(
                 partial.mkdir()
                 for name, content in files.items():
                     (partial / name).write_bytes(content)
-        yield _name(*run)
+        yield run_name(*run)
 
 
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
@@ -309,7 +170,7 @@ def _claim(simulation: Simulation) -> None:
     if path.is_file():
         earlier, now = read_json(path, "a session file"), simulation.config()
         for config in (earlier, now):
-            for name in (_RUNS, _CHECKSUMS):
+            for name in (RUNS, _CHECKSUMS):
                 config.pop(name, None)
         require_same_config(simulation.session, "a session", earlier, now)
         return
@@ -318,11 +179,7 @@ def _claim(simulation: Simulation) -> None:
 
 
 def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
-    return simulation.session / _name(texture, speed_mm_s)
-
-
-def _name(texture: str, speed_mm_s: float) -> str:
-    return f"{texture}/{speed_mm_s:g}"
+    return simulation.session / run_name(texture, speed_mm_s)
 
 
 def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, reference: bool) -> str:
@@ -339,7 +196,7 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, referen
         simulation.seed,
         reference,
     )
-    return _name(texture, speed_mm_s)
+    return run_name(texture, speed_mm_s)
 
 
 @lru_cache(maxsize=1)
@@ -403,7 +260,7 @@ def _record_far(
 def _seal(simulation: Simulation) -> None:
     """Add the checksums of all recordings to session.json."""
     sums = {
-        _name(texture, speed): {
+        run_name(texture, speed): {
             file: checksum(_folder(simulation, texture, speed) / file)
             for file in (VIDEO, AUDIO, TRUTH)
         }

@@ -22,11 +22,10 @@ from afferents.core.own import reference_of
 from afferents.core.progress import Progress
 from afferents.core.results import load_results
 from afferents.core.samples import Samples, textures_of
-from afferents.core.store import store_config
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.models import Deployed, classifier_of
-from afferents.pipeline.data import DataSet, recordings_in
+from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     Source,
     encode_all,
@@ -61,7 +60,7 @@ class Training:
         Results folder whose scores the card is to carry; None for 'not evaluated'.
     """
 
-    data: list[DataSet]
+    data: list[OpenedData]
     model: Model
     preset: Preset
     cut: Cut
@@ -92,7 +91,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         If the loss is no longer a number.
     """
     _require_deployable(training.model)
-    reads = [Path(data.located.rpartition(":")[2]) for data in training.data]
+    reads = [data.origin.data_set.path for data in training.data]
     require_free(out, "a model", is_model_folder, force=force, reads=reads)
     recordings = recordings_in(training.data)
     require_support([training.model], recordings, may_leave_out=False)
@@ -124,7 +123,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         seed=training.seed,
         learnt_from_mm_s=_speeds_of(samples, fold.train),
         validated_on_mm_s=fold.validation_mm_s,
-        data=tuple(data.describe() for data in training.data),
+        data=tuple(data.origin.describe() for data in training.data),
         scores=scores,
         versions={"afferents": __version__, "torch": version("torch")},
         **calibration._asdict(),
@@ -232,25 +231,28 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
     fingerprints = [data["fingerprint"] for data in config["data"]]
     encoding = training.encodings.of(training.model.encoding)
     return (
-        fingerprints == [data.fingerprint for data in training.data]
+        fingerprints == [data.origin.fingerprint for data in training.data]
         and "ablation" not in config
         and config["cut"] == training.cut
         and config.get(encoding.name) == encoding.model_dump(mode="json")
     )
 
 
-def felt_with(data: Sequence[DataSet], source: Source) -> dict[str, Any]:
+def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
     """Return what the card says of the sensor: of camera and markers, or of the microphone.
 
     Raises
     ------
     InputError
-        If stores were extracted with different sensor files.
+        If stores were extracted with different sensor files, or the data set does not say what its
+        markers were followed with.
     """
     first = data[0].responses[0]
     if source.encoding.of_vibration:
         return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
-    sensors = [store_config(Path(one.source))["sensor"] for one in data]
+    sensors = [one.origin.data_set.config().get("sensor") for one in data]
+    if sensors[0] is None:
+        raise InputError(data[0].origin.source, "data that name their sensor", "none named")
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
     step_s = float(np.median(np.diff(first[dims.TIME].values)))

@@ -1,24 +1,27 @@
-"""Reading recordings: the published session layout and adapters for other data sets."""
+"""Reading recordings: the published session layout and other data sets."""
 
 from afferents.recordings.audio import WavFile
-from afferents.recordings.fabricslide import TaxelFile, read_fabricslide
+from afferents.recordings.check import check_files, check_recording, require_own_files
+from afferents.recordings.data_set import DataSet
+from afferents.recordings.fabricslide import FabricSlide, TaxelFile, read_fabricslide
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.footage import Footage
 from afferents.recordings.levels import clipped_share, doubt_loudness, require_finite
-from afferents.recordings.session import (
-    SessionFile,
-    check_files,
-    check_recording,
-    read_session,
-    require_own_files,
-    session_file,
-)
+from afferents.recordings.session import PublishedSession, read_session
+from afferents.recordings.session_file import SessionFile, session_file
+from afferents.recordings.stored import Stored
+from afferents.recordings.table import DATA_SETS, data_set_of, source_of
 from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, open_video
 
 __all__ = [
+    "DATA_SETS",
+    "DataSet",
+    "FabricSlide",
     "Facts",
     "Footage",
+    "PublishedSession",
     "SessionFile",
+    "Stored",
     "TaxelFile",
     "VibrationFacts",
     "VideoFacts",
@@ -28,6 +31,7 @@ __all__ = [
     "check_files",
     "check_recording",
     "clipped_share",
+    "data_set_of",
     "doubt_loudness",
     "facts",
     "luma_of",
@@ -37,5 +41,6 @@ __all__ = [
     "require_finite",
     "require_own_files",
     "session_file",
+    "source_of",
     "video_facts",
 ]

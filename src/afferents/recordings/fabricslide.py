@@ -14,11 +14,12 @@ for a dropped sample would shift every frequency after it.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -27,12 +28,16 @@ from numpy.typing import NDArray
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import Recording, Session
+from afferents.recordings.data_set import DataSet
 
 PERIOD_MS = 28
 SAMPLE_RATE_HZ = 1000 / PERIOD_MS
 """35.714 Hz; the timestamps themselves say 35.61."""
 LEAST_ROWS = 36
 _JITTER_MS = 1
+
+_FOLDERS = ("*.csv", "data/fabric/*.csv")
+"""Where the files lie: in the folder itself, or as in the public repository."""
 
 COUNTS = "counts"
 """Unit of a taxel: what the sensor's converter counts, uncalibrated."""
@@ -46,6 +51,46 @@ _ROW = re.compile(rf"{_INTEGER.pattern}(,{_INTEGER.pattern}){{{len(COLUMNS) - 1}
 _NAME = re.compile(
     r"(?P<fabric>[^_]+)_(?P<pressure>F\d+)_V(?P<sign>-?)(?P<speed>\d+)mmps_(?P<repetition>\d+)"
 )
+
+
+class FabricSlide(DataSet):
+    """The set, whole or in part: see `read_fabricslide`.
+
+    Three windows of 128 samples a slide, whatever its speed and so its length, zero-padded to 400
+    so that 200 bins reach Nyquist. Taxels have offsets that differ from day to day. Orders are of
+    whole slides: their waves are centimetres long, a second sees few of them. The axis of cycles
+    per mm is what is heard at all of the set's speeds. Random kernels need windows of one length.
+    """
+
+    name, title = "fabricslide", "FabricSlide"
+    encodings: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "spectral": {
+            "window_s": 128 * 0.028,
+            "windows": 3,
+            "fft_points": 400,
+            "kept_bins": 200,
+            "remove_mean": True,
+        },
+        "orders": {
+            "window_s": None,
+            "windows": 3,
+            "lowest_hz": 0.03,
+            "highest_hz": 17.0,
+            "bins_per_octave": 8,
+            "lowest_per_mm": 0.004,
+            "highest_per_mm": 0.11,
+        },
+        "kernels": {"window_s": 128 * 0.028, "windows": 3, "highest_hz": 17.0},
+    }
+
+    @classmethod
+    def is_at(cls, path: Path) -> bool:
+        """Tell whether files named as slides lie in a folder, or where the repository has them."""
+        return any(_named_as_slides(path.glob(files)) for files in _FOLDERS)
+
+    def recordings(self) -> Session:
+        """Return a recording a file."""
+        return read_fabricslide(self.path)
 
 
 @dataclass(frozen=True)
@@ -178,8 +223,8 @@ def read_fabricslide(root: str | Path) -> Session:
 
 
 def _slides(root: Path) -> list[Path]:
-    for candidates in (root.glob("*.csv"), root.glob("data/fabric/*.csv"), root.rglob("*.csv")):
-        if found := _named_as_slides(candidates):
+    for files in (*_FOLDERS, "**/*.csv"):
+        if found := _named_as_slides(root.glob(files)):
             return found
     return []
 

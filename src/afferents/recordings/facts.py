@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-from afferents.core.recording import Recording
-from afferents.recordings.audio import WavFile
-from afferents.recordings.fabricslide import TaxelFile
+from afferents.core.recording import Recording, Vibration
 from afferents.recordings.video import VideoFile
 
 
@@ -53,9 +51,7 @@ def facts(recording: Recording) -> Facts:
         recording.texture,
         recording.speed_mm_s,
         video_facts(recording.video) if isinstance(recording.video, VideoFile) else None,
-        _vibration_facts(recording.audio)
-        if isinstance(recording.audio, WavFile | TaxelFile)
-        else None,
+        _vibration_facts(recording.audio) if recording.audio is not None else None,
     )
 
 
@@ -64,6 +60,6 @@ def video_facts(video: VideoFile) -> VideoFacts:
     return VideoFacts(video.width, video.height, video.fps_hz, video.n_frames, video.duration_s)
 
 
-def _vibration_facts(audio: WavFile | TaxelFile) -> VibrationFacts:
+def _vibration_facts(audio: Vibration) -> VibrationFacts:
     duration_s = audio.n_samples / audio.sample_rate_hz
     return VibrationFacts(audio.n_channels, audio.sample_rate_hz, audio.n_samples, duration_s)

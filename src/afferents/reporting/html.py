@@ -165,7 +165,7 @@ def redo_command(results: Results) -> str:
     seeds = sorted({seed for _, _, result in found for seed in result["seeds"]}) or [0]
     protocols = {protocol for _, protocol, _ in found}
     arguments = [
-        *(source_argument(data) for data in summary["data"]),
+        *(data["source"] for data in summary["data"]),
         *("--out", results.root.name or "RESULTS"),
         *("--models", ",".join(model_order(summary))),
         *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
@@ -174,12 +174,6 @@ def redo_command(results: Results) -> str:
         *summary.get("options", []),
     ]
     return shlex.join(["afferents", "evaluate", *arguments])
-
-
-def source_argument(data: dict[str, str]) -> str:
-    """Return a source as `evaluate` takes it: stores by path, other data with their adapter."""
-    kind, source = data["kind"], data["source"]
-    return source if kind == "store" or source.startswith(f"{kind}:") else f"{kind}:{source}"
 
 
 def shortened(names: Sequence[str], most: int = 16) -> str:

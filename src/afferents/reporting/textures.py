@@ -7,7 +7,7 @@ from typing import Any
 
 from afferents.core.files import write_text
 from afferents.core.results import UNKNOWN
-from afferents.reporting.html import shortened, source_argument, template
+from afferents.reporting.html import shortened, template
 from afferents.reporting.labels import Summary, data_line, model_title, percent, speed_key
 from afferents.reporting.published import CITATION
 from afferents.reporting.unknown import texture_tables
@@ -68,7 +68,7 @@ def _facts(summary: Summary) -> list[tuple[str, str]]:
 
 def _redo_command(summary: Summary, out: str) -> str:
     arguments = [
-        *map(source_argument, summary["data"]),
+        *(data["source"] for data in summary["data"]),
         *("--out", out, "--split", "texture", "--models", ",".join(summary["models"])),
         *("--cut", summary["cut"]),
         *summary["options"],

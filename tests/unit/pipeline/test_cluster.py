@@ -88,6 +88,23 @@ def test_models_of_one_s_own_are_sent_whole(run, stores, tmp_path, cluster):
     pd.testing.assert_frame_equal(*tables, rtol=1e-4, atol=1e-6)
 
 
+def test_data_of_one_s_own_are_read_by_workers(run, sounds, tmp_path, cluster):
+    """Workers have neither the file of the data set nor its folder in their path."""
+    gloves = tmp_path / "gloves"
+    gloves.mkdir()
+    for path in sounds.rglob("audio.wav"):
+        shutil.copy(path, gloves / f"{path.parts[-3]}_{path.parts[-2]}.wav")
+    source = f"{OWN.with_name('own_data.py')}:Gloves:{gloves}"
+    asked = ("evaluate", source, "--held-out", "40", "--models", "order-te", "--quiet")
+    tables = []
+    for where in (("--workers", 1), ("--cluster", cluster.scheduler_address)):
+        out = tmp_path / str(where[0])
+        code, _, err = run(*asked, "--out", out, *where)
+        assert code == 0, err
+        tables.append(pd.read_parquet(out / "predictions.parquet"))
+    pd.testing.assert_frame_equal(*tables, rtol=1e-4, atol=1e-6)
+
+
 def test_a_killed_worker_costs_its_job_alone(cluster, tmp_path):
     """Ten jobs; a worker that has done some is shot at another, when all else has come back."""
     found = {}

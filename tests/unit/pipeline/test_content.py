@@ -16,7 +16,8 @@ VIDEO, AUDIO = "8/50/video.mp4", "8/50/audio.wav"
 def slides(tmp_path_factory):
     """Two simulated recordings of 3.5 s, without the checksums that would tell every change."""
     from afferents.core.progress import Progress
-    from afferents.pipeline.simulate import simulate_session, simulation_of
+    from afferents.pipeline.simulate import simulate_session
+    from afferents.rig.simulation import simulation_of
 
     root = tmp_path_factory.mktemp("slides") / "session"
     quick = simulation_of(root, "quick", ["8"], [40.0, 50.0], 3.5)

@@ -45,7 +45,7 @@ def test_recordings_of_a_session_declared_anew_are_made_anew(store, sounds, tmp_
     heard = [r.load() for r in before.responses]
     extract(extraction(changed, store), QUIET)
     after = open_data([str(store)])[0]
-    assert after.fingerprint != before.fingerprint
+    assert after.origin.fingerprint != before.origin.fingerprint
     assert all(r["ra2"].any() for r in heard)
     assert not any(r["ra2"].any() for r in after.responses)  # the other channel is silent
     other = json.loads((changed / "session.json").read_text()) | {"sample_rate_hz": 16000}

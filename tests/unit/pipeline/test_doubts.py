@@ -17,7 +17,8 @@ from afferents.markers import doubt_markers
 from afferents.pipeline.copies import NAMED, Likeness, warn_of_copies, warning_of
 from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import Source, encode
-from afferents.pipeline.inspect import inspect, level_sentences
+from afferents.pipeline.inspect import inspect
+from afferents.pipeline.inspect_files import level_sentences
 
 RATE_HZ, FPS = 8000, 90
 FROZEN = "found the same one from 0.89 s to the end"

@@ -50,6 +50,23 @@ def test_far_trainings_write_checkpoints_where_the_folder_is_seen(
     assert waits == [True, False] * (len(waits) // 2)
 
 
+def test_far_trainings_in_a_row_read_the_data_once(run, stores, tmp_path, monkeypatch):
+    opened, open_data = [], job.open_data
+
+    def counted(sources, *more, **options):
+        opened.append(sources)
+        return open_data(sources, *more, **options)
+
+    monkeypatch.setattr(job, "open_data", counted)
+    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
+    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, _: (ask(*job) for job in jobs))
+    asked = ("--models", "order-te", "--quiet", "--cluster", "tcp://here", "--window-s", "1")
+    ended = run("evaluate", stores["audio"], "--out", tmp_path / "results", *asked)
+    assert ended[0] == 0, ended
+    assert len(list((tmp_path / "results").rglob("fold.json"))) == 4
+    assert len(opened) == 1
+
+
 def test_a_store_that_changed_under_the_run_is_refused(run, stores, tmp_path, monkeypatch):
     store = shutil.copytree(stores["audio"], tmp_path / "store")
     encoded = job.encoded

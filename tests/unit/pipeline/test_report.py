@@ -24,7 +24,7 @@ def store(stores, tmp_path):
 def results(store, tmp_path):
     """What figures of the data need of an evaluation of the store."""
     config = {
-        "data": [data.describe() for data in open_data([str(store)])],
+        "data": [data.origin.describe() for data in open_data([str(store)])],
         "without": {},
         "cut": "all",
         **Encodings().describe(),

@@ -12,8 +12,9 @@ import pytest
 from afferents.core.model import models_named
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
-from afferents.pipeline.data import open_data
+from afferents.pipeline.data import open_data, origins_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
+from afferents.pipeline.job import Recipe
 from afferents.pipeline.report import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -30,10 +31,10 @@ def page(stores, tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     quiet = Progress(quiet=True)
     data = open_data([str(stores["audio"])])
-    evaluation = Evaluation(
-        data, folder / "r", models_named("vib-te"), protocols("nested"), "quick", "all",
-        data[0].encodings, [0], workers=1,
-    )  # fmt: skip
+    recipe = Recipe(
+        folder / "r", origins_of(data), models_named("vib-te"), "quick", "all", data[0].encodings
+    )
+    evaluation = Evaluation(recipe, data, protocols("nested"), [0], workers=1)
     evaluate(evaluation, quiet)
     return write_report(folder / "r", quiet)
 

@@ -10,7 +10,7 @@ from afferents.core.protocol import PROTOCOLS
 from afferents.markers import load_sensor
 from afferents.pipeline import reproduce as reproducing
 from afferents.pipeline.reproduce import Reproduction, reproduce
-from afferents.pipeline.simulate import simulation_of
+from afferents.rig.simulation import simulation_of
 
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}

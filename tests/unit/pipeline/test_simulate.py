@@ -12,9 +12,10 @@ import pytest
 
 from afferents.core.errors import InputError
 from afferents.core.progress import Progress
-from afferents.pipeline.simulate import simulate_session, simulation_of
+from afferents.pipeline.simulate import simulate_session
 from afferents.recordings import read_session, session_file
 from afferents.rig import HARD, NUISANCES
+from afferents.rig.simulation import simulation_of
 
 TEXTURES, SPEEDS, SECONDS = ("a", "g"), (50.0, 100.0), 1.6
 

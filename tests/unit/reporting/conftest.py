@@ -60,7 +60,7 @@ def summary() -> dict[str, Any]:
         "preset": "quick",
         "data": [
             {
-                "source": "elsewhere/cloth",
+                "source": "fabricslide:elsewhere/cloth",
                 "kind": "fabricslide",
                 "fingerprint": "abc123",
                 "n_recordings": 9,

@@ -47,27 +47,26 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     """
     _refuse(evaluation)
     torch.set_num_threads(1)
-    everything = evaluation.recordings
-    require_support(evaluation.models, everything, may_leave_out=False)
-    skipped = skipped_recordings(evaluation, evaluation.models, everything)
+    recipe, everything = evaluation.recipe, evaluation.recordings
+    require_support(recipe.models, everything, may_leave_out=False)
+    skipped = skipped_recordings(evaluation, recipe.models, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     textures = textures_of(recordings)
     _require_enough(textures, recordings)
     novelty, mm = [], []
-    for model in evaluation.models:
-        encodings = evaluation.encodings
-        source = sources_of(model, encodings)[0]
-        samples = encode_all(recordings, source, evaluation.cut, progress)
-        samples = evaluation.ablation.images(samples)
+    for model in recipe.models:
+        source = sources_of(model, recipe.encodings)[0]
+        samples = encode_all(recordings, source, recipe.cut, progress)
+        samples = recipe.ablation.images(samples)
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))
     about = _about(evaluation, recordings, skipped) | {"textures": textures}
     if not mm:  # of an earlier run, which this one replaces
         for suffix in ("json", "parquet"):
-            (evaluation.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
+            (recipe.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
     return {
-        name: _written(evaluation.out, name, about, tables)
+        name: _written(recipe.out, name, about, tables)
         for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
         if tables
     }
@@ -80,10 +79,10 @@ def _about(
     return {
         "schema": SCHEMA,
         "afferents": __version__,
-        "data": [data.describe() for data in evaluation.data],
-        "without": dict(evaluation.without),
+        "data": [origin.describe() for origin in evaluation.recipe.data],
+        "without": dict(evaluation.recipe.without),
         "options": list(evaluation.options),
-        "cut": evaluation.cut,
+        "cut": evaluation.recipe.cut,
         "preset": "none: solved at once",
         "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
@@ -114,7 +113,7 @@ def _summary_of_unknown(table: pd.DataFrame) -> dict[str, Any]:
 
 def _refuse(evaluation: Evaluation) -> None:
     """Refuse models, options and folders that this split can't do with."""
-    for model in evaluation.models:
+    for model in evaluation.recipe.models:
         if not can_be_asked(model):
             able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
             raise InputError("--models", f"some of {able} with --split texture", model.name)
@@ -123,15 +122,15 @@ def _refuse(evaluation: Evaluation) -> None:
         raise InputError("--protocol", "nested with --split texture", " and ".join(protocols))
     options = {
         "--held-out": evaluation.held_out,
-        "--train-speeds": evaluation.ablation.train_speeds,
-        "--test-only": evaluation.ablation.test_only,
+        "--train-speeds": evaluation.recipe.ablation.train_speeds,
+        "--test-only": evaluation.recipe.ablation.test_only,
         "--cluster": evaluation.cluster,
         "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,
     }
     for option, given in options.items():
         if given:
             raise InputError(option, "none with --split texture", f"{given}", "leave it out")
-    out = evaluation.out
+    out = evaluation.recipe.out
     if out.exists() and not any((out / f"{name}.json").is_file() for name in (UNKNOWN, ROUGHNESS)):
         raise InputError(
             out, "a new folder, or one of --split texture", "something else", "choose another --out"

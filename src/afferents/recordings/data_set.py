@@ -1,0 +1,122 @@
+"""What a data set is: how files become recordings, or responses that are extracted already."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from copy import copy
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from afferents.core.doubt import Doubt
+from afferents.core.recording import Recording, Session
+from afferents.core.responses import Responses
+
+
+class DataSet(ABC):
+    """Recordings as some lab keeps them; it knows all that is peculiar to their files.
+
+    To add one, subclass it and write `recordings`, whose sound (`core.recording.Vibration`) is then
+    what is learnt from. Give it to `afferents.evaluate` and the other commands in place of a path,
+    or name its class in `recordings.DATA_SETS`. On a command line it is ``my_data.py:mine``, for
+    one that is made there, or ``my_data.py:Gloves:PATH``.
+
+    >>> class Gloves(DataSet):
+    ...     '''Runs of a microphone in a glove, ``{cloth}_{mm/s}.wav``, a second a decision.'''
+    ...
+    ...     name, title = "gloves", "gloves"
+    ...     encodings = {"spectral": {"window_s": 1.0}}
+    ...
+    ...     def recordings(self):
+    ...         return Session(self.path, tuple(map(self.run, sorted(self.path.glob("*.wav")))))
+    ...
+    ...     def run(self, path):
+    ...         cloth, speed = path.stem.split("_")
+    ...         sound = WavFile(path, channel=0)
+    ...         return Recording(path.stem, cloth, float(speed), path, audio=sound)
+    >>> from tempfile import TemporaryDirectory
+    >>> import numpy as np, soundfile
+    >>> from afferents.recordings import WavFile
+    >>> with TemporaryDirectory() as folder:
+    ...     for run in ("silk_20", "silk_40", "wool_20"):
+    ...         soundfile.write(f"{folder}/{run}.wav", np.zeros(8000), 8000)
+    ...     found = Gloves(folder).recordings()
+    ...     print(found.textures, found.speeds_mm_s, dict(found.recordings[2].audio.read().sizes))
+    ('silk', 'wool') (20.0, 40.0) {'audio_time': 8000, 'channel': 1}
+
+    Attributes
+    ----------
+    name
+        In commands and files: ``NAME:PATH`` is a path of this data set.
+    title
+        In sentences.
+    encodings
+        Options of encodings that suit it, by name of the encoding; those not named are as ever.
+    extracted_first
+        Whether its recordings are extracted into a store before anything learns from them.
+    path
+        The folder or file that holds it.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    encodings: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    extracted_first: ClassVar[bool] = False
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+
+    def __str__(self) -> str:
+        """Return its name and where it is."""
+        return f"{self.name}:{self.path}"
+
+    @classmethod
+    def is_at(cls, path: Path) -> bool:
+        """Tell whether a path that comes without a name is of this data set, by a look at it."""
+        return False
+
+    @abstractmethod
+    def recordings(self) -> Session:
+        """Return its recordings, each of a name of its own; files are opened when asked for.
+
+        Raises
+        ------
+        InputError
+            If there are none, or they are not what they should be.
+        """
+
+    def responses(self) -> Sequence[Responses] | None:
+        """Return responses as in `core.responses`, where files hold such; None where they don't.
+
+        Raises
+        ------
+        InputError
+            As `recordings`.
+        """
+        return None
+
+    def config(self) -> Mapping[str, Any]:
+        """Return what is known of all its responses, read anew; empty where nothing is.
+
+        `recordings` names all that there should be; `sensor` is what the markers were followed
+        with (`Sensor.model_dump`); `declared` may say that they are ``simulated``.
+        """
+        return {}
+
+    def check(self, recording: Recording) -> list[Doubt]:
+        """Return what `inspect` finds wrong with a recording's headers, before it reads the rest.
+
+        Raises
+        ------
+        InputError
+            If they can't be read.
+        """
+        return []
+
+    def describe(self, session: Session) -> list[str]:
+        """Return sentences that `inspect` says of its recordings beside what it says of all."""
+        return []
+
+    def located(self) -> Self:
+        """Return it with its path as any process finds it, wherever it was started."""
+        found = copy(self)
+        found.path = self.path.resolve()
+        return found

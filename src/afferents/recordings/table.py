@@ -1,0 +1,65 @@
+"""The data sets by name, and which one a path is of."""
+
+import re
+from inspect import isclass
+from pathlib import Path
+
+from afferents.core.errors import InputError
+from afferents.core.own import named, reference_of
+from afferents.recordings.data_set import DataSet
+from afferents.recordings.fabricslide import FabricSlide
+from afferents.recordings.session import PublishedSession
+from afferents.recordings.stored import Stored
+
+DATA_SETS: dict[str, type[DataSet]] = {
+    kind.name: kind for kind in (Stored, FabricSlide, PublishedSession)
+}
+"""A path that comes without a name is of the first that knows it, else of the last."""
+
+_OWN = re.compile(r"(?P<where>(?:.+\.py|\w[\w.]*):[^\W\d][\w.]*)(?::(?P<path>.+))?")
+
+
+def data_set_of(wanted: str | Path | DataSet) -> DataSet:
+    """Return the data set that a user means.
+
+    Parameters
+    ----------
+    wanted
+        A path, ``NAME:PATH`` with a name in `DATA_SETS`, a `DataSet` of one's own, or where one is:
+        ``file.py:NAME``, ``package.module:NAME``, or, of a class, ``file.py:NAME:PATH``.
+
+    Raises
+    ------
+    InputError
+        If there is no data set of one's own where it is said to be.
+    """
+    if isinstance(wanted, DataSet):
+        return wanted
+    name, colon, path = str(wanted).partition(":")
+    if colon and name in DATA_SETS:
+        return DATA_SETS[name](path)
+    there = Path(wanted)
+    if (own := _OWN.fullmatch(str(wanted))) and not there.exists():
+        return _own(own["where"], own["path"])
+    kind = next((kind for kind in DATA_SETS.values() if kind.is_at(there)), PublishedSession)
+    return kind(there)
+
+
+def source_of(wanted: str | Path | DataSet) -> str:
+    """Return what `data_set_of` finds it by again; of an object its class and path, if it can."""
+    if not isinstance(wanted, DataSet) or type(wanted) in DATA_SETS.values():
+        return str(wanted)
+    try:
+        return f"{reference_of(type(wanted))}:{wanted.path}"
+    except InputError:  # made in a script or a notebook
+        return str(wanted)
+
+
+def _own(where: str, path: str | None) -> DataSet:
+    found = named(where)
+    if path is not None and isclass(found) and issubclass(found, DataSet):
+        return found(path)
+    if path is not None or not isinstance(found, DataSet):
+        expected = f"an afferents.DataSet at {where}, or a class of them and a path"
+        raise InputError("DATA", expected, type(found).__name__)
+    return found
