@@ -65,7 +65,9 @@ if TYPE_CHECKING:
     from afferents.evaluation import LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor
     from afferents.models import CLASSIFIERS, build
+    from afferents.pipeline.example import example
     from afferents.recordings import open_video, read_fabricslide, read_session
+    from afferents.reporting import plot
     from afferents.training import predict, training_config
 
 
@@ -82,7 +84,9 @@ _COMMANDS = (
     "inspect",
     "samples",
 )
+_MODULES = {"live": "afferents.live", "plot": "afferents.reporting.plot"}
 _HOME = {
+    "example": "pipeline.example",
     **dict.fromkeys(_COMMANDS, "commands"),
     "open_video": "recordings",
     "read_fabricslide": "recordings",
@@ -122,6 +126,8 @@ _HOME = {
 }
 
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
+    "example",
+    "plot",
     "calibrate",
     "track",
     "simulate",
@@ -172,8 +178,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
 
 
 def __getattr__(name: str) -> Any:
-    if name == "live":
-        return import_module("afferents.live")
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     if name in _HOME:
         return getattr(import_module(f"afferents.{_HOME[name]}"), name)
     raise AttributeError(f"module 'afferents' has no attribute '{name}'")
