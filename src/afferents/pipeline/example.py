@@ -81,8 +81,8 @@ def example(folder: str | Path | None = None, quiet: bool = False) -> Responses:
     >>> rests, slides = (responses.sel(time=slice(*s)) for s in ((0.1, 0.2), (2, 4)))
     >>> float(slides.sa1.mean()) > 5 * float(rests.sa1.mean())
     True
-    >>> afferents.open_video(responses.video).fps_hz
-    90.0
+    >>> afferents.open_video(responses.video).width  # px
+    640
     """
     place = (Path(folder) if folder is not None else _cache()).resolve() / _FOLDER
     kept = place / _KEPT
