@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from afferents.evaluation import LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor
     from afferents.models import CLASSIFIERS, build
+    from afferents.pipeline.example import example
     from afferents.recordings import (
         DATA_SETS,
         DataSet,
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
         read_fabricslide,
         read_session,
     )
+    from afferents.reporting import plot
     from afferents.training import predict, training_config
 
 
@@ -91,7 +93,9 @@ _COMMANDS = (
     "inspect",
     "samples",
 )
+_MODULES = {"live": "afferents.live", "plot": "afferents.reporting.plot"}
 _HOME = {
+    "example": "pipeline.example",
     **dict.fromkeys(_COMMANDS, "commands"),
     "DATA_SETS": "recordings",
     "DataSet": "recordings",
@@ -136,6 +140,8 @@ _HOME = {
 }
 
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
+    "example",
+    "plot",
     "calibrate",
     "track",
     "simulate",
@@ -191,8 +197,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
 
 
 def __getattr__(name: str) -> Any:
-    if name == "live":
-        return import_module("afferents.live")
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     if name in _HOME:
         return getattr(import_module(f"afferents.{_HOME[name]}"), name)
     raise AttributeError(f"module 'afferents' has no attribute '{name}'")

@@ -2,10 +2,15 @@
 
 import doctest
 import re
+import shutil
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
+from matplotlib import pyplot
+
+from afferents.pipeline.simulate import simulation_of
 
 ROOT = Path(__file__).resolve().parents[2]
 WITH_EXAMPLES = sorted(
@@ -20,7 +25,9 @@ def python_in(page):
 
 
 @pytest.mark.parametrize("module", WITH_EXAMPLES)
-def test_examples_of_docstrings_say_what_comes_out(module):
+def test_examples_of_docstrings_say_what_comes_out(module, request):
+    if module == "afferents.pipeline.example":
+        request.getfixturevalue("example_cache")
     found = doctest.testmod(import_module(module))
     assert found.attempted > 0
     assert found.failed == 0
@@ -50,3 +57,27 @@ def test_the_models_of_the_page_are_evaluated(run, session, tmp_path):
     assert code == 0, err
     assert "logistic" in out
     assert "mlp" in out
+
+
+def test_the_page_on_python_runs_from_top_to_bottom(
+    example_cache, session, tmp_path, monkeypatch, capsys
+):
+    """With a session that is there already in place of the one that it simulates."""
+    asked = []
+
+    def simulate(folder, **options):
+        asked.append(simulation_of(Path(folder), "quick", **options))
+        shutil.copytree(session, folder)
+
+    monkeypatch.setattr("afferents.commands.simulate", simulate)
+    monkeypatch.chdir(tmp_path)
+    get_reusable_executor().shutdown()  # processes of an earlier test are in its folder still
+    names = {}
+    for example in python_in("docs/python.md"):
+        exec(example, names)
+    assert len(asked[0].names) == 6
+    assert (tmp_path / "responses.png").stat().st_size > 10_000
+    assert (tmp_path / "results" / "report.html").is_file()
+    assert names["card"].title == "logistic regression on RA-I"
+    assert "can't be exported or felt live" in capsys.readouterr().out
+    pyplot.close("all")

@@ -15,7 +15,7 @@ from afferents.core.forms import Count, Share, Shares, Source, Speed
 from afferents.core.model import MODELS
 
 SCHEMA = 3
-CARD, WEIGHTS = "model.json", "weights.safetensors"
+CARD, WEIGHTS, ESTIMATOR = "model.json", "weights.safetensors", "estimator.skops"
 METADATA = "afferents"
 """Key of the card in an ONNX file's metadata."""
 LARGEST = 1_000_000
@@ -23,6 +23,11 @@ LARGEST = 1_000_000
 
 _WHAT = "the card of a model as 'afferents train' writes it"
 _AGAIN = "train or export it again with this version"
+
+_NOT_FELT = (
+    "A scikit-learn estimator: it can be explained, and asked from Python, with the version of "
+    "scikit-learn that it was trained with; it can't be exported or felt live."
+)
 
 Size = Annotated[int, Field(ge=1, le=10_000)]
 """Of a side of a sample, or frames."""
@@ -79,6 +84,9 @@ class Card(BaseModel):
         How samples are made of that: the encoding's name, and its options by name.
     classifier
         A name in `models.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
+    estimator
+        Of a scikit-learn estimator, which lies in a file of its own beside the weights: the classes
+        of somebody's own that may be in it, each ``module:NAME``; None of any other classifier.
     own
         Whether it is a model of somebody's own; else channel, encoding and classifier are those of
         the package's model of that name.
@@ -113,6 +121,7 @@ class Card(BaseModel):
     model: str
     title: str
     classifier: str
+    estimator: tuple[str, ...] | None = None
     own: bool = False
     textures: tuple[str, ...] = Field(min_length=2)
     channel: str
@@ -189,6 +198,7 @@ class Card(BaseModel):
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
             *(f"Evaluated: {score.describe()}." for score in self.scores),
             *([] if self.scores else ["Not evaluated at speeds held out."]),
+            *([] if self.estimator is None else [_NOT_FELT]),
         ]
 
 

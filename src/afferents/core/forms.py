@@ -207,6 +207,7 @@ class Summary(About):
     """`summary.json`."""
 
     chance: Share
+    titles: dict[str, str] = {}
     models: dict[str, dict[ProtocolName, Outcome]]
     selection_effect: dict[str, Paired] = {}
     comparisons: tuple[Comparison, ...] = ()

@@ -75,6 +75,18 @@ class Results:
 def load_results(root: str | Path) -> Results:
     """Read a results folder.
 
+    Parameters
+    ----------
+    root
+        The folder that `evaluate` has written.
+
+    Returns
+    -------
+    Results
+        `accuracy`, a table of shares from 0 to 1 by model, protocol and held-out speed (mm/s);
+        `predictions`, a table with a row for each test sample; `summary`, all numbers of the
+        report. `afferents.plot` draws them.
+
     Raises
     ------
     InputError

@@ -219,6 +219,18 @@ def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, 
 def open_responses(store: str | Path) -> list[Responses]:
     """Open all recordings of a store, lazily, in order of texture and speed.
 
+    Parameters
+    ----------
+    store
+        Folder that `extract` has written, such as ``S.zarr``.
+
+    Returns
+    -------
+    list of xarray.Dataset
+        A recording each, with its `texture` and `speed_mm_s` (mm/s) in the attributes: `sa1` and
+        `ra1` (time, marker), px and px/frame, `ra2` (audio_time, channel), and the markers'
+        `position` (time, marker, space), px; see `afferents.core.responses`.
+
     Raises
     ------
     InputError

@@ -240,7 +240,11 @@ class Encoding(BaseModel, ABC):
 
 
 class ImageEncoding(Encoding):
-    """An encoding of what markers do, frame by frame."""
+    """An encoding of what markers do, frame by frame: SA-I, RA-I and what is made of them.
+
+    Its `samples` is given a response `(time, marker)` or `(time, marker, space)`. `Encoding` shows
+    a whole one.
+    """
 
     of_vibration: ClassVar[bool] = False
 
@@ -299,7 +303,11 @@ class ImageEncoding(Encoding):
 
 
 class VibrationEncoding(Encoding):
-    """An encoding of windows of vibration."""
+    """An encoding of windows of vibration, RA-II.
+
+    Its `samples` is given a response `(audio_time, channel)`. `Encoding` says what one has to do,
+    and `SpectralEncoding` is one.
+    """
 
     of_vibration: ClassVar[bool] = True
 

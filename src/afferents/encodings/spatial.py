@@ -93,7 +93,29 @@ def frame_extents(
 
 
 def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Samples:
-    """Encode each frame as one sample `(sample, row, column)`; see `tactile_images`."""
+    """Encode each frame as one sample, a tactile image `(sample, row, column)`.
+
+    Parameters
+    ----------
+    response
+        `(time, marker)` without NaN (see `hold`), with the markers' `row` and `column`, and the
+        recording's `name`, `texture` and `speed_mm_s` in the attributes.
+    frames
+        Those to encode.
+    memory
+        How many earlier frames the response looks back at: 0 for SA-I, 1 for RA-I.
+
+    Returns
+    -------
+    xarray.DataArray
+        In the response's unit; on `sample` stand `texture`, `speed_mm_s` (mm/s), `recording`,
+        `start_s` and `stop_s` (s).
+
+    Raises
+    ------
+    InputError
+        If markers were lost, or form no grid.
+    """
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     images = tactile_images(response.isel({dims.TIME: frames}))
     return make_samples(images, (dims.ROW, dims.COLUMN), start_s, stop_s, response.attrs)

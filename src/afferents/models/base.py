@@ -71,7 +71,9 @@ class Classifier(nn.Module, ABC):
     takes
         Names of the dims of a sample; none for any.
     deployable
-        Whether it can be trained to feel live with.
+        Whether one can be trained on all speeds but one, to be kept and asked.
+    exportable
+        Whether it is made of torch alone, and so can be exported and felt live.
     novelty_of_scores
         Whether novelty is measured on the scores of the textures, and not on what enters the
         last layer.
@@ -80,6 +82,7 @@ class Classifier(nn.Module, ABC):
     name: ClassVar[str]
     takes: ClassVar[tuple[str, ...]] = ()
     deployable: ClassVar[bool] = True
+    exportable: ClassVar[bool] = True
     novelty_of_scores: ClassVar[bool] = False
 
     @classmethod

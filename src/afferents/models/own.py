@@ -27,7 +27,8 @@ def own_classifier(wanted: Any) -> type[Classifier]:
         If it is neither.
     """
     title = type(wanted).__name__
-    if hasattr(wanted, "fit") and hasattr(wanted, "predict_proba"):
+    made = not isinstance(wanted, type)
+    if made and hasattr(wanted, "fit") and hasattr(wanted, "predict_proba"):
         return type("Own" + title, (OwnEstimator,), {"name": title, "estimator": wanted})
     if callable(wanted) and not isinstance(wanted, nn.Module) and not hasattr(wanted, "fit"):
         title = getattr(wanted, "__qualname__", title)
@@ -102,8 +103,9 @@ class OwnEstimator(Solved):
     """A scikit-learn estimator on flattened values; its scores are its log-probabilities."""
 
     penalties = (0.0,)
-    deployable = False
+    exportable = False
     estimator: Any
+    fitted: Any
 
     def __init__(self, n_classes: int) -> None:
         """Copy the estimator, without what it may have learnt."""
@@ -117,6 +119,27 @@ class OwnEstimator(Solved):
     def built_for(cls, task: Task) -> Self:
         """Return one for samples of any shape."""
         return cls(task.n_classes)
+
+    @classmethod
+    def of_fitted(cls, fitted: Any, task: Task) -> Self:
+        """Return one with an estimator that has learnt already."""
+        made: type[Self] = own_classifier(fitted)  # type: ignore[assignment]
+        classifier = made.built_for(task)
+        classifier.fitted = fitted
+        return classifier
+
+    @property
+    def n_last(self) -> int:
+        """Number of textures, whose scores tell what is unknown."""
+        return self.n_classes
+
+    def last_features(self, samples: Tensor) -> Tensor:
+        """Return log-probabilities: what an estimator does inside is its own."""
+        return self.scores(samples)
+
+    def scores_of(self, features: Tensor) -> Tensor:
+        """Return them."""
+        return features
 
     def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
         """Let the estimator learn; it is not told weights or speeds."""

@@ -39,7 +39,7 @@ from afferents.pipeline.encode import (
     sources_of,
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
-from afferents.pipeline.own import keep_own_models
+from afferents.pipeline.own import keep_own_models, titles_kept
 from afferents.training import learns_in_a_loop
 
 
@@ -299,6 +299,7 @@ def summarise_folder(
         "chance": 1 / len(textures),
         "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
+        **({"titles": titles} if (titles := titles_kept(recipe.out)) else {}),
     }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(speeds)]
     return summarise(recipe.out, complete, textures, about)

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from afferents.core.card import METADATA, Card, names_of
-from afferents.core.errors import AfferentsError
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.extras import import_extra
 from afferents.core.files import write_aside
 from afferents.core.outputs import require_free
@@ -38,13 +38,17 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     Raises
     ------
     InputError
-        If the folder is no model's, the packages that write ONNX are missing, or `out` is not free.
+        If the folder is no model's, or that of a scikit-learn estimator, the packages that write
+        ONNX are missing, or `out` is not free.
     AfferentsError
         If the file does not say what the model says.
     """
     onnx = import_extra("live", "export", "onnx", "onnxscript", "onnxruntime")
     require_free(out, "an exported model", _is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
+    if not deployed.network.exportable:
+        expected = "a model whose classifier is a torch module, or one of this package"
+        raise InputError(folder, expected, f"the estimator {deployed.network.name}")
     module, sample = _exported(card, deployed)
     with write_aside(out) as partial:
         _write(module, sample, partial)

@@ -28,6 +28,13 @@ def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
     }
 
 
+def titles_kept(results: Path) -> dict[str, str]:
+    """Return the titles of the models of a user's own that a folder holds results of."""
+    path = results / OWN_MODELS
+    kept = read_json(path, "models of one's own") if path.is_file() else {}
+    return {name: str(found["title"]) for name, found in kept.items()}
+
+
 def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings) -> None:
     """Put down what the models of a user's own are, beside those of earlier runs.
 

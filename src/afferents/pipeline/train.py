@@ -42,6 +42,7 @@ from afferents.training import (
     fit_once,
     is_model_folder,
     learns_in_a_loop,
+    own_types,
     recipe_of,
     save_model,
     training_config,
@@ -102,18 +103,20 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         raise InputError("encodings", "every frame, as live feels them", found)
     scores = scores_of(training) if training.results else ()
     model = training.model
-    wanted = model.classifier
-    classifier = wanted if isinstance(wanted, str) else reference_of(wanted)
+    classifier = _reference(model.classifier)
     samples = encode_all(recordings, source, training.cut, progress)
     fold = all_but_the_middle(samples)
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
         mark(1)
+    own = own_types(deployed.network)
     calibration = calibrate_model(deployed, learnt, fold, samples)
+    learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
     card = Card(
         model=model.name,
         title=model.title,
         classifier=classifier,
+        estimator=own,
         own=MODELS.get(model.name) is not model,
         sample_dims=tuple(map(str, samples.dims[1:])),
         textures=tuple(textures_of(samples)),
@@ -125,7 +128,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         validated_on_mm_s=fold.validation_mm_s,
         data=tuple(data.origin.describe() for data in training.data),
         scores=scores,
-        versions={"afferents": __version__, "torch": version("torch")},
+        versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
         **calibration._asdict(),
         channel=name_of_channel(source.channel),
         encoding=described(source.encoding),
@@ -135,8 +138,15 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     return card
 
 
+def _reference(classifier: Any) -> str:
+    """Return the name of a classifier; of an estimator that of its class."""
+    if isinstance(classifier, str):
+        return classifier
+    return reference_of(type(classifier) if hasattr(classifier, "fit") else classifier)
+
+
 def can_be_felt(model: Model) -> bool:
-    """Tell whether a model can be felt live with: its channel, encoding and classifier can."""
+    """Tell whether a model can be trained to be kept: its channel, encoding and classifier can."""
     if model.parts or not classifier_of(model.classifier).deployable:
         return False
     channel, encoding = sources_of(model, Encodings())[0]

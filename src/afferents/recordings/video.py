@@ -165,6 +165,17 @@ class VideoFile:
 def open_video(path: str | Path) -> VideoFile:
     """Open a video and read its header.
 
+    Parameters
+    ----------
+    path
+        Any file that FFmpeg reads.
+
+    Returns
+    -------
+    VideoFile
+        `frames()` decodes one after the other when asked: `image` (height, width), grey levels 0 to
+        255, and `time_s`, s. `fps_hz`, `width` and `height` (px) are those of the header.
+
     Raises
     ------
     InputError

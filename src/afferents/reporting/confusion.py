@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from afferents.core.results import Results
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
+    Summary,
     model_title,
     source_line,
     speed_key,
@@ -39,6 +40,7 @@ FIGURE_OF = {
     "vib-te-aug": "Figure 13B",
 }
 """Where the paper shows each family's matrices."""
+OF_TRUE = "% of the true texture's test samples"
 MOST_TICKS = 14
 _WIDTH_INCH, _PANELS_INCH = 9.4, 7.7
 """Width of the figure, and what of it the panels of a row share."""
@@ -91,16 +93,17 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
     n_columns = _columns(len(panels))
     n_rows = -(-len(panels) // n_columns)
     height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.04 * max(map(len, textures))
-    title, source = confusion_title(model, protocol), source_line(results.summary)
+    summary = results.summary
+    title, source = confusion_title(model, protocol, summary), source_line(summary)
     figure = new_figure(_WIDTH_INCH, height, title, source)
     _draw_grid(figure, panels, textures, (n_rows, n_columns))
     return figure
 
 
-def confusion_title(model: str, protocol: str) -> str:
+def confusion_title(model: str, protocol: str, summary: Summary) -> str:
     """Return the number that the figure has in the paper, the model and the protocol."""
     number = f"{FIGURE_OF[model]}. " if model in FIGURE_OF else ""
-    return f"{number}{model_title(model)}, {PROTOCOL_TITLES[protocol]}"
+    return f"{number}{model_title(model, summary)}, {PROTOCOL_TITLES[protocol]}"
 
 
 def _own_panels(rows: pd.DataFrame, textures: list[str]) -> list[Panel]:
@@ -138,16 +141,17 @@ def _draw_grid(
     grid = figure.subplots(*shape, squeeze=False)
     cells = list(grid.flat)
     for axes, panel in zip(cells, panels, strict=False):
-        image = _draw_panel(axes, panel)
+        image = draw_panel(axes, panel)
     for axes in cells[len(panels) :]:
         axes.set_visible(False)
-    _label_edges(grid, textures)
+    label_edges(grid, textures)
     bar = figure.colorbar(image, ax=cells, fraction=0.02, pad=0.015, aspect=30)
-    bar.set_label("% of the true texture's test samples")
+    bar.set_label(OF_TRUE)
     bar.outline.set_visible(False)
 
 
-def _draw_panel(axes: Axes, panel: Panel) -> AxesImage:
+def draw_panel(axes: Axes, panel: Panel) -> AxesImage:
+    """Draw one matrix, true textures to the right and predicted ones up."""
     axes.set_facecolor(MISSING)
     axes.set_title(panel.title)
     frame_all(axes)
@@ -156,7 +160,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> AxesImage:
     )
 
 
-def _label_edges(grid: NDArray[Any], textures: list[str]) -> None:
+def label_edges(grid: NDArray[Any], textures: list[str]) -> None:
     """Name the textures on every axis of the left column and of the lowest row."""
     step = -(-len(textures) // MOST_TICKS)
     ticks = list(range(0, len(textures), step))

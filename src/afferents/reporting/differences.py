@@ -22,7 +22,7 @@ def differences(summary: Summary) -> Table | None:
     """
     rows = [
         (
-            Cell(f"{model_title(found['model'])} over {model_title(found['than'])}"),
+            Cell(" over ".join(model_title(found[one], summary) for one in ("model", "than"))),
             Cell(PROTOCOL_TITLES[found["protocol"]]),
             Cell(_points(found)),
         )
@@ -33,7 +33,7 @@ def differences(summary: Summary) -> Table | None:
     rows.sort(key=lambda row: pairs.index(row[0].text))
     rows += [
         (
-            Cell(f"{model_title(model)}: what selection on the held-out speed adds"),
+            Cell(f"{model_title(model, summary)}: what selection on the held-out speed adds"),
             Cell("published over nested"),
             Cell(_points(found)),
         )
@@ -63,8 +63,13 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> Table:
     models = list(dict.fromkeys(name for run in runs.values() for name in model_order(run)))
     ordered = [*(name for name in MODELS if name in models)]
     ordered += [name for name in models if name not in MODELS]
+    own = {"titles": {k: v for run in runs.values() for k, v in run.get("titles", {}).items()}}
     rows = [
-        (Cell(model_title(name)), Cell(title), *(Cell(mean_and_interval(found)) for found in each))
+        (
+            Cell(model_title(name, own)),
+            Cell(title),
+            *(Cell(mean_and_interval(found)) for found in each),
+        )
         for name in ordered
         for protocol, title in PROTOCOL_TITLES.items()
         if any(each := [outcome(run, name, protocol) for run in runs.values()])

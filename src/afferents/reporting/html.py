@@ -135,9 +135,9 @@ def _sentence(summary: Summary, model: str, why: str, protocol: str, title: str)
     worst = found["worst_speed"]
     interval = "; 95% interval in brackets" if found.get("ci95") else ""
     return (
-        f"{model_title(model)}, {why}, names {mean_and_interval(found)} % of the samples rightly "
-        f"at speeds that it never learnt from ({title}{interval}), where guessing gives "
-        f"{percent(summary['chance'])} %. It did worst at {worst} mm/s, with "
+        f"{model_title(model, summary)}, {why}, names {mean_and_interval(found)} % of the "
+        f"samples rightly at speeds that it never learnt from ({title}{interval}), "
+        f"where guessing gives {percent(summary['chance'])} %. It did worst at {worst} mm/s, with "
         f"{percent(found['by_speed'][worst])} %."
     )
 
@@ -151,7 +151,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Data", data_line(summary)),
         ("Textures", f"{len(textures)}: {shortened(textures)}"),
         ("Speeds", f"{len(speeds)}: {shortened([speed_key(v) for v in speeds])} mm/s"),
-        ("Models", ", ".join(model_title(name) for name in model_order(summary))),
+        ("Models", ", ".join(model_title(name, summary) for name in model_order(summary))),
         ("Protocol", " and ".join(protocols) or "none"),
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
         ("Chance", f"{percent(summary['chance'])} %"),

@@ -139,7 +139,8 @@ def _middle(images: Samples, texture: str, speed: float) -> NDArray[np.float32]:
     return middle
 
 
-def _scale(images: list[TactileImage]) -> tuple[float, float]:
+def scale_of(images: list[TactileImage]) -> tuple[float, float]:
+    """Return the smallest and the largest value of all images."""
     values = np.concatenate([image.values.ravel() for image in images])
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
@@ -147,13 +148,13 @@ def _scale(images: list[TactileImage]) -> tuple[float, float]:
 
 def _draw_rows(grid: NDArray[Any], rows: list[list[TactileImage]]) -> AxesImage:
     """Draw the images of every row from the left, all on one scale; other cells stay empty."""
-    low, high = _scale([image for row in rows for image in row])
+    low, high = scale_of([image for row in rows for image in row])
     for axes in grid.flat:
         axes.set_axis_off()
     for cells, images in zip(grid, rows, strict=True):
         for axes, image in zip(cells, images, strict=False):
             axes.set_axis_on()
-            drawn = _draw_image(axes, image, low, high)
+            drawn = draw_image(axes, image, low, high)
         if images:
             _name_row(cells[0], images[0].beside)
     return drawn
@@ -171,7 +172,8 @@ def _name_row(axes: Axes, text: str) -> None:
     )
 
 
-def _draw_image(axes: Axes, image: TactileImage, low: float, high: float) -> AxesImage:
+def draw_image(axes: Axes, image: TactileImage, low: float, high: float) -> AxesImage:
+    """Draw an image in colours from `low` to `high`; what is NaN is grey."""
     axes.set_facecolor(MISSING)
     axes.set_title(image.title, fontsize=7.5)
     axes.set_xticks([])

@@ -57,7 +57,8 @@ def markers_figure(
     if trails is not None:
         axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
         axes.plot([], [], color=ORANGE, lw=1.2, label="track")
-    _draw_markers(axes, position, seen)
+    draw_markers(axes, position, seen)
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
     axes.set(xlabel="x (px) →", ylabel="← y (px)", xlim=(-0.5, width - 0.5))
     axes.set_ylim(height - 0.5, -0.5)
     frame_all(axes)
@@ -81,7 +82,7 @@ def responses_figure(sa1: xr.DataArray, ra1: xr.DataArray, source: str) -> Figur
         (sa1, "SA-I", dims.PIXELS, BLUE, grid[0], grid[1]),
         (ra1, "RA-I", dims.PIXELS_PER_FRAME, GREEN, grid[2], grid[3]),
     ):
-        _draw_bands(band, response, f"{name} ({unit})", colour)
+        draw_bands(band, response, f"{name} ({unit})", colour)
         _draw_heatmap(figure, rows, response, f"{name} ({unit})")
     grid[0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0)
     grid[3].set_xlabel("time (s)")
@@ -106,20 +107,31 @@ def vibration_figure(segment: xr.DataArray, source: str) -> Figure:
     figure = new_figure(8.6, 5.2, title, source)
     above, below = figure.subplots(2, 1)
     unit = f" ({segment.attrs[dims.UNITS]})" if segment.attrs.get(dims.UNITS) else ""
-    _draw_traces(above, values, rate, unit)
+    draw_traces(above, values, rate, unit)
     _draw_spectra(below, values, rate)
     below.set(xlabel="frequency (Hz)", ylabel=f"amplitude{unit}")
     return figure
 
 
-def _draw_markers(axes: Axes, position: NDArray[np.float64], seen: NDArray[np.bool_]) -> None:
+def draw_markers(
+    axes: Axes, position: NDArray[np.float64], seen: NDArray[np.bool_], scale: float = 1.0
+) -> None:
+    """Draw circles around the markers that were seen, and crosses where one is known but was not.
+
+    Parameters
+    ----------
+    position, seen
+        Shapes (n, 2), px, NaN where lost, and (n,).
+    scale
+        Of the circles and crosses; 1 is for axes of 7 inches.
+    """
     axes.scatter(
         position[seen, 0],
         position[seen, 1],
-        s=26,
+        s=26 * scale**2,
         facecolors="none",
         edgecolors=BLUE,
-        lw=1.2,
+        lw=1.2 * scale,
         label="detected",
     )
     lost = ~seen & np.isfinite(position).all(axis=1)
@@ -127,15 +139,15 @@ def _draw_markers(axes: Axes, position: NDArray[np.float64], seen: NDArray[np.bo
         axes.scatter(
             position[lost, 0],
             position[lost, 1],
-            s=28,
+            s=28 * scale**2,
             color=VERMILION,
             marker="x",
             label="not detected",
         )
-    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
 
 
-def _draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> None:
+def draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> None:
+    """Draw the mean over markers and the bands of `QUANTILES`, of a response (time, marker)."""
     time = response[dims.TIME].values
     alive = response.dropna(dims.TIME, how="all")
     for (low, high), alpha in zip(QUANTILES, (0.18, 0.32), strict=True):
@@ -150,7 +162,8 @@ def _draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> 
         )
     axes.plot(alive[dims.TIME], alive.mean(dims.MARKER), color=colour, label="mean")
     axes.set(ylabel=label, xlim=(time[0], time[-1]))
-    axes.set_ylim(bottom=0)
+    if not (alive < 0).any():
+        axes.set_ylim(bottom=0)
 
 
 def _draw_heatmap(figure: Figure, axes: Axes, response: xr.DataArray, label: str) -> None:
@@ -172,7 +185,7 @@ def _draw_heatmap(figure: Figure, axes: Axes, response: xr.DataArray, label: str
     figure.colorbar(image, ax=axes, label=label, fraction=0.03, pad=0.01, extend="max")
 
 
-def _draw_traces(axes: Axes, values: NDArray[np.float32], rate: float, unit: str) -> None:
+def draw_traces(axes: Axes, values: NDArray[np.float32], rate: float, unit: str) -> None:
     """Draw every channel around its own mean, one above the other where there are several."""
     time = np.arange(len(values)) / rate
     centred = values - values.mean(axis=0)

@@ -1,6 +1,6 @@
 """How models, textures, protocols and sources are written in tables and figures."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afferents.core.model import MODELS
@@ -14,9 +14,12 @@ Summary = dict[str, Any]
 """The content of `RESULTS/summary.json`."""
 
 
-def model_title(name: str) -> str:
-    """Return the title of a family as in Table 1, or the name of any other model."""
-    return MODELS[name].title if name in MODELS else name
+def model_title(name: str, summary: Mapping[str, Any]) -> str:
+    """Return the title of a model: of the package's, or of a user's own as a summary holds it."""
+    if name in MODELS:
+        return MODELS[name].title
+    own: Mapping[str, str] = summary.get("titles", {})
+    return own.get(name, name)
 
 
 def model_order(summary: Summary) -> list[str]:

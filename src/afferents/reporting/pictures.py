@@ -121,7 +121,7 @@ def _confusion_pictures(results: Results) -> Iterator[ReportFigure]:
         figure = confusion_figure(results, model, protocol)
         if figure is None:
             continue
-        title = confusion_title(model, protocol)
+        title = confusion_title(model, protocol, results.summary)
         yield ReportFigure(
             f"confusion-{model}-{protocol}",
             title,

@@ -57,7 +57,7 @@ def reliability_table(summary: Summary) -> Table:
     """Return the expected calibration error of every model, and on which side it errs."""
     rows = [
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(PROTOCOL_TITLES[protocol]),
             *_cells(found.get("reliability")),
         )
@@ -89,7 +89,7 @@ def _cells(found: dict[str, Any] | None) -> tuple[Cell, Cell, Cell]:
 
 
 def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
-    axes.set_title(model_title(model), loc="left", fontweight="bold")
+    axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
     axes.set_xlim(-3, 107)
     axes.set_ylim(-5, 107)
     axes.set_xticks(range(0, 101, 20))

@@ -12,7 +12,7 @@ def roughness_table(summary: dict[str, Any]) -> Table:
     """Return the errors in mm of every model, for textures felt before and never felt."""
     rows = [
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(KINDS[kind]),
             *(Cell(_mm(found[key])) for key in ("mae_mm", "mae_mm_inside", "mae_mm_recordings")),
             Cell(_worst(found["by_speed"], "mm/s")),

@@ -38,7 +38,7 @@ def speed_figure(summary: Summary) -> Figure:
 
 
 def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
-    axes.set_title(model_title(model), loc="left", fontweight="bold")
+    axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
     axes.set_ylim(0, 103)
     axes.set_yticks(range(0, 101, 20))
     axes.grid(axis="y", color=LINE, lw=0.4)

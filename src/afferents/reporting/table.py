@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from afferents.core.model import TABLE1
+from afferents.core.model import MODELS, TABLE1
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
@@ -100,7 +100,7 @@ def touches_table(summary: Summary) -> Table:
     speeds = [speed_key(speed) for speed in summary["speeds_mm_s"]]
     rows = [
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(PROTOCOL_TITLES[protocol]),
             Cell(unit),
             Cell(mean_and_interval(found.get("inside"))),
@@ -129,7 +129,7 @@ def leak_table(summary: Summary) -> Table:
     """Return what each model saw of the held-out speed before its final test, as counted."""
     rows = tuple(
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(PROTOCOL_TITLES[protocol]),
             Cell(f"{found['n_test']:,}"),
             *(_leak_cell(found["leaks"].get(name)) for name in LEAKS),
@@ -169,7 +169,7 @@ def run_table(summary: Summary) -> Table:
     """Return how each model was run: seeds, epochs, time, macro-F1 and what validated it."""
     rows = tuple(
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(PROTOCOL_TITLES[protocol]),
             Cell(f"{found['macro_f1']:.3f}"),
             Cell(", ".join(map(str, found["seeds"]))),
@@ -208,7 +208,7 @@ def mean_and_interval(found: dict[str, Any] | None) -> str:
 def _table1_row(summary: Summary, name: str) -> tuple[Cell, ...]:
     paper = published_families().get(name)
     return (
-        Cell(model_title(name)),
+        Cell(model_title(name, summary)),
         Cell(str(paper.mean_percent)) if paper else Cell(ABSENT),
         *(Cell(mean_and_interval(outcome(summary, name, key))) for key in PROTOCOL_TITLES),
         Cell(_worst_speed(summary, name)),
@@ -237,7 +237,7 @@ def _own_speed_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
     found = [(title, outcome(summary, name, key)) for key, title in PROTOCOL_TITLES.items()]
     return [
         (
-            Cell(model_title(name)),
+            Cell(model_title(name, summary)),
             Cell(title),
             *(_accuracy_cell(result["by_speed"].get(key)) for key in keys),
         )
@@ -252,7 +252,7 @@ def _paper_speed_row(speeds: list[float], name: str) -> list[tuple[Cell, ...]]:
         return []
     values = (paper.by_speed.get(speed) for speed in speeds)
     cells = (Cell(ABSENT) if value is None else Cell(f"{value:.1f}", value) for value in values)
-    return [(Cell(model_title(name)), Cell("paper"), *cells)]
+    return [(Cell(MODELS[name].title), Cell("paper"), *cells)]
 
 
 def _accuracy_cell(fraction: float | None) -> Cell:

@@ -46,7 +46,7 @@ def _headline(summary: Summary) -> str:
     inner = all(one["inside"] for one in both)
     found, alarms = ((one["inside"] if inner else one)["mean"] for one in both)
     where = "at speeds between those learnt from" if inner else "at speeds held out"
-    title, stated = model_title(best), percent(summary["false_alarms_stated"], 0)
+    title, stated = model_title(best, summary), percent(summary["false_alarms_stated"], 0)
     return (
         f"{title[0].upper()}{title[1:]} does best: {where} it calls {percent(found)} % of "
         f"the samples of textures never felt unknown, and {percent(alarms)} % of those "
@@ -60,7 +60,7 @@ def _facts(summary: Summary) -> list[tuple[str, str]]:
         ("Data", data_line(summary)),
         ("Textures", f"{len(summary['textures'])}: {shortened(summary['textures'])}"),
         ("Speeds", f"{len(summary['speeds_mm_s'])}: {speeds} mm/s"),
-        ("Models", ", ".join(map(model_title, summary["models"]))),
+        ("Models", ", ".join(model_title(name, summary) for name in summary["models"])),
         ("Protocol", "nested"),
         ("Cut", summary["cut"]),
     ]

@@ -21,7 +21,7 @@ def unknown_table(summary: dict[str, Any]) -> Table:
     stated = percent(summary["false_alarms_stated"], 0)
     rows = [
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(title),
             Cell(speeds),
             *_outcome(found, unit, inner),
@@ -50,7 +50,7 @@ def unknown_by_texture(summary: dict[str, Any]) -> Table:
     """Return, for each texture, how often it is called unknown: left out, and learnt from."""
     rows = [
         (
-            Cell(model_title(model)),
+            Cell(model_title(model, summary)),
             Cell(title),
             *(_cell(found["by_texture"][t][key]) for t in summary["textures"]),
         )

@@ -9,6 +9,7 @@ from afferents.training.config import (
     TrainingConfig,
     training_config,
 )
+from afferents.training.estimator_file import own_types
 from afferents.training.fitted import Fitted, Part
 from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
 from afferents.training.hardware import computed_with, is_out_of_memory
@@ -42,6 +43,7 @@ __all__ = [
     "learns_in_a_loop",
     "load_model",
     "load_weights",
+    "own_types",
     "predict",
     "recipe_of",
     "save_model",

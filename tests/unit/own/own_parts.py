@@ -2,7 +2,10 @@
 
 import numpy as np
 from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.ensemble import RandomForestClassifier
 from sklearn.linear_model import LogisticRegression
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from torch import nn
 
 from afferents import Channel, ImageEncoding, Model
@@ -77,12 +80,49 @@ class Rude(ClassifierMixin, BaseEstimator):
         return shares[:-1] if self.fault == "shape" else shares
 
 
+class Nearest(ClassifierMixin, BaseEstimator):
+    """An estimator of somebody's, that keeps a mean of each class."""
+
+    def fit(self, values, labels):
+        self.classes_ = np.unique(labels)
+        self.means_ = np.stack([values[labels == c].mean(axis=0) for c in self.classes_])
+        return self
+
+    def predict_proba(self, values):
+        near = np.exp(-((values[:, np.newaxis] - self.means_) ** 2).mean(axis=2))
+        return near / near.sum(axis=1, keepdims=True)
+
+
+def doubled(values):
+    return 2 * values
+
+
 def two_logits(n_classes, sample_shape):
     return nn.Sequential(nn.Flatten(), nn.LazyLinear(n_classes + 1))
 
 
 logistic = Model(
     "logistic", channel="ra1", encoding="spatial", classifier=LogisticRegression(max_iter=50)
+)
+forest = Model(
+    "forest",
+    "some trees",
+    channel="ra1",
+    encoding="spatial",
+    classifier=RandomForestClassifier(5, random_state=0),
+)
+nearest = Model("nearest", channel="sa1", encoding="spatial", classifier=Nearest())
+scaled = Model(
+    "scaled",
+    channel="sa1",
+    encoding="spatial",
+    classifier=make_pipeline(StandardScaler(), Nearest()),
+)
+with_function = Model(
+    "with-function",
+    channel="sa1",
+    encoding="spatial",
+    classifier=make_pipeline(FunctionTransformer(doubled), Nearest()),
 )
 mlp = Model("mlp", "a perceptron", channel="sa1", encoding="spatial", classifier=perceptron)
 mine = Model("all-mine", channel=Height(), encoding=Columns(), classifier=perceptron)

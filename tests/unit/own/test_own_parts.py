@@ -53,7 +53,10 @@ def test_they_go_all_the_way_beside_ours(run, evaluated, stored, tmp_path, sessi
     np.testing.assert_allclose(of_mine.sum(axis=1), 1, atol=1e-3)
     assert run("report", tmp_path / "r", "--quiet")[0] == 0
     page = (tmp_path / "r" / "report.html").read_text()
-    assert all(name in page for name in wanted - {"sa-wave"})
+    assert all(name in page for name in wanted - {"sa-wave", "mlp"})
+    assert "a perceptron" in page  # what its title is
+    assert "a perceptron" in (tmp_path / "r" / "table1.md").read_text()
+    assert "mlp" not in (tmp_path / "r" / "table1.md").read_text()
     # A model of waves learns from 10 frames at once, theirs from single ones.
     code, _, err = run(
         "train", stored, tmp_path / "m", "--model", f"{OWN}:mine", "--preset", "quick", "--quiet"
@@ -133,13 +136,6 @@ def test_a_model_of_a_file_is_exported_by_another_process(run, stored, tmp_path)
     file = subprocess.run([*command, "c.onnx"], **away)
     assert file.returncode == 2
     assert "expected a module that can be imported" in file.stderr
-
-
-def test_an_estimator_is_evaluated_but_not_deployed(run, stored, tmp_path):
-    code, _, err = run("train", stored, tmp_path / "m", "--model", f"{OWN}:logistic")
-    assert code == 2
-    assert "others can be evaluated, not deployed" in err
-    shutil.rmtree(tmp_path / "m", ignore_errors=True)
 
 
 def test_nothing_in_the_package_asks_which_one_it_is():

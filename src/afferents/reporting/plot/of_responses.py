@@ -1,0 +1,280 @@
+"""Plots of what is felt: tactile images, markers, responses over time, spectra."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.recording import Frame, GreyImage
+from afferents.core.samples import textures_of
+from afferents.reporting.images import TactileImage, draw_image, scale_of
+from afferents.reporting.inspection import draw_bands, draw_markers, draw_traces
+from afferents.reporting.labels import speed_key, texture_label
+from afferents.reporting.plot.basics import COLOURS, axes_of, kind_of
+from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
+from afferents.reporting.style import BLUE, GREEN, frame_all, styled
+
+_NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I", dims.RA2: "RA-II"}
+
+
+@styled
+def tactile_image(
+    response: xr.DataArray, *, time_s: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draw one tactile image: what the markers feel, at their places in the grid.
+
+    Parameters
+    ----------
+    response
+        SA-I or RA-I, (time, marker) or (marker), with `row` and `column` of the markers, such as
+        ``example().sa1``; or one image (row, column), such as ``samples(...)[0]``.
+    time_s
+        Of which the nearest frame is drawn, s; None for the middle one. Only of (time, marker).
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The image, y of the camera downwards; grey where a marker was lost. The colour bar has the
+        unit of the response.
+
+    Raises
+    ------
+    InputError
+        If there is no grid, or there are several images and no time to choose by.
+    """
+    _require_array(response, "responses.sa1")
+    found, title = response, []
+    if dims.TIME in response.dims:
+        found = _frame_at(response, time_s)
+        title.append(f"{float(found[dims.TIME]):.2f} s")
+    if dims.TEXTURE in found.coords and not found[dims.TEXTURE].dims:
+        title.append(f"texture {texture_label(found[dims.TEXTURE].item())}")
+    if dims.SPEED in found.coords and not found[dims.SPEED].dims:
+        title.append(f"{speed_key(found[dims.SPEED].item())} mm/s")
+    image = TactileImage(_grid(found), ", ".join(title))
+    ax = axes_of(ax, 4.2, 3.5)
+    drawn = draw_image(ax, image, *scale_of([image]))
+    rows, columns = image.values.shape
+    ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1], xlabel="column (x) →")
+    ax.set_ylabel("← row (y)")
+    ax.figure.colorbar(drawn, ax=ax, label=_label(response)).outline.set_visible(False)
+    return ax
+
+
+@styled
+def markers(
+    tracks: xr.Dataset,
+    frame: Frame | GreyImage | None = None,
+    *,
+    time_s: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw where the markers were found, on a frame of the video where one is given.
+
+    Parameters
+    ----------
+    tracks
+        `position` (time, marker, space), px, and `detected` (time, marker), as `example`, `track`
+        and `extract` give them.
+    frame
+        Of the video, one of ``open_video(path).frames()``, or its grey values (height, width).
+    time_s
+        Of which the nearest markers are drawn, s; None for the frame's own time, else the middle.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        In px of the camera, x to the right and y down. Crosses: markers that are known at that time
+        but were not detected.
+
+    Raises
+    ------
+    InputError
+        If there are no positions, or the frame is no grey image.
+    """
+    if not isinstance(tracks, xr.Dataset) or dims.POSITION not in tracks:
+        raise InputError(
+            "tracks", "a data set with 'position' (time, marker, space)", kind_of(tracks)
+        )
+    if isinstance(frame, Frame):
+        time_s = frame.time_s if time_s is None else time_s
+        frame = frame.image
+    if frame is not None and np.ndim(frame) != 2:
+        raise InputError("frame", "a grey image (height, width)", f"shape {np.shape(frame)}")
+    now = _frame_at(tracks[dims.POSITION], time_s).transpose(dims.MARKER, dims.SPACE)
+    seen = np.isfinite(now.values).all(axis=1)
+    if dims.DETECTED in tracks:
+        seen &= tracks[dims.DETECTED].sel({dims.TIME: now[dims.TIME]}).values
+    ax = axes_of(ax, 5.2, 4.3)
+    if frame is not None:
+        ax.imshow(frame, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    width_inch = ax.get_window_extent().width / ax.figure.dpi
+    draw_markers(ax, now.values, seen, scale=width_inch / 7)
+    if not seen.all():
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=2)
+    time = f"{float(now[dims.TIME]):.2f} s"
+    ax.set_title(f"{int(seen.sum())} of {len(seen)} markers, {time}", loc="left")
+    ax.set(xlabel="x (px) →", ylabel="← y (px)", aspect="equal")
+    if frame is None and not ax.yaxis_inverted():
+        ax.invert_yaxis()
+    frame_all(ax)
+    return ax
+
+
+@styled
+def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
+    """Draw a response over time: SA-I and RA-I as mean over markers with bands, RA-II as a trace.
+
+    Parameters
+    ----------
+    response
+        SA-I or RA-I (time, marker), or RA-II (audio_time, channel), such as ``example().ra1``.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Time in s; the response in its unit. The bands hold 50 and 90 % of the markers. Several
+        channels of RA-II lie one above the other.
+
+    Raises
+    ------
+    InputError
+        If the dimensions are others.
+    """
+    _require_array(response, "responses.sa1")
+    if set(response.dims) == {dims.TIME, dims.MARKER}:
+        ax = axes_of(ax, 7.0, 2.6)
+        colour = GREEN if str(response.name).startswith(dims.RA1) else BLUE
+        draw_bands(ax, response.transpose(dims.TIME, dims.MARKER), _label(response), colour)
+        ax.legend()
+    elif set(response.dims) == {dims.AUDIO_TIME, dims.CHANNEL}:
+        rate = _rate(response)
+        ax = axes_of(ax, 7.0, 2.6)
+        values = response.transpose(dims.AUDIO_TIME, dims.CHANNEL).values
+        draw_traces(ax, values, rate, f" ({response.attrs.get(dims.UNITS, '?')})")
+        if values.shape[1] == 1:
+            ax.set_ylabel(_label(response))
+    else:
+        expected = "the dimensions (time, marker) or (audio_time, channel)"
+        raise InputError("response", expected, kind_of(response))
+    ax.set_xlabel("time (s)")
+    return ax
+
+
+@styled
+def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
+    """Draw the spectrum of RA-II up to 400 Hz; of samples of several textures, a line for each.
+
+    Parameters
+    ----------
+    data
+        RA-II (audio_time, channel), such as ``example().ra2``, cut into windows of 1 s; or spectra
+        (sample, channel, frequency), such as ``samples(STORE, "ra2", "spectral")``. The mean of all
+        that is given is drawn.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Frequency in Hz; amplitude (2 |FFT| / N) in the unit of the vibration.
+
+    Raises
+    ------
+    InputError
+        If there is neither vibration nor a dimension `frequency`.
+    """
+    _require_array(data, "responses.ra2")
+    if dims.AUDIO_TIME in data.dims:
+        data = _windows(data)
+    if dims.FREQUENCY not in data.dims:
+        expected = "the dimensions (audio_time, channel), or one 'frequency'"
+        raise InputError("data", expected, kind_of(data))
+    lines = {label: _mean_spectrum(part) for label, part in _by_texture(data)}
+    ax = axes_of(ax, 7.0, 3.0)
+    for number, (label, line) in enumerate(lines.items()):
+        colour = COLOURS[number % len(COLOURS)]
+        ax.plot(line[dims.FREQUENCY], line, color=colour, lw=0.8, label=label)
+    highest = min(HIGHEST_HZ, float(data[dims.FREQUENCY].max()))
+    ax.set(xlim=(0, highest), ylim=(0, amplitude_top(list(lines.values()))))
+    ax.set(xlabel="frequency (Hz)", ylabel=amplitude_label(data.attrs))
+    if len(lines) > 1:
+        ax.legend(title="texture")
+    return ax
+
+
+def _require_array(given: object, such_as: str) -> None:
+    if not isinstance(given, xr.DataArray):
+        raise InputError("the plot", f"one xarray.DataArray, such as {such_as}", kind_of(given))
+
+
+def _label(response: xr.DataArray) -> str:
+    """Return what a response is called, with its unit."""
+    name = _NAMES.get(str(response.name), str(response.name or "response"))
+    return f"{name} ({response.attrs[dims.UNITS]})" if dims.UNITS in response.attrs else name
+
+
+def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
+    """Return a response at the frame nearest to a time, or at the middle one."""
+    if dims.TIME not in response.coords:
+        raise InputError("the response", "times of its frames, s (coordinate time)", "none")
+    if time_s is None:
+        return response.isel({dims.TIME: response.sizes[dims.TIME] // 2})
+    return response.sel({dims.TIME: time_s}, method="nearest")
+
+
+def _grid(image: xr.DataArray) -> NDArray[np.float32]:
+    """Return an image (row, column) of what is one, or of markers with their places."""
+    if set(image.dims) == {dims.ROW, dims.COLUMN}:
+        return np.asarray(image.transpose(dims.ROW, dims.COLUMN).values, np.float32)
+    if image.dims != (dims.MARKER,):
+        several = [str(d) for d in image.dims if d not in (dims.MARKER, dims.ROW, dims.COLUMN)]
+        do = f"choose one, such as .isel({several[0]}=0)" if several else ""
+        raise InputError("response", "the dimensions (row, column) or (marker)", kind_of(image), do)
+    if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
+        raise InputError("response", "markers in a grid (coordinates row and column)", "neither")
+    row, column = image[dims.ROW].values, image[dims.COLUMN].values
+    grid = np.full((row.max() + 1, column.max() + 1), np.nan, np.float32)
+    grid[row, column] = image.values
+    return grid
+
+
+def _rate(response: xr.DataArray) -> float:
+    if dims.SAMPLE_RATE not in response.attrs:
+        raise InputError("the vibration", f"the attribute '{dims.SAMPLE_RATE}'", "none")
+    return float(response.attrs[dims.SAMPLE_RATE])
+
+
+def _windows(response: xr.DataArray) -> xr.DataArray:
+    """Return amplitudes (window, channel, frequency) of vibration in windows of 1 s."""
+    rate = _rate(response)
+    values = response.transpose(dims.AUDIO_TIME, ...).values
+    n = min(round(rate), len(values))
+    windows = values[: len(values) // n * n].reshape(-1, n, *values.shape[1:])
+    amplitude = 2 * np.abs(np.fft.rfft(windows, axis=1)) / n
+    frequency = np.fft.rfftfreq(n, 1 / rate)
+    axes = ("window", dims.FREQUENCY, *response.transpose(dims.AUDIO_TIME, ...).dims[1:])
+    return xr.DataArray(
+        amplitude, dims=axes, coords={dims.FREQUENCY: frequency}, attrs=response.attrs
+    )
+
+
+def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
+    if dims.TEXTURE not in data.coords or not data[dims.TEXTURE].dims:
+        return [("", data)]
+    return [
+        (texture_label(name), data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
+        for name in textures_of(data)
+    ]
+
+
+def _mean_spectrum(data: xr.DataArray) -> xr.DataArray:
+    return data.mean([dim for dim in data.dims if dim != dims.FREQUENCY])

@@ -1,0 +1,190 @@
+"""Plots draw what they are given, on axes with units, and refuse what lacks a dimension."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+
+from afferents import plot
+from afferents.core.errors import InputError
+from afferents.core.recording import Frame
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    yield
+    pyplot.close("all")
+
+
+@pytest.fixture
+def felt():
+    """Three frames of a 2 x 2 grid whose marker at row 1, column 0 was lost in the last one."""
+    values = np.arange(12, dtype=np.float32).reshape(3, 4)
+    values[2, 2] = np.nan
+    coords = {
+        "time": [0.0, 0.5, 1.0],
+        "row": ("marker", [0, 0, 1, 1]),
+        "column": ("marker", [1, 0, 0, 1]),
+    }
+    sa1 = xr.DataArray(values, dims=("time", "marker"), coords=coords, attrs={"units": "px"})
+    position = np.stack([values + 10, values + 20], axis=-1)
+    hum = np.sin(2 * np.pi * 50 * np.arange(2000) / 1000).astype(np.float32)[:, np.newaxis]
+    return xr.Dataset(
+        {
+            "sa1": sa1,
+            "position": (("time", "marker", "space"), position),
+            "detected": (("time", "marker"), ~np.isnan(values)),
+            "ra2": (
+                ("audio_time", "channel"),
+                hum,
+                {"sample_rate_hz": 1000.0, "units": "full scale"},
+            ),
+        }
+    )
+
+
+def image_of(ax):
+    return np.ma.filled(ax.images[0].get_array(), np.nan)
+
+
+def labels_of(ax):
+    return ax.get_xlabel(), ax.get_ylabel()
+
+
+def test_a_tactile_image_puts_every_marker_at_its_row_and_column(felt):
+    ax = plot.tactile_image(felt.sa1, time_s=0.4)
+    np.testing.assert_array_equal(image_of(ax), [[5, 4], [6, 7]])
+    assert ax.yaxis_inverted()
+    assert ax.get_title() == "0.50 s"
+    assert ax.figure.axes[1].get_ylabel() == "SA-I (px)"
+    lost = image_of(plot.tactile_image(felt.sa1.isel(time=-1)))
+    np.testing.assert_array_equal(np.isnan(lost), [[False, False], [True, False]])
+
+
+def test_one_of_the_samples_is_drawn_with_its_texture_and_speed(images):
+    ax = plot.tactile_image(images[3])
+    np.testing.assert_array_equal(image_of(ax), images[3].values)
+    assert f"{float(images.speed_mm_s[3]):g} mm/s" in ax.get_title()
+
+
+def test_markers_are_drawn_at_the_frame_s_time_and_the_lost_are_told_apart(felt):
+    frame = Frame(1.0, np.zeros((40, 60), np.uint8))
+    ax = plot.markers(felt, frame)
+    assert ax.get_title(loc="left") == "3 of 4 markers, 1.00 s"
+    assert labels_of(ax) == ("x (px) →", "← y (px)")
+    np.testing.assert_array_equal(ax.collections[0].get_offsets()[0], [18, 28])
+    felt.detected[1, 0] = False
+    ax = plot.markers(felt, time_s=0.5)
+    assert ax.yaxis_inverted()
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["detected", "not detected"]
+
+
+def test_responses_are_drawn_over_seconds_in_their_unit(felt):
+    _, (above, below) = pyplot.subplots(2)
+    assert plot.responses(felt.sa1, ax=above) is above
+    assert labels_of(above) == ("time (s)", "SA-I (px)")
+    np.testing.assert_allclose(above.lines[0].get_ydata(), felt.sa1.mean("marker"))
+    plot.responses(felt.ra2, ax=below)
+    assert labels_of(below) == ("time (s)", "RA-II (full scale)")
+    assert below.lines[0].get_xdata()[-1] == pytest.approx(1.999)
+
+
+def test_a_spectrum_peaks_where_the_vibration_does(felt):
+    ax = plot.spectrum(felt.ra2)
+    (line,) = ax.lines
+    assert line.get_xdata()[np.argmax(line.get_ydata())] == 50
+    assert line.get_ydata().max() == pytest.approx(1)
+    assert labels_of(ax) == ("frequency (Hz)", "amplitude (full scale)")
+
+
+def test_spectra_of_several_textures_are_a_line_each(spectra):
+    ax = plot.spectrum(spectra)
+    textures = list(dict.fromkeys(spectra.texture.values))
+    assert len(ax.lines) == len(textures)
+    first = spectra[spectra.texture == textures[0]].mean(["sample", "channel"])
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), first, rtol=1e-5)
+
+
+def test_a_confusion_matrix_is_of_the_rows_chosen(results):
+    ax = plot.confusion(results, model="vib-te", protocol="nested")
+    drawn = image_of(ax)
+    np.testing.assert_allclose(np.nansum(drawn, axis=0), 100)
+    rows = results.predictions.query("model == 'vib-te' and protocol == 'nested'")
+    right = 100 * (rows["true_texture"] == rows["predicted_texture"]).mean()
+    assert ax.get_title() == f"vib-TE, nested protocol, {right:.0f} %"
+    assert "true texture" in ax.get_xlabel()
+    again = plot.confusion(rows)
+    np.testing.assert_array_equal(image_of(again), drawn)
+    slow = plot.confusion(rows, held_out_mm_s=10)
+    assert "10 mm/s held out" in slow.get_title()
+
+
+def test_accuracy_is_drawn_against_the_speeds_held_out(results):
+    ax = plot.accuracy_by_speed(results, models=["vib-te"])
+    assert labels_of(ax) == ("held-out speed (mm/s)", "accuracy (%)")
+    found = {line.get_label(): line.get_xydata() for line in ax.lines}
+    assert set(found) == {"vib-TE, nested", "vib-TE, published", "chance"}
+    np.testing.assert_allclose(found["vib-TE, nested"], [[10, 25], [20, 50], [40, 75]])
+    table = plot.accuracy_by_speed(results.accuracy)
+    assert "chance" not in {line.get_label() for line in table.lines}
+
+
+def test_a_model_of_one_s_own_has_its_title(results):
+    results.summary["titles"] = {"mine": "what I call it"}
+    table = results.accuracy.assign(model="mine")
+    object.__setattr__(results, "predictions", results.predictions.assign(model="mine"))
+    ax = plot.confusion(results, protocol="nested")
+    assert ax.get_title().startswith("what I call it, nested protocol")
+    assert plot.accuracy_by_speed(table).lines[0].get_label() == "mine, nested"
+
+
+@pytest.mark.parametrize(
+    ("draw", "sentence"),
+    [
+        (lambda d: plot.tactile_image(d), "one xarray.DataArray, such as responses.sa1, found a"),
+        (
+            lambda d: plot.tactile_image(d.ra2),
+            r"\(row, column\) or \(marker\), found \(audio_time, channel\)",
+        ),
+        (
+            lambda d: plot.tactile_image(d.sa1.drop_vars(["row", "column"])),
+            "markers in a grid",
+        ),
+        (
+            lambda d: plot.tactile_image(d.sa1.expand_dims("sample").isel(time=0)),
+            r"found \(sample, marker\); choose one, such as .isel\(sample=0\)",
+        ),
+        (lambda d: plot.tactile_image(d.sa1.drop_vars("time")), "times of its frames"),
+        (lambda d: plot.markers(d.sa1), r"'position' \(time, marker, space\), found \(time, mark"),
+        (lambda d: plot.markers(d, np.zeros((4, 4, 3))), r"grey image .*found shape \(4, 4, 3\)"),
+        (
+            lambda d: plot.responses(d.position),
+            r"\(time, marker\) or \(audio_time, channel\), found \(time, marker, space\)",
+        ),
+        (lambda d: plot.responses(d.ra2.drop_attrs()), "the attribute 'sample_rate_hz'"),
+        (lambda d: plot.spectrum(d.sa1), r"one 'frequency', found \(time, marker\)"),
+        (lambda d: plot.spectrum(3), "found int"),
+        (lambda d: plot.confusion(pd.DataFrame()), "a table with the column 'true_texture'"),
+        (lambda d: plot.accuracy_by_speed(d), "a table of theirs, found Dataset"),
+    ],
+)
+def test_what_is_missing_is_named_in_one_sentence(felt, draw, sentence):
+    with pytest.raises(InputError, match=sentence):
+        draw(felt)
+
+
+def test_several_models_are_to_be_chosen_from(results):
+    with pytest.raises(InputError, match=r"protocol: expected one of .*, found none chosen"):
+        plot.confusion(results, model="vib-te")
+    with pytest.raises(InputError, match="found 'nobody'"):
+        plot.accuracy_by_speed(results, models=["nobody"])
+    with pytest.raises(InputError, match="held_out_speed_mm_s: expected one of"):
+        plot.confusion(results, model="vib-te", protocol="nested", held_out_mm_s=11)
+
+
+def test_nothing_of_the_look_is_left_behind(felt):
+    before = dict(pyplot.rcParams)
+    assert isinstance(plot.responses(felt.sa1), Axes)
+    assert dict(pyplot.rcParams) == before
