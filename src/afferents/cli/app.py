@@ -13,7 +13,7 @@ from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
 from afferents.cli.recordings import align, calibrate, extract, inspect, track
 from afferents.cli.rig import drum, simulate
-from afferents.core.stopping import stop_on_signals
+from afferents.core.stopping import leave, stop_on_signals
 from afferents.core.streams import flush_streams, prepare_streams
 from afferents.core.version import __version__
 
@@ -61,4 +61,4 @@ def main() -> None:
     fault = flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told
         code = exit_code_of_fault(fault, debug)
-    sys.exit(code)
+    leave(code)

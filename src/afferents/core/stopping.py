@@ -1,12 +1,16 @@
 """Stopping by a signal: Ctrl-C, a closed terminal, or a machine that is wanted back."""
 
+import atexit
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from types import FrameType
+from typing import NoReturn
 
 from afferents.core.errors import Stopped
 
@@ -15,6 +19,9 @@ PATIENCE_S = 1.0
 
 _CURSOR = b"\x1b[?25h"
 _taken: list[int] = []
+_codes: list[int] = []
+THREADS = "afferents-"
+"""Names of threads that may be in other libraries' code begin so."""
 
 
 def stop_on_signals() -> None:
@@ -25,6 +32,29 @@ def stop_on_signals() -> None:
     """
     for number in _heeded():
         signal.signal(number, _stop)
+    _leave_threads_last()
+
+
+@cache
+def _leave_threads_last() -> None:
+    """Register once; before all else is imported, so that it comes after what they register."""
+    atexit.register(_leave_threads)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process with an exit code; after `stop_on_signals`, whatever threads are at."""
+    _codes.append(code)
+    sys.exit(code)
+
+
+def _leave_threads() -> None:
+    """End the process here, where all is tidied up, if a thread is still at work.
+
+    An interpreter that ends unwinds its threads, and C++ libraries (ONNX Runtime, LLVM) that these
+    are in then abort the process.
+    """
+    if _codes and any(thread.name.startswith(THREADS) for thread in threading.enumerate()):
+        os._exit(_codes[-1])
 
 
 def stopped_by() -> int | None:

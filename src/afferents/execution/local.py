@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, nullcontext, suppress
 from multiprocessing import resource_tracker
+from pathlib import Path
 from typing import Any, TypeVar
 
 import joblib
@@ -92,7 +93,8 @@ def _results(
     n = workers or joblib.cpu_count()
     with joblib.parallel_config("loky", inner_max_num_threads=1):
         pool = joblib.Parallel(n_jobs=n, **options)
-        calls = (joblib.delayed(_numbered)(number, function, *job) for number, job in jobs)
+        here = Path.cwd()
+        calls = (joblib.delayed(_numbered)(here, number, function, *job) for number, job in jobs)
         with stop_later(), _deaf_to_the_terminal() if n > 1 else nullcontext():
             results = pool(calls)
         try:
@@ -120,7 +122,12 @@ def _deaf_to_the_terminal() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _numbered(number: int, function: Callable[..., Result], *job: Any) -> tuple[int, Result]:
+def _numbered(
+    folder: Path, number: int, function: Callable[..., Result], *job: Any
+) -> tuple[int, Result]:
+    """Do a job in the caller's folder, which may have changed since a process was started."""
+    if Path.cwd() != folder:
+        os.chdir(folder)
     return number, function(*job)
 
 

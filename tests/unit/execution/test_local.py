@@ -39,6 +39,18 @@ def test_all_results_come(workers):
     ]
 
 
+def folder_here():
+    return Path.cwd()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_jobs_are_done_in_the_folder_of_the_caller(workers, tmp_path, monkeypatch):
+    """Relative paths mean the same there, also in processes that were started before."""
+    list(side_by_side(folder_here, [()], workers))
+    monkeypatch.chdir(tmp_path)
+    assert list(side_by_side(folder_here, [()] * 3, workers)) == [tmp_path] * 3
+
+
 def test_large_arrays_are_shared_but_never_changed():
     values = np.zeros(1_000_000)
     assert list(side_by_side(total, [(values,)] * 3, 2)) == [1_000_000.0] * 3
