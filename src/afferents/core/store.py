@@ -217,12 +217,7 @@ def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, 
 
 
 def open_responses(store: str | Path) -> list[Responses]:
-    """Open all recordings of a store, lazily, in order of texture and speed.
-
-    Parameters
-    ----------
-    store
-        Folder that `extract` has written, such as ``S.zarr``.
+    """Open all recordings of a folder that `extract` has written, lazily, by texture and speed.
 
     Returns
     -------

@@ -4,9 +4,7 @@ from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copi
 from afferents.encodings.base import (
     Encoding,
     ImageEncoding,
-    ImageStream,
     Option,
-    Ready,
     VibrationEncoding,
 )
 from afferents.encodings.kernels import KernelEncoding, kernel_samples
@@ -32,6 +30,7 @@ from afferents.encodings.spectral import (
     amplitude_spectrum,
     spectral_samples,
 )
+from afferents.encodings.streams import ImageStream, Ready
 from afferents.encodings.wavenumbers import (
     WavenumberEncoding,
     WaveStream,

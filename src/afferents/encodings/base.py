@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,7 @@ from afferents.core.errors import InputError
 from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples
 from afferents.encodings.augment import Stretch
+from afferents.encodings.streams import ImageStream, VibrationStream
 
 Floats = NDArray[np.float32]
 
@@ -37,41 +38,6 @@ class Option(NamedTuple):
     flag: str
     help: str
     kind: type[float | int | str] = float
-
-
-class ImageStream(Protocol):
-    """An encoding of images that come one after the other."""
-
-    def skip(self) -> None:
-        """Begin anew: images are missing before the next, and no sample may hold both sides."""
-
-    def feed(self, image: Floats) -> Floats | None:
-        """Return the sample that an image ends, if it ends one."""
-
-
-class Ready(NamedTuple):
-    """A sample of vibration that is complete.
-
-    Attributes
-    ----------
-    values
-        As the model takes it.
-    end_s
-        When its last value was taken, plus one period, s.
-    """
-
-    values: Floats
-    end_s: float
-
-
-class VibrationStream(Protocol):
-    """An encoding of vibration that comes in pieces."""
-
-    def skip(self) -> None:
-        """Begin anew: values are missing before the next, and no sample may hold both sides."""
-
-    def feed(self, time_s: float, samples: Floats) -> list[Ready]:
-        """Take in values (n, channel), the first taken at `time_s`; return what is ready."""
 
 
 class Encoding(BaseModel, ABC):

@@ -12,7 +12,8 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
-from afferents.encodings.base import Floats, Option, Ready, VibrationEncoding
+from afferents.encodings.base import Floats, Option, VibrationEncoding
+from afferents.encodings.streams import Ready
 
 WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
 _DENSEST = 1000
