@@ -1,5 +1,6 @@
 import hashlib
 import json
+import multiprocessing
 import signal
 import sys
 from fractions import Fraction
@@ -7,9 +8,12 @@ from functools import lru_cache, partial
 
 import av
 import cv2
+import dask
 import numpy as np
 import pytest
 import soundfile
+from distributed import LocalCluster
+from distributed.utils import get_mp_context
 from hypothesis import settings
 
 from afferents import cli
@@ -149,6 +153,26 @@ def stores(small_session, sounds, tmp_path_factory):
     before = contents(root)
     yield made
     assert contents(root) == before, "a test has changed what others read"
+
+
+@pytest.fixture(scope="session")
+def forked_workers():
+    """Let Dask fork its workers from a process that has imported, once, what their jobs need."""
+    with dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}):
+        get_mp_context()  # names what Dask needs itself; the next line's list takes its place
+        needed = ["distributed", "pytest", "afferents.cli", "afferents.pipeline.evaluate"]
+        needed += ["afferents.pipeline.extract", "afferents.pipeline.simulate"]
+        multiprocessing.get_context("forkserver").set_forkserver_preload(needed)
+        yield
+
+
+@pytest.fixture(scope="session")
+def cluster(forked_workers):
+    """Two processes of one thread, spoken to over TCP."""
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=":0"
+    ) as running:
+        yield running
 
 
 @pytest.fixture(scope="session")
