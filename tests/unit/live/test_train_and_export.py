@@ -222,7 +222,7 @@ def test_strange_is_what_lies_far_from_all_that_was_learnt(rng):
     labels = torch.arange(800) % 4
     means = 6 * torch.eye(16)[:4]
     known = means[labels] + torch.randn(800, 16, generator=torch.manual_seed(0))
-    deployed.know(known[:400], labels[:400], known[400:])
+    deployed.fit_novelty(known[:400], labels[:400], known[400:])
     novelty = deployed.outcome(known[400:])[1]
     assert float((novelty > 1).float().mean()) == pytest.approx(0.05, abs=0.005)
     far = torch.full((1, 16), 9.0)
