@@ -1,7 +1,9 @@
 import hashlib
 import json
+import multiprocessing
 import signal
 import sys
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache, partial
 
@@ -98,6 +100,18 @@ def launch():
     server.close()
 
 
+@contextmanager
+def few_epochs():
+    """Let the `quick` preset train networks for two epochs, where nothing is asked of accuracy."""
+    from afferents.training import config
+
+    with pytest.MonkeyPatch.context() as patch:
+        for recipe in ("cnn-lstm", "vibration-net"):
+            brief = config._QUICK[recipe].model_copy(update={"max_epochs": 2})
+            patch.setitem(config._QUICK, recipe, brief)
+        yield
+
+
 def contents(folder):
     """Return a checksum of every file."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
@@ -149,6 +163,31 @@ def stores(small_session, sounds, tmp_path_factory):
     before = contents(root)
     yield made
     assert contents(root) == before, "a test has changed what others read"
+
+
+@pytest.fixture(scope="session")
+def forked_workers():
+    """Let Dask fork its workers from a process that has imported, once, what their jobs need."""
+    import dask
+    from distributed.utils import get_mp_context
+
+    with dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}):
+        get_mp_context()  # names what Dask needs itself; the next line's list takes its place
+        needed = ["distributed", "pytest", "afferents.cli", "afferents.pipeline.evaluate"]
+        needed += ["afferents.pipeline.extract", "afferents.pipeline.simulate"]
+        multiprocessing.get_context("forkserver").set_forkserver_preload(needed)
+        yield
+
+
+@pytest.fixture(scope="session")
+def cluster(forked_workers):
+    """Two processes of one thread, spoken to over TCP."""
+    from distributed import LocalCluster
+
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=":0"
+    ) as running:
+        yield running
 
 
 @pytest.fixture(scope="session")

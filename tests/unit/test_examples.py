@@ -45,13 +45,12 @@ def test_the_readme_s_example_runs(session):
     assert float(names["rapid"][20:].max()) > 0
 
 
-def test_the_models_of_the_page_are_evaluated(run, session, tmp_path):
+def test_the_models_of_the_page_are_evaluated(run, stores, tmp_path):
     (example,) = python_in("docs/own-models.md")
     (tmp_path / "my_models.py").write_text(example)
-    assert run("extract", session, tmp_path / "s.zarr", "--quiet")[0] == 0
     models = ",".join(f"{tmp_path}/my_models.py:{name}" for name in ("logistic", "mlp"))
     code, out, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--models", models,
+        "evaluate", stores["video"], "--out", tmp_path / "r", "--models", models,
         "--held-out", "40", "--workers", "1", "--quiet",
     )  # fmt: skip
     assert code == 0, err

@@ -1,5 +1,6 @@
 """An evaluation that is shot again and again ends with the table of one that never was."""
 
+import contextlib
 import json
 import os
 import random
@@ -40,16 +41,28 @@ def command(store, out):
     return [*map(str, start), *options]
 
 
-def shoot(run, rng):
-    """Kill the run or, every other time, one of its workers; return which."""
-    workers = [
+def workers_of(run):
+    """Return the processes that train for a run."""
+    return [
         child
         for child in psutil.Process(run.pid).children(recursive=True)
         if "loky" in " ".join(child.cmdline()) and "resource_tracker" not in child.cmdline()[-1]
     ]
-    if workers and rng.random() < 0.5:
-        rng.choice(workers).kill()
-        return "a worker"
+
+
+def shoot(run, rng):
+    """Kill the run or, every other time, one of its workers; return which.
+
+    On a busy machine it is waited for until there are workers.
+    """
+    until_s = time.monotonic() + 60
+    if rng.random() < 0.5:
+        while run.poll() is None and time.monotonic() < until_s:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                if workers := workers_of(run):
+                    rng.choice(workers).kill()
+                    return "a worker"
+            time.sleep(0.1)
     os.kill(run.pid, signal.SIGKILL)
     return "the run"
 

@@ -1,6 +1,7 @@
 """What the rig knows of a recording comes out of its mp4 and wav again."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ TIP_B = load_sensor("tip_b")
 REST = TIP_B.rest_frame
 SPEEDS_MM_S = (20.0, 50.0, 90.0)
 LETTERS = "abcdefghijklm"
+surface_of = lru_cache(bumped_surface)
 
 
 @pytest.fixture(scope="module", params=[("0", 10.0), ("3", 50.0), ("6", 100.0)], ids=str)
@@ -52,8 +54,8 @@ def test_sa1_is_recovered_within_02_px(tracks, truth):
 
 
 def test_the_published_detector_finds_all_markers(recording):
-    found = [len(detect(f.image, TIP_B)) for f in open_video(recording / VIDEO).frames()]
-    assert np.mean(np.array(found) == 361) >= 0.99
+    images = [f.image for f in open_video(recording / VIDEO).frames()]
+    assert {len(detect(image, TIP_B)) for image in images[::3]} == {361}
 
 
 @pytest.mark.slow
@@ -77,7 +79,7 @@ def test_lines_lie_where_the_bumps_pass(letter, speed):
     between them is in the calibration's table; at 20 mm/s some of g, j and l do not.
     """
     rig, spacing = Rig(), LETTERS.index(letter) / 2
-    run = simulate(rig, f"{spacing:g}", bumped_surface(spacing), speed, 6.5, seed=0)
+    run = simulate(rig, f"{spacing:g}", surface_of(spacing), speed, 6.5, seed=0)
     starts = np.arange(1.5, 5.6, 0.5)
     windows = np.stack([run.sensor[round(s * 44100) :][:44100] for s in starts])
     spectrum = amplitude_spectrum(windows, 44100).mean(axis=0)

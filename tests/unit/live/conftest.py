@@ -9,6 +9,8 @@ from afferents.pipeline.data import open_data
 from afferents.pipeline.export import export_model
 from afferents.pipeline.train import Training, train
 
+from ...conftest import few_epochs
+
 QUIET = Progress(quiet=True)
 LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.rig"]
 """What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
@@ -33,7 +35,8 @@ def models(stores, tmp_path_factory):
         "ra-wave-vector": "video",
         "vib-te-aug": "audio",
     }
-    return {name: trained(stores[kind], name, folder) for name, kind in sources.items()}
+    with few_epochs():
+        return {name: trained(stores[kind], name, folder) for name, kind in sources.items()}
 
 
 @pytest.fixture

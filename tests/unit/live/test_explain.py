@@ -11,7 +11,7 @@ from afferents.pipeline import explain
 
 @pytest.fixture(autouse=True)
 def few_samples(monkeypatch):
-    monkeypatch.setattr(explain, "SAMPLES", 3)
+    monkeypatch.setattr(explain, "SAMPLES", 2)
 
 
 def explained(run, model, store, out):

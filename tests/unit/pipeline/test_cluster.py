@@ -19,15 +19,6 @@ from afferents.core.files import write_aside
 from afferents.execution.dask import _require_version, _result, on_cluster
 
 
-@pytest.fixture(scope="module")
-def cluster():
-    """Two processes of one thread, spoken to over TCP."""
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=":0"
-    ) as running:
-        yield running
-
-
 @pytest.fixture
 def store(stores, tmp_path):
     return shutil.copytree(stores["audio"], tmp_path / "s.zarr")
@@ -158,12 +149,15 @@ def test_other_versions_are_refused(cluster, monkeypatch):
         list(on_cluster(complain, [("",)], cluster.scheduler_address))
 
 
+ALONE = ("--no-nanny", "--no-dashboard")
+
+
 def slowly(n):
     time.sleep(0.2)
     return n
 
 
-def test_a_worker_that_joins_late_is_checked_too():
+def test_a_worker_that_joins_late_is_checked_too(forked_workers):
     with LocalCluster(
         n_workers=1, threads_per_worker=1, protocol="tcp", dashboard_address=":0"
     ) as running:
@@ -171,7 +165,7 @@ def test_a_worker_that_joins_late_is_checked_too():
         results = on_cluster(slowly, [(n,) for n in range(1000)], address)
         next(results)
         late = subprocess.Popen(
-            [sys.executable, "-m", "dask", "worker", address, "--nthreads", "2", "--no-dashboard"],
+            [sys.executable, "-m", "dask", "worker", address, "--nthreads", "2", *ALONE],
             stderr=subprocess.DEVNULL,
         )
         try:
@@ -203,7 +197,7 @@ def test_what_is_no_address_is_said_at_once(address):
         list(on_cluster(complain, [("",)], address))
 
 
-def test_no_scheduler_and_no_workers_are_named(monkeypatch):
+def test_no_scheduler_and_no_workers_are_named(forked_workers, monkeypatch):
     monkeypatch.setattr("afferents.execution.dask.ANSWER_S", 0.5)
     monkeypatch.setattr("afferents.execution.dask.WORKERS_S", 0.5)
     with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at tcp://"):

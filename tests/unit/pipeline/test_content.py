@@ -9,16 +9,18 @@ import pytest
 import soundfile
 import xarray as xr
 
+from afferents.core.progress import Progress
+from afferents.markers import load_sensor
+from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.simulate import simulate_session
+from afferents.rig.simulation import simulation_of
+
 VIDEO, AUDIO = "8/50/video.mp4", "8/50/audio.wav"
 
 
 @pytest.fixture(scope="module")
 def slides(tmp_path_factory):
     """Two simulated recordings of 3.5 s, without the checksums that would tell every change."""
-    from afferents.core.progress import Progress
-    from afferents.pipeline.simulate import simulate_session
-    from afferents.rig.simulation import simulation_of
-
     root = tmp_path_factory.mktemp("slides") / "session"
     quick = simulation_of(root, "quick", ["8"], [40.0, 50.0], 3.5)
     simulate_session(quick, 1, Progress(quiet=True))
@@ -27,8 +29,21 @@ def slides(tmp_path_factory):
     return root
 
 
+@pytest.fixture(scope="module")
+def whole(slides, tmp_path_factory):
+    """What is extracted of them."""
+    store = tmp_path_factory.mktemp("whole") / "s.zarr"
+    extraction = Extraction(slides, store, load_sensor("tip_b"), "windowed", workers=1)
+    with Progress(quiet=True) as progress:
+        extract(extraction, progress)
+    return store
+
+
 @pytest.fixture
-def spoilt(slides, tmp_path):
+def spoilt(slides, whole, tmp_path):
+    """A copy of them, one of which is to be spoilt; the store has the other already."""
+    shutil.copytree(whole, tmp_path / "o.zarr")
+    shutil.rmtree(tmp_path / "o.zarr" / "8" / "50")
     return shutil.copytree(slides, tmp_path / "session")
 
 
@@ -110,14 +125,13 @@ def test_sound_that_was_cut_off(fails, spoilt, tmp_path, subtype):
 
 
 def test_a_copy_that_was_encoded_again_is_warned_of(run, spoilt, tmp_path):
-    store = tmp_path / "o.zarr"
-    command = ("extract", spoilt, store, "--workers", "1", "--quiet")
+    command = ("extract", spoilt, tmp_path / "o.zarr", "--workers", "1", "--quiet")
     code, _, err = run(*command)
     assert (code, err) == (0, ""), "two recordings are no copies"
     encode(spoilt / "8/40/video.mp4", images_of(spoilt / VIDEO), crf="30")
     values, rate = soundfile.read(spoilt / AUDIO, dtype="float32", always_2d=True)
     soundfile.write(spoilt / "8/40/audio.wav", 0.7 * values, rate, subtype="PCM_U8")
-    shutil.rmtree(store)
+    shutil.rmtree(tmp_path / "o.zarr" / "8" / "40")
     code, _, err = run(*command)
     assert code == 0
     assert "8/40 and 8/50" in err

@@ -8,22 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client
 
 from afferents.core.lock import LOCK
 from afferents.execution.dask import on_cluster
 from afferents.pipeline import extract as extraction
 
 SIMULATE = ("--textures", "g", "--speeds", "50,100", "--seconds", "1.6", "--quiet")
-
-
-@pytest.fixture(scope="module")
-def cluster():
-    """Two processes of one thread, spoken to over TCP."""
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, protocol="tcp", dashboard_address=":0"
-    ) as running:
-        yield running
 
 
 @pytest.fixture

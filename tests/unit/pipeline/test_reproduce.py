@@ -12,16 +12,16 @@ from afferents.pipeline import reproduce as reproducing
 from afferents.pipeline.reproduce import Reproduction, reproduce
 from afferents.rig.simulation import simulation_of
 
+from ...conftest import few_epochs
+
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}
 """Enough to see that all are asked for; every model goes its whole way in `test_whole_way`."""
 
 
-def run(out, session, workers=None):
+def run(out, session):
     both = tuple(PROTOCOLS.values())
-    wanted = Reproduction(
-        out, session, load_sensor("tip_b"), "quick", protocols=both, workers=workers
-    )
+    wanted = Reproduction(out, session, load_sensor("tip_b"), "quick", protocols=both, workers=1)
     with Progress(quiet=True) as progress:
         return reproduce(wanted, progress)
 
@@ -35,26 +35,20 @@ def _some_families():
 
 
 @pytest.fixture(scope="module")
-def first(tmp_path_factory):
-    """The page of a run without a session, of one model."""
+def page(tmp_path_factory):
+    """The page of a run without a session."""
 
     def few(session, preset, seed):
         return simulation_of(session, preset, seed=seed, **FEW)
 
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, few_epochs():
         patch.setattr(reproducing, "simulation_of", few)
-        patch.setattr(reproducing, "TABLE1", {"vib-te": TABLE1["vib-te"]})
-        return run(tmp_path_factory.mktemp("first") / "out", None, workers=1)
+        return run(tmp_path_factory.mktemp("reproduced") / "out", None)
 
 
 @pytest.fixture(scope="module")
-def simulated(first):
-    return first.parent.parent / "session"
-
-
-@pytest.fixture(scope="module")
-def page(simulated, tmp_path_factory):
-    return run(tmp_path_factory.mktemp("reproduced"), simulated)
+def simulated(page):
+    return page.parent.parent / "session"
 
 
 def test_it_ends_with_table_1_under_both_protocols(page):
@@ -76,14 +70,17 @@ def test_the_report_says_that_it_was_simulated_and_reproduces_nothing(page):
     assert "no reproduction" in text
 
 
-def test_a_second_run_keeps_what_is_finished(page, simulated):
+def test_without_a_session_one_is_simulated(page, simulated):
+    assert page.is_file()
+    assert (simulated / "3" / "100" / "video.mp4").is_file()
+
+
+def test_a_second_run_keeps_what_is_finished(page, simulated, monkeypatch):
+    """It is given the session, so that none is simulated."""
+    monkeypatch.setattr(reproducing, "simulation_of", None)
     out = page.parent.parent
     before = {p: p.stat().st_mtime_ns for p in out.rglob("fold.json")}
     assert len(before) == (len(SOME) + 1) * 2 * 3
-    run(out, simulated)
+    with few_epochs():
+        run(out, simulated)
     assert {p: p.stat().st_mtime_ns for p in before} == before
-
-
-def test_without_a_session_one_is_simulated(first, simulated):
-    assert first.is_file()
-    assert (simulated / "3" / "100" / "video.mp4").is_file()

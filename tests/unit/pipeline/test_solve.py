@@ -55,7 +55,7 @@ def test_the_best_is_evaluated_for_what_the_data_are(stored, heard, tmp_path, ru
     for store, best in ((stored, "ra-wave-vector"), (heard, "vib-te-aug")):
         code, out, err = run(
             "evaluate", store, "--out", tmp_path / best, "--models", "best", "--json",
-            "--workers", 1, *(("--frames", 5) if store == stored else ()),
+            "--held-out", 40, "--workers", 1, *(("--frames", 5) if store == stored else ()),
         )  # fmt: skip
         assert code == 0, err
         assert list(json.loads(out)["models"]) == [best]

@@ -10,6 +10,8 @@ import zarr
 from afferents.core.errors import InputError
 from afferents.pipeline.data import open_data
 
+ALONE = ("--workers", 1)
+
 
 def edited(path, change):
     content = json.loads(path.read_text())
@@ -62,7 +64,7 @@ def declare_checksums(session):
 
 def test_drums_swapped_in_a_session_that_declares_checksums(fails, run, session, tmp_path):
     declare_checksums(session)
-    assert run("extract", session, tmp_path / "good.zarr", "--quiet")[0] == 0
+    assert run("extract", session, tmp_path / "good.zarr", "--quiet", *ALONE)[0] == 0
     a, b = session / "1/20", session / "2/20"
     a.rename(session / "tmp"), b.rename(a), (session / "tmp").rename(b)
     sentence = fails("extract", session, tmp_path / "o.zarr", "--quiet", "--workers", "1")
@@ -75,29 +77,29 @@ def test_a_session_file_that_is_mended_needs_no_other_store(fails, run, session,
     edited(session / "session.json", lambda c: c.update(sample_rate_hz=16000))
     assert "at 16000 Hz" in fails("extract", session, store, "--quiet", "--workers", "1")
     (session / "session.json").write_text(good)
-    assert run("extract", session, store, "--quiet")[0] == 0
-    assert run("extract", session, tmp_path / "calm.zarr", "--quiet")[0] == 0
+    assert run("extract", session, store, "--quiet", *ALONE)[0] == 0
+    assert run("extract", session, tmp_path / "calm.zarr", "--quiet", *ALONE)[0] == 0
     contents = [{p.relative_to(root): p.read_bytes() for p in root.rglob("*") if p.is_file()}
                 for root in (store, tmp_path / "calm.zarr")]  # fmt: skip
     assert contents[0] == contents[1]
     # What the declaration decides is worked out anew, and nothing else is.
     before = (store / "2/20/ra2/c/0/0").stat().st_mtime_ns
-    assert run("extract", session, store, "--quiet")[0] == 0
+    assert run("extract", session, store, "--quiet", *ALONE)[0] == 0
     assert (store / "2/20/ra2/c/0/0").stat().st_mtime_ns == before
     edited(session / "session.json", lambda c: c.update(steady_s=[0.5, 2.5]))
-    assert run("extract", session, store, "--quiet")[0] == 0
+    assert run("extract", session, store, "--quiet", *ALONE)[0] == 0
     attributes = json.loads((store / "2/20/zarr.json").read_text())["attributes"]
     assert attributes["steady_s"] == "[0.5, 2.5]"
 
 
 def test_a_broken_recording_is_made_again(run, session, tmp_path):
     store = tmp_path / "o.zarr"
-    assert run("extract", session, store, "--quiet")[0] == 0
+    assert run("extract", session, store, "--quiet", *ALONE)[0] == 0
     whole = (store / "2/20/ra2/c/0/0").read_bytes()
     shutil.rmtree(store / "2/20/ra2")
     (store / "2/30/zarr.json").unlink()
     (store / "1/20/ra2/zarr.json").write_text("{")
-    assert run("extract", session, store, "--quiet")[0] == 0
+    assert run("extract", session, store, "--quiet", *ALONE)[0] == 0
     assert (store / "2/20/ra2/c/0/0").read_bytes() == whole
     assert len(open_data([str(store)])[0].responses) == len([*session.glob("*/*/audio.wav")])
 
@@ -189,7 +191,7 @@ def test_two_stores_of_one_recording(run, store, session, tmp_path):
     (session / "session.json").write_text(
         json.dumps({**json.loads((session / "session.json").read_text()), "steady_s": [0.4, 2.5]})
     )
-    assert run("extract", session, tmp_path / "other.zarr", "--quiet")[0] == 0
+    assert run("extract", session, tmp_path / "other.zarr", "--quiet", *ALONE)[0] == 0
     with pytest.raises(InputError, match="expected a recording of its own, found a copy of 1:"):
         open_data([str(store), str(tmp_path / "other.zarr")])
 
