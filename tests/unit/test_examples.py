@@ -10,7 +10,7 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 from matplotlib import pyplot
 
-from afferents.pipeline.simulate import simulation_of
+from afferents.rig.simulation import simulation_of
 
 ROOT = Path(__file__).resolve().parents[2]
 WITH_EXAMPLES = sorted(
