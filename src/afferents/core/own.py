@@ -3,12 +3,15 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from importlib import import_module
+from importlib import import_module, invalidate_caches
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from afferents.core.errors import AfferentsError, InputError, raised
+
+_of_files: set[str] = set()
+"""Names of modules that were imported as files."""
 
 
 def named(where: str) -> Any:
@@ -19,7 +22,8 @@ def named(where: str) -> Any:
     Raises
     ------
     InputError
-        If the module can't be imported, whatever it raises, or has nothing of that name.
+        If the module can't be imported, whatever it raises, has nothing of that name, or has the
+        name of another module.
     """
     module, _, name = where.rpartition(":")
     if not module.endswith(".py"):
@@ -27,7 +31,9 @@ def named(where: str) -> Any:
     path = Path(module)
     if not path.is_file():
         raise InputError(where, "a Python file", "no such file")
+    _forget_another(path.resolve(), where)
     found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
+    _of_files.add(path.stem)
     _send_whole(sys.modules[path.stem])
     return found
 
@@ -52,8 +58,10 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
     if not module_name or not name:
         raise InputError(said, "package.module:NAME or file.py:NAME", f"'{where}'")
     place = str(folder or Path.cwd())
-    if place not in sys.path:
-        sys.path.insert(0 if folder else len(sys.path), place)
+    if folder and sys.path[0] != place:
+        sys.path.insert(0, place)
+    elif place not in sys.path:
+        sys.path.append(place)
     try:
         found: Any = import_module(module_name)
     except Exception as error:
@@ -63,6 +71,19 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
             raise InputError(said, f"'{name}' in {module_name}", "nothing of that name")
         found = getattr(found, part)
     return found
+
+
+def _forget_another(file: Path, where: str) -> None:
+    """Let a file be imported although one of the same name was, from another folder."""
+    there = sys.modules.get(file.stem)
+    if there is None or Path(there.__file__ or "").resolve() == file:
+        return
+    if file.stem not in _of_files:
+        raise InputError(
+            where, "a file that has not the name of a module", f"{file.stem}", "rename it"
+        )
+    del sys.modules[file.stem]
+    invalidate_caches()
 
 
 def _send_whole(module: ModuleType) -> None:

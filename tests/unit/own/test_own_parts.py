@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from afferents.core.errors import InputError
+from afferents.core.own import named
 from afferents.core.results import PROBABILITY
 
 OWN = Path(__file__).with_name("own_parts.py")
@@ -115,6 +117,20 @@ def test_what_is_not_there_is_named(run, stored, tmp_path, where, sentence):
     assert code == 2
     assert sentence in err
     assert not (tmp_path / "r").exists()
+
+
+def test_files_of_one_name_are_told_apart(tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "parts_of_mine.py").write_text(f"where = '{folder}'\n")
+    found = [named(f"{tmp_path}/{folder}/parts_of_mine.py:where") for folder in "abaab"]
+    assert found == ["a", "b", "a", "a", "b"]
+
+
+def test_a_file_with_the_name_of_a_module_is_refused(tmp_path):
+    (tmp_path / "random.py").write_text("mine = 1\n")
+    with pytest.raises(InputError, match=r"random.py:mine: .* name of a module, found random; re"):
+        named(f"{tmp_path}/random.py:mine")
 
 
 def test_a_model_of_a_file_is_exported_by_another_process(run, stored, tmp_path):
