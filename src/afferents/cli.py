@@ -301,6 +301,7 @@ def simulate(
         typer.Option(help="Mount anew for each run, or once a drum (which gives it away)."),
     ] = "run",
     seed: Annotated[int, typer.Option(**SEED, help="The same seed gives the same session.")] = 0,
+    sensor: SensorName = "tip_b",
     workers: Workers = None,
     cluster: ClusterName = None,
     as_json: Json = False,
@@ -320,6 +321,7 @@ def simulate(
             nuisances,
             remount,
             seed,
+            sensor,
         )
         simulate_session(simulation, workers, progress, cluster)
     _say(as_json, {"session": str(session)}, f"Session (simulated): {session}")

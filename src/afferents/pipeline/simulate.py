@@ -26,6 +26,8 @@ from afferents.core.recording import LETTERS, natural_order, require_distinct
 from afferents.core.version import __version__
 from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster
 from afferents.execution.local import side_by_side
+from afferents.markers import Sensor, load_sensor
+from afferents.pipeline.sensor_rig import RIGS_OWN, rig_of
 from afferents.recordings.session import NOT_TEXTURES, SESSION_FILE
 from afferents.rig import (
     AUDIO,
@@ -65,6 +67,8 @@ class Simulation:
     ----------
     textures
         Bump spacings by folder name, mm, and the names of height maps.
+    sensor
+        Name of the sensor whose pins the rig has.
     height_maps
         Surfaces of their own, by name.
     maps_as_given
@@ -77,6 +81,7 @@ class Simulation:
     seconds: float
     seed: int
     rig: Rig = field(default_factory=Rig)
+    sensor: str = RIGS_OWN
     height_maps: Mapping[str, Surface] = field(default_factory=dict)
     maps_as_given: Mapping[str, str] = field(default_factory=dict)
 
@@ -94,7 +99,7 @@ class Simulation:
         }
         return {
             "simulated": True,
-            "sensor": "tip_b",
+            "sensor": self.sensor,
             "fps_hz": self.rig.camera.fps_hz,
             "frame_width": self.rig.camera.width,
             "frame_height": self.rig.camera.height,
@@ -123,6 +128,7 @@ def simulation_of(
     nuisances: str = "all",
     remount: Literal["run", "drum"] = "run",
     seed: int = 0,
+    sensor: Sensor | str | Path = RIGS_OWN,
 ) -> Simulation:
     """Return the simulation that a user's words describe.
 
@@ -137,13 +143,16 @@ def simulation_of(
         separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
     remount
         Whether the fingertip is mounted anew for each run or once a drum.
+    sensor
+        Whose pins and picture the rig has; see `rig_of`.
 
     Raises
     ------
     InputError
         If one of these is not what it should be.
     """
-    rig = Rig()
+    sensor = sensor if isinstance(sensor, Sensor) else load_sensor(sensor)
+    rig = rig_of(sensor)
     if remount == "drum":
         rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
@@ -157,6 +166,7 @@ def simulation_of(
         seconds if seconds is not None else _SECONDS[preset],
         seed,
         rig,
+        sensor.name,
         maps,
         {name: text for text, (name, _) in read.items()},
     )
