@@ -15,7 +15,8 @@ import numpy as np
 PX_PER_MM = 18.3
 MIDDLE_PX = (319.5, 239.5)
 ABOUT = """\
-# A TacTip-like fingertip with a {layout} layout, as the simulated rig has it; no sensor was measured.
+# A TacTip-like fingertip with a {layout} layout, as the simulated rig has it; none was
+# measured.
 # {n} pins are known from the TacTip family (Ward-Cherrier et al., Soft Robotics 2018; Lepora, IEEE
 # Sensors Journal 2021). Assumed: that they lie on a flat disc, {shape}, {pitch:g} mm
 # apart, so that they cover about as much of a drum as those of tip_b; and the camera, detector and

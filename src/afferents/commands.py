@@ -114,7 +114,8 @@ def simulate(
     quiet
         Whether no progress is shown.
     further
-        `height_maps`, `nuisances`, `remount` and `sensor`, as ``afferents simulate --help`` has them.
+        `height_maps`, `nuisances`, `remount` and `sensor`, as ``afferents simulate --help`` has
+        them.
 
     Returns
     -------

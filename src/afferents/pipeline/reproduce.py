@@ -117,7 +117,9 @@ def recommended_beside(models: Mapping[str, Model], data: Sequence[DataSet]) -> 
 
 def _simulated(reproduction: Reproduction, progress: Progress) -> Path:
     session = reproduction.out / "session"
-    simulation = simulation_of(session, reproduction.size, seed=reproduction.seed)
+    simulation = simulation_of(
+        session, reproduction.size, seed=reproduction.seed, sensor=reproduction.sensor
+    )
     return simulate_session(simulation, reproduction.workers, progress)
 
 

@@ -57,8 +57,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     for model in evaluation.models:
         encodings = evaluation.encodings
         source = sources_of(model, encodings)[0]
-        samples = encode_all(recordings, source, evaluation.cut, progress)
-        samples = evaluation.ablation.images(samples)
+        samples = encode_all(recordings, source, evaluation.cut, progress, evaluation.ablation)
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))
