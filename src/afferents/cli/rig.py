@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from afferents.cli.printing import say
-from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, Workers
+from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
 
 
 def simulate(
@@ -41,7 +41,7 @@ def simulate(
     nuisances: Annotated[
         str,
         typer.Option(
-            help="Imperfections of the rig: 'all', 'hard', 'none', or names, with =PENALTY to set "
+            help="Imperfections of the rig: 'all', 'hard', 'none', or names, with =STRENGTH to set "
             "the strength: all,tilt=0.02."
         ),
     ] = "all",
@@ -55,6 +55,7 @@ def simulate(
     seed: Annotated[
         int, typer.Option(**SEED, help="Random seed; the same seed gives the same session.")
     ] = 0,
+    sensor: SensorName = "tip_b",
     workers: Workers = None,
     cluster: ClusterName = None,
     as_json: Json = False,
@@ -77,6 +78,7 @@ def simulate(
         height_maps=height_map or (),
         nuisances=nuisances,
         remount=remount,
+        sensor=sensor,
         workers=workers,
         cluster=cluster,
         quiet=quiet or as_json,

@@ -2,11 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from afferents.commands.given import Place
+from afferents.commands.given import Place, sensor_in
 from afferents.core.progress import Progress
 from afferents.core.recording import Session
+
+if TYPE_CHECKING:
+    from afferents.markers import Sensor
 
 
 def simulate(
@@ -19,6 +22,7 @@ def simulate(
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
     remount: Literal["run", "drum"] = "run",
+    sensor: "str | Path | Sensor" = "tip_b",
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -43,6 +47,8 @@ def simulate(
         What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
     remount
         Whether the fingertip is mounted anew for each ``run`` or once a ``drum``.
+    sensor
+        Whose pins and picture the rig has.
     workers, cluster
         Processes here (None for one a core), or the address of a Dask scheduler.
     quiet
@@ -58,15 +64,17 @@ def simulate(
     InputError
         If one of these is not what it should be, or the folder holds something else.
     """
+    from afferents.pipeline.sensor_rig import rig_of
     from afferents.pipeline.simulate import simulate_session
     from afferents.recordings import read_session
     from afferents.rig.simulation import simulation_of
 
     speeds = None if speeds_mm_s is None else [float(speed) for speed in speeds_mm_s]
+    given = sensor_in(sensor)
     with Progress(quiet) as progress:
         wanted = simulation_of(
             Path(session), preset, list(textures), speeds, seconds, height_maps, nuisances,
-            remount, seed,
+            remount, seed, rig_of(given), given.name,
         )  # fmt: skip
         simulate_session(wanted, workers, progress, cluster)
     return read_session(Path(session))

@@ -10,9 +10,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from afferents.core import dims
 from afferents.core.documents import as_form, parse_json, read_json
 from afferents.core.forms import Count, Share, Shares, Source, Speed
 from afferents.core.model import MODELS
+from afferents.core.waves import unseen_waves
 
 SCHEMA = 3
 CARD, WEIGHTS, ESTIMATOR = "model.json", "weights.safetensors", "estimator.skops"
@@ -196,10 +198,17 @@ class Card(BaseModel):
             f"at {speeds} mm/s{recipe}.",
             f"At {self.validated_on_mm_s:g} mm/s, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
+            *self._limits(),
             *(f"Evaluated: {score.describe()}." for score in self.scores),
             *([] if self.scores else ["Not evaluated at speeds held out."]),
             *([] if self.estimator is None else [_NOT_FELT]),
         ]
+
+    def _limits(self) -> list[str]:
+        """Return what its fingertip keeps from it, where it relies on waves."""
+        if dims.ROW_WAVENUMBER not in self.sample_dims or self.sensor is None:
+            return []
+        return [unseen_waves(self.sensor.get("pitch_mm"), self.textures)]
 
 
 def names_of(stepping: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -12,9 +12,10 @@ variable                  dims                  unit         meaning
 ========================  ====================  ===========  ==================================
 
 A recording without video has only `ra2`, one without audio none. Coordinates: `time` (s),
-`space` (x, y), and on `marker` its place in the sensor's layout, `row` and `column`, where the
-layout is a grid. `audio_time` carries no coordinate (it would be larger than the data): sample
-n lies at n / `ra2.attrs["sample_rate_hz"]` s.
+`space` (x, y), and on `marker` its place in the tactile image, `row` and `column`: integers where
+the layout is a square grid, floating on other layouts that a sensor file describes. `audio_time`
+carries no coordinate (it would be larger than the data): sample n lies at
+n / `ra2.attrs["sample_rate_hz"]` s.
 """
 
 import json
@@ -56,6 +57,8 @@ _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
 _LOUDEST = 1e18
 """Its square, summed over a window, still is a number in float32."""
+_MOST_PIXELS = 200
+"""A side of the tactile images of a layout that is not square."""
 _FARTHEST_PX = 1e5
 """No camera's image is so large."""
 
@@ -238,12 +241,13 @@ def _check_clocks(responses: Responses, where: Path | str) -> None:
 
 
 def _check_layout(responses: Responses, where: Path | str) -> None:
-    """Refuse rows and columns that are not a grid's."""
+    """Refuse rows and columns that are no places in an image."""
     if dims.ROW not in responses.coords:
         return
     places = np.stack([responses[name].values for name in (dims.ROW, dims.COLUMN)])
     n = places.shape[1]
-    if places.dtype.kind not in "iu" or not ((places >= 0) & (places < max(n, 1))).all():
+    first, last = (0, max(n, 1)) if places.dtype.kind in "iu" else (-1, _MOST_PIXELS)
+    if places.dtype.kind not in "iuf" or not ((places >= first) & (places < last)).all():
         raise InputError(where, f"rows and columns from 0 to {n - 1}", "others")
     if len(np.unique(places, axis=1).T) < n:
         raise InputError(where, "a row and column for each marker", "two markers at one")

@@ -9,6 +9,7 @@ from afferents.encodings.base import (
 )
 from afferents.encodings.kernels import KernelEncoding, kernel_samples
 from afferents.encodings.lines import Lines
+from afferents.encodings.markers import MarkersEncoding
 from afferents.encodings.orders import OrderEncoding, order_samples
 from afferents.encodings.settings import (
     ENCODINGS,
@@ -17,12 +18,7 @@ from afferents.encodings.settings import (
     encoding_of,
     options,
 )
-from afferents.encodings.spatial import (
-    SpatialEncoding,
-    image_runs,
-    spatial_samples,
-    tactile_images,
-)
+from afferents.encodings.spatial import SpatialEncoding, spatial_samples
 from afferents.encodings.spatiotemporal import SpatiotemporalEncoding, spatiotemporal_samples
 from afferents.encodings.spectral import (
     SpectralEncoding,
@@ -31,6 +27,7 @@ from afferents.encodings.spectral import (
     spectral_samples,
 )
 from afferents.encodings.streams import ImageStream, Ready
+from afferents.encodings.tactile_image import covered, image_runs, images_of, tactile_images
 from afferents.encodings.wavenumbers import (
     WavenumberEncoding,
     WaveStream,
@@ -48,6 +45,7 @@ __all__ = [
     "ImageStream",
     "KernelEncoding",
     "Lines",
+    "MarkersEncoding",
     "Option",
     "OrderEncoding",
     "Ready",
@@ -59,9 +57,11 @@ __all__ = [
     "WaveStream",
     "WavenumberEncoding",
     "amplitude_spectrum",
+    "covered",
     "described",
     "encoding_of",
     "image_runs",
+    "images_of",
     "kernel_samples",
     "log_waves",
     "options",

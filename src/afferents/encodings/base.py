@@ -16,6 +16,7 @@ from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples
 from afferents.encodings.augment import Stretch
 from afferents.encodings.streams import ImageStream, VibrationStream
+from afferents.encodings.tactile_image import image_runs
 
 Floats = NDArray[np.float32]
 
@@ -213,6 +214,8 @@ class ImageEncoding(Encoding):
     """
 
     of_vibration: ClassVar[bool] = False
+    of_pixels: ClassVar[bool] = True
+    """Whether it encodes tactile images; else what single markers show, (component, marker)."""
 
     @property
     def length(self) -> int:
@@ -220,8 +223,12 @@ class ImageEncoding(Encoding):
         return 1
 
     def suits(self, responses: Responses) -> bool:
-        """Tell whether the markers form rows and columns."""
+        """Tell whether the markers have places in an image."""
         return dims.ROW in responses.coords
+
+    def runs(self, response: xr.DataArray, kept: slice) -> Floats:
+        """Return what samples are made of: runs of tactile images; see `image_runs`."""
+        return image_runs(response, kept, self.length)
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the samples that runs of tactile images become.
@@ -229,7 +236,7 @@ class ImageEncoding(Encoding):
         Parameters
         ----------
         runs
-            (n, `length`, component, row, column), as `image_runs` gives them.
+            (n, `length`, component, row, column), as `runs` gives them.
 
         Raises
         ------

@@ -9,6 +9,7 @@ from afferents.core.errors import InputError
 from afferents.core.own import imported, reference_of
 from afferents.encodings.base import Encoding, Option
 from afferents.encodings.kernels import KernelEncoding
+from afferents.encodings.markers import MarkersEncoding
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spatial import SpatialEncoding
 from afferents.encodings.spatiotemporal import SpatiotemporalEncoding
@@ -19,7 +20,7 @@ ENCODINGS: dict[str, type[Encoding]] = {
     kind.name: kind
     for kind in (
         SpatialEncoding, SpatiotemporalEncoding, SpectralEncoding,
-        OrderEncoding, KernelEncoding, WavenumberEncoding,
+        OrderEncoding, KernelEncoding, WavenumberEncoding, MarkersEncoding,
     )
 }  # fmt: skip
 """The paper's three, then ours."""

@@ -5,9 +5,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.base import Floats, ImageEncoding
+from afferents.encodings.tactile_image import tactile_images
 
 
 class SpatialEncoding(ImageEncoding):
@@ -37,41 +37,6 @@ class OneByOne:
     def feed(self, image: Floats) -> Floats:
         """Return the image."""
         return image
-
-
-def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
-    """Lay the markers of every frame out as an image.
-
-    Parameters
-    ----------
-    response
-        SA-I or RA-I `(time, marker)` with the coordinates `row` and `column` on `marker`.
-
-    Returns
-    -------
-    Array of shape (time, row, column), float32, in the response's unit. Row is the rank of a
-    marker in y, column its rank in x; the published arrays are the transpose.
-
-    Raises
-    ------
-    InputError
-        If the markers form no grid, or if lost markers (NaN) were not filled before.
-    """
-    where = f"{response.name} of {response.attrs.get('name', 'a recording')}"
-    if dims.ROW not in response.coords or dims.COLUMN not in response.coords:
-        raise InputError(
-            where,
-            "markers in a grid (coordinates row and column)",
-            "a free layout",
-            "use the vibrotactile models, or a sensor file with a square layout",
-        )
-    if bool(response.isnull().any()):
-        raise InputError(where, "lost markers filled", "NaN", "fill them with channels.hold")
-    rows, columns = response[dims.ROW].values, response[dims.COLUMN].values
-    shape = (response.sizes[dims.TIME], int(rows.max()) + 1, int(columns.max()) + 1)
-    images = np.zeros(shape, dtype=np.float32)
-    images[:, rows, columns] = response.transpose(dims.TIME, dims.MARKER).values
-    return images
 
 
 def frame_extents(
@@ -119,32 +84,3 @@ def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Sampl
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     images = tactile_images(response.isel({dims.TIME: frames}))
     return make_samples(images, (dims.ROW, dims.COLUMN), start_s, stop_s, response.attrs)
-
-
-def image_runs(response: xr.DataArray, frames: slice, length: int) -> NDArray[np.float32]:
-    """Return runs of tactile images that follow each other; a last incomplete one is dropped.
-
-    Parameters
-    ----------
-    response
-        `(time, marker)` or `(time, marker, space)`; see `tactile_images`.
-    frames
-        Frames that the cut keeps.
-    length
-        Images of a run.
-
-    Returns
-    -------
-    Shape (run, frame, component, row, column), in the response's unit.
-    """
-    images = component_images(response.isel({dims.TIME: frames}))
-    n = len(images) // length
-    return images[: n * length].reshape(n, length, *images.shape[1:])
-
-
-def component_images(response: xr.DataArray) -> NDArray[np.float32]:
-    """Return tactile images (time, component, row, column) of a length or of a vector."""
-    if dims.SPACE not in response.dims:
-        return tactile_images(response)[:, None]
-    parts = (response.isel({dims.SPACE: i}, drop=True) for i in range(response.sizes[dims.SPACE]))
-    return np.stack([tactile_images(part) for part in parts], axis=1)

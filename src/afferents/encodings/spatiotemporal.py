@@ -10,7 +10,8 @@ from pydantic import PositiveInt
 from afferents.core import dims
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
-from afferents.encodings.spatial import frame_extents, tactile_images
+from afferents.encodings.spatial import frame_extents
+from afferents.encodings.tactile_image import tactile_images
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""

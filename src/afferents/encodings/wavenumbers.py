@@ -16,8 +16,9 @@ from pydantic import PositiveInt
 from afferents.core import dims
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
-from afferents.encodings.spatial import frame_extents, image_runs
+from afferents.encodings.spatial import frame_extents
 from afferents.encodings.spatiotemporal import FRAMES, FRAMES_OPTION
+from afferents.encodings.tactile_image import image_runs
 
 _LEAST_POWER = 1e-6
 """In px squared: an error of 0.001 px a marker has less."""
@@ -25,6 +26,8 @@ _LEAST_POWER = 1e-6
 
 class WavenumberEncoding(ImageEncoding):
     """The power of a run's images over wavenumbers is a sample.
+
+    Waves that are shorter than two pixels, about two pins, can't be seen in it.
 
     Attributes
     ----------
@@ -88,12 +91,13 @@ def wavenumber_samples(
     Returns
     -------
     Natural logarithm of the mean power over a run's frames, less its mean over all wavenumbers:
-    how much does not matter, only where. Wavenumbers in cycles from marker to marker.
+    how much does not matter, only where. Wavenumbers in cycles from marker to marker, or from
+    pixel to pixel on layouts that are not square.
 
     Raises
     ------
     InputError
-        If the markers form no grid, or the slice has fewer frames than a run.
+        If the markers have no places in an image, or the slice has fewer frames than a run.
     """
     start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
     require_run(len(start_s), response.attrs.get("name", "a recording"), encoding.frames)

@@ -22,7 +22,7 @@ from afferents.evaluation.job_status import (
     seconds_left,
 )
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
-from afferents.evaluation.occlusion import Predict, bands, losses, patches
+from afferents.evaluation.occlusion import Predict, bands, losses, neighbourhoods, patches
 from afferents.evaluation.reliability import Reliability, reliability, reliability_of
 from afferents.evaluation.splits import LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.summary import summarise
@@ -51,6 +51,7 @@ __all__ = [
     "inside_speeds",
     "job_statuses",
     "losses",
+    "neighbourhoods",
     "number_in_recording",
     "patches",
     "plan",

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.core import dims
@@ -30,8 +31,8 @@ class Ablation:
     speeds_mm_s
         None for all.
     markers
-        Share of the markers that tactile images show, evenly spread; the others are 0 in them,
-        as if their pins were missing.
+        Share of the markers that show something, evenly spread; the others are 0, as if their pins
+        were missing.
     train_speeds
         At how many speeds each fold trains, evenly spread over those it has; None for all.
     test_only
@@ -99,14 +100,21 @@ class Ablation:
             )
         return tested
 
-    def images(self, samples: Samples) -> Samples:
-        """Return samples whose images show some of the markers; others as they are."""
-        if self.markers == 1 or dims.ROW not in samples.dims:
-            return samples
-        row = np.arange(samples.sizes[dims.ROW])[:, None]
-        column = np.arange(samples.sizes[dims.COLUMN])
-        shown = (_SPREAD[0] * row + _SPREAD[1] * column) % 1 < self.markers
-        return samples.copy(data=samples.values * shown.astype(samples.dtype))
+    def shown(self, response: xr.DataArray) -> xr.DataArray:
+        """Return a response in which some of the markers show 0; vibration as it is.
+
+        Raises
+        ------
+        InputError
+            If nothing is known of where the markers stand.
+        """
+        if self.markers == 1 or dims.MARKER not in response.dims:
+            return response
+        if dims.ROW not in response.coords:
+            where = response.attrs.get("name", "a recording")
+            raise InputError("--markers", "markers whose places are known", f"none in {where}")
+        at = _SPREAD[0] * response[dims.ROW] + _SPREAD[1] * response[dims.COLUMN]
+        return response.where(at % 1 < self.markers, 0)
 
     def fold(self, fold: Fold, samples: Samples, tested: Collection[str] = ()) -> Fold:
         """Return the fold with fewer speeds to train on, and the recordings asked for to test.

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
 Floats = NDArray[np.float32]
@@ -62,6 +63,15 @@ def patches(shape: tuple[int, int], size: int) -> list[NDArray[np.bool_]]:
         for r in range(shape[0])
         for c in range(shape[1])
     ]
+
+
+def neighbourhoods(
+    row: NDArray[np.generic], column: NDArray[np.generic], size: int
+) -> list[NDArray[np.bool_]]:
+    """Return each marker with its nearest, `size` in all, by the places of markers, (marker,)."""
+    place = np.stack([row, column], axis=1).astype(np.float64)
+    _, near = cKDTree(place).query(place, k=min(size, len(place)))
+    return [np.isin(np.arange(len(place)), own) for own in near]
 
 
 def bands(n: int, width: int) -> list[NDArray[np.bool_]]:

@@ -10,6 +10,7 @@ from afferents.channels import CHANNELS, Channel, Skin
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
+from afferents.encodings.tactile_image import images_of
 from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undistort
 
 Image = NDArray[np.float32]
@@ -26,6 +27,8 @@ class FrameImages(NamedTuple):
     images
         By name of the channel: (row, column), or (component, row, column) of those with directions.
         Lost markers hold what they last showed. Without RA-I where no frame came just before.
+    markers
+        The same before they are images: (component, marker) in the layout's order.
     position
         Of the markers as the camera sees them, (n, 2), px, NaN where lost.
     detected
@@ -33,6 +36,7 @@ class FrameImages(NamedTuple):
     """
 
     images: Mapping[str, Image]
+    markers: Mapping[str, Image]
     position: NDArray[np.float64]
     detected: NDArray[np.bool_]
 
@@ -43,23 +47,23 @@ class Images:
     Parameters
     ----------
     sensor
-        With a grid layout; the frame `sensor.rest_frame` is taken for the skin at rest.
+        Which says where its markers are; the frame `sensor.rest_frame` is taken for the skin at
+        rest.
     channels
         Whose images are wanted.
 
     Raises
     ------
     InputError
-        If the layout is no grid.
+        If the sensor file does not say where the markers are.
     """
 
     def __init__(self, sensor: Sensor, channels: Collection[Channel] = SHOWN) -> None:
         """Wait for the rest frame."""
-        if sensor.layout != "square":
-            raise InputError("the model", "a sensor with markers in a grid", sensor.layout)
-        assert sensor.rows is not None
-        assert sensor.columns is not None
-        self.sensor, self.shape = sensor, (sensor.rows, sensor.columns)
+        if sensor.layout != "square" and sensor.markers is None:
+            expected = "a sensor file that says where the markers are"
+            raise InputError("the model", expected, f"a {sensor.layout} layout without")
+        self.sensor = sensor
         self._channels = channels
         self.begin()
 
@@ -92,11 +96,11 @@ class Images:
         grid = self._tracker.grid
         assert grid is not None
         responses = self._responses(position, self._tracker.rest_position)
+        markers = {name: _parts(self._held(name, found)) for name, found in responses.items()}
         images = {
-            name: self._image(self._held(name, response), grid)
-            for name, response in responses.items()
+            name: _image(parts, responses[name].ndim > 1, grid) for name, parts in markers.items()
         }
-        return FrameImages(images, position, detected)
+        return FrameImages(images, markers, position, detected)
 
     def _responses(self, position: Positions, rest: Positions) -> dict[str, Response]:
         """Return the responses of a frame, computed as offline; without those that lack one."""
@@ -114,8 +118,13 @@ class Images:
         last[seen] = response[seen]
         return last
 
-    def _image(self, response: Response, grid: Grid) -> Image:
-        """Lay (marker,) or (marker, component) out as (row, column) or (component, row, column)."""
-        image = np.zeros((*response.shape[1:], *self.shape), np.float32)
-        image[..., grid.row, grid.column] = response.T
-        return image
+
+def _parts(response: Response) -> Image:
+    """Return (marker,) or (marker, component) as (component, marker), a copy."""
+    return np.array(response.T, np.float32, ndmin=2)
+
+
+def _image(parts: Image, is_vector: bool, grid: Grid) -> Image:
+    """Lay (component, marker) out as (row, column), or (component, row, column) of a vector."""
+    images = images_of(parts, grid.row, grid.column)
+    return images if is_vector else images[0]

@@ -102,6 +102,11 @@ class Network:
         wanted = f"a card with {what} of this version"
         return as_form(content, kind, self.path, wanted, "train the model again")
 
+    @property
+    def of_pixels(self) -> bool:
+        """Whether it takes tactile images; else what single markers show."""
+        return isinstance(self.encoding, ImageEncoding) and self.encoding.of_pixels
+
     def skip(self) -> None:
         """Begin a new run of images: what comes next does not follow what came before."""
         self._n = 0
@@ -114,7 +119,8 @@ class Network:
         Parameters
         ----------
         sample
-            An image (row, column) or (component, row, column), or a sample of vibration.
+            An image (row, column) or (component, row, column), what markers show (component,
+            marker), or a sample of vibration.
         """
         if self._stream is not None:
             complete = self._stream.feed(sample)

@@ -49,6 +49,8 @@ class RigShow:
         Of the draws and the simulation.
     run_s
         Length of a run, s.
+    rig
+        With the fingertip that feels; None for the rig's own.
     """
 
     def __init__(
@@ -57,11 +59,13 @@ class RigShow:
         speed_mm_s: float | None = None,
         seed: int = 0,
         run_s: float = RUN_S,
+        rig: Rig | None = None,
     ) -> None:
         """Prepare a process that records."""
         self._texture = None if texture is None else texture_name(texture, {})
         self._speed_mm_s = speed_mm_s
         self._seed, self._run_s = seed, run_s
+        self._rig = rig or Rig()
         self._folder = tempfile.TemporaryDirectory(
             prefix="afferents-rig-", ignore_cleanup_errors=True
         )
@@ -89,7 +93,8 @@ class RigShow:
         with self._lock:
             for n in (number, number + 1):
                 if n not in self._runs:
-                    asked = (self._folder_of(n), self.drawn(n), self._run_s, self._seed + n)
+                    where = self._folder_of(n)
+                    asked = (self._rig, where, self.drawn(n), self._run_s, self._seed + n)
                     self._runs[n] = self._process.apply_async(_recorded, asked)
             for old in [n for n in self._runs if n < number - 1]:
                 del self._runs[old]
@@ -112,9 +117,8 @@ class RigShow:
         return Path(self._folder.name) / f"{number}"
 
 
-def _recorded(folder: Path, run: Run, seconds: float, seed: int) -> Path:
+def _recorded(rig: Rig, folder: Path, run: Run, seconds: float, seed: int) -> Path:
     """Record a run in a process of its own."""
-    rig = Rig()
     surface = bumped_surface(float(run.texture), rig.drum)
     record(rig, folder, run.texture, surface, run.speed_mm_s, seconds, seed)
     return folder

@@ -10,8 +10,10 @@ from afferents.live.microphone import Microphone
 from afferents.live.perceiver import Perceiver
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo, recorded
 from afferents.live.rig import RigShow, RigSound, RigVideo
+from afferents.pipeline.sensor_rig import rig_of
 from afferents.recordings import WavFile, open_video
 from afferents.recordings.session import AUDIO, VIDEO
+from afferents.rig import Rig
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50 or rig"
 AUDIO_SOURCES = "mic:default, replay:SESSION/3/50 or rig"
@@ -72,7 +74,7 @@ def _open(
             file = open_video(recorded(Path(name), VIDEO))
             opened.append(ReplayedVideo(file, pace))
         elif kind == "rig":
-            opened.append(RigVideo(shows.setdefault(name, _show(name))))
+            opened.append(RigVideo(shows.setdefault(name, _show(name, rig_of(sensor)))))
         else:
             raise InputError("--video", VIDEO_SOURCES, f"'{video}'")
     if perceiver.audio is not None and audio is not None:
@@ -88,8 +90,8 @@ def _open(
             raise InputError("--audio", AUDIO_SOURCES, f"'{audio}'")
 
 
-def _show(name: str) -> RigShow:
-    """Read ``TEXTURE/SPEED``, ``TEXTURE`` or nothing."""
+def _show(name: str, rig: Rig | None = None) -> RigShow:
+    """Read ``TEXTURE/SPEED``, ``TEXTURE`` or nothing; the rig is that of the models' sensor."""
     texture, _, speed = name.partition("/")
     try:
         speed_mm_s = float(speed) if speed else None
@@ -97,4 +99,4 @@ def _show(name: str) -> RigShow:
         raise InputError("rig", "rig:TEXTURE/SPEED, such as rig:g/50", f"'rig:{name}'") from None
     if speed_mm_s is not None and not 0 < speed_mm_s <= 500:
         raise InputError("rig", "a speed above 0 and up to 500 mm/s", speed)
-    return RigShow(texture or None, speed_mm_s)
+    return RigShow(texture or None, speed_mm_s, rig=rig)

@@ -80,7 +80,8 @@ class VideoSense(Sense):
     def _feel(self, felt: FrameImages, arrived_s: float) -> list[Percept]:
         percepts = []
         for session in self.sessions:
-            image = felt.images.get(session.network.channel.name)
+            network = session.network
+            image = (felt.images if network.of_pixels else felt.markers).get(network.channel.name)
             if image is not None:
                 found = float(felt.detected.mean())
                 percept = session.feel(image, self.now_s, self.every_s, arrived_s, found)

@@ -38,20 +38,20 @@ than that it is straight."""
 
 @dataclass(frozen=True)
 class Grid:
-    """Places of n markers in a grid.
+    """Places of n markers in a grid, or in the tactile image of another layout.
 
     Attributes
     ----------
     row, column
         Place of each marker, shape (n,), from 0 at the top and at the left; places of missing
-        markers are not taken.
+        markers are not taken. Integers in a grid, else floating; see `places.image_places`.
     roll_deg
         Angle from the image's x axis to the grid's rows, degrees, positive from x towards y
-        (clockwise as seen).
+        (clockwise as seen); NaN where there is no grid.
     """
 
-    row: NDArray[np.intp]
-    column: NDArray[np.intp]
+    row: NDArray[np.intp] | NDArray[np.float64]
+    column: NDArray[np.intp] | NDArray[np.float64]
     roll_deg: float
 
 

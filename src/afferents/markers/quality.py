@@ -221,9 +221,11 @@ def _light(tracks: xr.Dataset) -> list[str]:
 
 
 def _layout(tracks: xr.Dataset) -> str:
-    """Say whether the markers form a grid."""
+    """Say whether the markers form a grid, or at least have places in an image."""
     if dims.ROW not in tracks.coords:
-        return "No grid is known for this layout, so it gives no tactile images."
+        return "No sensor file says where these markers belong, so they give no tactile images."
+    if "roll_deg" not in tracks.attrs:
+        return "They form no square grid; tactile images are interpolated between them."
     rows, columns = (int(tracks[name].max()) + 1 for name in (dims.ROW, dims.COLUMN))
     return f"They form a grid of {rows} x {columns}, rolled by {tracks.attrs['roll_deg']:.1f} deg."
 

@@ -15,6 +15,7 @@ from afferents.markers.detect import Positions, detect, without_loners
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
+from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
 
 Method = Literal["windowed", "one-to-one", "published"]
@@ -101,7 +102,7 @@ class RestMarkers(NamedTuple):
     present
         Which were found, shape (n,).
     grid
-        Their places; None for other layouts than square ones.
+        Their places; None for layouts that the sensor file does not describe.
     """
 
     position: Positions
@@ -147,7 +148,9 @@ def order_markers(
         row, column = np.divmod(np.arange(len(position)), sensor.columns)
         return RestMarkers(position, present, Grid(row, column, grid.roll_deg))
     if sensor.markers is not None:
-        return RestMarkers(*match_layout(found, np.array(sensor.markers), where))
+        layout = np.array(sensor.markers)
+        places = Grid(*image_places(layout, sensor.image), float("nan"))
+        return RestMarkers(*match_layout(found, layout, where), places)
     order = np.lexsort((found[:, 0], found[:, 1]))
     if reference is not None:
         order = _match_reference(found, reference, where)

@@ -17,6 +17,7 @@ from pydantic import (
 from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
 
+ImageSide = Annotated[int, Field(ge=2, le=200)]
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -139,6 +140,9 @@ class Sensor(BaseModel):
         Where the markers of other layouts than square ones are at rest, px, in the order that
         they keep; None where nobody has looked (``free`` only). Camera and fingertip may be
         turned against it.
+    image
+        Rows and columns of the tactile images of such a layout; None for as many as suit its
+        markers.
     pitch_mm
         Distance of neighbouring markers on the skin, mm; None where it is not known.
     n_markers
@@ -161,6 +165,10 @@ class Sensor(BaseModel):
     name: str = Field(min_length=1)
     layout: Literal["square", "hexagonal", "radial", "free"]
     markers: tuple[tuple[float, float], ...] | None = None
+    # Left out of what is written down where it is not given: stores and cards agree as before.
+    image: tuple[ImageSide, ImageSide] | None = Field(
+        default=None, exclude_if=lambda image: image is None
+    )
     pitch_mm: float | None = Field(default=None, gt=0)
     rows: int | None = Field(default=None, ge=2)
     columns: int | None = Field(default=None, ge=2)
@@ -180,6 +188,8 @@ class Sensor(BaseModel):
                 raise ValueError(f"a {self.layout} layout has no rows and columns")
             if self.markers is not None and self.n_markers not in (None, len(self.markers)):
                 raise ValueError(f"n_markers must be the number of markers, {len(self.markers)}")
+        elif self.image is not None:
+            raise ValueError("a square layout needs no image; it has its rows and columns")
         elif self.markers is not None:
             raise ValueError("a square layout needs no markers; its rows and columns say it all")
         elif self.rows is None or self.columns is None:

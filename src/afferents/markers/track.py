@@ -234,8 +234,9 @@ def track(
     -------
     xr.Dataset
         `position` (time, marker, space) in px, `detected` (time, marker) and `rest_position`
-        (marker, space) in px; `time` is the frames' own time in s. Square layouts carry `row`
-        and `column` on `marker` and their roll in the attribute `roll_deg`. Every frame of the
+        (marker, space) in px; `time` is the frames' own time in s. Layouts that the sensor file
+        describes carry `row` and `column` on `marker`, their places in a tactile image; square
+        ones also have their roll in the attribute `roll_deg`. Every frame of the
         video has its place: those before the rest frame are NaN and not detected.
         `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
         `measure_quality`.
@@ -344,4 +345,5 @@ def _label(
     if grid is None:
         return tracks
     places = {dims.ROW: (dims.MARKER, grid.row), dims.COLUMN: (dims.MARKER, grid.column)}
-    return tracks.assign_coords(places).assign_attrs(roll_deg=grid.roll_deg)
+    roll = {"roll_deg": grid.roll_deg} if np.isfinite(grid.roll_deg) else {}
+    return tracks.assign_coords(places).assign_attrs(roll)

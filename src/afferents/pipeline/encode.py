@@ -14,6 +14,7 @@ from afferents.core.progress import Progress
 from afferents.core.responses import Responses, check_values
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encoding, Encodings, options
+from afferents.evaluation.ablation import Ablation
 
 
 class Source(NamedTuple):
@@ -138,13 +139,23 @@ def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:
     return encoding.kept(responses, channel.made_of, channel.lookback, cut)
 
 
-def encode(responses: Responses, source: Source, cut: Cut) -> Samples:
+def encode(
+    responses: Responses, source: Source, cut: Cut, ablation: Ablation | None = None
+) -> Samples:
     """Encode one recording; see `kept_part` for what it refuses.
 
     Windows never cross recordings, since each is encoded alone.
+
+    Parameters
+    ----------
+    ablation
+        Says which markers are used; None for all.
     """
     kept = kept_part(responses, source, cut)
-    return source.encoding.samples(response_of(responses, source), kept, source.channel.lookback)
+    response = response_of(responses, source)
+    if ablation is not None:
+        response = ablation.shown(response)
+    return source.encoding.samples(response, kept, source.channel.lookback)
 
 
 def response_of(responses: Responses, source: Source) -> xr.DataArray:
@@ -191,13 +202,17 @@ def _labelled(response: xr.DataArray, responses: Responses) -> xr.DataArray:
 
 
 def encode_all(
-    recordings: Sequence[Responses], source: Source, cut: Cut, progress: Progress
+    recordings: Sequence[Responses],
+    source: Source,
+    cut: Cut,
+    progress: Progress,
+    ablation: Ablation | None = None,
 ) -> Samples:
-    """Encode every recording and join the samples."""
+    """Encode every recording and join the samples; see `encode`."""
     label = f"encoding {source.channel.name} {source.encoding.name}"
     return concatenate(
         [
-            encode(responses, source, cut)
+            encode(responses, source, cut, ablation)
             for responses in progress.track(recordings, label, len(recordings))
         ]
     )

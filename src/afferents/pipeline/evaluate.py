@@ -17,6 +17,7 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
 from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.version import __version__
+from afferents.core.waves import unseen_waves
 from afferents.encodings import Encodings
 from afferents.evaluation import (
     FoldKey,
@@ -104,6 +105,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     require_used(able, recipe.encodings)
     if recipe.ablation.markers != 1:
         _require_images(able, recipe.encodings)
+    _note_limits(evaluation, able, textures_of(everything), progress)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
@@ -126,9 +128,20 @@ def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
     """Refuse models whose samples hide where each marker is, as waves do: none can be left out."""
     for model in models:
         for encoding in (source.encoding for source in sources_of(model, encodings)):
-            if not encoding.of_vibration and dims.ROW not in encoding.sample_dims:
+            if not encoding.of_vibration and not {dims.ROW, dims.MARKER} & {*encoding.sample_dims}:
                 found = f"{model.name}, which learns from their {encoding.name}"
                 raise InputError("--markers", "models of tactile images or of vibration", found)
+
+
+def _note_limits(
+    evaluation: Evaluation, models: Sequence[Model], textures: Sequence[str], progress: Progress
+) -> None:
+    """Say what the fingertip keeps from models that rely on waves."""
+    sources = [s for model in models for s in sources_of(model, evaluation.recipe.encodings)]
+    if any(dims.ROW_WAVENUMBER in source.encoding.sample_dims for source in sources):
+        sensors = [data.origin.data_set.config().get("sensor") for data in evaluation.data]
+        for pitch in dict.fromkeys(sensor.get("pitch_mm") for sensor in sensors if sensor):
+            progress.note(unseen_waves(pitch, textures))
 
 
 def _groups(evaluation: Evaluation, models: Sequence[Model]) -> list[list[Model]]:

@@ -22,8 +22,8 @@ from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, textures_of
 from afferents.core.samples import Samples, concatenate
-from afferents.encodings import ImageEncoding, encoding_of, image_runs
-from afferents.evaluation import Predict, bands, losses, patches
+from afferents.encodings import ImageEncoding, encoding_of, images_of
+from afferents.evaluation import Predict, bands, losses, neighbourhoods, patches
 from afferents.models import Deployed
 from afferents.pipeline.data import OpenedData
 from afferents.pipeline.encode import Source, has, kept_part, response_of
@@ -70,12 +70,16 @@ class Asked:
         Among the card's textures, (n,).
     runs
         The images that they are made of: (n, frame, component, row, column); none of vibration.
+        Of models that learn from single markers (n, 1, component, marker).
+    places
+        Rows and columns of the markers in an image, (marker,) each; none where nobody knows.
     """
 
     source: Source
     samples: Samples
     labels: NDArray[np.int64]
     runs: Floats | None = None
+    places: tuple[NDArray[Any], NDArray[Any]] | None = None
 
 
 def explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
@@ -160,7 +164,9 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
         )  # fmt: skip
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
     runs = [run for _, run in parts if run is not None]
-    return Asked(source, samples, labels, np.concatenate(runs) if runs else None)
+    first = recordings[0]
+    places = (first[dims.ROW].values, first[dims.COLUMN].values) if dims.ROW in first else None
+    return Asked(source, samples, labels, np.concatenate(runs) if runs else None, places)
 
 
 def _require_fitting(
@@ -208,7 +214,7 @@ def _some(responses: Responses, source: Source, cut: Cut, n: int) -> tuple[Sampl
     index = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
     runs = None
     if isinstance(encoding, ImageEncoding):
-        runs = image_runs(response, kept, encoding.length)[index]
+        runs = encoding.runs(response, kept)[index]
     return samples.isel({dims.SAMPLE: index}), runs
 
 
@@ -235,7 +241,10 @@ def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict
         def say_of_runs(runs: Floats) -> NDArray[np.floating]:
             return predict(encoding.of_runs(runs, channel.lookback))
 
-        found["markers"] = _markers(textures, say_of_runs, asked, runs)
+        if encoding.of_pixels:
+            found["markers"] = _markers(textures, say_of_runs, asked, runs)
+        elif asked.places is not None:
+            found["markers"] = _single_markers(textures, say_of_runs, asked, runs, asked.places)
     if dims.FREQUENCY in samples.dims:
         found |= _frequencies(textures, predict, asked)
     if dims.ROW_WAVENUMBER in samples.dims:
@@ -255,6 +264,25 @@ def _markers(
     lost = losses(predict, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
     axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
     return _by_texture(textures, asked, lost, axes)
+
+
+def _single_markers(
+    textures: tuple[str, ...],
+    predict: Predict,
+    asked: Asked,
+    runs: Floats,
+    places: tuple[NDArray[Any], NDArray[Any]],
+) -> xr.DataArray:
+    """Return the losses where a marker and its nearest stand still, (texture, row, column).
+
+    As an image of the layout; beside the markers it is 0.
+    """
+    still = neighbourhoods(*places, PATCH**2)
+    nothing = np.zeros(runs.shape[-1], np.float32)
+    lost = losses(predict, runs, asked.labels, still, nothing)
+    images = images_of(lost.T, *places).astype(np.float64)
+    axes = {dims.ROW: np.arange(images.shape[1]), dims.COLUMN: np.arange(images.shape[2])}
+    return _by_texture(textures, asked, images.reshape(len(images), -1).T, axes)
 
 
 def _frequencies(

@@ -278,8 +278,9 @@ def encoded(
     progress: Progress,
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from."""
-    every = (encode_all(recordings, source, recipe.cut, progress) for source in sources)
-    return tuple(recipe.ablation.images(samples) for samples in every)
+    return tuple(
+        encode_all(recordings, source, recipe.cut, progress, recipe.ablation) for source in sources
+    )
 
 
 @lru_cache(maxsize=1)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.channels import CHANNELS, hold
@@ -23,7 +24,7 @@ from afferents.core.results import (
     texture_summaries,
 )
 from afferents.core.samples import Samples, concatenate
-from afferents.encodings import SpectralEncoding, spatial_samples, stretch_spectrum
+from afferents.encodings import SpectralEncoding, covered, spatial_samples, stretch_spectrum
 from afferents.evaluation import reliability_of
 from afferents.evaluation.ablation import Ablation
 from afferents.pipeline.data import open_data, recordings_in
@@ -179,5 +180,8 @@ def _middle_images(recordings: list[Responses], channel: str) -> Samples | None:
             last = response.sizes[dims.TIME] // 2 + SHOWN_FRAMES
             around = response.isel({dims.TIME: slice(max(0, last - SETTLING_FRAMES), last)})
             shown = slice(-SHOWN_FRAMES, None)
-            parts.append(spatial_samples(hold(around.load()), shown, CHANNELS[channel].lookback))
+            samples = spatial_samples(hold(around.load()), shown, CHANNELS[channel].lookback)
+            # Pixels beside the markers of a layout that is not square show nothing.
+            there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
+            parts.append(samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN))))
     return concatenate(parts) if parts else None

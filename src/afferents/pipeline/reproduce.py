@@ -24,6 +24,7 @@ from afferents.pipeline.export import export_model
 from afferents.pipeline.extract import Extraction, extract
 from afferents.pipeline.job import Recipe
 from afferents.pipeline.report import write_report
+from afferents.pipeline.sensor_rig import rig_of
 from afferents.pipeline.simulate import simulate_session
 from afferents.pipeline.train import Training, train
 from afferents.rig.simulation import SimulationPreset, simulation_of
@@ -123,7 +124,10 @@ def recommended_beside(models: Mapping[str, Model], data: Sequence[OpenedData]) 
 
 def _simulated(reproduction: Reproduction, progress: Progress) -> Path:
     session = reproduction.out / "session"
-    simulation = simulation_of(session, reproduction.size, seed=reproduction.seed)
+    rig, sensor = rig_of(reproduction.sensor), reproduction.sensor.name
+    simulation = simulation_of(
+        session, reproduction.size, seed=reproduction.seed, rig=rig, sensor=sensor
+    )
     return simulate_session(simulation, reproduction.workers, progress)
 
 

@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 Points = NDArray[np.float64]
 """Shape (..., 2)."""
 
+_OUTER_PX, _OUTER_OF_PX = 280.0, 640
+
 
 class Camera(BaseModel):
     """A camera behind the skin, and the ring of lights round it.
@@ -24,7 +26,7 @@ class Camera(BaseModel):
     roll_deg
         Angle from the image's x axis to the slide, from x towards y (published: 6.2).
     barrel
-        How much the lens draws a point in, over its distance, at `BARREL_AT_PX` from the axis.
+        How much the lens draws a point in, over its distance, at `outer_px` from the axis.
     marker_diameter_mm
         Of the white discs: 12.8 px, 129 px^2, amid what the published detector accepts (95 to
         180 px^2).
@@ -33,7 +35,7 @@ class Camera(BaseModel):
     blur_px
         Standard deviation of the lens's blur, px.
     falloff
-        Share of the light lost at `BARREL_AT_PX` from the axis.
+        Share of the light lost at `outer_px` from the axis.
     noise_grey
         Standard deviation of the sensor's noise, grey levels.
     bit_rate
@@ -57,19 +59,20 @@ class Camera(BaseModel):
     bit_rate: int = Field(2_000_000, gt=0)
 
     @model_validator(mode="after")
-    def _markers_are_brighter(self) -> Self:
-        if self.marker_grey <= self.skin_grey:
-            raise ValueError("marker_grey must be above skin_grey")
+    def _markers_are_seen(self) -> Self:
+        if self.marker_grey == self.skin_grey:
+            raise ValueError("marker_grey must differ from skin_grey")
         return self
+
+    @property
+    def outer_px(self) -> float:
+        """Distance of the outermost pins from the axis: 280 px at 18.3 px/mm in 640 px."""
+        return _OUTER_PX * self.width / _OUTER_OF_PX
 
     @property
     def centre_px(self) -> Points:
         """The optical axis in the picture, px."""
         return np.array([(self.width - 1) / 2, (self.height - 1) / 2])
-
-
-BARREL_AT_PX = 280.0
-"""Distance of the outermost pins from the axis at 18.3 px/mm."""
 
 
 def project(position_mm: Points, camera: Camera) -> Points:
@@ -83,5 +86,5 @@ def project(position_mm: Points, camera: Camera) -> Points:
     roll = math.radians(camera.roll_deg)
     turn = np.array([[math.cos(roll), math.sin(roll)], [-math.sin(roll), math.cos(roll)]])
     ideal = position_mm @ turn * camera.px_per_mm
-    radius2 = (ideal**2).sum(axis=-1, keepdims=True) / BARREL_AT_PX**2
+    radius2 = (ideal**2).sum(axis=-1, keepdims=True) / camera.outer_px**2
     return np.asarray(camera.centre_px + ideal * (1 - camera.barrel * radius2))

@@ -1,4 +1,8 @@
-"""The kernel of the skin: its equations, see `skin`, for all nodes, step by step, in Numba."""
+"""The kernel of the skin: its equations, see `skin`, for all nodes, step by step, in Numba.
+
+What a node does by itself is the same for any layout; what neighbours do to it is written once for
+the square lattice, which is fast, and once for the nodes of any `mesh`.
+"""
 
 from typing import NamedTuple
 
@@ -12,7 +16,10 @@ ROW = N_SIDE + 2
 FIRST, SPAN = ROW + 1, (N_SIDE - 1) * ROW + N_SIDE
 """The first inner node, and how many there are from it to the last."""
 STATES = 13
-_UX, _UY, _VX, _VY, _ZX, _ZY, _D, _NX, _NY, _Q, _P, _FX, _FY = range(0, STATES * ROW**2, ROW**2)
+_UX, _UY, _VX, _VY, _ZX, _ZY, _D, _NX, _NY, _Q, _P, _FX, _FY = range(STATES)
+_PLANE = ROW**2
+"""Values of one state, those of the margin among them."""
+_NODES = FIRST, SPAN, _PLANE
 
 
 class Constants(NamedTuple):
@@ -45,14 +52,15 @@ the loops run from 0 over all nodes between the first and the last inner one, ma
 
 
 @_part
-def _meet(state, heights, width, offset, depth, x, y, gap, k):
+def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k):
     """How deep every node is pressed in, and on what slope.
 
     Apart from `_press`, since it jumps about in the map.
     """
-    for j in range(SPAN):
-        along = offset + (x[j] + state[_UX + FIRST + j]) * k.per_along
-        across = (y[j] + state[_UY + FIRST + j]) * k.per_across
+    first, span, plane = nodes
+    for j in range(span):
+        along = offset + (x[j] + state[_UX * plane + first + j]) * k.per_along
+        across = (y[j] + state[_UY * plane + first + j]) * k.per_across
         a, b = np.int32(along), np.int32(across)
         fa, fb = along - np.float32(a), across - np.float32(b)
         here = np.uint32(a * width + b)
@@ -61,36 +69,37 @@ def _meet(state, heights, width, offset, depth, x, y, gap, k):
         far_step = heights[below + np.uint32(1)] - heights[below]
         near = heights[here] + fb * near_step
         far = heights[below] + fb * far_step
-        state[_D + FIRST + j] = depth - gap[j] + near + fa * (far - near)
-        state[_NX + FIRST + j] = (near - far) * k.per_along
-        state[_NY + FIRST + j] = -(near_step + fa * (far_step - near_step)) * k.per_across
+        state[_D * plane + first + j] = depth - gap[j] + near + fa * (far - near)
+        state[_NX * plane + first + j] = (near - far) * k.per_along
+        state[_NY * plane + first + j] = -(near_step + fa * (far_step - near_step)) * k.per_across
 
 
 @_part
-def _press(state, speed, k):
+def _press(state, nodes, speed, k):
     """Pressure and friction of every node."""
+    first, span, plane = nodes
     zero, one, tiny = np.float32(0), np.float32(1), np.float32(1e-12)
-    for j in range(SPAN):
-        d = max(state[_D + FIRST + j], zero)
-        q = state[_Q + FIRST + j]
+    for j in range(span):
+        d = max(state[_D * plane + first + j], zero)
+        q = state[_Q * plane + first + j]
         q += k.relax * (d - q)
         p = max(k.k_n * (d + k.relaxing * (d - q)), zero)
-        wx, wy = speed - state[_VX + FIRST + j], -state[_VY + FIRST + j]
+        wx, wy = speed - state[_VX * plane + first + j], -state[_VY * plane + first + j]
         w = np.sqrt(wx * wx + wy * wy + tiny)
         v = w * k.per_stribeck
         loss = k.s0 * w / (k.m_k + (k.m_s - k.m_k) / (one + v * v))
         # Implicit in z: never beyond what the friction can hold, at any step.
         hold = one / (one + loss * k.dt)
-        zx = (state[_ZX + FIRST + j] + wx * k.dt) * hold
-        zy = (state[_ZY + FIRST + j] + wy * k.dt) * hold
+        zx = (state[_ZX * plane + first + j] + wx * k.dt) * hold
+        zy = (state[_ZY * plane + first + j] + wy * k.dt) * hold
         rub_x = k.s0 * zx + k.s1 * (wx - loss * zx) + k.s2 * wx
         rub_y = k.s0 * zy + k.s1 * (wy - loss * zy) + k.s2 * wy
-        state[_FX + FIRST + j] = p * (rub_x + state[_NX + FIRST + j])
-        state[_FY + FIRST + j] = p * (rub_y + state[_NY + FIRST + j])
-        state[_ZX + FIRST + j] = zx
-        state[_ZY + FIRST + j] = zy
-        state[_Q + FIRST + j] = q
-        state[_P + FIRST + j] = p
+        state[_FX * plane + first + j] = p * (rub_x + state[_NX * plane + first + j])
+        state[_FY * plane + first + j] = p * (rub_y + state[_NY * plane + first + j])
+        state[_ZX * plane + first + j] = zx
+        state[_ZY * plane + first + j] = zy
+        state[_Q * plane + first + j] = q
+        state[_P * plane + first + j] = p
 
 
 @_part
@@ -98,40 +107,44 @@ def _move(state, k):
     """In-plane motion of every node in one step: velocities first, then places."""
     four = np.float32(4)
     for j in range(SPAN):
-        ux, uy = state[_UX + FIRST + j], state[_UY + FIRST + j]
+        ux, uy = state[_UX * _PLANE + FIRST + j], state[_UY * _PLANE + FIRST + j]
         around_x = (
-            state[_UX + FIRST - 1 + j]
-            + state[_UX + FIRST + 1 + j]
-            + state[_UX + FIRST - ROW + j]
-            + state[_UX + FIRST + ROW + j]
+            state[_UX * _PLANE + FIRST - 1 + j]
+            + state[_UX * _PLANE + FIRST + 1 + j]
+            + state[_UX * _PLANE + FIRST - ROW + j]
+            + state[_UX * _PLANE + FIRST + ROW + j]
         )
         around_y = (
-            state[_UY + FIRST - 1 + j]
-            + state[_UY + FIRST + 1 + j]
-            + state[_UY + FIRST - ROW + j]
-            + state[_UY + FIRST + ROW + j]
+            state[_UY * _PLANE + FIRST - 1 + j]
+            + state[_UY * _PLANE + FIRST + 1 + j]
+            + state[_UY * _PLANE + FIRST - ROW + j]
+            + state[_UY * _PLANE + FIRST + ROW + j]
         )
-        push_x = k.spread * (state[_P + FIRST - 1 + j] - state[_P + FIRST + 1 + j])
-        push_y = k.spread * (state[_P + FIRST - ROW + j] - state[_P + FIRST + ROW + j])
+        push_x = k.spread * (
+            state[_P * _PLANE + FIRST - 1 + j] - state[_P * _PLANE + FIRST + 1 + j]
+        )
+        push_y = k.spread * (
+            state[_P * _PLANE + FIRST - ROW + j] - state[_P * _PLANE + FIRST + ROW + j]
+        )
         pull_x = k.k_c * (around_x - four * ux) - k.k * ux + push_x
         pull_y = k.k_c * (around_y - four * uy) - k.k * uy + push_y
-        vx, vy = state[_VX + FIRST + j], state[_VY + FIRST + j]
-        state[_VX + FIRST + j] = (
-            vx + (pull_x + k.accelerate * state[_FX + FIRST + j] - k.c * vx) * k.dt
+        vx, vy = state[_VX * _PLANE + FIRST + j], state[_VY * _PLANE + FIRST + j]
+        state[_VX * _PLANE + FIRST + j] = (
+            vx + (pull_x + k.accelerate * state[_FX * _PLANE + FIRST + j] - k.c * vx) * k.dt
         )
-        state[_VY + FIRST + j] = (
-            vy + (pull_y + k.accelerate * state[_FY + FIRST + j] - k.c * vy) * k.dt
+        state[_VY * _PLANE + FIRST + j] = (
+            vy + (pull_y + k.accelerate * state[_FY * _PLANE + FIRST + j] - k.c * vy) * k.dt
         )
     for j in range(SPAN):
-        state[_UX + FIRST + j] += state[_VX + FIRST + j] * k.dt
-        state[_UY + FIRST + j] += state[_VY + FIRST + j] * k.dt
+        state[_UX * _PLANE + FIRST + j] += state[_VX * _PLANE + FIRST + j] * k.dt
+        state[_UY * _PLANE + FIRST + j] += state[_VY * _PLANE + FIRST + j] * k.dt
 
 
 @_part
 def _free_edges(state):
     """Give the outermost nodes neighbours like themselves: nothing pulls from outside."""
     last = ROW * (ROW - 1)
-    for s in (_UX, _UY, _P):
+    for s in (_UX * _PLANE, _UY * _PLANE, _P * _PLANE):
         for i in range(ROW):
             state[s + i] = state[s + ROW + i]
             state[s + last + i] = state[s + last - ROW + i]
@@ -141,11 +154,12 @@ def _free_edges(state):
 
 
 @_part
-def _heard(state, weight, s):
+def _heard(state, nodes, weight, s):
     """Return the weighted sum of a state over the nodes."""
     total = 0.0
-    for j in range(SPAN):
-        total += weight[j] * state[s + FIRST + j]
+    first, span, plane = nodes
+    for j in range(span):
+        total += weight[j] * state[s * plane + first + j]
     return total
 
 
@@ -155,10 +169,14 @@ def _take_frame(state, since, frame):
     for r in range(N_SIDE):
         for i in range(N_SIDE):
             j = r * ROW + i
-            frame[0, r, i] = state[_UX + FIRST + j] - since * state[_VX + FIRST + j]
-            frame[1, r, i] = state[_UY + FIRST + j] - since * state[_VY + FIRST + j]
-            frame[2, r, i] = max(state[_D + FIRST + j], np.float32(0))
-            frame[3, r, i] = state[_P + FIRST + j]
+            frame[0, r, i] = (
+                state[_UX * _PLANE + FIRST + j] - since * state[_VX * _PLANE + FIRST + j]
+            )
+            frame[1, r, i] = (
+                state[_UY * _PLANE + FIRST + j] - since * state[_VY * _PLANE + FIRST + j]
+            )
+            frame[2, r, i] = max(state[_D * _PLANE + FIRST + j], np.float32(0))
+            frame[3, r, i] = state[_P * _PLANE + FIRST + j]
 
 
 @_kernel
@@ -199,16 +217,87 @@ def advance(
     sounds
         Filled with the rates of pressure and tangential force, (n_steps, 2).
     """
-    pressed, pulled = _heard(state, weight, _P), _heard(state, weight, _FX)
+    pressed, pulled = _heard(state, _NODES, weight, _P), _heard(state, _NODES, weight, _FX)
     frame = 0
     for step in range(len(offset)):
-        _meet(state, heights, width, offset[step], depth[step], x, y, gap, k)
-        _press(state, speed[step], k)
+        _meet(state, _NODES, heights, width, offset[step], depth[step], x, y, gap, k)
+        _press(state, _NODES, speed[step], k)
         _free_edges(state)
         _move(state, k)
         before = pressed, pulled
-        pressed, pulled = _heard(state, weight, _P), _heard(state, weight, _FX)
+        pressed, pulled = _heard(state, _NODES, weight, _P), _heard(state, _NODES, weight, _FX)
         sounds[step, 0], sounds[step, 1] = (pressed - before[0]) / k.dt, (pulled - before[1]) / k.dt
         while frame < len(frame_steps) and frame_steps[frame] < step + 1:
             _take_frame(state, np.float32((step + 1 - frame_steps[frame]) * k.dt), frames[frame])
+            frame += 1
+
+
+@_part
+def _move_mesh(state, n, neighbour, coupling, push, k):
+    """In-plane motion of every node in one step: velocities first, then places."""
+    for j in range(n):
+        ux, uy, p = state[_UX * n + j], state[_UY * n + j], state[_P * n + j]
+        pull_x, pull_y = -k.k * ux, -k.k * uy
+        for i in range(neighbour.shape[1]):
+            other, stiff = neighbour[j, i], k.k_c * coupling[j, i]
+            fall = k.spread * (state[_P * n + other] - p)
+            pull_x += stiff * (state[_UX * n + other] - ux) + fall * push[j, i, 0]
+            pull_y += stiff * (state[_UY * n + other] - uy) + fall * push[j, i, 1]
+        vx, vy = state[_VX * n + j], state[_VY * n + j]
+        state[_VX * n + j] = vx + (pull_x + k.accelerate * state[_FX * n + j] - k.c * vx) * k.dt
+        state[_VY * n + j] = vy + (pull_y + k.accelerate * state[_FY * n + j] - k.c * vy) * k.dt
+    for j in range(n):
+        state[_UX * n + j] += state[_VX * n + j] * k.dt
+        state[_UY * n + j] += state[_VY * n + j] * k.dt
+
+
+@_part
+def _take_mesh_frame(state, n, since, frame):
+    """Write places, depth and pressure, `since` s before the end of the step."""
+    for j in range(n):
+        frame[0, j] = state[_UX * n + j] - since * state[_VX * n + j]
+        frame[1, j] = state[_UY * n + j] - since * state[_VY * n + j]
+        frame[2, j] = max(state[_D * n + j], np.float32(0))
+        frame[3, j] = state[_P * n + j]
+
+
+@_kernel
+def advance_mesh(
+    state,
+    heights,
+    width,
+    offset,
+    speed,
+    depth,
+    x,
+    y,
+    gap,
+    weight,
+    frame_steps,
+    k,
+    neighbour,
+    coupling,
+    push,
+    frames,
+    sounds,
+):
+    """Move the skin on by as many steps as `offset` has, in place.
+
+    As `advance`, with states (STATES * n_nodes,), values of the nodes (n_nodes,), what `mesh.Mesh`
+    says of their neighbours, and frames (n_frames, 4, n_nodes).
+    """
+    n = len(x)
+    nodes = 0, n, n
+    pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)
+    frame = 0
+    for step in range(len(offset)):
+        _meet(state, nodes, heights, width, offset[step], depth[step], x, y, gap, k)
+        _press(state, nodes, speed[step], k)
+        _move_mesh(state, n, neighbour, coupling, push, k)
+        before = pressed, pulled
+        pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)
+        sounds[step, 0], sounds[step, 1] = (pressed - before[0]) / k.dt, (pulled - before[1]) / k.dt
+        while frame < len(frame_steps) and frame_steps[frame] < step + 1:
+            since = np.float32((step + 1 - frame_steps[frame]) * k.dt)
+            _take_mesh_frame(state, n, since, frames[frame])
             frame += 1

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from afferents.core.recording import GreyImage
-from afferents.rig.camera import BARREL_AT_PX, Camera, Points
+from afferents.rig.camera import Camera, Points
 
 _NOISE_POOL = 1 << 21
 """Noise is drawn once and read from another place for each frame: two million values."""
@@ -64,7 +64,7 @@ def _light(camera: Camera) -> NDArray[np.float32]:
     """Return how brightly the ring lights each pixel, 1 in the middle, (height, width)."""
     y, x = np.indices((camera.height, camera.width))
     centre = camera.centre_px
-    radius2 = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / BARREL_AT_PX**2
+    radius2 = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / camera.outer_px**2
     return np.asarray(np.maximum(1 - camera.falloff * radius2, 0), np.float32)
 
 

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve
+from scipy.spatial.distance import cdist
 
 from afferents.core.errors import InputError
 from afferents.rig.config import Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
 from afferents.rig.kernel import N_SIDE
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
-from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, SkinOnDrum, SkinResponse
+from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, felt
 
 STABLE = 1.0
@@ -212,12 +213,24 @@ def seen(rig: Rig, skin: SkinResponse) -> NDArray[np.float64]:
     A pin that is pushed in comes nearer to the camera and so moves outwards in the picture:
     position = (rest + displacement) * distance / (distance - inward).
     """
-    inward = skin.inward_mm.reshape(-1, N_SIDE, N_SIDE)
-    # The skin is one sheet: a pin is pushed in with its neighbours.
-    sheet = np.outer((1, 4, 6, 4, 1), (1, 4, 6, 4, 1))[None] / 256
-    inward = convolve(inward, sheet, mode="nearest").reshape(len(inward), -1)
-    nearer = rig.mounting.camera_mm / (rig.mounting.camera_mm - inward.astype(np.float64))
+    inward = _as_one_sheet(rig.skin, skin.inward_mm).astype(np.float64)
+    nearer = rig.mounting.camera_mm / (rig.mounting.camera_mm - inward)
     return np.asarray((rig.skin.rest_mm() + skin.displacement_mm) * nearer[..., None])
+
+
+def _as_one_sheet(skin: Skin, inward_mm: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Push every pin in with its neighbours, (n_frames, n_nodes), mm: the skin is one sheet."""
+    mesh = skin.mesh
+    if mesh is None:
+        lattice = inward_mm.reshape(-1, N_SIDE, N_SIDE)
+        sheet = np.outer((1, 4, 6, 4, 1), (1, 4, 6, 4, 1))[None] / 256
+        return np.asarray(convolve(lattice, sheet, mode="nearest").reshape(len(lattice), -1))
+    # The same breadth: these weights have a standard deviation of one pitch of the lattice.
+    pins = skin.rest_mm()
+    weight = np.exp(-cdist(pins, pins, "sqeuclidean") / (2 * skin.pitch_mm**2))
+    weight *= mesh.share
+    weight /= weight.sum(axis=1, keepdims=True)
+    return np.asarray(inward_mm @ weight.T.astype(np.float32))
 
 
 def listen(

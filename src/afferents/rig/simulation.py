@@ -23,6 +23,8 @@ _SPEEDS: dict[SimulationPreset, tuple[float, ...]] = {
     "paper": tuple(range(10, 101, 10)),
 }
 _SECONDS: dict[SimulationPreset, float] = {"quick": 7.5, "paper": 65.0}
+RIGS_OWN = "tip_b"
+"""Sensor whose pins the rig has if no other is asked for."""
 RUNS = "runs"
 """Key of what was drawn for each run; it follows from the rest of the configuration."""
 
@@ -35,6 +37,8 @@ class Simulation:
     ----------
     textures
         Bump spacings by folder name, mm, and the names of height maps.
+    sensor
+        Name of the sensor whose pins the rig has.
     height_maps
         Surfaces of their own, by name.
     maps_as_given
@@ -47,6 +51,7 @@ class Simulation:
     seconds: float
     seed: int
     rig: Rig = field(default_factory=Rig)
+    sensor: str = RIGS_OWN
     height_maps: Mapping[str, Surface] = field(default_factory=dict)
     maps_as_given: Mapping[str, str] = field(default_factory=dict)
 
@@ -64,7 +69,7 @@ class Simulation:
         }
         return {
             "simulated": True,
-            "sensor": "tip_b",
+            "sensor": self.sensor,
             "fps_hz": self.rig.camera.fps_hz,
             "frame_width": self.rig.camera.width,
             "frame_height": self.rig.camera.height,
@@ -93,6 +98,8 @@ def simulation_of(
     nuisances: str = "all",
     remount: Literal["run", "drum"] = "run",
     seed: int = 0,
+    rig: Rig | None = None,
+    sensor: str = RIGS_OWN,
 ) -> Simulation:
     """Return the simulation that a user's words describe.
 
@@ -107,13 +114,15 @@ def simulation_of(
         separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
     remount
         Whether the fingertip is mounted anew for each run or once a drum.
+    rig, sensor
+        With other pins than its own, and the name of the sensor that has these.
 
     Raises
     ------
     InputError
         If one of these is not what it should be.
     """
-    rig = Rig()
+    rig = rig or Rig()
     if remount == "drum":
         rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
@@ -127,6 +136,7 @@ def simulation_of(
         seconds if seconds is not None else _SECONDS[preset],
         seed,
         rig,
+        sensor,
         maps,
         {name: text for text, (name, _) in read.items()},
     )
@@ -148,7 +158,7 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
             strengths |= {n: float(strength) for n in named} if strength else named
             strengths |= HARD if name == "hard" else {}
         except ValueError:
-            raise InputError("--nuisances", "NAME or NAME=PENALTY", f"'{word}'") from None
+            raise InputError("--nuisances", "NAME or NAME=STRENGTH", f"'{word}'") from None
     return {name: value for name, value in strengths.items() if name != "none"}
 
 

@@ -1,6 +1,7 @@
 """The skin: a lattice of pins, pressed on a drum and dragged along by friction.
 
-Each of the 19 x 19 nodes is a pin with its share of skin. In the normal direction it is
+Each node is a pin with its share of skin: 19 x 19 in a square lattice, or any others (`mesh`). In
+the normal direction it is
 penetrated by the drum, and a standard linear solid turns penetration into pressure. In its
 plane it is a damped mass on a spring, coupled to its neighbours, pushed outwards where the
 pressure falls off, and dragged by friction with a bristle model. Stick and slip are not put
@@ -22,13 +23,24 @@ a rational function, which costs no exponential.
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents.rig.kernel import FIRST, N_SIDE, ROW, SPAN, STATES, Constants, advance
+from afferents.rig.kernel import (
+    FIRST,
+    N_SIDE,
+    ROW,
+    SPAN,
+    STATES,
+    Constants,
+    advance,
+    advance_mesh,
+)
+from afferents.rig.mesh import Mesh, mesh_of
 from afferents.rig.surface import WIDTH_MM, Surface
 
 Floats = NDArray[np.float32]
@@ -36,7 +48,10 @@ Floats = NDArray[np.float32]
 PHYSICS_RATE_HZ = 8820.0
 """Steps a second: a fifth of the microphone's sample rate, 98 to a frame at 90 fps."""
 _MARGIN_MM = WIDTH_MM / 2
+_OUTERMOST_MM = WIDTH_MM / 2 - 4
+"""Pins farther out would leave the drum where it stands off."""
 _NO_CONTACT_MM = 1e3
+FEWEST_PINS = 4
 _MN_PER_MG = 1e6
 """1 mN accelerates 1 mg by 1e6 mm/s^2."""
 
@@ -47,7 +62,10 @@ class Skin(BaseModel):
     Attributes
     ----------
     pitch_mm
-        Distance of the pins, mm (paper, section 2.1).
+        Distance of the pins, mm (paper, section 2.1). Where `pins_mm` says where they are, the
+        constants are those of a node that has a square of this side for its share.
+    pins_mm
+        Where the pins stand, mm from the axis, x along the slide; None for the lattice of 19 x 19.
     radius_mm, tip_radius_mm
         Radius of the drum (paper, section 2.2) and of the tip's own curvature, mm.
     footprint_mm
@@ -77,6 +95,10 @@ class Skin(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     pitch_mm: float = Field(1.2, gt=0)
+    # Left out of what is written down where there are none, as sessions always were.
+    pins_mm: tuple[tuple[float, float], ...] | None = Field(
+        None, min_length=FEWEST_PINS, exclude_if=lambda pins: pins is None
+    )
     radius_mm: float = Field(40.0, gt=0)
     tip_radius_mm: float = Field(80.0, gt=0)
     footprint_mm: float = Field(2.0, gt=0)
@@ -101,35 +123,62 @@ class Skin(BaseModel):
     def _static_is_greater(self) -> Self:
         if self.static_friction < self.kinetic_friction:
             raise ValueError("static_friction must not be below kinetic_friction")
-        if (N_SIDE - 1) * self.pitch_mm > WIDTH_MM - 4:
+        if self.pins_mm is None and (N_SIDE - 1) * self.pitch_mm > WIDTH_MM - 4:
             raise ValueError(f"the lattice must fit on a drum of {WIDTH_MM:g} mm")
+        if self.pins_mm is not None and np.abs(self.pins_mm).max() > _OUTERMOST_MM:
+            raise ValueError(f"pins must stand within {_OUTERMOST_MM:g} mm of the axis")
         return self
 
     @property
     def n_nodes(self) -> int:
         """Pins."""
-        return N_SIDE**2
+        return N_SIDE**2 if self.pins_mm is None else len(self.pins_mm)
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """Neighbours of the pins; None for the lattice."""
+        return None if self.pins_mm is None else _mesh_of(self.pins_mm, self.pitch_mm)
 
     def rest_mm(self) -> NDArray[np.float64]:
-        """Return the pins at rest: (n_nodes, 2), mm from the axis, row by row (y), then x."""
+        """Return the pins at rest: (n_nodes, 2), mm from the axis.
+
+        In the order of `pins_mm`; those of the lattice row by row (y), then x.
+        """
+        if self.pins_mm is not None:
+            return np.array(self.pins_mm)
         place = (np.arange(N_SIDE) - (N_SIDE - 1) / 2) * self.pitch_mm
         y, x = np.meshgrid(place, place, indexing="ij")
         return np.stack([x.ravel(), y.ravel()], axis=1)
 
     def nodules(self) -> NDArray[np.bool_]:
-        """Return which pins stand on a nodule: every second one, chequered, (n_nodes,)."""
+        """Return which pins stand on a nodule, (n_nodes,).
+
+        Of the lattice every second one, chequered; of other layouts all, as on the fingerprint of
+        Cramphorn, Ward-Cherrier & Lepora (Soft Robotics 2017).
+        """
+        if self.pins_mm is not None:
+            return np.ones(self.n_nodes, bool)
         row, column = np.indices((N_SIDE, N_SIDE))
         return np.asarray((row + column).ravel() % 2 == 0)
 
     def stiffest_per_s(self, deepest_mm: float) -> float:
         """Return an upper bound of the fastest oscillation, rad/s.
 
-        Ground spring, four neighbours swinging against it (8 k_c), and the bristles of a node
-        pressed `deepest_mm` deep.
+        Ground spring, neighbours swinging against it (four of the lattice: 8 k_c), and the bristles
+        of a node pressed `deepest_mm` deep.
         """
         pressure = self.normal_mn_mm * (1 + self.relaxing_share) * deepest_mm
-        stiffness = self.shear_mn_mm + 8 * self.coupling_mn_mm + self.bristle_per_mm * pressure
+        mesh = self.mesh
+        against = 8 if mesh is None else 2 * float(mesh.coupling.sum(axis=1).max())
+        stiffness = (
+            self.shear_mn_mm + against * self.coupling_mn_mm + self.bristle_per_mm * pressure
+        )
         return math.sqrt(stiffness * _MN_PER_MG / self.mass_mg)
+
+
+@lru_cache(maxsize=8)
+def _mesh_of(pins_mm: tuple[tuple[float, float], ...], pitch_mm: float) -> Mesh:
+    return mesh_of(np.array(pins_mm), pitch_mm)
 
 
 class Motion(NamedTuple):
@@ -205,18 +254,21 @@ class SkinOnDrum:
         self.skin = skin
         self.surface = surface
         self.rate_hz = rate_hz
-        self._state = np.zeros(STATES * ROW**2, np.float32)
-        rest = skin.rest_mm()
-        self._x = self._with_margin(rest[:, 0] + _MARGIN_MM, _MARGIN_MM)
-        self._y = self._with_margin(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
-        self._gap = self._with_margin(self._gap_mm(rest, tilt), _NO_CONTACT_MM)
-        self._weight = self._with_margin(weight, 0.0)
+        self._mesh, rest = skin.mesh, skin.rest_mm()
+        nodes = ROW**2 if self._mesh is None else len(rest)
+        self._state = np.zeros(STATES * nodes, np.float32)
+        self._x = self._laid_out(rest[:, 0] + _MARGIN_MM, _MARGIN_MM)
+        self._y = self._laid_out(rest[:, 1] - lateral_mm + _MARGIN_MM, _MARGIN_MM)
+        self._gap = self._laid_out(self._gap_mm(rest, tilt), _NO_CONTACT_MM)
+        self._weight = self._laid_out(weight, 0.0)
         # The map's beginning follows once more after its end, so that no node must wrap.
         again = math.ceil(2 * _MARGIN_MM / surface.pitch_mm[0]) + 2
         self._heights = np.concatenate([surface.height_mm, surface.height_mm[:again]])
 
-    def _with_margin(self, value: NDArray[np.float64], outside: float) -> Floats:
-        """Put a row of imagined nodes round the lattice, and lay it out flat."""
+    def _laid_out(self, value: NDArray[np.float64], outside: float) -> Floats:
+        """Return values of the nodes; round the lattice a row of imagined nodes, laid out flat."""
+        if self._mesh is not None:
+            return value.astype(np.float32)
         square = value.reshape(N_SIDE, N_SIDE)
         flat = np.pad(square, 1, constant_values=outside).astype(np.float32).ravel()
         return flat[FIRST : FIRST + SPAN].copy()
@@ -240,12 +292,14 @@ class SkinOnDrum:
             lies between two steps is interpolated.
         """
         skin, n_frames, n_nodes = self.skin, len(frame_steps), self.skin.n_nodes
-        frames = np.zeros((n_frames, 4, N_SIDE, N_SIDE), np.float32)
+        mesh = self._mesh
+        form = (N_SIDE, N_SIDE) if mesh is None else (n_nodes,)
+        frames = np.zeros((n_frames, 4, *form), np.float32)
         sounds = np.zeros((len(motion.slide_mm), 2))
         along, across = self.surface.pitch_mm
         # Positions on the map, from the edge of the lattice's margin on.
         offset = np.mod(-motion.slide_mm - _MARGIN_MM, self.surface.length_mm) / along
-        advance(
+        given = (
             self._state,
             self._heights.ravel(),
             np.int32(self._heights.shape[1]),
@@ -258,10 +312,14 @@ class SkinOnDrum:
             self._weight,
             np.asarray(frame_steps, np.float64),
             _constants(skin, (along, across), self.rate_hz),
-            frames,
-            sounds,
         )
+        if mesh is None:
+            advance(*given, frames, sounds)
+        else:
+            advance_mesh(*given, mesh.neighbour, mesh.coupling, mesh.push, frames, sounds)
         flat = frames.reshape(n_frames, 4, n_nodes)
+        if mesh is not None:  # what the kernel knows is the pressure of a node of the lattice
+            flat[:, 3] *= mesh.share.astype(np.float32)
         return SkinResponse(
             np.moveaxis(flat[:, :2], 1, 2), flat[:, 2], flat[:, 3], sounds[:, 0], sounds[:, 1]
         )

@@ -52,7 +52,7 @@ def test_the_last_frame_ends_a_period_later():
 
 
 def test_a_free_layout_is_refused():
-    with pytest.raises(InputError, match=r"sa1 of 3/50: expected markers in a grid"):
+    with pytest.raises(InputError, match=r"sa1 of 3/50: expected markers whose places are known"):
         tactile_images(response(grid=False))
 
 

@@ -77,6 +77,6 @@ def test_too_few_frames_are_refused():
         waves(response(0.3, n_frames=12))
 
 
-def test_markers_without_a_grid_are_refused():
-    with pytest.raises(InputError, match="markers in a grid"):
+def test_markers_without_places_are_refused():
+    with pytest.raises(InputError, match="markers whose places are known"):
         waves(response(0.3).drop_vars(["row", "column"]))

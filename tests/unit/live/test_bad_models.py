@@ -98,7 +98,7 @@ def test_models_that_do_not_go_together(tmp_path, models):
     with pytest.raises(InputError, match=r"s.onnx: expected the sample rate and spectra of"):
         Perceiver([Network(models["vib-te-aug"]), slower])
     free = {**sensor, "layout": "free", "rows": None, "columns": None}
-    with pytest.raises(InputError, match="a sensor with markers in a grid, found free"):
+    with pytest.raises(InputError, match="where the markers are, found a free layout without"):
         Perceiver([Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))])
 
 

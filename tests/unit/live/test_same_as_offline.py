@@ -29,7 +29,7 @@ from afferents.encodings import (
     spectral_samples,
     tactile_images,
 )
-from afferents.encodings.spatial import component_images
+from afferents.encodings.tactile_image import component_images
 from afferents.live import Network, Pace, Perceiver, ReplayedSound, ReplayedVideo, Sound, stream
 from afferents.live.images import Images
 from afferents.markers import load_sensor

@@ -2,11 +2,13 @@
 
 import re
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from afferents.core.errors import InputError
 from afferents.markers import load_sensor, packaged_sensors
+from afferents.markers.rest import order_markers
 
 GOOD = """
 name = "three"
@@ -92,3 +94,25 @@ def test_each_fault_names_the_file_and_the_key(write, old, new, complaint):
         load_sensor(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_size_of_images_is_for_layouts_without_rows_and_stands_only_where_it_is_given(write):
+    sized = GOOD.replace("n_markers = 3", "n_markers = 3\nimage = [12, 14]")
+    assert load_sensor(write(sized)).image == (12, 14)
+    assert "image" not in load_sensor(write(GOOD)).model_dump()
+    square = load_sensor("tip_b").model_dump() | {"image": (19, 19)}
+    with pytest.raises(ValidationError, match="a square layout needs no image"):
+        load_sensor("tip_b").model_validate(square)
+
+
+@pytest.mark.parametrize("name", ["hex127", "hex331", "radial127"])
+def test_layouts_of_the_package_keep_their_markers_names_and_places_in_an_image(name):
+    sensor = load_sensor(name)
+    turned = np.array(sensor.markers)[::-1] + np.array([3.0, -2.0])
+    rest = order_markers(turned, sensor, "windowed", None, "a test")
+    assert rest.present.all()
+    np.testing.assert_allclose(
+        rest.position, np.array(sensor.markers) + np.array([3, -2]), atol=0.2
+    )
+    assert len(rest.grid.row) == sensor.n_markers
+    assert order_markers(turned, sensor, "published", None, "a test").grid is None

@@ -161,7 +161,7 @@ def test_description_is_plain_and_names_only_what_occurred(draw, video, free, sq
     assert any("grid of 3 x 4" in s for s in still)
     assert not any("repeat" in s or "claimed" in s or "not move" in s for s in still)
     dark = describe(track(video([draw(grid_3x4()), *[draw(np.zeros((0, 2)))] * 6]), free))
-    assert any("No grid" in s for s in dark)
+    assert any("No sensor file says" in s for s in dark)
     assert any("more than half of the time: 12" in s for s in dark)
     assert any("none of the 12 is found at the end" in s for s in dark)
     assert not any("nan" in s for s in dark)

@@ -11,6 +11,8 @@ from afferents.core.errors import InputError
 from afferents.core.protocol import PROTOCOLS
 from afferents.evaluation import LeaveOneSpeedOut
 from afferents.evaluation.ablation import Ablation, parse_speeds
+from afferents.markers import load_sensor
+from afferents.markers.places import image_places
 
 
 def recordings(textures=("0", "0.5", "3"), speeds=(10, 20, 30)):
@@ -34,10 +36,18 @@ def images(n_speeds=6, side=19):
     return xr.DataArray(values, dims=(dims.SAMPLE, dims.ROW, dims.COLUMN), coords=coords)
 
 
+def response(side=19):
+    """What markers in rows and columns show in three frames."""
+    row, column = np.divmod(np.arange(side**2), side)
+    values = np.random.default_rng(0).uniform(1, 2, (3, side**2)).astype(np.float32)
+    places = {dims.ROW: (dims.MARKER, row), dims.COLUMN: (dims.MARKER, column)}
+    return xr.DataArray(values, places, (dims.TIME, dims.MARKER))
+
+
 def test_nothing_asked_changes_nothing():
     samples, all_of_them = images(), Ablation()
     assert all_of_them.describe() == {}
-    assert all_of_them.images(samples) is samples
+    assert all_of_them.shown(felt := response()) is felt
     fold = next(LeaveOneSpeedOut().folds(samples))
     assert all_of_them.fold(fold, samples) is fold
     assert len(all_of_them.recordings(recordings())) == 9
@@ -52,8 +62,7 @@ def test_textures_go_by_letter_or_folder_and_speeds_by_number():
 
 @given(share=st.floats(0.05, 1), side=st.integers(8, 25))
 def test_as_many_markers_are_shown_as_asked_and_all_over_the_skin(share, side):
-    samples = images(3, side)
-    shown = Ablation(markers=share).images(samples).values != 0
+    shown = Ablation(markers=share).shown(response(side)).values.reshape(3, side, side) != 0
     assert shown.mean() == pytest.approx(share, abs=0.08)
     assert (shown == shown[0]).all()
     if share >= 0.5:
@@ -62,9 +71,22 @@ def test_as_many_markers_are_shown_as_asked_and_all_over_the_skin(share, side):
 
 
 def test_shown_markers_keep_their_values():
-    samples = images()
-    half = Ablation(markers=0.5).images(samples).values
-    np.testing.assert_array_equal(half[half != 0], samples.values[half != 0])
+    whole = response()
+    half = Ablation(markers=0.5).shown(whole).values
+    np.testing.assert_array_equal(half[half != 0], whole.values[half != 0])
+
+
+def test_markers_of_other_layouts_are_left_out_by_their_places_and_vibration_is_left_alone():
+    row, column = image_places(np.array(load_sensor("hex331").markers))
+    places = {dims.ROW: (dims.MARKER, row), dims.COLUMN: (dims.MARKER, column)}
+    felt = xr.DataArray(np.ones((2, 331)), places, (dims.TIME, dims.MARKER))
+    shown = Ablation(markers=0.5).shown(felt).values
+    assert shown.mean() == pytest.approx(0.5, abs=0.05)
+    assert shown[:, row < 9].mean() == pytest.approx(0.5, abs=0.1)
+    sound = xr.DataArray(np.ones((5, 1)), dims=(dims.AUDIO_TIME, dims.CHANNEL))
+    assert Ablation(markers=0.5).shown(sound) is sound
+    with pytest.raises(InputError, match="expected markers whose places are known"):
+        Ablation(markers=0.5).shown(felt.drop_vars([dims.ROW, dims.COLUMN]))
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])

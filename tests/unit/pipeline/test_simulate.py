@@ -173,7 +173,7 @@ def test_a_height_map_is_a_texture(tmp_path):
         ({"seconds": float("nan")}, r"--seconds: expected more than 1.5 .* found nan"),
         ({"seconds": float("inf")}, r"--seconds: expected more than 1.5 .* found inf"),
         ({"nuisances": "wobble"}, r"nuisances: .* found 'wobble'"),
-        ({"nuisances": "tilt=much"}, r"--nuisances: expected NAME or NAME=PENALTY.*'tilt=much'"),
+        ({"nuisances": "tilt=much"}, r"--nuisances: expected NAME or NAME=STRENGTH.*'tilt=much'"),
         (
             {"height_maps": ["x"]},
             r"a height map: expected NAME=FILE,LENGTH_MM,HEIGHT_MM, found 'x'",

@@ -56,8 +56,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     novelty, mm = [], []
     for model in recipe.models:
         source = sources_of(model, recipe.encodings)[0]
-        samples = encode_all(recordings, source, recipe.cut, progress)
-        samples = recipe.ablation.images(samples)
+        samples = encode_all(recordings, source, recipe.cut, progress, recipe.ablation)
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))

@@ -1,0 +1,144 @@
+"""A hexagonal fingertip goes the whole way: simulate, extract, evaluate, report, explain, live."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+import afferents
+from afferents import cli
+from afferents.channels import CHANNELS, hold
+from afferents.core import dims
+from afferents.core.model import MODELS, models_named
+from afferents.core.progress import Progress
+from afferents.core.results import load_results
+from afferents.core.store import open_responses
+from afferents.encodings.tactile_image import component_images
+from afferents.live import Network, Pace, ReplayedVideo
+from afferents.live.images import Images
+from afferents.markers import load_sensor
+from afferents.pipeline import explain
+from afferents.pipeline.data import open_data
+from afferents.pipeline.encode import encode, response_of, sources_of
+from afferents.pipeline.export import export_model
+from afferents.pipeline.report import figure_data
+from afferents.pipeline.train import Training, train
+from afferents.recordings import open_video
+from afferents.training import load_model
+
+ALONE = ("--quiet", "--workers", 1)
+OWN = f"{Path(__file__).parent / 'own_markers.py'}"
+
+
+def told(*arguments):
+    cli.app([str(argument) for argument in arguments], standalone_mode=False)
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hexagonal") / "session"
+    few = ("--textures", "a,g", "--speeds", "30,50,80", "--seconds", 2.6)
+    told("simulate", folder, "--sensor", "hex127", *few, *ALONE)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def store(session):
+    told("extract", session, session.parent / "s.zarr", "--sensor", "hex127", *ALONE)
+    return session.parent / "s.zarr"
+
+
+@pytest.fixture(scope="module")
+def results(store):
+    out = store.parent / "results"
+    models = f"sa-se,ra-ste,ra-wave-vector,{OWN}:logistic"
+    few = ("--models", models, "--held-out", "50", "--preset", "quick")
+    told("evaluate", store, "--out", out, *few, *ALONE)
+    return out
+
+
+def trained(store, model):
+    folder = store.parent / model.name
+    data = open_data([str(store)])
+    training = Training(data, model, "quick", "all", data[0].encodings)
+    card = train(training, folder, Progress(quiet=True))
+    export_model(folder, folder.with_suffix(".onnx"))
+    return card
+
+
+@pytest.fixture(scope="module", params=["sa-se", "ra-wave-vector", f"{OWN}:network"])
+def model(request, store):
+    (wanted,) = models_named(request.param)
+    return wanted, trained(store, wanted), store.parent / wanted.name
+
+
+def test_every_image_model_learns_and_the_report_shows_no_pixels_beside_the_markers(results, run):
+    summary = json.loads((results / "summary.json").read_text())
+    assert set(summary["models"]) == {"sa-se", "ra-ste", "ra-wave-vector", "own-logistic"}
+    data, notes = figure_data(load_results(results), Progress(quiet=True))
+    assert not notes
+    shown = np.isfinite(data.sa1_images.values)
+    assert 0.6 < shown.mean() < 0.8
+    assert not shown[:, 0, 0].any()
+    assert shown[:, 6, 6].all()
+    code, _, said = run("report", results, "--quiet")
+    assert code == 0, said
+    assert (results / "report.html").is_file()
+
+
+def test_images_of_frames_are_those_of_the_store(session, store):
+    """Each pixel is a sum of three products, which a compiler may round otherwise."""
+    channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2]
+    (responses,) = (r for r in open_responses(store) if r.attrs["name"] == "3/50")
+    images = Images(load_sensor("hex127"), channels)
+    video = open_video(session / "3" / "50" / "video.mp4")
+    felt = [images.feed(frame) for frame in video.frames()]
+    for channel in channels:
+        source = sources_of(MODELS["sa-wave"], open_data([str(store)])[0].encodings)[0]
+        offline = component_images(hold(response_of(responses, source._replace(channel=channel))))
+        for i in (12, 90, 200):
+            live = felt[i].images[channel.name]
+            live = live if live.ndim == 3 else live[None]
+            np.testing.assert_allclose(live, offline[i], rtol=0, atol=2e-5)
+
+
+def test_what_is_felt_live_is_what_was_evaluated(session, store, model):
+    wanted, card, folder = model
+    assert card.sensor["name"] == "hex127"
+    limit = "Models of waves can't see any shorter than two pins, 3.6 mm (here the bumps of 3)."
+    assert (limit in card.describe()) == (wanted.name == "ra-wave-vector")
+    source = ReplayedVideo(open_video(session / "3" / "50" / "video.mp4"), Pace(math.inf))
+    percepts = afferents.live.stream([source], folder.with_suffix(".onnx"))
+    live = {p.time_s: list(p.probabilities.values()) for p in percepts if p.probabilities}
+    (responses,) = (r for r in open_responses(store) if r.attrs["name"] == "3/50")
+    (made_of,) = sources_of(wanted, open_data([str(store)])[0].encodings)
+    samples = encode(responses, made_of, "all")
+    network = Network(folder.with_suffix(".onnx"))
+    _, deployed = load_model(folder)
+    assert network.card == card
+    with torch.inference_mode():
+        expected = deployed(torch.from_numpy(np.ascontiguousarray(samples.values)))[0].numpy()
+    times = np.array(list(live))
+    for stop_s, offline in zip(samples[dims.STOP].values, expected, strict=True):
+        at = times[abs(times - stop_s).argmin()]
+        assert abs(at - stop_s) < 0.005  # a frame later or earlier is 0.011 s away
+        np.testing.assert_allclose(live[at], offline, rtol=1e-4, atol=1e-4)
+
+
+def test_explain_asks_of_pixels_and_of_single_markers(store, model, tmp_path, monkeypatch):
+    monkeypatch.setattr(explain, "SAMPLES", 3)
+    _, _, folder = model
+    told("explain", folder, store, "--out", tmp_path / "why", "--quiet")
+    facts = json.loads((tmp_path / "why" / "explanation.json").read_text())
+    assert np.array(facts["markers"]["loss_nats"]).shape == (2, 12, 14)
+    assert np.ptp(facts["markers"]["loss_nats"]) > 0
+    assert (tmp_path / "why" / "markers.png").is_file()
+
+
+def test_some_of_the_markers_are_left_out(store, tmp_path):
+    few = ("--models", f"sa-se,{OWN}:logistic", "--held-out", "50", "--markers", 0.5)
+    told("evaluate", store, "--out", tmp_path / "half", *few, "--preset", "quick", *ALONE)
+    assert set(load_results(tmp_path / "half").summary["models"]) == {"sa-se", "own-logistic"}
