@@ -20,8 +20,8 @@ PATIENCE_S = 1.0
 _CURSOR = b"\x1b[?25h"
 _taken: list[int] = []
 _codes: list[int] = []
-THREADS = "afferents-"
-"""Names of threads that may be in other libraries' code begin so."""
+STREAM = "afferents-stream"
+"""Name of the thread that feels for a page; it may be in other libraries' code."""
 
 
 def stop_on_signals() -> None:
@@ -42,18 +42,18 @@ def _leave_threads_last() -> None:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with an exit code; after `stop_on_signals`, whatever threads are at."""
+    """End the process with an exit code, whatever the thread `STREAM` is at."""
     _codes.append(code)
     sys.exit(code)
 
 
 def _leave_threads() -> None:
-    """End the process here, where all is tidied up, if a thread is still at work.
+    """End the process here, where all is tidied up, if that thread is still at work.
 
-    An interpreter that ends unwinds its threads, and C++ libraries (ONNX Runtime, LLVM) that these
-    are in then abort the process.
+    An interpreter that ends unwinds its threads, and a C++ library (ONNX Runtime, LLVM) that one is
+    in then aborts the process.
     """
-    if _codes and any(thread.name.startswith(THREADS) for thread in threading.enumerate()):
+    if _codes and any(thread.name == STREAM for thread in threading.enumerate()):
         os._exit(_codes[-1])
 
 

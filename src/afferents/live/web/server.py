@@ -14,7 +14,7 @@ from typing import Any
 from urllib.parse import quote, urlsplit
 
 from afferents.core.extras import import_extra
-from afferents.core.stopping import stop_later
+from afferents.core.stopping import STREAM, stop_later
 from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 from afferents.live.web.door import check_address, is_loopback, open_door
@@ -97,7 +97,7 @@ def serve(
             failed.append(error)
             server.should_exit = True
 
-    stream = threading.Thread(target=feel, name="afferents-stream", daemon=True)
+    stream = threading.Thread(target=feel, name=STREAM, daemon=True)
     stream.start()
     shown = f"[{host}]" if ":" in host else host
     query = "" if token is None else f"/?token={quote(token, safe='')}"
@@ -108,7 +108,7 @@ def serve(
             server.run(sockets=[door])
     finally:
         stopped.set()
-        stream.join(LAST_S)  # an interpreter that ends while a network runs is aborted
+        stream.join(LAST_S)  # see `core.stopping.leave`
     if failed:
         raise failed[0]
 
