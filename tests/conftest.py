@@ -179,7 +179,7 @@ def forked_workers():
         yield
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def cluster(forked_workers):
     """Two processes of one thread, spoken to over TCP."""
     from distributed import LocalCluster
