@@ -201,7 +201,7 @@ def read_height_map(
     if path.suffix == ".npy":
         try:
             return mapped_surface(np.load(path, allow_pickle=False), length_mm, drum)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, EOFError) as error:
             raise InputError(path, "an array of heights", reason_of(error)) from error
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     if image is None:

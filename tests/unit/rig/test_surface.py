@@ -125,3 +125,9 @@ def test_an_array_is_a_height_map_in_mm(tmp_path):
 def test_surfaces_that_can_not_be_made_are_refused(make, sentence, tmp_path):
     with pytest.raises(InputError, match=sentence):
         make(tmp_path)
+
+
+def test_an_empty_array_file_is_refused(tmp_path):
+    (tmp_path / "empty.npy").touch()
+    with pytest.raises(InputError, match=r"empty.npy: expected an array of heights, found No data"):
+        read_height_map(tmp_path / "empty.npy", 3.0, 1.0)
