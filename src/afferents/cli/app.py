@@ -20,7 +20,6 @@ from afferents.core.version import __version__
 app = typer.Typer(
     cls=Commands,
     help="Artificial SA-I, RA-I and RA-II afferents for tactile sensing of texture.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     epilog="Add --debug to any command to see the traceback of an error.",
@@ -56,7 +55,7 @@ def main() -> None:
     stop_on_signals()
     prepare_streams()
     debug = "--debug" in sys.argv
-    arguments = [text for text in sys.argv[1:] if text != "--debug"]
+    arguments = [text for text in sys.argv[1:] if text != "--debug"] or ["--help"]
     code = exit_code_of(lambda: app(arguments, prog_name="afferents"), debug)
     fault = flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told

@@ -38,8 +38,8 @@ def _some_families():
 def page(tmp_path_factory):
     """The page of a run without a session."""
 
-    def few(session, preset, seed, sensor="tip_b"):
-        return simulation_of(session, preset, seed=seed, sensor=sensor, **FEW)
+    def few(session, preset, **given):
+        return simulation_of(session, preset, **given, **FEW)
 
     with pytest.MonkeyPatch.context() as patch, few_epochs():
         patch.setattr(reproducing, "simulation_of", few)
