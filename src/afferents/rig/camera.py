@@ -38,6 +38,12 @@ class Camera(BaseModel):
         Share of the light lost at `outer_px` from the axis.
     noise_grey
         Standard deviation of the sensor's noise, grey levels.
+    marker_noise_px
+        Standard deviation of what is seen of a marker round where it is, each axis, frame by
+        frame, px: lights that flicker and shine unevenly on markers that are no perfect discs,
+        rows that are exposed one after the other.
+    marker_unequal
+        How much markers differ in that, standard deviation of its logarithm.
     bit_rate
         Of the H.264 video, bit/s.
     """
@@ -56,6 +62,8 @@ class Camera(BaseModel):
     blur_px: float = Field(0.7, ge=0)
     falloff: float = Field(0.2, ge=0, lt=1)
     noise_grey: float = Field(2.0, ge=0)
+    marker_noise_px: float = Field(0.05, ge=0)
+    marker_unequal: float = Field(0.25, ge=0)
     bit_rate: int = Field(2_000_000, gt=0)
 
     @model_validator(mode="after")

@@ -35,6 +35,8 @@ class Microphone(BaseModel):
     low_hz, high_hz
         Band that the gel and the amplifier pass (half power), Hz; first order below, second
         above.
+    corner_hz
+        Below it the microphone hears how fast the force changes, above it the force itself, Hz.
     gain_per_mn_s
         Full scale 1 per mN/s: set so that no recording of the paper's drums is clipped.
     motor, mains, noise, room_noise
@@ -51,6 +53,7 @@ class Microphone(BaseModel):
     shear_share: float = Field(0.5, ge=0)
     low_hz: float = Field(2.0, gt=0)
     high_hz: float = Field(150.0, gt=0)
+    corner_hz: float = Field(20.0, gt=0)
     gain_per_mn_s: float = Field(0.01, gt=0)
     motor: float = Field(0.01, ge=0)
     mains: float = Field(0.0005, ge=0)
@@ -85,8 +88,9 @@ def heard(
     """
     force = (pressure_rate + microphone.shear_share * shear_rate) * microphone.gain_per_mn_s
     low = butter(1, microphone.low_hz, "highpass", fs=rate_hz, output="sos")
+    corner = butter(1, microphone.corner_hz, "lowpass", fs=rate_hz, output="sos")
     high = butter(2, microphone.high_hz, "lowpass", fs=rate_hz, output="sos")
-    passed = sosfilt(np.concatenate([low, high]), force)
+    passed = sosfilt(np.concatenate([low, corner, high]), force)
     return np.asarray(resample_poly(passed, SAMPLE_RATE_HZ, round(rate_hz)))
 
 

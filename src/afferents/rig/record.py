@@ -15,12 +15,14 @@ from afferents.rig.drive import STEADY_S
 from afferents.rig.film import write_film
 from afferents.rig.microphone import write_wav
 from afferents.rig.render import Renderer
-from afferents.rig.run import CAMERA, Simulated, random_of, simulate
+from afferents.rig.run import CAMERA, MARKERS, Simulated, random_of, simulate
 from afferents.rig.surface import Surface
 
 VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
 RECORDED = holds_only(VIDEO, AUDIO, TRUTH, REFERENCE)
 """Says which folder is an earlier recording, that may be replaced."""
+_TIP = 361
+"""There is one fingertip: how its markers look is drawn from this seed, and no other."""
 REFERENCE_S = 0.5
 """Length of the reference clip of the skin at rest, s."""
 
@@ -59,19 +61,20 @@ def record(
     run = simulate(rig, texture, surface, speed_mm_s, seconds, seed)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)
+    filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed)
     with write_aside(folder, RECORDED) as partial:
         partial.mkdir()
         if reference:
             still = round(REFERENCE_S * rig.camera.fps_hz)
             write_film(
                 partial / REFERENCE,
-                _frames(rig, run.time_s, position_px, still, seed, "rest", 1),
+                _frames(rig, run.time_s, filmed_px, still, seed, "rest", 1),
                 rig.camera,
             )
         n = len(run.time_s)
         write_film(
             partial / VIDEO,
-            _frames(rig, run.time_s, position_px, n, seed, texture, speed_mm_s),
+            _frames(rig, run.time_s, filmed_px, n, seed, texture, speed_mm_s),
             rig.camera,
         )
         write_wav(partial / AUDIO, run.room, run.sensor)
@@ -92,6 +95,18 @@ def _frames(
     renderer = Renderer(rig.camera, noise)
     for i in range(n):
         yield float(time_s[i]), renderer.draw(position_px[i])
+
+
+def filmed_positions(
+    rig: Rig, position_mm: NDArray[np.float64], texture: str, speed_mm_s: float, seed: int
+) -> NDArray[np.float64]:
+    """Return where the pins appear in the picture, (n_frames, n_nodes, 2), px: with the noise."""
+    camera = rig.camera
+    true_px = project(position_mm, camera)
+    unequal = np.random.default_rng(_TIP).standard_normal(true_px.shape[1])
+    size = camera.marker_noise_px * np.exp(camera.marker_unequal * unequal)
+    rng = random_of(seed, texture, speed_mm_s, MARKERS)
+    return np.asarray(true_px + rng.standard_normal(true_px.shape) * size[:, None])
 
 
 def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) -> None:

@@ -6,13 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve
 from scipy.spatial.distance import cdist
 
 from afferents.core.errors import InputError
 from afferents.rig.config import Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
-from afferents.rig.kernel import N_SIDE
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, felt
@@ -85,7 +83,7 @@ def random_of(seed: int, texture: str, speed_mm_s: float | None, use: int) -> np
     )
 
 
-_DRAW, _DRIVE, _SOUND, CAMERA = range(4)
+_DRAW, _DRIVE, _SOUND, CAMERA, MARKERS = range(5)
 
 
 def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
@@ -184,13 +182,14 @@ def press(
     rig: Rig, drawn: Drawn, surface: Surface, turning: Turning, frames_s: NDArray[np.float64]
 ) -> SkinResponse:
     """Let the skin feel the whole run, a second at a time."""
+    nodules = felt(surface, rig.skin.footprint_mm, rig.skin.bridging_per_mm)
+    rougher = drawn.friction * (1 + rig.skin.ploughing * nodules.slope)
     skin = rig.skin.model_copy(
         update={
-            name: getattr(rig.skin, name) * drawn.friction
+            name: getattr(rig.skin, name) * rougher
             for name in ("static_friction", "kinetic_friction")
         }
     )
-    nodules = felt(surface, skin.footprint_mm, skin.bridging_per_mm)
     lattice = SkinOnDrum(
         skin, nodules, drawn.tilt_rad, drawn.lateral_mm, rig.microphone.weights(skin.rest_mm())
     )
@@ -210,27 +209,31 @@ def press(
 def seen(rig: Rig, skin: SkinResponse) -> NDArray[np.float64]:
     """Return where the camera sees the pins, in the plane of the skin at rest, mm.
 
-    A pin that is pushed in comes nearer to the camera and so moves outwards in the picture:
-    position = (rest + displacement) * distance / (distance - inward).
+    What the camera sees is the pins' inner ends, deep in the gel, where the drum's finer features
+    are lost (`_spread`). A pin that is pushed in comes nearer to the camera and so moves outwards
+    in the picture: position = (rest + displacement) * distance / (distance - inward). No two pins
+    tip alike (`Skin.gains`).
     """
-    inward = _as_one_sheet(rig.skin, skin.inward_mm).astype(np.float64)
+    rest, spread = rig.skin.rest_mm(), _spread(rig.skin)
+    n_frames, n_nodes = skin.inward_mm.shape
+    inward = (skin.inward_mm @ spread.T).astype(np.float64)
+    moved = np.stack([skin.displacement_mm[..., i] @ spread.T for i in (0, 1)], axis=-1)
     nearer = rig.mounting.camera_mm / (rig.mounting.camera_mm - inward)
-    return np.asarray((rig.skin.rest_mm() + skin.displacement_mm) * nearer[..., None])
+    way = (rest + moved) * nearer[..., None] - rest
+    return np.asarray(rest + way * rig.skin.gains()[:, None]).reshape(n_frames, n_nodes, 2)
 
 
-def _as_one_sheet(skin: Skin, inward_mm: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Push every pin in with its neighbours, (n_frames, n_nodes), mm: the skin is one sheet."""
-    mesh = skin.mesh
-    if mesh is None:
-        lattice = inward_mm.reshape(-1, N_SIDE, N_SIDE)
-        sheet = np.outer((1, 4, 6, 4, 1), (1, 4, 6, 4, 1))[None] / 256
-        return np.asarray(convolve(lattice, sheet, mode="nearest").reshape(len(lattice), -1))
-    # The same breadth: these weights have a standard deviation of one pitch of the lattice.
+def _spread(skin: Skin) -> NDArray[np.float32]:
+    """Return how much of each node's movement reaches each pin's inner end, (n_pins, n_nodes).
+
+    What moves at the surface of a half-space reaches the depth h spread over
+    h^3 / (r^2 + h^2)^(5/2) (Johnson, Contact Mechanics, 1985, equation 3.19): waves shorter than
+    some 2 h are lost.
+    """
     pins = skin.rest_mm()
-    weight = np.exp(-cdist(pins, pins, "sqeuclidean") / (2 * skin.pitch_mm**2))
-    weight *= mesh.share
-    weight /= weight.sum(axis=1, keepdims=True)
-    return np.asarray(inward_mm @ weight.T.astype(np.float32))
+    weight = (1 + cdist(pins, pins, "sqeuclidean") / skin.pin_depth_mm**2) ** -2.5
+    weight *= 1 if skin.mesh is None else skin.mesh.share
+    return np.asarray(weight / weight.sum(axis=1, keepdims=True), np.float32)
 
 
 def listen(

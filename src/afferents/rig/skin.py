@@ -52,6 +52,8 @@ _OUTERMOST_MM = WIDTH_MM / 2 - 4
 """Pins farther out would leave the drum where it stands off."""
 _NO_CONTACT_MM = 1e3
 FEWEST_PINS = 4
+_TIP = 2022
+"""There is one fingertip: what its pins are like is drawn from this seed, and no other."""
 _MN_PER_MG = 1e6
 """1 mN accelerates 1 mg by 1e6 mm/s^2."""
 
@@ -74,6 +76,11 @@ class Skin(BaseModel):
         How much less deep pins without a nodule stand, mm.
     bridging_per_mm
         Stiffness of the skin against bending into gaps, see `surface.felt`.
+    pin_depth_mm
+        How deep in the gel the pins' inner ends stand, which the camera sees, mm.
+    pin_unequal
+        How unlike the pins tip, standard deviation of their gain; cast pins differ in length,
+        thickness and angle. The tip, and so its gains, is the same in all sessions.
     normal_mn_mm
         Normal stiffness of a node, k_n, mN/mm.
     relaxing_share, relaxation_s
@@ -88,6 +95,9 @@ class Skin(BaseModel):
         Outward push b: mm, times the pressure's fall per mm in mN.
     static_friction, kinetic_friction, stribeck_mm_s
         m_s, m_k and w_s (mm/s).
+    ploughing
+        How much friction grows with the root mean square slope of what the nodules feel: rubber
+        that bumps knead loses energy (hysteresis; Persson, J. Chem. Phys. 115:3840, 2001).
     bristle_per_mm, bristle_damping_s_mm, viscous_s_mm
         s0 (1/mm), s1 (s/mm) and s2 (s/mm).
     """
@@ -104,6 +114,8 @@ class Skin(BaseModel):
     footprint_mm: float = Field(2.0, gt=0)
     recess_mm: float = Field(0.15, ge=0)
     bridging_per_mm: float = Field(5.0, gt=0)
+    pin_depth_mm: float = Field(3.0, gt=0)
+    pin_unequal: float = Field(0.14, ge=0, le=0.3)
     normal_mn_mm: float = Field(1.0, gt=0)
     relaxing_share: float = Field(0.8, ge=0)
     relaxation_s: float = Field(0.03, gt=0)
@@ -115,6 +127,7 @@ class Skin(BaseModel):
     static_friction: float = Field(0.8, gt=0)
     kinetic_friction: float = Field(0.6, gt=0)
     stribeck_mm_s: float = Field(10.0, gt=0)
+    ploughing: float = Field(3.0, ge=0)
     bristle_per_mm: float = Field(16.0, gt=0)
     bristle_damping_s_mm: float = Field(0.008, ge=0)
     viscous_s_mm: float = Field(0.0005, ge=0)
@@ -160,6 +173,11 @@ class Skin(BaseModel):
             return np.ones(self.n_nodes, bool)
         row, column = np.indices((N_SIDE, N_SIDE))
         return np.asarray((row + column).ravel() % 2 == 0)
+
+    def gains(self) -> NDArray[np.float64]:
+        """Return how far each pin tips, over the mean, (n_nodes,); within three deviations."""
+        drawn = np.random.default_rng(_TIP).standard_normal(self.n_nodes)
+        return np.asarray(1 + self.pin_unequal * np.clip(drawn, -3, 3))
 
     def stiffest_per_s(self, deepest_mm: float) -> float:
         """Return an upper bound of the fastest oscillation, rad/s.

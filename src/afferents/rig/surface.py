@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from afferents.core.errors import InputError, reason_of
 
@@ -25,6 +26,9 @@ WIDTH_MM = 36.0
 _ALONG = 5088
 """Samples round the drum: 0.05 mm, a fifth of the finest bump."""
 _ACROSS = 720
+_TOUCHED_MM = 10.0
+_PATCHED, _PATCHED_ACROSS = 252, 36
+"""Samples of how a print warps: 1 mm apart, round the drum and across."""
 _COARSER = 2
 """Nodules feel 2 mm; what they feel is kept at 0.1 mm."""
 
@@ -44,6 +48,10 @@ class Drum(BaseModel):
     print_sd_mm
         How unequal printed bumps are in height, standard deviation, mm. Chosen to fit the
         skirts round the lines of the published spectra.
+    patch_sd_mm, patch_mm
+        Bumps that lie near each other on the print err together (the print warps, its surface is
+        finished unevenly): standard deviation, mm, and reach of that, mm. Chosen to fit how the
+        published SA-I of textured drums changes from image to image.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -52,6 +60,8 @@ class Drum(BaseModel):
     bump_height_mm: float = Field(0.5, gt=0)
     bump_ratio: float = Field(0.45, gt=0, le=0.9)
     print_sd_mm: float = Field(0.06, ge=0)
+    patch_sd_mm: float = Field(0.1, ge=0)
+    patch_mm: float = Field(6.0, gt=0)
 
     @property
     def top_diameter_mm(self) -> float:
@@ -91,8 +101,22 @@ class Surface:
 
     @cached_property
     def top_mm(self) -> float:
-        """Height of the highest point, mm: where a fingertip that comes down touches first."""
-        return float(self.height_mm.max())
+        """Height at which a fingertip that comes down touches first, mm: the mean round the drum.
+
+        That of the highest point within 10 x 10 mm under the middle of the tip.
+        """
+        n_along, n_across = self.height_mm.shape
+        touched = round(_TOUCHED_MM / self.pitch_mm[1] / 2)
+        middle = self.height_mm[:, n_across // 2 - touched : n_across // 2 + touched]
+        parts = np.array_split(middle, max(1, round(self.length_mm / _TOUCHED_MM)))
+        return float(np.mean([part.max() for part in parts]))
+
+
+    @cached_property
+    def slope(self) -> float:
+        """Root mean square of the slope."""
+        along, across = np.gradient(self.height_mm, *self.pitch_mm)
+        return float(np.sqrt((along**2 + across**2).mean()))
 
 
 def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
@@ -135,9 +159,24 @@ def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
 
 def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
     """Draw the height of each bump of a lattice; the same drum is always printed alike."""
+    shape = drum.periods(spacing_mm), n_across
     rng = np.random.default_rng([round(1000 * spacing_mm), lattice])
-    error = rng.normal(0, drum.print_sd_mm, (drum.periods(spacing_mm), n_across))
-    return (drum.bump_height_mm + np.clip(error, -0.2, 0.2)).astype(np.float32)
+    error = np.clip(rng.normal(0, drum.print_sd_mm, shape), -0.2, 0.2)
+    along = (np.arange(shape[0]) + lattice / 2) / shape[0] * _PATCHED
+    across = (np.arange(n_across) + lattice / 2) * math.sqrt(2) * spacing_mm
+    warp = _patches(drum, spacing_mm)
+    rows, columns = np.meshgrid(along, across / WIDTH_MM * _PATCHED_ACROSS, indexing="ij")
+    tops = drum.bump_height_mm + error + map_coordinates(warp, [rows, columns], mode="grid-wrap")
+    return np.asarray(np.maximum(tops, 0.1), np.float32)
+
+
+def _patches(drum: Drum, spacing_mm: float) -> NDArray[np.float64]:
+    """Draw by how much bumps err together, mm, round the drum and across."""
+    rng = np.random.default_rng([round(1000 * spacing_mm), 2])
+    white = rng.standard_normal((_PATCHED, _PATCHED_ACROSS))
+    pitch = math.pi * drum.diameter_mm / _PATCHED, WIDTH_MM / _PATCHED_ACROSS
+    patches = gaussian_filter(white, [drum.patch_mm / p for p in pitch], mode="wrap")
+    return np.asarray(patches * drum.patch_sd_mm / patches.std())
 
 
 def mapped_surface(
