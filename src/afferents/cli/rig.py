@@ -48,10 +48,25 @@ def simulate(
     remount: Annotated[
         Literal["run", "drum"],
         typer.Option(
-            help="When the fingertip is mounted anew: for each 'run', or once for each 'drum', "
-            "which tells a model the texture."
+            help="When the fingertip is mounted: once for each 'drum', as in the paper, or anew for "
+            "each 'run'."
         ),
-    ] = "run",
+    ] = "drum",
+    reprint: Annotated[
+        int | None,
+        typer.Option(
+            help="Set of printed drums, 0, 1, ...: each set has printing errors of its own "
+            "(default: the seed's)."
+        ),
+    ] = None,
+    indentation: Annotated[
+        float | None,
+        typer.Option(help="How deep the fingertip is pressed on, mm (default: 1, the paper's)."),
+    ] = None,
+    nodules: Annotated[
+        Literal["on", "off"],
+        typer.Option(help="Whether the skin has its fingerprint's nodules or is flat."),
+    ] = "on",
     seed: Annotated[
         int, typer.Option(**SEED, help="Random seed; the same seed gives the same session.")
     ] = 0,
@@ -78,6 +93,9 @@ def simulate(
         height_maps=height_map or (),
         nuisances=nuisances,
         remount=remount,
+        reprint=reprint,
+        indentation_mm=indentation,
+        nodules=nodules,
         sensor=sensor,
         workers=workers,
         cluster=cluster,

@@ -21,7 +21,10 @@ def simulate(
     seed: int = 0,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Literal["run", "drum"] = "run",
+    remount: Literal["run", "drum"] = "drum",
+    reprint: int | None = None,
+    indentation_mm: float | None = None,
+    nodules: Literal["on", "off"] = "on",
     sensor: "str | Path | Sensor" = "tip_b",
     workers: int | None = None,
     cluster: str | None = None,
@@ -46,7 +49,13 @@ def simulate(
     nuisances
         What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
     remount
-        Whether the fingertip is mounted anew for each ``run`` or once a ``drum``.
+        Whether the fingertip is mounted once a ``drum``, as in the paper, or anew for each ``run``.
+    reprint
+        Which set of printed drums is used; None for that of the seed's number.
+    indentation_mm
+        How deep the fingertip is pressed on, mm; None for the paper's 1 mm.
+    nodules
+        Whether the skin has its fingerprint's nodules (``on``) or is flat (``off``).
     sensor
         Whose pins and picture the rig has.
     workers, cluster
@@ -74,7 +83,7 @@ def simulate(
     with Progress(quiet) as progress:
         wanted = simulation_of(
             Path(session), preset, list(textures), speeds, seconds, height_maps, nuisances,
-            remount, seed, rig_of(given), given.name,
+            remount, seed, rig_of(given), given.name, reprint, indentation_mm, nodules,
         )  # fmt: skip
         simulate_session(wanted, workers, progress, cluster)
     return read_session(Path(session))

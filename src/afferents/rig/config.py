@@ -13,6 +13,10 @@ from afferents.rig.skin import Skin
 from afferents.rig.surface import Drum
 
 
+DEEPEST_MM = 2.0
+"""No fingertip is pressed deeper."""
+
+
 class Mounting(BaseModel):
     """How the fingertip is held against a drum, and by what it differs from run to run.
 
@@ -25,8 +29,8 @@ class Mounting(BaseModel):
         Standard deviations of the remounting errors (depth, both slopes, place along the drum's
         axis), mm and rad, and of log friction.
     once_a_drum
-        Whether a drum is mounted once for all its speeds, instead of anew for each run; the
-        mounting then gives the texture away.
+        Whether a drum is mounted once for all its speeds, as the paper did, instead of anew for
+        each run.
     any_angle
         Whether the drum starts at any angle (1) or always the same (0).
     contact_at_rest
@@ -39,18 +43,21 @@ class Mounting(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    indentation_mm: float = Field(1.0, gt=0, le=2)
-    indentation_sd_mm: float = Field(0.1, ge=0)
-    tilt_rad: float = Field(0.01, ge=0)
-    lateral_mm: float = Field(1.0, ge=0)
-    friction_sd: float = Field(0.1, ge=0)
-    once_a_drum: bool = False
+    indentation_mm: float = Field(1.0, gt=0, le=DEEPEST_MM)
+    indentation_sd_mm: float = Field(0.03, ge=0)
+    tilt_rad: float = Field(0.005, ge=0)
+    lateral_mm: float = Field(0.3, ge=0)
+    friction_sd: float = Field(0.05, ge=0)
+    once_a_drum: bool = True
     any_angle: float = Field(1.0, ge=0, le=1)
     contact_at_rest: bool = False
-    camera_mm: float = Field(40.0, gt=5)
+    camera_mm: float = Field(80.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
 
+
+REMOUNTED = {"indentation_sd_mm": 0.1, "tilt_rad": 0.01, "lateral_mm": 1.0, "friction_sd": 0.1}
+"""Errors of a fingertip that is taken off and mounted again, by hand, for each run."""
 
 NUISANCES = {
     "indentation": ("mounting", "indentation_sd_mm"),
@@ -65,6 +72,7 @@ NUISANCES = {
     "speed-ripple": ("drive", "ripple"),
     "motor-ripple": ("drive", "motor_ripple"),
     "printing": ("drum", "print_sd_mm"),
+    "warp": ("drum", "patch_sd_mm"),
     "motor": ("microphone", "motor"),
     "mains": ("microphone", "mains"),
     "microphone-noise": ("microphone", "noise"),
@@ -90,12 +98,13 @@ HARD = {
     "speed-ripple": 0.03,
     "motor-ripple": 0.015,
     "printing": 0.1,
-    "motor": 0.04,
+    "warp": 0.25,
+    "motor": 0.004,
     "mains": 0.005,
     "microphone-noise": 0.008,
     "room-noise": 0.012,
     "camera-noise": 6.0,
-    "marker-noise": 0.1,
+    "marker-noise": 0.25,
     "blur": 1.0,
     "falloff": 0.4,
     "barrel": 0.03,

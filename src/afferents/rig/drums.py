@@ -74,7 +74,7 @@ def write_drum(texture: str, path: Path, bore_mm: float, force: bool = False) ->
         If there is no such drum, the bore leaves no wall, or `path` is not free.
     """
     require_free(path, "a drum", is_drum, force=force)
-    drum = Drum(print_sd_mm=0)
+    drum = Drum(print_sd_mm=0, patch_sd_mm=0)
     if "=" in texture:
         write_stl(path, height_map(texture, drum)[1], drum, bore_mm, every=2)
         return path

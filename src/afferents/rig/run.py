@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from afferents.core.errors import InputError
-from afferents.rig.config import Rig
+from afferents.rig.config import DEEPEST_MM, Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
@@ -17,7 +17,7 @@ from afferents.rig.surface import Surface, felt
 
 STABLE = 1.0
 """The fastest oscillation times the step must stay below this; symplectic Euler bears 2."""
-_DEEPEST_MM = 2.0
+
 _BLOCK = round(PHYSICS_RATE_HZ)
 
 
@@ -161,7 +161,7 @@ def check_step(rig: Rig) -> None:
     InputError
         Naming how far off they are.
     """
-    per_step = rig.skin.stiffest_per_s(_DEEPEST_MM) / PHYSICS_RATE_HZ
+    per_step = rig.skin.stiffest_per_s(DEEPEST_MM) / PHYSICS_RATE_HZ
     if per_step > STABLE:
         raise InputError(
             "the rig's constants",
@@ -182,7 +182,7 @@ def press(
     rig: Rig, drawn: Drawn, surface: Surface, turning: Turning, frames_s: NDArray[np.float64]
 ) -> SkinResponse:
     """Let the skin feel the whole run, a second at a time."""
-    nodules = felt(surface, rig.skin.footprint_mm, rig.skin.bridging_per_mm)
+    nodules = felt(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
     rougher = drawn.friction * (1 + rig.skin.ploughing * nodules.slope)
     skin = rig.skin.model_copy(
         update={

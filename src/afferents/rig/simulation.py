@@ -9,7 +9,7 @@ from typing import Any, Literal
 from afferents.core.errors import InputError
 from afferents.core.recording import LETTERS, natural_order
 from afferents.core.version import __version__
-from afferents.rig.config import HARD, NUISANCES, Mounting, Rig
+from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, REMOUNTED, Rig
 from afferents.rig.drive import STEADY_S
 from afferents.rig.drums import height_map, texture_name
 from afferents.rig.run import draw
@@ -96,10 +96,13 @@ def simulation_of(
     seconds: float | None = None,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Literal["run", "drum"] = "run",
+    remount: Literal["run", "drum"] = "drum",
     seed: int = 0,
     rig: Rig | None = None,
     sensor: str = RIGS_OWN,
+    reprint: int | None = None,
+    indentation_mm: float | None = None,
+    nodules: Literal["on", "off"] = "on",
 ) -> Simulation:
     """Return the simulation that a user's words describe.
 
@@ -113,18 +116,24 @@ def simulation_of(
         ``none``, or ``all``, ``hard`` (all, of the strengths in `HARD`) and names of `NUISANCES`
         separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
     remount
-        Whether the fingertip is mounted anew for each run or once a drum.
+        Whether the fingertip is mounted once a drum, or anew for each run (`REMOUNTED`).
     rig, sensor
         With other pins than its own, and the name of the sensor that has these.
+    reprint
+        Which set of printed drums is used; None for that of the seed's number.
+    indentation_mm
+        How deep the fingertip is pressed, mm; None for the paper's 1 mm.
+    nodules
+        Whether the skin has nodules or is flat.
 
     Raises
     ------
     InputError
         If one of these is not what it should be.
     """
-    rig = rig or Rig()
-    if remount == "drum":
-        rig = rig.model_copy(update={"mounting": Mounting(once_a_drum=True)})
+    rig = _as_asked(
+        rig or Rig(), remount, seed if reprint is None else reprint, indentation_mm, nodules
+    )
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
     read = {text: height_map(text, rig.drum) for text in height_maps}
     maps = dict(read.values())
@@ -139,6 +148,32 @@ def simulation_of(
         sensor,
         maps,
         {name: text for text, (name, _) in read.items()},
+    )
+
+
+def _as_asked(
+    rig: Rig,
+    remount: Literal["run", "drum"],
+    prints: int,
+    indentation_mm: float | None,
+    nodules: Literal["on", "off"],
+) -> Rig:
+    """Return the rig with the switches of a session."""
+    if prints < 0:
+        raise InputError("--reprint", "the number of a set of drums, 0 or more", f"{prints}")
+    mounting = {} if remount == "drum" else {"once_a_drum": False, **REMOUNTED}
+    if indentation_mm is not None:
+        if not 0 < indentation_mm <= DEEPEST_MM:
+            raise InputError(
+                "--indentation", f"more than 0 and at most {DEEPEST_MM:g} mm", f"{indentation_mm:g}"
+            )
+        mounting["indentation_mm"] = indentation_mm
+    return rig.model_copy(
+        update={
+            "mounting": rig.mounting.model_copy(update=mounting),
+            "drum": rig.drum.model_copy(update={"prints": prints}),
+            "skin": rig.skin.model_copy(update={"nodular": nodules == "on"}),
+        }
     )
 
 

@@ -52,8 +52,12 @@ _OUTERMOST_MM = WIDTH_MM / 2 - 4
 """Pins farther out would leave the drum where it stands off."""
 _NO_CONTACT_MM = 1e3
 FEWEST_PINS = 4
-_TIP = 2022
-"""There is one fingertip: what its pins are like is drawn from this seed, and no other."""
+_TIP = 21
+"""There is one fingertip: what its pins are like is drawn from this seed, and no other.
+
+The first whose draw is level at the bumps' wavelengths (x = 2 to 6 mm), so that the tip's own grain
+is not taken for a pattern.
+"""
 _MN_PER_MG = 1e6
 """1 mN accelerates 1 mg by 1e6 mm/s^2."""
 
@@ -72,6 +76,9 @@ class Skin(BaseModel):
         Radius of the drum (paper, section 2.2) and of the tip's own curvature, mm.
     footprint_mm
         Diameter of the nodules under every second pin, mm.
+    nodular, flat_mm
+        Whether there are nodules; what the skin bridges where there are none, mm: twice the
+        thickness of a sheet of skin and the width of what it rests on.
     recess_mm
         How much less deep pins without a nodule stand, mm.
     bridging_per_mm
@@ -112,22 +119,24 @@ class Skin(BaseModel):
     radius_mm: float = Field(40.0, gt=0)
     tip_radius_mm: float = Field(80.0, gt=0)
     footprint_mm: float = Field(2.0, gt=0)
+    nodular: bool = True
+    flat_mm: float = Field(4.0, gt=0)
     recess_mm: float = Field(0.15, ge=0)
     bridging_per_mm: float = Field(5.0, gt=0)
-    pin_depth_mm: float = Field(3.0, gt=0)
-    pin_unequal: float = Field(0.14, ge=0, le=0.3)
+    pin_depth_mm: float = Field(2.5, gt=0)
+    pin_unequal: float = Field(0.2, ge=0, le=0.3)
     normal_mn_mm: float = Field(1.0, gt=0)
-    relaxing_share: float = Field(0.8, ge=0)
+    relaxing_share: float = Field(0.7, ge=0)
     relaxation_s: float = Field(0.03, gt=0)
     mass_mg: float = Field(4.0, gt=0)
-    shear_mn_mm: float = Field(0.3, gt=0)
-    coupling_mn_mm: float = Field(6.0, ge=0)
+    shear_mn_mm: float = Field(0.6, gt=0)
+    coupling_mn_mm: float = Field(3.0, ge=0)
     damping_ratio: float = Field(0.6, ge=0)
-    spread_mm: float = Field(3.0, ge=0)
-    static_friction: float = Field(0.8, gt=0)
-    kinetic_friction: float = Field(0.6, gt=0)
-    stribeck_mm_s: float = Field(10.0, gt=0)
-    ploughing: float = Field(3.0, ge=0)
+    spread_mm: float = Field(1.5, ge=0)
+    static_friction: float = Field(0.65, gt=0)
+    kinetic_friction: float = Field(0.38, gt=0)
+    stribeck_mm_s: float = Field(7.0, gt=0)
+    ploughing: float = Field(9.0, ge=0)
     bristle_per_mm: float = Field(16.0, gt=0)
     bristle_damping_s_mm: float = Field(0.008, ge=0)
     viscous_s_mm: float = Field(0.0005, ge=0)
@@ -166,13 +175,20 @@ class Skin(BaseModel):
     def nodules(self) -> NDArray[np.bool_]:
         """Return which pins stand on a nodule, (n_nodes,).
 
-        Of the lattice every second one, chequered; of other layouts all, as on the fingerprint of
+        None where the skin is flat. Of the lattice every second one, chequered; of other layouts all, as on the fingerprint of
         Cramphorn, Ward-Cherrier & Lepora (Soft Robotics 2017).
         """
+        if not self.nodular:
+            return np.zeros(self.n_nodes, bool)
         if self.pins_mm is not None:
             return np.ones(self.n_nodes, bool)
         row, column = np.indices((N_SIDE, N_SIDE))
         return np.asarray((row + column).ravel() % 2 == 0)
+
+    @property
+    def feels_mm(self) -> float:
+        """Width of what one node feels, mm."""
+        return self.footprint_mm if self.nodular else self.flat_mm
 
     def gains(self) -> NDArray[np.float64]:
         """Return how far each pin tips, over the mean, (n_nodes,); within three deviations."""
@@ -297,7 +313,7 @@ class SkinOnDrum:
         round_ = x**2 / 2 * (1 / skin.radius_mm + 1 / skin.tip_radius_mm) + y**2 / (
             2 * skin.tip_radius_mm
         )
-        lower = np.where(skin.nodules(), 0.0, skin.recess_mm)
+        lower = np.where(skin.nodules(), 0.0, skin.recess_mm if skin.nodular else 0.0)
         return np.asarray(round_ + tilt[0] * x + tilt[1] * y + lower)
 
     def run(self, motion: Motion, frame_steps: NDArray[np.float64]) -> SkinResponse:

@@ -48,6 +48,8 @@ class Drum(BaseModel):
     print_sd_mm
         How unequal printed bumps are in height, standard deviation, mm. Chosen to fit the
         skirts round the lines of the published spectra.
+    prints
+        Which set of drums it is of: each set is printed anew, with errors of its own.
     patch_sd_mm, patch_mm
         Bumps that lie near each other on the print err together (the print warps, its surface is
         finished unevenly): standard deviation, mm, and reach of that, mm. Chosen to fit how the
@@ -59,9 +61,10 @@ class Drum(BaseModel):
     diameter_mm: float = Field(80.0, gt=0)
     bump_height_mm: float = Field(0.5, gt=0)
     bump_ratio: float = Field(0.45, gt=0, le=0.9)
-    print_sd_mm: float = Field(0.06, ge=0)
-    patch_sd_mm: float = Field(0.1, ge=0)
-    patch_mm: float = Field(6.0, gt=0)
+    print_sd_mm: float = Field(0.03, ge=0)
+    prints: int = Field(0, ge=0)
+    patch_sd_mm: float = Field(0.18, ge=0)
+    patch_mm: float = Field(4.0, gt=0)
 
     @property
     def top_diameter_mm(self) -> float:
@@ -158,9 +161,9 @@ def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
 
 
 def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
-    """Draw the height of each bump of a lattice; the same drum is always printed alike."""
+    """Draw the height of each bump of a lattice; drums of one set are always alike."""
     shape = drum.periods(spacing_mm), n_across
-    rng = np.random.default_rng([round(1000 * spacing_mm), lattice])
+    rng = np.random.default_rng([round(1000 * spacing_mm), lattice, drum.prints])
     error = np.clip(rng.normal(0, drum.print_sd_mm, shape), -0.2, 0.2)
     along = (np.arange(shape[0]) + lattice / 2) / shape[0] * _PATCHED
     across = (np.arange(n_across) + lattice / 2) * math.sqrt(2) * spacing_mm
@@ -172,7 +175,7 @@ def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) ->
 
 def _patches(drum: Drum, spacing_mm: float) -> NDArray[np.float64]:
     """Draw by how much bumps err together, mm, round the drum and across."""
-    rng = np.random.default_rng([round(1000 * spacing_mm), 2])
+    rng = np.random.default_rng([round(1000 * spacing_mm), 2, drum.prints])
     white = rng.standard_normal((_PATCHED, _PATCHED_ACROSS))
     pitch = math.pi * drum.diameter_mm / _PATCHED, WIDTH_MM / _PATCHED_ACROSS
     patches = gaussian_filter(white, [drum.patch_mm / p for p in pitch], mode="wrap")
