@@ -62,9 +62,9 @@ class Camera(BaseModel):
     blur_px: float = Field(0.7, ge=0)
     falloff: float = Field(0.2, ge=0, lt=1)
     noise_grey: float = Field(2.0, ge=0)
-    marker_noise_px: float = Field(0.12, ge=0)
+    marker_noise_px: float = Field(0.15, ge=0)
     marker_unequal: float = Field(0.25, ge=0)
-    bit_rate: int = Field(2_000_000, gt=0)
+    bit_rate: int = Field(4_000_000, gt=0)
 
     @model_validator(mode="after")
     def _markers_are_seen(self) -> Self:

@@ -98,7 +98,7 @@ HARD = {
     "speed-ripple": 0.03,
     "motor-ripple": 0.015,
     "printing": 0.1,
-    "warp": 0.25,
+    "warp": 0.2,
     "motor": 0.004,
     "mains": 0.005,
     "microphone-noise": 0.008,

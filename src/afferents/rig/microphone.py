@@ -49,12 +49,12 @@ class Microphone(BaseModel):
 
     x_mm: float = 0.0
     y_mm: float = 12.0
-    depth_mm: float = Field(4.0, gt=0)
+    depth_mm: float = Field(3.0, gt=0)
     shear_share: float = Field(0.5, ge=0)
     low_hz: float = Field(3.5, gt=0)
-    high_hz: float = Field(60.0, gt=0)
-    corner_hz: float = Field(2.0, gt=0)
-    gain_per_mn_s: float = Field(0.15, gt=0)
+    high_hz: float = Field(80.0, gt=0)
+    corner_hz: float = Field(4.0, gt=0)
+    gain_per_mn_s: float = Field(0.08, gt=0)
     motor: float = Field(0.001, ge=0)
     mains: float = Field(0.0005, ge=0)
     noise: float = Field(0.002, ge=0)

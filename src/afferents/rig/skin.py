@@ -124,7 +124,7 @@ class Skin(BaseModel):
     recess_mm: float = Field(0.15, ge=0)
     bridging_per_mm: float = Field(5.0, gt=0)
     pin_depth_mm: float = Field(2.5, gt=0)
-    pin_unequal: float = Field(0.2, ge=0, le=0.3)
+    pin_unequal: float = Field(0.1, ge=0, le=0.3)
     normal_mn_mm: float = Field(1.0, gt=0)
     relaxing_share: float = Field(0.7, ge=0)
     relaxation_s: float = Field(0.03, gt=0)
@@ -136,7 +136,7 @@ class Skin(BaseModel):
     static_friction: float = Field(0.65, gt=0)
     kinetic_friction: float = Field(0.38, gt=0)
     stribeck_mm_s: float = Field(7.0, gt=0)
-    ploughing: float = Field(9.0, ge=0)
+    ploughing: float = Field(7.5, ge=0)
     bristle_per_mm: float = Field(16.0, gt=0)
     bristle_damping_s_mm: float = Field(0.008, ge=0)
     viscous_s_mm: float = Field(0.0005, ge=0)
@@ -191,9 +191,9 @@ class Skin(BaseModel):
         return self.footprint_mm if self.nodular else self.flat_mm
 
     def gains(self) -> NDArray[np.float64]:
-        """Return how far each pin tips, over the mean, (n_nodes,); within three deviations."""
+        """Return how far each pin tips, over the mean, (n_nodes,); within two deviations."""
         drawn = np.random.default_rng(_TIP).standard_normal(self.n_nodes)
-        return np.asarray(1 + self.pin_unequal * np.clip(drawn, -3, 3))
+        return np.asarray(1 + self.pin_unequal * np.clip(drawn, -2, 2))
 
     def stiffest_per_s(self, deepest_mm: float) -> float:
         """Return an upper bound of the fastest oscillation, rad/s.

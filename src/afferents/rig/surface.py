@@ -63,7 +63,7 @@ class Drum(BaseModel):
     bump_ratio: float = Field(0.45, gt=0, le=0.9)
     print_sd_mm: float = Field(0.03, ge=0)
     prints: int = Field(0, ge=0)
-    patch_sd_mm: float = Field(0.18, ge=0)
+    patch_sd_mm: float = Field(0.15, ge=0)
     patch_mm: float = Field(4.0, gt=0)
 
     @property

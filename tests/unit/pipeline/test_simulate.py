@@ -51,10 +51,10 @@ def test_it_is_read_as_any_session(session):
 def test_session_json_holds_constants_seed_draws_versions_and_checksums(session):
     content = json.loads((session / "session.json").read_text())
     assert content["seed"] == 0
-    assert content["rig"]["skin"]["static_friction"] == 0.8
+    assert content["rig"]["skin"]["static_friction"] == 0.65
     assert set(content["runs"]) == set(content["checksums"]) == {"0/50", "0/100", "3/50", "3/100"}
     assert set(content["versions"]) == {"afferents", "av", "numba", "numpy", "scipy"}
-    assert content["runs"]["3/50"]["indentation_mm"] != content["runs"]["3/100"]["indentation_mm"]
+    assert content["runs"]["3/50"]["indentation_mm"] == content["runs"]["3/100"]["indentation_mm"]
 
 
 def test_the_same_seed_gives_the_same_bytes_whatever_the_workers(session, tmp_path):
@@ -189,7 +189,7 @@ def test_what_can_not_be_simulated_is_refused_and_nothing_is_written(changed, se
 
 def test_a_session_of_another_configuration_is_refused(session):
     before = contents(session, "*.wav")
-    with pytest.raises(InputError, match=r"seed"):
+    with pytest.raises(InputError, match=r"rig.drum.prints"):
         simulate(session, seed=3)
     assert contents(session, "*.wav") == before
 
@@ -199,3 +199,24 @@ def test_a_folder_with_other_files_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"a new session, found a folder that holds something"):
         simulate(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_drums_are_printed_by_seed_or_by_the_set_that_is_asked_for():
+    def prints(**words):
+        return simulation_of("s", "quick", **words).rig.drum.prints
+
+    assert (prints(), prints(seed=3), prints(seed=3, reprint=0)) == (0, 3, 0)
+    with pytest.raises(InputError, match=r"--reprint: expected the number of a set of drums"):
+        prints(reprint=-1)
+
+
+def test_mounting_indentation_and_nodules_are_switched():
+    own = simulation_of("s", "quick").rig
+    rig = simulation_of(
+        "s", "quick", remount="run", indentation_mm=0.4, nodules="off", nuisances="all"
+    ).rig
+    assert (own.mounting.once_a_drum, rig.mounting.once_a_drum) == (True, False)
+    assert rig.mounting.tilt_rad > own.mounting.tilt_rad
+    assert (rig.mounting.indentation_mm, rig.skin.nodular) == (0.4, False)
+    with pytest.raises(InputError, match=r"--indentation: expected more than 0 and at most 2 mm"):
+        simulation_of("s", "quick", indentation_mm=3.0)

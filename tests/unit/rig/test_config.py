@@ -43,13 +43,13 @@ def test_without_nuisances_all_runs_are_mounted_alike(quiet_rig):
     assert drawn.pop()[:5] == (1.0, (0.0, 0.0), 0.0, 1.0, 0.0)
 
 
-def test_runs_are_mounted_anew_and_drums_once_where_asked():
-    rig = Rig()
+def test_drums_are_mounted_once_and_runs_anew_where_asked():
+    once = Rig()
+    mounting = once.mounting.model_copy(update={"once_a_drum": False})
+    rig = once.model_copy(update={"mounting": mounting})
     assert draw(rig, "3", 50, 0) == draw(rig, "3", 50, 0)
     assert draw(rig, "3", 50, 0) != draw(rig, "3", 60, 0)
     assert draw(rig, "3", 50, 0) != draw(rig, "3", 50, 1)
-    mounting = rig.mounting.model_copy(update={"once_a_drum": True})
-    once = rig.model_copy(update={"mounting": mounting})
     assert draw(once, "3", 50, 0) == draw(once, "3", 60, 0)
     assert draw(once, "3", 50, 0) != draw(once, "3.5", 50, 0)
 

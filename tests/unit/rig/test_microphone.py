@@ -1,5 +1,7 @@
 """What the gel passes, what disturbs it, and what is written."""
 
+import math
+
 import numpy as np
 import pytest
 import soundfile
@@ -18,12 +20,17 @@ def loudness_of(frequency_hz: float) -> float:
     return float(np.sqrt(2 * (sound[len(sound) // 2 :] ** 2).mean())) / Microphone().gain_per_mn_s
 
 
-def test_the_gel_passes_2_to_150_hz():
-    assert loudness_of(30) == pytest.approx(1, rel=0.02)
-    assert loudness_of(2) == pytest.approx(0.5**0.5, rel=0.05)
-    assert loudness_of(150) == pytest.approx(0.5**0.5, rel=0.05)
-    assert loudness_of(300) < 0.3
-    assert loudness_of(1000) < 0.03
+def test_it_hears_rates_below_its_corner_and_forces_above():
+    """Each of its filters at its own frequency loses half the power; far above, nothing is left."""
+    own = Microphone()
+
+    def expected(hz: float) -> float:
+        low, high = hz / math.hypot(hz, own.low_hz), 1 / math.sqrt(1 + (hz / own.high_hz) ** 4)
+        return low * high * own.corner_hz / math.hypot(hz, own.corner_hz)
+
+    for hz in (own.low_hz, own.corner_hz, 10.0, 30.0, own.high_hz):
+        assert loudness_of(hz) == pytest.approx(expected(hz), rel=0.03)
+    assert loudness_of(300) < 0.01 * loudness_of(10)
 
 
 def test_sound_comes_at_the_rate_of_the_microphone():

@@ -67,7 +67,7 @@ def test_pins_that_leave_the_picture_are_refused(tmp_path):
 
 def test_a_sound_too_loud_is_refused(tmp_path):
     rig = Rig()
-    loud = rig.microphone.model_copy(update={"gain_per_mn_s": 1.0})
+    loud = rig.microphone.model_copy(update={"gain_per_mn_s": 10.0})
     deafening = rig.model_copy(update={"microphone": loud})
     with pytest.raises(InputError, match=r"lower gain_per_mn_s"):
         record(deafening, tmp_path / "3" / "100", "3", bumped_surface(3.0), 100.0, 1.8, seed=0)

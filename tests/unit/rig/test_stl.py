@@ -8,7 +8,7 @@ from afferents.core.errors import InputError
 from afferents.rig import Drum, bumped_surface, write_stl
 from afferents.rig.drums import write_drum
 
-NOMINAL = Drum(print_sd_mm=0)
+NOMINAL = Drum(print_sd_mm=0, patch_sd_mm=0)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from afferents.core.errors import InputError
 from afferents.rig import Drum, bumped_surface, felt, mapped_surface, read_height_map
 
-NOMINAL = Drum(print_sd_mm=0)
+NOMINAL = Drum(print_sd_mm=0, patch_sd_mm=0)
 
 
 def test_bumps_repeat_as_often_as_the_published_spectra_say():
@@ -62,6 +62,25 @@ def test_the_same_drum_is_printed_alike_and_no_two_bumps_are():
     np.testing.assert_array_equal(first.height_mm, again.height_mm)
     tops = np.unique(first.height_mm[first.height_mm > 0.3].round(4))
     assert len(tops) > 100
+
+
+def test_another_set_of_drums_has_other_bumps_of_the_same_pattern():
+    first, other = bumped_surface(3.0), bumped_surface(3.0, Drum(prints=1))
+    bumps = (first.height_mm > 0.05) & (other.height_mm > 0.05)
+    np.testing.assert_array_equal(first.height_mm > 0.05, other.height_mm > 0.05)
+    difference = (first.height_mm - other.height_mm)[bumps]
+    expected = math.sqrt(2) * math.hypot(Drum().print_sd_mm, Drum().patch_sd_mm)
+    assert difference.std() == pytest.approx(expected, rel=0.25)
+
+
+def test_bumps_that_lie_near_each_other_err_together():
+    warped = Drum(print_sd_mm=0, patch_sd_mm=0.1)
+    tops = bumped_surface(1.0, warped).height_mm
+    rows = tops.reshape(-1, 16, tops.shape[1]).max(axis=1)  # the highest in 0.8 mm
+    middle = rows[:, 300:420].max(axis=1) - 0.5
+    near, far = (np.corrcoef(middle[:-k], middle[k:])[0, 1] for k in (2, 40))
+    assert near > 0.5
+    assert abs(far) < near / 2
 
 
 @given(
