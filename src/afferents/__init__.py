@@ -34,10 +34,12 @@ if TYPE_CHECKING:
     from afferents.commands import (
         calibrate,
         evaluate,
+        evaluate_textures,
         explain,
         export,
         extract,
         inspect,
+        load_model,
         report,
         samples,
         simulate,
@@ -92,6 +94,8 @@ _COMMANDS = (
     "explain",
     "inspect",
     "samples",
+    "load_model",
+    "evaluate_textures",
 )
 _MODULES = {"live": "afferents.live", "plot": "afferents.reporting.plot"}
 _HOME = {
@@ -153,6 +157,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "explain",
     "inspect",
     "samples",
+    "load_model",
+    "evaluate_textures",
     "DATA_SETS",
     "DataSet",
     "Recording",

@@ -23,6 +23,7 @@ from afferents.cli.shared import (
     Workers,
 )
 from afferents.cli.tables import TerminalTable
+from afferents.core.choices import Size
 from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 
@@ -191,7 +192,7 @@ def reproduce(
     sensor: SensorName = "tip_b",
     preset: PresetName = "fast",
     size: Annotated[
-        Literal["quick", "paper"],
+        Size,
         typer.Option(
             help="Size of the simulated session: 65 recordings of seconds, or the paper's 130 of "
             "a minute."

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -21,6 +21,7 @@ from afferents.cli.shared import (
     TrackerName,
     Workers,
 )
+from afferents.core.choices import Rest
 from afferents.core.progress import Progress
 
 
@@ -117,7 +118,7 @@ def extract(
     sensor: SensorName = "tip_b",
     method: TrackerName = "windowed",
     rest: Annotated[
-        Literal["own", "reference"],
+        Rest,
         typer.Option(
             help="Rest positions that SA-I is measured from: of each recording's 'own' rest "
             "frame, or of the 'reference' clip throw_away.mp4."

@@ -1,18 +1,19 @@
 """Commands of the rig, simulated or printed: recordings and drums."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
+from afferents.core.choices import Remount, Size
 
 
 def simulate(
     session: Annotated[Path, typer.Argument(help="Session folder to write.")],
     preset: Annotated[
-        Literal["quick", "paper"],
+        Size,
         typer.Option(
             help="Size of the session: 'quick' has 5 speeds of 7.5 s, 'paper' 10 speeds of 65 s."
         ),
@@ -46,7 +47,7 @@ def simulate(
         ),
     ] = "all",
     remount: Annotated[
-        Literal["run", "drum"],
+        Remount,
         typer.Option(
             help="When the fingertip is mounted anew: for each 'run', or once for each 'drum', "
             "which tells a model the texture."

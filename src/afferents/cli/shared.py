@@ -1,10 +1,11 @@
 """Arguments and options that several commands take, each said once."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
+from afferents.core.choices import Device, Method, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.doubt import KINDS
 
@@ -49,11 +50,11 @@ Accept = Annotated[
     ),
 ]
 DeviceName = Annotated[
-    Literal["auto", "cpu", "cuda"],
+    Device,
     typer.Option("--device", help="Where networks are trained; 'auto' takes a GPU if there is."),
 ]
 PrecisionName = Annotated[
-    Literal["auto", "float32", "bfloat16"],
+    Precision,
     typer.Option(
         "--precision", help="Number format; 'auto' is bfloat16 where the processor supports it."
     ),
@@ -66,7 +67,7 @@ CutName = Annotated[
     ),
 ]
 TrackerName = Annotated[
-    Literal["windowed", "one-to-one", "published"],
+    Method,
     typer.Option(
         "--tracker",
         help="How markers are matched from frame to frame; "
@@ -74,7 +75,7 @@ TrackerName = Annotated[
     ),
 ]
 PresetName = Annotated[
-    Literal["quick", "fast", "paper"],
+    Preset,
     typer.Option(
         "--preset",
         help="Training recipe of networks: 'paper' as published (days for Table 1), 'fast' with "

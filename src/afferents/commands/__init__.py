@@ -8,7 +8,7 @@ The command line calls these functions: checks and defaults of Python stand here
 """
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
-from afferents.commands.models import explain, export, samples, train
+from afferents.commands.models import explain, export, load_model, samples, train
 from afferents.commands.recordings import Extracted, calibrate, extract, inspect, track
 from afferents.commands.simulation import simulate
 
@@ -21,6 +21,7 @@ __all__ = [
     "export",
     "extract",
     "inspect",
+    "load_model",
     "report",
     "samples",
     "simulate",

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from afferents.commands.given import (
     Data,
-    Device,
     Place,
-    Precision,
-    Preset,
     models_in,
     sources_in,
 )
+from afferents.core.choices import Device, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
@@ -94,6 +92,12 @@ def evaluate(
         If something given is not what it should be, or the data don't support the models.
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
+
+    Examples
+    --------
+    >>> results = evaluate("responses.zarr", "results", models="ra-wave-vector")
+    >>> results.summary["speeds_mm_s"]
+    [20.0, 40.0, 60.0]
     """
     from afferents.pipeline.evaluate import evaluate as run
 
@@ -244,6 +248,16 @@ def report(results: Place, quiet: bool = False) -> Path:
     -------
     Path
         Of the page, ``report.html``.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished evaluation.
+
+    Examples
+    --------
+    >>> report("results").name
+    'report.html'
     """
     from afferents.pipeline.report import write_report
 

@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from afferents.commands.given import Data, Device, Place, Precision, Preset, models_in
+from afferents.commands.given import Data, Place, models_in
 from afferents.core.card import Card
+from afferents.core.choices import Device, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
 from afferents.core.model import Model
@@ -13,6 +14,7 @@ from afferents.core.samples import Samples
 
 if TYPE_CHECKING:
     from afferents.pipeline.explain import Explanation
+    from afferents.training.recogniser import Recogniser
 
 
 def train(
@@ -54,6 +56,17 @@ def train(
     -------
     Card
         What the model is, what it learnt from, and how far it was tested.
+
+    Raises
+    ------
+    InputError
+        If something given is not what it should be, or the data don't support the model.
+
+    Examples
+    --------
+    >>> card = train("responses.zarr", "model", "sa-wave-vector")
+    >>> card.textures
+    ('1', '2', '3')
     """
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
@@ -74,6 +87,37 @@ def train(
             None if results is None else Path(results), Compute(device, precision),
         )  # fmt: skip
         return run(wanted, Path(out), progress, force)
+
+
+def load_model(model: Place) -> "Recogniser":
+    """Read a trained model, to ask it about samples.
+
+    Parameters
+    ----------
+    model
+        Folder of a trained model.
+
+    Returns
+    -------
+    Recogniser
+        Its `predict` takes what `samples` returns, and gives probabilities; its `card` says what
+        the model is.
+
+    Raises
+    ------
+    InputError
+        If the folder is no model's, or its files are damaged.
+
+    Examples
+    --------
+    >>> model = load_model("model")
+    >>> x = samples("responses.zarr", model.card.channel, "wavenumbers")
+    >>> model.predict(x).probability.dims
+    ('sample', 'texture')
+    """
+    from afferents.training.recogniser import Recogniser
+
+    return Recogniser.of_folder(Path(model))
 
 
 def explain(
@@ -98,6 +142,16 @@ def explain(
     -------
     Explanation
         Sentences, pictures, and numbers.
+
+    Raises
+    ------
+    InputError
+        If the model is none, knows none of the textures, or the data don't go with it.
+
+    Examples
+    --------
+    >>> [picture.name for picture in explain("model", "responses.zarr", "why").pictures]
+    ['markers.png', 'waves.png']
     """
     from afferents.pipeline.data import open_data
     from afferents.pipeline.explain import explain as run
@@ -123,6 +177,16 @@ def export(model: Place, out: Place, force: bool = False) -> Path:
     -------
     Path
         Of the file.
+
+    Raises
+    ------
+    InputError
+        If the model is none, can't be exported, or another file is there already.
+
+    Examples
+    --------
+    >>> export("model", "model.onnx")
+    PosixPath('model.onnx')
     """
     from afferents.pipeline.export import export_model
 
@@ -159,6 +223,17 @@ def samples(
         Dims `sample` and those of the encoding; on `sample` stand `texture`, `speed_mm_s`,
         `recording`, `start_s`, `stop_s`. For scikit-learn's cross-validation take
         ``x.values.reshape(len(x), -1)``, ``x.texture`` and ``groups=x.speed_mm_s``.
+
+    Raises
+    ------
+    InputError
+        If there is no such channel or encoding, or the data lack what it is made of.
+
+    Examples
+    --------
+    >>> x = samples("responses.zarr", "ra1", "spatial")
+    >>> dict(x.sizes)
+    {'sample': 261, 'row': 19, 'column': 19}
     """
     from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import encode_all, require_used, sources_of

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from afferents.commands.given import Data, Place, sensor_in
+from afferents.core.choices import Method, Rest
 from afferents.core.doubt import kinds_named
 from afferents.core.progress import Progress
 from afferents.core.recording import Video
@@ -16,8 +17,6 @@ from afferents.core.store import open_responses, store_config
 if TYPE_CHECKING:
     from afferents.markers import Sensor
     from afferents.pipeline.inspect_files import Inspection
-
-Method = Literal["windowed", "one-to-one", "published"]
 
 
 def inspect(
@@ -49,6 +48,17 @@ def inspect(
     -------
     Inspection
         Sentences, problems, pictures and facts.
+
+    Raises
+    ------
+    InputError
+        If there is nothing that can be read, or the folder for the pictures holds something else.
+
+    Examples
+    --------
+    >>> found = inspect("session/1/20/audio.wav", out="pictures")
+    >>> [picture.name for picture in found.pictures]
+    ['vibration.png']
     """
     from afferents.pipeline.inspect import inspect as look
 
@@ -80,6 +90,17 @@ def calibrate(
     -------
     Sensor
         What was written, to be given as ``sensor`` to the other functions.
+
+    Raises
+    ------
+    InputError
+        If the clip can't be read, shows no markers, or one of the files to write is there already.
+
+    Examples
+    --------
+    >>> sensor = calibrate("session/1/20/video.mp4", "mine.toml", pitch_mm=1.0)
+    >>> sensor.n_markers
+    361
     """
     from afferents.markers import load_sensor
     from afferents.pipeline.calibrate import calibrate_sensor
@@ -107,6 +128,17 @@ def track(
     xarray.Dataset
         `position (time, marker, space)` px, NaN where a marker was lost; `detected (time, marker)`;
         `rest_position (marker, space)`.
+
+    Raises
+    ------
+    InputError
+        If the video can't be read, or its first frames don't show the sensor's markers.
+
+    Examples
+    --------
+    >>> tracks = track("session/1/20/video.mp4", "tip_b")
+    >>> dict(tracks.position.sizes)
+    {'time': 45, 'marker': 361, 'space': 2}
     """
     from afferents.markers import track as follow
     from afferents.recordings import open_video
@@ -134,7 +166,7 @@ def extract(
     out: Place,
     sensor: "str | Path | Sensor" = "tip_b",
     method: Method = "windowed",
-    rest: Literal["own", "reference"] = "own",
+    rest: Rest = "own",
     keep_going: bool = False,
     accept: Sequence[str] = (),
     workers: int | None = None,
@@ -172,6 +204,12 @@ def extract(
     ------
     InputError
         If the session, the store, or (without `keep_going`) a recording is not what it should be.
+
+    Examples
+    --------
+    >>> recordings = extract("session", "responses.zarr")
+    >>> recordings[0].sa1.dims
+    ('time', 'marker')
     """
     from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from afferents.commands.given import Place, sensor_in
+from afferents.core.choices import Remount, Size
 from afferents.core.progress import Progress
 from afferents.core.recording import Session
 
@@ -14,14 +15,14 @@ if TYPE_CHECKING:
 
 def simulate(
     session: Place,
-    preset: Literal["quick", "paper"] = "quick",
+    preset: Size = "quick",
     textures: Iterable[str] = "abcdefghijklm",
     speeds_mm_s: Iterable[float] | None = None,
     seconds: float | None = None,
     seed: int = 0,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Literal["run", "drum"] = "run",
+    remount: Remount = "run",
     sensor: "str | Path | Sensor" = "tip_b",
     workers: int | None = None,
     cluster: str | None = None,
@@ -63,6 +64,12 @@ def simulate(
     ------
     InputError
         If one of these is not what it should be, or the folder holds something else.
+
+    Examples
+    --------
+    >>> session = simulate("simulated", textures="a", speeds_mm_s=[50], seconds=2)
+    >>> session.recordings[0].name
+    '0/50'
     """
     from afferents.pipeline.sensor_rig import rig_of
     from afferents.pipeline.simulate import simulate_session

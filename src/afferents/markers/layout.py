@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +9,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
+from afferents.core.choices import Layout
 from afferents.core.errors import InputError
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
-
-Layout = Literal["square", "hexagonal", "radial", "free"]
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""

@@ -1,7 +1,7 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
 from itertools import islice
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
+from afferents.core.choices import Method
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, without_loners
@@ -18,7 +19,6 @@ from afferents.markers.layout import match_layout
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
 
-Method = Literal["windowed", "one-to-one", "published"]
 """How markers are followed; see `Tracker`."""
 
 

@@ -14,6 +14,7 @@ from pydantic import (
     model_validator,
 )
 
+from afferents.core.choices import Layout
 from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
 
@@ -163,7 +164,7 @@ class Sensor(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = Field(min_length=1)
-    layout: Literal["square", "hexagonal", "radial", "free"]
+    layout: Layout
     markers: tuple[tuple[float, float], ...] | None = None
     # Left out of what is written down where it is not given: stores and cards agree as before.
     image: tuple[ImageSide, ImageSide] | None = Field(

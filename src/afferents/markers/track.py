@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.core import dims
+from afferents.core.choices import Method
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.recording import Frame, GreyImage, Video, as_grey
 from afferents.markers import kernel
@@ -16,7 +17,6 @@ from afferents.markers.grid import Grid
 from afferents.markers.image_quality import image_quality
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
-    Method,
     find_rest_markers,
     order_markers,
     rest_image,

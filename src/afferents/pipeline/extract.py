@@ -3,13 +3,14 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import xarray as xr
 
 from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
+from afferents.core.choices import Rest
 from afferents.core.doubt import Doubt, Kind, accepted
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials
@@ -49,7 +50,6 @@ from afferents.recordings import (
     session_file,
 )
 
-Rest = Literal["own", "reference"]
 """Whether displacement counts from each recording's own rest frame or the reference clip's."""
 
 

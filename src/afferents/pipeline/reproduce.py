@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from afferents.core.card import Card
+from afferents.core.choices import Preset, Size
 from afferents.core.cut import Cut
 from afferents.core.model import BEST, MODELS, TABLE1, Model
 from afferents.core.progress import Progress
@@ -27,8 +28,7 @@ from afferents.pipeline.report import write_report
 from afferents.pipeline.sensor_rig import rig_of
 from afferents.pipeline.simulate import simulate_session
 from afferents.pipeline.train import Training, train
-from afferents.rig.simulation import SimulationPreset, simulation_of
-from afferents.training import Preset
+from afferents.rig.simulation import simulation_of
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -58,7 +58,7 @@ class Reproduction:
     session: Path | None
     sensor: Sensor
     preset: Preset
-    size: SimulationPreset = "quick"
+    size: Size = "quick"
     protocols: tuple[Protocol, ...] = (PROTOCOLS["nested"],)
     cut: Cut = "all"
     seed: int = 0

@@ -1,11 +1,11 @@
 """Fitting a model on a fold: one training loop for all networks, and what is solved at once."""
 
+from afferents.core.choices import Preset
 from afferents.training.calibrate import Calibration, best_evidence, calibrate_model
 from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import (
     RECIPES,
     Compute,
-    Preset,
     TrainingConfig,
     training_config,
 )
