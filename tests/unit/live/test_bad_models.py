@@ -135,7 +135,7 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
 def test_sources_that_are_not_there(models, asked, sentence):
     perceiver = Perceiver([Network(models["sa-se"]), Network(models["vib-te-aug"])])
     with pytest.raises(InputError, match=sentence):
-        open_sources(**{"video": None, "audio": None, **asked}, perceiver=perceiver)
+        open_sources(**{"video": None, "audio": None, **asked}, wanted=perceiver.wanted)
 
 
 def test_a_microphone_that_is_not_there():
