@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.core.recording import GreyImage
 from afferents.live.events import CameraFrame
 from afferents.live.images import FrameImages
 from afferents.live.quality import SPAN_S, Figure, Quality
@@ -17,7 +16,7 @@ from afferents.markers.image_quality import (
     image_quality,
     repeated_frames,
 )
-from afferents.markers.kernel import changed, sampled
+from afferents.markers.kernel import sampled
 
 SLOW = 0.9
 """A frame rate below this share of what the source says is named;"""
@@ -62,17 +61,15 @@ class VideoQuality(Quality):
         self._due_s = None
         self._seen: deque[_Seen] = deque()
         self._change: deque[float] = deque(maxlen=REPEATS)
-        self._sample: GreyImage | None = None
-        self._shape: tuple[int, ...] = ()
+        self._sample: NDArray[np.int16] | None = None
         self._light: ImageQuality | None = None
 
     def take(self, picture: CameraFrame, felt: FrameImages | None) -> None:
         """Take in a frame and what was found in it; None before the rest frame."""
-        luma = picture.frame.luma
-        if self._sample is None or self._shape != luma.shape:
-            self._sample, self._shape = sampled(luma), luma.shape
-        else:
-            self._change.append(float(changed(luma, self._sample)))
+        sample = sampled(picture.frame.luma).astype(np.int16)
+        if self._sample is not None and self._sample.shape == sample.shape:
+            self._change.append(float(np.abs(sample - self._sample).mean()))
+        self._sample = sample
         self._seen.append(_Seen(picture.time_s, None if felt is None else felt.detected))
         while self._seen[0].time_s < picture.time_s - SPAN_S:
             self._seen.popleft()

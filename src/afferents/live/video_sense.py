@@ -87,6 +87,7 @@ class VideoSense(Sense):
         except InputError as error:
             self.images.begin()
             self.felt = None
+            self.picture_quality.take(picture, None)
             return self.interrupt(Trouble("video", picture.time_s, str(error)), "waiting")
         self.picture_quality.take(picture, felt)
         late = self.is_late(picture.time_s, picture.arrived_s)

@@ -277,8 +277,7 @@ def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_vide
     asked = ("live", "--video", clip, "--sensor")
     assert "331 markers of the sensor's layout" in fails(*asked, "hex331")
     small = tmp_path / "small.toml"
-    text = "width = 320\nheight = 240\n"
-    small.write_text(text + SENSOR)
+    small.write_text(f"width = 320\nheight = 240\n{SENSOR}")
     assert "320 x 240 px, as sensor 'small' says, found 640 x 480 px" in fails(*asked, small)
     assert "no.toml" in fails(*asked, "no.toml")
     bare = make_video(tmp_path / "bare.mp4", np.zeros(12), covered=[range(361)] * 12)
@@ -294,9 +293,12 @@ def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_vide
 
 SENSOR = """
 name = "small"
-layout = "free"
+layout = "square"
+rows = 19
+columns = 19
+n_markers = 361
 [detector]
-radius_px = 4.0
+radius_px = 6.5
 """
 
 
