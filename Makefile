@@ -19,7 +19,7 @@ demo: install
 	$(BIN)/afferents reproduce $(OUT)
 
 live: install
-	$(BIN)/afferents live --video rig --audio rig --web
+	$(BIN)/afferents live --model demo --video rig --audio rig --web
 
 lint: install
 	$(BIN)/ruff format --check .

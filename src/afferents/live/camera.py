@@ -21,6 +21,8 @@ AGAIN_S = 1.0
 """A camera that vanished is looked for this often, s."""
 CHECKED_S = 1.0
 """Its frame rate is measured over this time, s."""
+USUAL_HZ = 30.0
+"""Frame rate of a camera that was asked for none and says none."""
 SLOW = 0.9
 """A rate below this share of what was asked for is said."""
 
@@ -33,9 +35,9 @@ class Camera:
     device
         Its number, or its path such as ``/dev/video0``.
     fps_hz
-        Frames a second asked for.
+        Frames a second asked for; None for the camera's own.
     width, height
-        Size asked for, px.
+        Size asked for, px; None for the camera's own.
     exposure_ms
         Exposure time asked for, ms; None leaves it as it is. Linux only.
     driver
@@ -53,15 +55,16 @@ class Camera:
     def __init__(
         self,
         device: str,
-        fps_hz: float,
-        width: int,
-        height: int,
+        fps_hz: float | None = None,
+        width: int | None = None,
+        height: int | None = None,
         exposure_ms: float | None = None,
         driver: str | None = "v4l2" if sys.platform == "linux" else None,
     ) -> None:
         """Open it."""
-        self.rate_hz = fps_hz
-        self._size = (width, height)
+        self._fps_hz = fps_hz
+        self.rate_hz = fps_hz or USUAL_HZ
+        self._size = None if width is None or height is None else (width, height)
         self._exposure_ms, self._driver = exposure_ms, driver
         self._device = f"/dev/video{device}" if driver == "v4l2" and device.isdigit() else device
         self._closed = False
@@ -111,21 +114,23 @@ class Camera:
     def _by_ffmpeg(self, driver: str) -> Iterator[CameraFrame]:
         options = {"fflags": "nobuffer"}
         if driver == "v4l2":
-            options |= {
-                "video_size": f"{self._size[0]}x{self._size[1]}",
-                "framerate": f"{self.rate_hz:g}",
-            }
+            if self._size is not None:
+                options["video_size"] = f"{self._size[0]}x{self._size[1]}"
+            if self._fps_hz is not None:
+                options["framerate"] = f"{self._fps_hz:g}"
         try:
             container = av.open(self._device, format=driver, options=options)
         except (av.FFmpegError, OSError) as error:
             raise self._absent(str(getattr(error, "strerror", None) or error)) from error
         stream = container.streams.video[0]
         found = (stream.width, stream.height)
-        if found != self._size:
+        if self._fps_hz is None and stream.average_rate:
+            self.rate_hz = float(stream.average_rate)
+        if self._size is not None and found != self._size:
             container.close()
             raise InputError(
                 self._device,
-                f"a camera of {self._size[0]} x {self._size[1]} px, as the model's sensor has",
+                f"a camera of {self._size[0]} x {self._size[1]} px, as the sensor has",
                 f"{found[0]} x {found[1]} px",
             )
 
@@ -145,12 +150,16 @@ class Camera:
         camera = cv2.VideoCapture(device)
         if not camera.isOpened():
             raise self._absent("none that can be opened")
+        width, height = self._size or (None, None)
         for name, value in (
-            (cv2.CAP_PROP_FRAME_WIDTH, self._size[0]),
-            (cv2.CAP_PROP_FRAME_HEIGHT, self._size[1]),
-            (cv2.CAP_PROP_FPS, self.rate_hz),
+            (cv2.CAP_PROP_FRAME_WIDTH, width),
+            (cv2.CAP_PROP_FRAME_HEIGHT, height),
+            (cv2.CAP_PROP_FPS, self._fps_hz),
         ):
-            camera.set(name, value)
+            if value is not None:
+                camera.set(name, value)
+        if self._fps_hz is None:
+            self.rate_hz = camera.get(cv2.CAP_PROP_FPS) or USUAL_HZ
 
         def frames() -> Iterator[CameraFrame]:
             try:

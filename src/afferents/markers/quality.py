@@ -1,6 +1,6 @@
 """What can be said of a tracked video in plain words, for `inspect`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import xarray as xr
@@ -10,7 +10,12 @@ from afferents.core import dims
 from afferents.core.doubt import Doubt
 from afferents.core.sliding import lasting, sliding_part, span_text
 from afferents.markers.detect import Positions
-from afferents.markers.image_quality import dropped_frames, repeated_frames
+from afferents.markers.image_quality import (
+    ImageQuality,
+    doubts_of_light,
+    dropped_frames,
+    repeated_frames,
+)
 
 Lengths = NDArray[np.float64]
 STILL_PX = 0.5
@@ -25,8 +30,6 @@ longer than this, s. Simulated recordings show 0.92 of them in any frame, encode
 real clips, pushed far, 0.71 in 95% of the frames and 0.55 in the worst."""
 MANY_REPEATED = 0.01
 """Share of frames that seem repeated beyond which it is said."""
-FAINT, OVEREXPOSED, BLURRED_PX = 40.0, 0.5, 4.0
-"""Contrast in grey levels, share of saturated markers, and width of an edge that are named."""
 
 
 @dataclass(frozen=True)
@@ -205,19 +208,8 @@ def _knocks(tracks: xr.Dataset) -> list[str]:
 
 def _light(tracks: xr.Dataset) -> list[str]:
     """Say what is wrong with light and focus, if anything."""
-    disc, skin = tracks.attrs["disc_grey"], tracks.attrs["skin_grey"]
-    hints = []
-    if abs(disc - skin) < FAINT:
-        hints.append(
-            f"Faint: markers at grey level {disc:.0f} on skin at {skin:.0f}; give more light."
-        )
-    if tracks.attrs["saturated"] > OVEREXPOSED:
-        hints.append(
-            "Overexposed: most markers are at full white, so edges carry little; give less light."
-        )
-    if tracks.attrs["edge_px"] > BLURRED_PX:
-        hints.append(f"Out of focus: edges are {tracks.attrs['edge_px']:.1f} px wide.")
-    return hints
+    measured = {field.name: tracks.attrs[field.name] for field in fields(ImageQuality)}
+    return list(doubts_of_light(ImageQuality(**measured)).values())
 
 
 def _layout(tracks: xr.Dataset) -> str:
