@@ -65,7 +65,7 @@ def count_right(predictions: pd.DataFrame) -> pd.DataFrame:
 
 
 class Accuracy:
-    """Accuracies of one model under one protocol, by the group held out (by default a speed), recording and seed.
+    """Accuracies of one model under one protocol, by group held out, recording and seed.
 
     Samples of one recording are anything but independent, and so are the predictions of one
     training: both are drawn anew, whole, recordings and seeds each with replacement within each

@@ -55,8 +55,8 @@ class FoldKey:
     def of(cls, facts: Mapping[str, Any]) -> "FoldKey":
         """Return the key that a document names; see `describe`."""
         split = split_named(facts.get("split", SPEED.name))
-        named = (facts[name] for name in ("model", "protocol", "seed", split.held_out))
-        return cls(*named, split=split)
+        whose = {name: facts[name] for name in ("model", "protocol", "seed")}
+        return cls(**whose, held_out=facts[split.held_out], split=split)
 
     def describe(self) -> dict[str, Any]:
         """Return it as documents hold it."""

@@ -130,8 +130,8 @@ class LeaveOneGroupOut:
         else:
             validation, test = groups == validated_by, held
             train = ~held & ~validation
-        parts = [np.flatnonzero(part) for part in (train, validation, test)]
-        return Fold(held_out, validated_by, *parts, split=self.what)
+        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
+        return Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
 
     def _validating_half(
         self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int

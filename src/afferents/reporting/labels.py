@@ -5,6 +5,7 @@ from typing import Any
 
 from afferents.core.model import MODELS
 from afferents.core.recording import LETTERS, spacing_mm
+from afferents.core.split import Group, split_of
 from afferents.reporting.published import published_textures
 
 ABSENT = "—"
@@ -61,6 +62,11 @@ def texture_axis(textures: Sequence[str]) -> str:
     """Return `texture`, and what its numbers mean where all of them are bump spacings."""
     numbered = all(spacing_mm(name) is not None for name in textures)
     return "texture (bump spacing, mm)" if numbered else "texture"
+
+
+def groups_in(summary: Summary) -> list[Group]:
+    """Return the groups that were held out in turn: speeds in mm/s, or names."""
+    return list(summary[split_of(summary).groups])
 
 
 def speed_key(speed_mm_s: float) -> str:
