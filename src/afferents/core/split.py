@@ -309,7 +309,11 @@ def folder_name(group: Group) -> str:
     """Return a name of a folder that no other group has, nor a mark beside it."""
     if not isinstance(group, str):
         return key_of(group)
-    return re.sub(r"[^\w +=-]", lambda found: f"%{ord(found.group()):02X}", group)
+    return re.sub(r"[^\w +=-]", lambda found: _percent(found.group()), group)
+
+
+def _percent(character: str) -> str:
+    return "".join(f"%{byte:02X}" for byte in character.encode("utf-8", "surrogatepass"))
 
 
 def _text(value: Any) -> str:

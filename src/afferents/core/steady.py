@@ -57,7 +57,7 @@ def steady_in(wanted: Sequence[float] | None, cut: Cut) -> Steady | None:
     return start, stop
 
 
-def written(steady: Steady) -> str:
+def written(steady: Sequence[float]) -> str:
     """Return a steady part as the option takes it."""
     return f"{steady[0]:g}:{steady[1]:g}"
 

@@ -16,7 +16,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from afferents.core.results import Results
-from afferents.core.split import SPEED, order
+from afferents.core.split import SPEED, order, split_of
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
@@ -102,7 +102,8 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
 
 def confusion_title(model: str, protocol: str, summary: Summary) -> str:
     """Return the number that the figure has in the paper, the model and the protocol."""
-    number = f"{FIGURE_OF[model]}. " if model in FIGURE_OF else ""
+    of_paper = model in FIGURE_OF and split_of(summary) == SPEED
+    number = f"{FIGURE_OF[model]}. " if of_paper else ""
     return f"{number}{model_title(model, summary)}, {PROTOCOL_TITLES[protocol]}"
 
 
