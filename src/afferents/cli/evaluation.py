@@ -1,7 +1,7 @@
 """Commands of evaluations: test models at held-out speeds, report, status, the whole way."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 

@@ -237,8 +237,9 @@ def samples(
     xarray.DataArray
         Dims `sample` and those of the encoding; on `sample` stand `texture`, `speed_mm_s`,
         `recording`, `start_s`, `stop_s`, and `group`, of which one is held out at a time: the
-        speed, or the value of another split's condition. For scikit-learn's cross-validation take
-        ``x.values.reshape(len(x), -1)``, ``x.texture`` and ``groups=x.group``.
+        speed (NaN where it is not known), or the value of another split's condition. For
+        scikit-learn's cross-validation take ``x.values.reshape(len(x), -1)``, ``x.texture`` and
+        ``groups=x.group``.
 
     Raises
     ------
@@ -270,6 +271,5 @@ def samples(
         for responses in recordings:
             require_within(responses, source.channel.made_of, steady_s)
         require_speeds_known([asked], encodings, recordings)
-        what.groups_of(recordings)
         found = what.labelled(encode_all(recordings, source, cut, progress), recordings)
         return found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})

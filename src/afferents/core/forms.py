@@ -93,10 +93,12 @@ class Job(Form):
 
     @model_validator(mode="after")
     def _says_what_is_held_out(self) -> Self:
-        wanted = "held_out_mm_s" if self.split is None else "held_out_group"
-        if getattr(self, wanted) is None:
-            raise ValueError(f"{wanted} must be given")
+        self._require("held_out_mm_s" if self.split is None else "held_out_group")
         return self
+
+    def _require(self, name: str) -> None:
+        if getattr(self, name) is None:
+            raise ValueError(f"{name} must be given")
 
 
 class Plan(Form):
@@ -108,7 +110,7 @@ class Plan(Form):
 
 
 class Running(Form):
-    """``<speed>.running``: which process is at work."""
+    """``<group>.running``: which process is at work."""
 
     host: str
     pid: int = Field(ge=1, lt=1 << 31)
@@ -116,7 +118,7 @@ class Running(Form):
 
 
 class Failed(Form):
-    """``<speed>.failed``: why a training could not be done."""
+    """``<group>.failed``: why a training could not be done."""
 
     why: str
 
@@ -134,9 +136,7 @@ class FoldFacts(Job):
 
     @model_validator(mode="after")
     def _says_what_validated(self) -> Self:
-        wanted = "validation_mm_s" if self.split is None else "validation_group"
-        if getattr(self, wanted) is None:
-            raise ValueError(f"{wanted} must be given")
+        self._require("validation_mm_s" if self.split is None else "validation_group")
         return self
 
 

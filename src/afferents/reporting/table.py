@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from afferents.core.model import MODELS, TABLE1
-from afferents.core.split import SPEED, Group, Split, key_of, split_of
+from afferents.core.split import SPEED, Group, key_of, split_of
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
@@ -82,9 +82,8 @@ def accuracy_by_speed(summary: Summary) -> Table:
         for row in (*_own_rows(summary, name), *_paper_speed_row(groups, name))
     ]
     of_paper = (
-        "columns are held-out speeds in mm/s. The paper's figures stand "
-        "where it has the same speed; they "
-        "were measured on its own recordings, under the published protocol. "
+        "columns are held-out speeds in mm/s. The paper's figures stand where it has the same "
+        "speed; they were measured on its own recordings, under the published protocol. "
     )
     return Table(
         f"Accuracy by held-out {split.axis}",
@@ -207,6 +206,7 @@ def leak_sentences(summary: Summary) -> list[str]:
 def run_table(summary: Summary) -> Table:
     """Return how each model was run: seeds, epochs, time, macro-F1 and what validated it."""
     split = split_of(summary)
+    of_groups = "Speeds are in mm/s" if split == SPEED else split.many.capitalize()
     rows = tuple(
         (
             Cell(model_title(model, summary)),
@@ -221,7 +221,7 @@ def run_table(summary: Summary) -> Table:
     )
     return Table(
         "How the models were trained",
-        f"{_of_groups(split)}: held out → validated by.",
+        f"{of_groups}: held out → validated by.",
         (
             "Model",
             "Protocol",
@@ -315,10 +315,6 @@ def _leak_cell(value: bool | int | None) -> Cell:
     if value is None:
         return Cell("not counted")
     return Cell(("yes" if value else "no") if isinstance(value, bool) else f"{value:,}")
-
-
-def _of_groups(split: Split) -> str:
-    return "Speeds are in mm/s" if split == SPEED else f"{split.many.capitalize()}"
 
 
 def _leak_sentence(summary: Summary, found: list[dict[str, Any]]) -> str:

@@ -239,6 +239,8 @@ def test_samples_carry_groups_for_cross_validation(folder):
     assert len(scores) == 3
     ours = [fold.held_out for fold in Folds(what=split_named("trial")).folds(by_trial)]
     assert ours == ["1", "2", "3"]
+    unknown = afferents.samples(Stretches(folder), "ra2", "spectral", quiet=True)
+    assert np.isnan(unknown.group).all()
     by_speed = afferents.samples(AtSpeeds(folder), "ra2", "spectral", quiet=True)
     np.testing.assert_array_equal(by_speed.group, by_speed.speed_mm_s)
 
