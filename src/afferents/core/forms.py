@@ -93,12 +93,12 @@ class Job(Form):
 
     @model_validator(mode="after")
     def _says_what_is_held_out(self) -> Self:
-        self._require("held_out_mm_s" if self.split is None else "held_out_group")
-        return self
+        return self._require("held_out_mm_s" if self.split is None else "held_out_group")
 
-    def _require(self, name: str) -> None:
+    def _require(self, name: str) -> Self:
         if getattr(self, name) is None:
             raise ValueError(f"{name} must be given")
+        return self
 
 
 class Plan(Form):
@@ -136,8 +136,7 @@ class FoldFacts(Job):
 
     @model_validator(mode="after")
     def _says_what_validated(self) -> Self:
-        self._require("validation_mm_s" if self.split is None else "validation_group")
-        return self
+        return self._require("validation_mm_s" if self.split is None else "validation_group")
 
 
 class Accuracies(Form):
@@ -255,9 +254,8 @@ class Summary(About):
         if not getattr(self, listed):
             raise ValueError(f"{listed} must name at least one")
         for name, outcomes in self.models.items():
-            for protocol, outcome in outcomes.items():
-                if getattr(outcome, by) is None:
-                    raise ValueError(f"models.{name}.{protocol} must have {by}")
+            if any(getattr(outcome, by) is None for outcome in outcomes.values()):
+                raise ValueError(f"models.{name} must have {by}")
         return self
 
 

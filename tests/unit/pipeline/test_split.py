@@ -143,6 +143,28 @@ def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
     assert "trial 2 held out" in one.get_title()
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda c: c.update(groups=[]), "groups must name at least one"),
+        (lambda c: c.pop("split"), "speeds_mm_s must name at least one"),
+        (lambda c: c.update(split="../x"), "with split: "),
+        (
+            lambda c: c["models"]["ridge-te"]["nested"].update(worst_group="9"),
+            "worst_group must be one of by_group",
+        ),
+    ],
+)
+def test_a_summary_that_makes_no_sense_is_refused(evaluated, tmp_path, change, said):
+    for name in ("config.json", "summary.json", "predictions.parquet"):
+        shutil.copy(evaluated.root / name, tmp_path)
+    content = json.loads((tmp_path / "summary.json").read_text())
+    change(content)
+    (tmp_path / "summary.json").write_text(json.dumps(content))
+    with pytest.raises(InputError, match=said):
+        afferents.load_results(tmp_path)
+
+
 def test_results_of_different_splits_are_not_mixed(evaluated, folder, tmp_path):
     afferents.evaluate(AtSpeeds(folder), tmp_path / "r", **TRIAL)
     with pytest.raises(
