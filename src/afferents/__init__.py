@@ -66,7 +66,7 @@ if TYPE_CHECKING:
         spectral_samples,
         stretch_spectrum,
     )
-    from afferents.evaluation import LeaveOneSpeedOut
+    from afferents.evaluation import LeaveOneGroupOut, LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor
     from afferents.models import CLASSIFIERS, build
     from afferents.pipeline.example import example
@@ -139,6 +139,7 @@ _HOME = {
     "Model": "core.model",
     "predict": "training",
     "training_config": "training",
+    "LeaveOneGroupOut": "evaluation",
     "LeaveOneSpeedOut": "evaluation",
     "load_results": "core.results",
 }
@@ -197,6 +198,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "Model",
     "predict",
     "training_config",
+    "LeaveOneGroupOut",
     "LeaveOneSpeedOut",
     "load_results",
 ]

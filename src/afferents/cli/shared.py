@@ -90,5 +90,13 @@ ProtocolName = Annotated[
         "paper's code, it selects the model (leaky). Or 'both'.",
     ),
 ]
+SteadyPart = Annotated[
+    str | None,
+    typer.Option(
+        "--steady",
+        help="Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what "
+        "session.json says, else all but 2.5 s at each end).",
+    ),
+]
 SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}
 """What may be a seed."""

@@ -1,9 +1,11 @@
 """Commands of single models: train, explain, export, and the samples that they learn from."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from afferents.commands.given import Data, Place, models_in
+from afferents.core import dims
 from afferents.core.card import Card
 from afferents.core.choices import Device, Precision, Preset
 from afferents.core.cut import Cut
@@ -11,6 +13,8 @@ from afferents.core.errors import InputError
 from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.samples import Samples
+from afferents.core.split import split_named
+from afferents.core.steady import require_within, steady_in, with_steady
 
 if TYPE_CHECKING:
     from afferents.pipeline.explain import Explanation
@@ -29,6 +33,8 @@ def train(
     device: Device = "auto",
     precision: Precision = "auto",
     quiet: bool = False,
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
     **encoding: Any,
 ) -> Card:
     """Train one model to feel with, on all speeds but the one that calibrates it.
@@ -51,6 +57,10 @@ def train(
         What networks learn on, and in which numbers.
     quiet
         Whether no progress is shown.
+    split
+        Of what one group calibrates it instead of a speed, such as ``trial``.
+    steady
+        As of `evaluate`.
 
     Returns
     -------
@@ -75,7 +85,7 @@ def train(
     from afferents.pipeline.train import train as run
     from afferents.training import Compute
 
-    asked = models_in(model)
+    asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
     if len(asked) > 1:
         raise InputError("--model", "'best' or one model", f"'{model}'")
     with Progress(quiet) as progress:
@@ -85,6 +95,7 @@ def train(
         wanted = Training(
             opened, chosen, preset, cut, opened[0].encodings.changed(**encoding), seed,
             None if results is None else Path(results), Compute(device, precision),
+            what, steady_s,
         )  # fmt: skip
         return run(wanted, Path(out), progress, force)
 
@@ -200,6 +211,8 @@ def samples(
     encoding: Any,
     cut: Cut = "all",
     quiet: bool = False,
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
     **options: Any,
 ) -> Samples:
     """Return what a classifier would learn from, of all recordings of a store.
@@ -214,6 +227,8 @@ def samples(
         Part of the recordings that is used.
     quiet
         Whether no progress is shown.
+    split, steady
+        As of `evaluate`.
     options
         Of the encoding, such as ``frames=20``.
 
@@ -221,8 +236,10 @@ def samples(
     -------
     xarray.DataArray
         Dims `sample` and those of the encoding; on `sample` stand `texture`, `speed_mm_s`,
-        `recording`, `start_s`, `stop_s`. For scikit-learn's cross-validation take
-        ``x.values.reshape(len(x), -1)``, ``x.texture`` and ``groups=x.speed_mm_s``.
+        `recording`, `start_s`, `stop_s`, and `group`, of which one is held out at a time: the
+        speed (NaN where it is not known), or the value of another split's condition. For
+        scikit-learn's cross-validation take ``x.values.reshape(len(x), -1)``, ``x.texture`` and
+        ``groups=x.group``.
 
     Raises
     ------
@@ -236,12 +253,23 @@ def samples(
     {'sample': 261, 'row': 19, 'column': 19}
     """
     from afferents.pipeline.data import open_data, recordings_in
-    from afferents.pipeline.encode import encode_all, require_used, sources_of
+    from afferents.pipeline.encode import (
+        encode_all,
+        require_speeds_known,
+        require_used,
+        sources_of,
+    )
 
+    what, steady_s = split_named(split), steady_in(steady, cut)
     asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)
         encodings = opened[0].encodings.changed(**options)
         (source,) = sources_of(asked, encodings)
         require_used([asked], encodings)
-        return encode_all(recordings_in(opened), source, cut, progress)
+        recordings = with_steady(recordings_in(opened), steady_s)
+        for responses in recordings:
+            require_within(responses, source.channel.made_of, steady_s)
+        require_speeds_known([asked], encodings, recordings)
+        found = what.labelled(encode_all(recordings, source, cut, progress), recordings)
+        return found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})

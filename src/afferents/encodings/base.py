@@ -138,6 +138,11 @@ class Encoding(BaseModel, ABC):
         """Of how many frames one is used."""
         return 1
 
+    @property
+    def needs_speed(self) -> bool:
+        """Whether it can't encode recordings whose speed is not known."""
+        return False
+
     def require_packages(self) -> None:
         """Refuse, before hours of work, if a package that it needs is missing."""
 

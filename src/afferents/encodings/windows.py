@@ -56,6 +56,11 @@ class WindowEncoding(VibrationEncoding):
         ),
     ] = Lines()
 
+    @property
+    def needs_speed(self) -> bool:
+        """Whether lines are cut out that follow the speed."""
+        return bool(self.mask.per_mm)
+
     def changed(self, **wanted: Any) -> Self:
         """Return it with the values wanted."""
         return by_stride(super().changed(**wanted), **wanted)

@@ -48,7 +48,7 @@ class Fitted:
 def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:
     """Return what stands in the record of a fold that was learnt without epochs."""
     return {
-        "validation_mm_s": fold.validation_mm_s,
+        fold.split.validation: fold.validated_by,
         "validation_accuracy": validation_accuracy,
         "n_train": n_train,
         "n_validation": len(fold.validation),
