@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         train,
     )
     from afferents.core.model import MODELS, Model
-    from afferents.core.recording import Recording, Session
+    from afferents.core.recording import Recording
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
     from afferents.core.store import open_responses
@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from afferents.recordings import (
         DATA_SETS,
         DataSet,
+        Session,
         WavFile,
         open_video,
         read_fabricslide,
@@ -104,7 +105,7 @@ _HOME = {
     "DATA_SETS": "recordings",
     "DataSet": "recordings",
     "Recording": "core.recording",
-    "Session": "core.recording",
+    "Session": "recordings",
     "WavFile": "recordings",
     "open_video": "recordings",
     "read_fabricslide": "recordings",

@@ -88,8 +88,8 @@ def track(
     sensor: Annotated[
         str | None,
         typer.Option(
-            help="Sensor file (TOML) or name (default: recognised from a video; tip_b for a "
-            "session)."
+            help="Sensor file (TOML) or name (default: recognised from a video; what its file "
+            "names, else tip_b, for a session)."
         ),
     ] = None,
     method: TrackerName = "windowed",
@@ -115,7 +115,13 @@ def track(
 def extract(
     session: Session,
     out: StoreOut,
-    sensor: SensorName = "tip_b",
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensor file (TOML), or the name of a packaged one (default: what the session "
+            "file names, else tip_b)."
+        ),
+    ] = None,
     method: TrackerName = "windowed",
     rest: Annotated[
         Rest,

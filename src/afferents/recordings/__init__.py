@@ -6,8 +6,11 @@ from afferents.recordings.data_set import DataSet
 from afferents.recordings.fabricslide import FabricSlide, TaxelFile, read_fabricslide
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.footage import Footage
+from afferents.recordings.grid import require_rates_that_agree
+from afferents.recordings.images import ImageFolder
 from afferents.recordings.levels import clipped_share, doubt_loudness, require_finite
-from afferents.recordings.session import PublishedSession, read_session
+from afferents.recordings.listed import sensor_named
+from afferents.recordings.session import PublishedSession, Session, read_session
 from afferents.recordings.session_file import SessionFile, session_file
 from afferents.recordings.stored import Stored
 from afferents.recordings.table import DATA_SETS, data_set_of, source_of
@@ -19,7 +22,9 @@ __all__ = [
     "FabricSlide",
     "Facts",
     "Footage",
+    "ImageFolder",
     "PublishedSession",
+    "Session",
     "SessionFile",
     "Stored",
     "TaxelFile",
@@ -40,6 +45,8 @@ __all__ = [
     "read_session",
     "require_finite",
     "require_own_files",
+    "require_rates_that_agree",
+    "sensor_named",
     "session_file",
     "source_of",
     "video_facts",
