@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         explain,
         export,
         extract,
+        init_session,
         inspect,
         load_model,
         report,
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
 
 
 _COMMANDS = (
+    "init_session",
     "calibrate",
     "track",
     "simulate",
@@ -147,6 +149,7 @@ _HOME = {
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
+    "init_session",
     "calibrate",
     "track",
     "simulate",

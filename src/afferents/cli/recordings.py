@@ -25,6 +25,21 @@ from afferents.core.choices import Rest
 from afferents.core.progress import Progress
 
 
+def init(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of videos, sound, or folders of numbered images.")
+    ],
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Write a first session.toml into a folder of recordings, and say what was guessed."""
+    from afferents import commands
+
+    made = commands.init_session(folder, force)
+    found = {"session_file": str(made.path), "said": made.sentences}
+    say(as_json, found, *made.sentences, f"Session file to check: {made.path}")
+
+
 def inspect(
     source: Annotated[
         str,

@@ -16,6 +16,7 @@ from afferents.core.store import open_responses, store_config
 
 if TYPE_CHECKING:
     from afferents.markers import Sensor
+    from afferents.pipeline.init import FirstSession
     from afferents.pipeline.inspect_files import Inspection
     from afferents.recordings import Session
 
@@ -69,6 +70,31 @@ def inspect(
     drawn = None if overlay is None else Path(overlay)
     with Progress(quiet) as progress:
         return look(source, folder, given, progress, drawn, force)
+
+
+def init_session(folder: Place, force: bool = False) -> "FirstSession":
+    """Write a first `session.toml` into a folder of recordings.
+
+    Parameters
+    ----------
+    folder
+        Holds videos of any container, sound, or folders of numbered images.
+    force
+        Whether one that was written so before may be replaced.
+
+    Returns
+    -------
+    FirstSession
+        The `path` of the file, and `sentences` on what was guessed and is to be checked.
+
+    Raises
+    ------
+    InputError
+        If there are no recordings in the folder, or a session file is there.
+    """
+    from afferents.pipeline.init import first_session
+
+    return first_session(Path(folder), force)
 
 
 def calibrate(
