@@ -76,7 +76,7 @@ class Pattern:
         is_folder = self.text.endswith("/")
         literal = [glob.escape(text) for text in _PART.sub("\n", self.text.rstrip("/")).split("\n")]
         found = []
-        for path in sorted(root.glob("*".join(literal))):
+        for path in sorted(root.glob(re.sub(r"\*+", "*", "*".join(literal)))):
             inner = path.relative_to(root)
             if path.is_dir() != is_folder or any(part.startswith(".") for part in inner.parts):
                 continue
