@@ -81,8 +81,9 @@ def _of_its_own(
 ) -> dict[str, Any]:
     """Return what is declared of a recording that is not declared of all."""
     conditions, sensor = dict(recording.conditions), extraction.sensor
+    speed = recording.speed_mm_s
     own = {
-        "label": [recording.texture, recording.speed_mm_s] if declared.names_files else None,
+        "label": None if _is_named_by_label(recording) else [recording.texture, speed],
         "steady_s": recording.steady_s if recording.steady_s != declared.steady_s else None,
         "conditions": None if conditions == {"direction": declared.direction} else conditions,
         "fps_hz": getattr(recording.video, "rate_hz", None),
@@ -90,3 +91,14 @@ def _of_its_own(
         "sensor": sensor.model_dump(mode="json") if recording.sensor and sensor else None,
     }
     return {name: value for name, value in own.items() if value is not None}
+
+
+def _is_named_by_label(recording: Recording) -> bool:
+    """Tell whether a recording's name says its texture and speed, as in the published layout."""
+    texture, *others = recording.name.split("/")
+    if texture != recording.texture or not others or recording.speed_mm_s is None:
+        return False
+    try:
+        return float(others[0]) == recording.speed_mm_s
+    except ValueError:
+        return False
