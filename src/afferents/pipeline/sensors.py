@@ -27,10 +27,9 @@ class Sensors:
     usual: Sensor
     own: Mapping[str, Sensor] = field(default_factory=dict)
 
-    @property
-    def names(self) -> list[str]:
-        """Names of all sensors, each once."""
-        return sorted({sensor.name for sensor in self.own.values()} | {self.usual.name})
+    def names_in(self, session: Session) -> list[str]:
+        """Return the names of the sensors of a session's recordings, each once."""
+        return sorted({self.of(recording).name for recording in session.recordings})
 
     def of(self, recording: Recording) -> Sensor:
         """Return a recording's sensor, with the rest frame of this recording."""

@@ -265,9 +265,7 @@ def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
         raise InputError(data[0].origin.source, "data that name their sensor", "none named")
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
-    several = sorted(
-        {name for one in data for name in one.origin.data_set.config().get("sensors", [])}
-    )
+    several = data[0].origin.data_set.config().get("sensors", [])
     if len(several) > 1:
         do = "make a session and a store of each sensor"
         raise InputError("STORE", "recordings of one sensor", f"of {', '.join(several)}", do)
