@@ -91,6 +91,12 @@ def init_session(folder: Place, force: bool = False) -> "FirstSession":
     ------
     InputError
         If there are no recordings in the folder, or a session file is there.
+
+    Examples
+    --------
+    >>> made = init_session("clips")
+    >>> made.path.name
+    'session.toml'
     """
     from afferents.pipeline.init import first_session
 

@@ -13,6 +13,7 @@ from afferents.markers import Method, Sensor
 from afferents.pipeline.sensors import Sensors
 from afferents.recordings import Session, SessionFile, check_files
 
+
 @dataclass(frozen=True)
 class Extraction:
     """What is extracted and how.
