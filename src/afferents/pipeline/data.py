@@ -14,7 +14,7 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.own import in_a_sentence
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session, require_distinct
-from afferents.core.responses import Responses, check_responses, conditions, speeds_of
+from afferents.core.responses import Responses, check_responses, conditions, speed_of
 from afferents.encodings import Encodings
 from afferents.pipeline.copies import with_fingerprint
 from afferents.pipeline.extract import responses_of
@@ -201,7 +201,7 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
                     f"recording {name}", "a recording of its own", f"a copy of {other}",
                     "remove one from its session and extract again",
                 )  # fmt: skip
-    speeds = [(f"{v:.10g}", v) for v in speeds_of(recordings)]
+    speeds = [(f"{v:.10g}", v) for r in recordings if (v := speed_of(r)) is not None]
     require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
 
 
