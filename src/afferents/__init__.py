@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         explain,
         export,
         extract,
+        init_session,
         inspect,
         load_model,
         report,
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
         train,
     )
     from afferents.core.model import MODELS, Model
-    from afferents.core.recording import Recording, Session
+    from afferents.core.recording import Recording
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
     from afferents.core.store import open_responses
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from afferents.recordings import (
         DATA_SETS,
         DataSet,
+        Session,
         WavFile,
         open_video,
         read_fabricslide,
@@ -83,6 +85,7 @@ if TYPE_CHECKING:
 
 
 _COMMANDS = (
+    "init_session",
     "calibrate",
     "track",
     "simulate",
@@ -104,7 +107,7 @@ _HOME = {
     "DATA_SETS": "recordings",
     "DataSet": "recordings",
     "Recording": "core.recording",
-    "Session": "core.recording",
+    "Session": "recordings",
     "WavFile": "recordings",
     "open_video": "recordings",
     "read_fabricslide": "recordings",
@@ -147,6 +150,7 @@ _HOME = {
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
+    "init_session",
     "calibrate",
     "track",
     "simulate",

@@ -39,10 +39,20 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     get_reusable_executor().shutdown()  # processes of an earlier test are in its folder still
     shutil.copytree(session, "session")
+    shutil.copytree(session / "1/20", "clips")
     names = {name: getattr(commands, name) for name in commands.__all__}
     failed = []
     finder = doctest.DocTestFinder(recurse=False)
-    shown = ["simulate", "calibrate", "track", "extract", "inspect", "samples", "evaluate"]
+    shown = [
+        "simulate",
+        "init_session",
+        "calibrate",
+        "track",
+        "extract",
+        "inspect",
+        "samples",
+        "evaluate",
+    ]
     for name in [*shown, "report", "train", "load_model", "explain", "export"]:
         (example,) = finder.find(names[name], name, module=False, globs=names)
         found = doctest.DocTestRunner().run(example, clear_globs=False)

@@ -25,6 +25,21 @@ from afferents.core.choices import Rest
 from afferents.core.progress import Progress
 
 
+def init(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of videos, sound, or folders of numbered images.")
+    ],
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Write a first session.toml into a folder of recordings, and say what was guessed."""
+    from afferents import commands
+
+    made = commands.init_session(folder, force)
+    found = {"session_file": str(made.path), "said": made.sentences}
+    say(as_json, found, *made.sentences, f"Session file to check: {made.path}")
+
+
 def inspect(
     source: Annotated[
         str,
@@ -88,8 +103,8 @@ def track(
     sensor: Annotated[
         str | None,
         typer.Option(
-            help="Sensor file (TOML) or name (default: recognised from a video; tip_b for a "
-            "session)."
+            help="Sensor file (TOML) or name (default: recognised from a video; what its file "
+            "names, else tip_b, for a session)."
         ),
     ] = None,
     method: TrackerName = "windowed",
@@ -115,7 +130,13 @@ def track(
 def extract(
     session: Session,
     out: StoreOut,
-    sensor: SensorName = "tip_b",
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensor file (TOML), or the name of a packaged one (default: what the session "
+            "file names, else tip_b)."
+        ),
+    ] = None,
     method: TrackerName = "windowed",
     rest: Annotated[
         Rest,

@@ -11,7 +11,10 @@ from afferents.core.doubt import KINDS
 
 Session = Annotated[
     Path,
-    typer.Argument(help="Session folder: TEXTURE/SPEED/video.mp4 and audio.wav for each run."),
+    typer.Argument(
+        help="Session folder: TEXTURE/SPEED/video.mp4 and audio.wav for each run, or any files "
+        "that its session.toml names."
+    ),
 ]
 StoreOut = Annotated[Path, typer.Argument(help="Store (Zarr) to write, such as OUT.zarr.")]
 Data = Annotated[str, typer.Argument(help="A store that 'extract' wrote, or fabricslide:PATH.")]

@@ -16,7 +16,9 @@ from afferents.core.store import open_responses, store_config
 
 if TYPE_CHECKING:
     from afferents.markers import Sensor
+    from afferents.pipeline.init import FirstSession
     from afferents.pipeline.inspect_files import Inspection
+    from afferents.recordings import Session
 
 
 def inspect(
@@ -68,6 +70,37 @@ def inspect(
     drawn = None if overlay is None else Path(overlay)
     with Progress(quiet) as progress:
         return look(source, folder, given, progress, drawn, force)
+
+
+def init_session(folder: Place, force: bool = False) -> "FirstSession":
+    """Write a first `session.toml` into a folder of recordings.
+
+    Parameters
+    ----------
+    folder
+        Holds videos of any container, sound, or folders of numbered images.
+    force
+        Whether one that was written so before may be replaced.
+
+    Returns
+    -------
+    FirstSession
+        The `path` of the file, and `sentences` on what was guessed and is to be checked.
+
+    Raises
+    ------
+    InputError
+        If there are no recordings in the folder, or a session file is there.
+
+    Examples
+    --------
+    >>> made = init_session("clips")
+    >>> made.path.name
+    'session.toml'
+    """
+    from afferents.pipeline.init import first_session
+
+    return first_session(Path(folder), force)
 
 
 def calibrate(
@@ -162,9 +195,9 @@ class Extracted(list[Responses]):
 
 
 def extract(
-    session: Place,
+    session: "Place | Session",
     out: Place,
-    sensor: "str | Path | Sensor" = "tip_b",
+    sensor: "str | Path | Sensor | None" = None,
     method: Method = "windowed",
     rest: Rest = "own",
     keep_going: bool = False,
@@ -178,11 +211,13 @@ def extract(
     Parameters
     ----------
     session
-        Folder in the published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
+        Session folder: in the published layout, ``<texture>/<speed>/video.mp4`` and ``audio.wav``,
+        or with a ``session.toml``; or a `Session`, such as `Session.from_table` makes.
     out
         Store to write, such as ``S.zarr``; recordings that are in it are kept.
     sensor, method
-        Whose markers they are, and how they are followed.
+        Whose markers they are (None for what the session file says, else ``tip_b``), and how they
+        are followed.
     rest
         Whether SA-I counts from each recording's own rest frame, or from the ``reference`` clip.
     keep_going
@@ -211,11 +246,12 @@ def extract(
     >>> recordings[0].sa1.dims
     ('time', 'marker')
     """
-    from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run
+    from afferents.pipeline.extraction import Extraction
 
     wanted = Extraction(
-        Path(session), Path(out), sensor_in(sensor), method, keep_going, workers, rest=rest,
+        Path(session) if isinstance(session, str | Path) else session, Path(out),
+        None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,
         cluster=cluster, accept=kinds_named(list(accept)),
     )  # fmt: skip
     with Progress(quiet) as progress:

@@ -102,7 +102,7 @@ def label(responses: Responses, recording: Recording) -> Responses:
         {
             "name": recording.name,
             dims.TEXTURE: recording.texture,
-            dims.SPEED: float(recording.speed_mm_s),
+            dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
             "source": str(recording.source.name),
             "steady_s": json.dumps(steady),
             "conditions": json.dumps(dict(recording.conditions)),

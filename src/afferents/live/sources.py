@@ -16,7 +16,7 @@ from afferents.live.wanted import Wanted
 from afferents.markers import Sensor, load_sensor, ordered_rest
 from afferents.pipeline.sensor_rig import rig_of
 from afferents.recordings import WavFile, open_video
-from afferents.recordings.session import AUDIO, VIDEO
+from afferents.recordings.published import AUDIO, VIDEO
 from afferents.rig import Rig
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file or rig"

@@ -1,5 +1,6 @@
 """What is known of a sensor before its video is read: layout, detector, limits."""
 
+import math
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -11,6 +12,7 @@ from pydantic import (
     Field,
     PositiveFloat,
     Tag,
+    field_validator,
     model_validator,
 )
 
@@ -181,6 +183,12 @@ class Sensor(BaseModel):
     rest_frame: int = Field(default=10, ge=0)
     lens: Lens | None = None
     detector: Detector
+
+    @field_validator("radius_px")
+    @classmethod
+    def _infinite_is_no_limit(cls, radius_px: float | None) -> float | None:
+        """TOML says ``inf``, having no null; stores and cards are JSON, which has no ``inf``."""
+        return None if radius_px == math.inf else radius_px
 
     @model_validator(mode="after")
     def _count_fits_layout(self) -> Self:

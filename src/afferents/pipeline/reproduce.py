@@ -22,7 +22,8 @@ from afferents.pipeline.data import OpenedData, open_data, origins_of, recording
 from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.export import export_model
-from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.extract import extract
+from afferents.pipeline.extraction import Extraction
 from afferents.pipeline.job import Recipe
 from afferents.pipeline.report import write_report
 from afferents.pipeline.sensor_rig import rig_of

@@ -293,5 +293,9 @@ def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
         raise InputError(data[0].origin.source, "data that name their sensor", "none named")
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
+    several = data[0].origin.data_set.config().get("sensors", [])
+    if len(several) > 1:
+        do = "make a session and a store of each sensor"
+        raise InputError("STORE", "recordings of one sensor", f"of {', '.join(several)}", do)
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
     return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
