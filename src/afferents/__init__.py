@@ -75,7 +75,6 @@ if TYPE_CHECKING:
         DataSet,
         WavFile,
         open_video,
-        read_fabricslide,
         read_session,
     )
     from afferents.reporting import plot
@@ -107,7 +106,6 @@ _HOME = {
     "Session": "core.recording",
     "WavFile": "recordings",
     "open_video": "recordings",
-    "read_fabricslide": "recordings",
     "read_session": "recordings",
     "Tracker": "markers",
     "load_sensor": "markers",
@@ -165,7 +163,6 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "Session",
     "WavFile",
     "open_video",
-    "read_fabricslide",
     "read_session",
     "Tracker",
     "load_sensor",
