@@ -25,6 +25,7 @@ from afferents.core.samples import Samples, textures_of
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.models import Deployed, classifier_of
+from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     Source,
@@ -101,6 +102,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     if source.encoding.step != 1:
         found = f"one of {source.encoding.step}"
         raise InputError("encodings", "every frame, as live feels them", found)
+    require_trainable([training.model], recordings, training.encodings, training.cut)
     scores = scores_of(training) if training.results else ()
     model = training.model
     classifier = _reference(model.classifier)
