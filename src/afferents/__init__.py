@@ -77,7 +77,6 @@ if TYPE_CHECKING:
         Session,
         WavFile,
         open_video,
-        read_fabricslide,
         read_session,
     )
     from afferents.reporting import plot
@@ -110,7 +109,6 @@ _HOME = {
     "Session": "recordings",
     "WavFile": "recordings",
     "open_video": "recordings",
-    "read_fabricslide": "recordings",
     "read_session": "recordings",
     "Tracker": "markers",
     "load_sensor": "markers",
@@ -170,7 +168,6 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "Session",
     "WavFile",
     "open_video",
-    "read_fabricslide",
     "read_session",
     "Tracker",
     "load_sensor",

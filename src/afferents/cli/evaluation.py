@@ -34,7 +34,8 @@ LESS = "Less of the data (to see what it costs)"
 @takes_encodings
 def evaluate(
     data: Annotated[
-        list[str], typer.Argument(help="Stores that 'extract' wrote, or fabricslide:PATH.")
+        list[str],
+        typer.Argument(help="Stores that 'extract' wrote, a dataset.toml, or fabricslide:PATH."),
     ],
     out: Annotated[
         Path, typer.Option(help="Results folder to write; folds that are finished in it are kept.")

@@ -43,7 +43,9 @@ def init(
 def inspect(
     source: Annotated[
         str,
-        typer.Argument(help="A video, a wav, a session folder, a store, or fabricslide:PATH."),
+        typer.Argument(
+            help="A video, a wav, a session folder, a store, a dataset.toml, or fabricslide:PATH."
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Folder for the pictures (default: NAME-inspected).")

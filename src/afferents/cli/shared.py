@@ -17,7 +17,9 @@ Session = Annotated[
     ),
 ]
 StoreOut = Annotated[Path, typer.Argument(help="Store (Zarr) to write, such as OUT.zarr.")]
-Data = Annotated[str, typer.Argument(help="A store that 'extract' wrote, or fabricslide:PATH.")]
+Data = Annotated[
+    str, typer.Argument(help="A store that 'extract' wrote, a dataset.toml, or fabricslide:PATH.")
+]
 ModelFolder = Annotated[Path, typer.Argument(help="Folder of a model that 'train' wrote.")]
 
 Json = Annotated[

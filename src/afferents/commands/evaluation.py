@@ -54,7 +54,7 @@ def evaluate(
     Parameters
     ----------
     data
-        Extracted stores, ``fabricslide:PATH``, or a `DataSet` of your own.
+        Extracted stores, a ``dataset.toml``, ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Results folder; finished folds in it are kept.
     models
@@ -178,6 +178,7 @@ def _evaluation(
 ) -> "Evaluation":
     """Open the data, after checking what can be checked without them; see `evaluate`."""
     from afferents.evaluation.ablation import Ablation
+    from afferents.pipeline.choice import encodings_for, say_choice
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, origins_of, recordings_in
     from afferents.pipeline.encode import best_of
@@ -191,8 +192,9 @@ def _evaluation(
     opened = open_data(sources_in(data), without, keep_going, progress)
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
-    encodings = opened[0].encodings.changed(**encoding)
+    encodings = encodings_for(opened, cut, encoding)
     chosen = asked or [best_of(recordings_in(opened))]
+    say_choice(opened, chosen, encodings, progress)
     recipe = Recipe(
         out=Path(out),
         data=origins_of(opened),

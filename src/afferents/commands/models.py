@@ -78,6 +78,7 @@ def train(
     >>> card.textures
     ('1', '2', '3')
     """
+    from afferents.pipeline.choice import encodings_for, say_choice
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
     from afferents.pipeline.encode import best_of
@@ -92,8 +93,10 @@ def train(
         opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
         (chosen,) = asked or [best_of(recordings_in(opened))]
+        encodings = encodings_for(opened, cut, encoding)
+        say_choice(opened, [chosen], encodings, progress)
         wanted = Training(
-            opened, chosen, preset, cut, opened[0].encodings.changed(**encoding), seed,
+            opened, chosen, preset, cut, encodings, seed,
             None if results is None else Path(results), Compute(device, precision),
             what, steady_s,
         )  # fmt: skip
@@ -220,7 +223,7 @@ def samples(
     Parameters
     ----------
     data
-        An extracted store, ``fabricslide:PATH``, or a `DataSet` of your own.
+        An extracted store, a ``dataset.toml``, ``fabricslide:PATH``, or a `DataSet` of your own.
     channel, encoding
         Names, or objects of your own, as of `Model`.
     cut

@@ -34,7 +34,8 @@ def inspect(
     Parameters
     ----------
     source
-        A video, a wav file, a session, a store, ``fabricslide:PATH``, or a `DataSet` of your own.
+        A video, a wav file, a session, a store, a ``dataset.toml``, ``fabricslide:PATH``, or
+        a `DataSet` of your own.
     out
         Folder for the pictures; None for ``NAME-inspected``.
     sensor

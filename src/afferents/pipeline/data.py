@@ -123,6 +123,8 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
             session = data_set.recordings()
             responses, failed = _read(session, data_set.title, keep_going, progress)
             fingerprint = session.checksum
+            if config:  # the same files may be read in another way
+                fingerprint = hashlib.sha256(json.dumps([config, fingerprint]).encode()).hexdigest()
     names = Counter(str(r.attrs["name"]) for r in responses)
     if twice := [name for name, n in names.items() if n > 1]:
         raise InputError(source, "recordings of different names", f"several '{twice[0]}'")

@@ -32,6 +32,7 @@ from afferents.evaluation import (
 )
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
+from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
@@ -114,6 +115,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
+    require_trainable(able, recordings, recipe.encodings, recipe.cut)
     tested = recipe.ablation.tested(recordings_in(evaluation.data))
     recipe = replace(recipe, skipped=skipped, tested=tested)
     evaluation = replace(evaluation, recipe=recipe)

@@ -26,7 +26,7 @@ from afferents.pipeline.inspect_files import (
     inspect_video,
     inspect_wav,
 )
-from afferents.recordings import DataSet, data_set_of, facts
+from afferents.recordings import DataSet, data_set_of, facts, is_described
 from afferents.reporting import is_overlay
 
 MOST_LOST = 0.01
@@ -66,7 +66,7 @@ def inspect(
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION)
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
-    if not isinstance(source, DataSet) and path.is_file():
+    if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
         return (
             inspect_wav(path, out)
             if is_wav

@@ -27,6 +27,7 @@ from afferents.core.steady import Steady, require_within, with_steady
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.models import Deployed, classifier_of
+from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     Source,
@@ -114,6 +115,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         raise InputError("encodings", "every frame, as live feels them", found)
     for responses in recordings:
         require_within(responses, source.channel.made_of, training.steady_s)
+    require_trainable([training.model], recordings, training.encodings, training.cut)
     scores = scores_of(training) if training.results else ()
     model = training.model
     classifier = _reference(model.classifier)

@@ -8,7 +8,8 @@ from afferents.recordings.check import (
     require_own_files,
 )
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.fabricslide import FabricSlide, TaxelFile, read_fabricslide
+from afferents.recordings.data_set_file import DataSetFile, read_data_set_file
+from afferents.recordings.described import PACKAGED, Described, is_described
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.footage import Footage
 from afferents.recordings.grid import require_rates_that_agree
@@ -18,6 +19,7 @@ from afferents.recordings.levels import clipped_share, doubt_loudness, require_f
 from afferents.recordings.listed import sensor_named
 from afferents.recordings.media import is_sound, media_in, named
 from afferents.recordings.published import NOT_TEXTURES, published
+from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import PublishedSession, Session, read_session
 from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile, session_file
 from afferents.recordings.stored import Stored
@@ -27,20 +29,22 @@ from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, op
 __all__ = [
     "DATA_SETS",
     "NOT_TEXTURES",
+    "PACKAGED",
     "RATE_TOLERANCE",
     "SESSION_FILE",
     "SESSION_TOML",
     "DataSet",
-    "FabricSlide",
+    "DataSetFile",
+    "Described",
     "Facts",
     "Footage",
     "Guess",
     "ImageFolder",
     "PublishedSession",
+    "SeriesFile",
     "Session",
     "SessionFile",
     "Stored",
-    "TaxelFile",
     "VibrationFacts",
     "VideoFacts",
     "VideoFile",
@@ -54,13 +58,14 @@ __all__ = [
     "facts",
     "guess_pattern",
     "guess_recordings",
+    "is_described",
     "is_sound",
     "luma_of",
     "media_in",
     "named",
     "open_video",
     "published",
-    "read_fabricslide",
+    "read_data_set_file",
     "read_session",
     "require_finite",
     "require_own_files",
