@@ -8,7 +8,7 @@ from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_blobs, spacing_px
 from afferents.markers.discs import find_discs
 from afferents.markers.image_quality import fault_of_light
-from afferents.markers.rest import rest_image
+from afferents.markers.rest import rest_images
 from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
 
 FEWEST = 6
@@ -102,7 +102,7 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
         If the video is shorter than the rest frame, or shows no markers at all.
     """
     published = load_sensor("tip_b")
-    image = rest_image(video, published.rest_frame)
+    image = rest_images(video, published.rest_frame)[0]
     found = len(detect(image, published))
     if found == published.n_markers:
         return published, f"The published detector ({published.name}) finds its {found} markers."
