@@ -130,8 +130,8 @@ def find_rest_markers(
 ) -> AtRest:
     """Find the markers of the rest frame, sorted by x (the published order).
 
-    A square layout is looked for in the rest frame, as the paper did. One that does not show all
-    its markers there, and every other layout, is looked for in the median of the frames at rest.
+    They are looked for in the rest frame, as the paper did; where it does not show all that the
+    sensor file declares, in the median of the frames at rest.
 
     Parameters
     ----------
@@ -157,8 +157,10 @@ def find_rest_markers(
     image, faint, n_still = images[0], np.zeros((0, 2)), 1
     by_layout = sensor.n_markers is None or sensor.markers is not None
     if sensor.layout != "square" and by_layout and method != "published":
-        image, n_still = still_picture(images, sensor)
         seen = seen_at_rest(image, sensor)
+        if len(images) > 1 and not _shows_all(seen, sensor):
+            image, n_still = still_picture(images, sensor)
+            seen = seen_at_rest(image, sensor)
         found, faint = _within(seen.position, sensor), seen.faint
     else:
         found = _within(detect(image, sensor), sensor)
@@ -176,6 +178,14 @@ def find_rest_markers(
             "check the picture, or give a sensor file that fits it",
         )
     return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
+
+
+def _shows_all(seen: SeenAtRest, sensor: Sensor) -> bool:
+    """Say whether a picture shows every marker of a layout that the sensor file describes."""
+    if sensor.markers is None or len(seen.position) < len(sensor.markers):
+        return False
+    layout = np.array(sensor.markers)
+    return bool(match_layout(seen.position, layout, "", needed=0.0)[1].all())
 
 
 def _within(found: Positions, sensor: Sensor) -> Positions:

@@ -26,7 +26,7 @@ from afferents.markers.rest import (
     too_short,
 )
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Windowed, nearest_markers
+from afferents.markers.windowed import Audit, Renamed, Windowed, nearest_markers
 
 KNOCK_PX = 5.0
 """A common step beyond this within a frame is told: something was knocked, or let go."""
@@ -121,6 +121,11 @@ class Tracker:
     def jump_px(self) -> float:
         """How far all markers jumped together in the last step, px; 0 but for ``windowed``."""
         return self._windowed.jump_px if self._windowed else 0.0
+
+    @property
+    def renamed(self) -> Renamed | None:
+        """Markers that the last step found slipped, and put right; None but for ``windowed``."""
+        return self._windowed.renamed if self._windowed else None
 
     @property
     def audit(self) -> Audit:
@@ -269,6 +274,7 @@ def track(
         change.append(kernel.changed(frame.luma, sample) if index else np.nan)
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
+            _unname(tracked, tracker.renamed)
             if tracker.jump_px > KNOCK_PX:
                 jumps.append(frame.time_s)
         elif index == sensor.rest_frame:
@@ -301,6 +307,14 @@ def track(
         **vars(picture),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
+
+
+def _unname(tracked: list[Tracked], renamed: Renamed | None) -> None:
+    """Lose markers in the frames before they were found slipped, back to the last check."""
+    if renamed is not None:
+        for frame in tracked[-renamed.n_frames : -1]:
+            frame.position[renamed.which] = np.nan
+            frame.detected[renamed.which] = False
 
 
 def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
