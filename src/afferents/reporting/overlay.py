@@ -94,11 +94,11 @@ def draw_overlay(
     position
         Where each marker was last seen, shape (n_frames, n, 2), px.
     """
-    picture = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
-    picture = picture[: picture.shape[0] // 2 * 2]
-    if picture.ndim == 2:
-        picture = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
-    picture = np.ascontiguousarray(picture, np.uint8)
+    large = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
+    large = large[: large.shape[0] // 2 * 2]
+    if large.ndim == 2:  # grey
+        large = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
+    picture: Picture = np.ascontiguousarray(large, np.uint8)
     shown = np.flatnonzero(~np.isnan(position[index, :, 0]))
     way = position[max(0, index - TRAIL_FRAMES) : index + 1]
     points = _points(way)
@@ -114,7 +114,7 @@ def draw_overlay(
         _write(picture, f"{n}", place, 0.3, colour)
     said = f"{int(detected[index].sum())} of {detected.shape[1]}, frame {index}"
     _write(picture, said, (8, 20), 0.55, _WHITE)
-    return np.asarray(picture, np.uint8)
+    return picture
 
 
 def _write(
