@@ -160,6 +160,8 @@ def draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> N
     """Draw the mean over markers and the bands of `QUANTILES`, of a response (time, marker)."""
     time = response[dims.TIME].values
     alive = response.dropna(dims.TIME, how="all")
+    if len(alive) == 0:  # a still, or nothing seen
+        return
     for (low, high), alpha in zip(QUANTILES, (0.18, 0.32), strict=True):
         band = alive.quantile([low, high], dim=dims.MARKER)
         axes.fill_between(
