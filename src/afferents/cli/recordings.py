@@ -77,7 +77,10 @@ def inspect(
 
 
 def calibrate(
-    video: Annotated[Path, typer.Argument(help="Video that begins with the skin at rest.")],
+    videos: Annotated[
+        list[Path],
+        typer.Argument(help="Videos of one sensor, each beginning with the skin at rest."),
+    ],
     out: Annotated[
         Path, typer.Option(help="Sensor file (TOML) to write; a picture is put beside it.")
     ],
@@ -94,7 +97,7 @@ def calibrate(
     """
     from afferents.pipeline.calibrate import calibrate_sensor
 
-    said, picture = calibrate_sensor(video, out, pitch_mm, force)
+    said, picture = calibrate_sensor(videos, out, pitch_mm, force)
     found = {"sensor": str(out), "picture": str(picture), "said": said}
     say(as_json, found, *said, f"Sensor file: {out}", f"Picture to check: {picture}")
 

@@ -105,14 +105,17 @@ def init_session(folder: Place, force: bool = False) -> "FirstSession":
 
 
 def calibrate(
-    video: Place, out: Place, pitch_mm: float | None = None, force: bool = False
+    video: Place | Sequence[Place],
+    out: Place,
+    pitch_mm: float | None = None,
+    force: bool = False,
 ) -> "Sensor":
     """Find out how a sensor's markers look and what layout they form; write its sensor file.
 
     Parameters
     ----------
     video
-        A clip that begins with the skin at rest.
+        A clip that begins with the skin at rest, or several of the same sensor.
     out
         Sensor file to write, ending in ``.toml``; a picture to check comes beside it.
     pitch_mm
@@ -139,7 +142,8 @@ def calibrate(
     from afferents.markers import load_sensor
     from afferents.pipeline.calibrate import calibrate_sensor
 
-    calibrate_sensor(Path(video), Path(out), pitch_mm, force)
+    clips = [video] if isinstance(video, str | Path) else video
+    calibrate_sensor([Path(clip) for clip in clips], Path(out), pitch_mm, force)
     return load_sensor(str(out))
 
 

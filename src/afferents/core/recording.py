@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -37,11 +37,14 @@ class Frame(NamedTuple):
         As decoded, (height, width), without a copy where that can be.
     levels
         Grey level of each luma value, (256,); None where they are the same.
+    in_colour
+        Makes the picture in colour, (height, width, 3), blue, green, red; None of a grey one.
     """
 
     time_s: float
     luma: GreyImage
     levels: GreyImage | None = None
+    in_colour: Callable[[], NDArray[np.uint8]] | None = None
 
     @property
     def image(self) -> GreyImage:

@@ -8,7 +8,8 @@ from afferents.core.errors import InputError
 from afferents.core.recording import Frame, Video
 from afferents.live.images import FrameImages, Images
 from afferents.markers import Sensor
-from afferents.markers.calibrate import N_FRAMES, calibrate
+from afferents.markers.calibrate import calibrate
+from afferents.markers.rest import N_FRAMES
 
 AGAIN_S = 1.0
 """Where there are no markers to be found they are looked for this often, s."""

@@ -6,7 +6,6 @@ from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.lens import undistort, undistorted
 from afferents.markers.quality import TrackingQuality, describe, doubt_markers, measure_quality
-from afferents.markers.rest import rest_image
 from afferents.markers.sensor import (
     BlobDetector,
     DiscDetector,
@@ -47,7 +46,6 @@ __all__ = [
     "packaged_sensors",
     "published_grid",
     "recognise_sensor",
-    "rest_image",
     "rest_positions",
     "track",
     "undistort",

@@ -21,6 +21,8 @@ from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
 
 ImageSide = Annotated[int, Field(ge=2, le=200)]
+GENEROUS = 0.6
+"""Share of a detector's limits that a marker must reach where a layout expects it."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -67,6 +69,10 @@ class BlobDetector(BaseModel):
             raise ValueError("min_threshold to max_threshold must hold min_repeatability steps")
         return self
 
+    def generous(self) -> Self:
+        """Return itself: its limits are the user's."""
+        return self
+
 
 class DiscDetector(BaseModel):
     """How `afferents calibrate` describes markers: discs, whatever the light; see `find_discs`.
@@ -89,6 +95,14 @@ class DiscDetector(BaseModel):
     radius_px: float = Field(ge=1.0, le=100.0)
     min_correlation: float = Field(default=0.6, gt=0, lt=1)
     min_contrast: float = Field(default=0.3, ge=0, lt=1)
+
+    def generous(self) -> Self:
+        """Return one that takes fainter markers too, for where a layout expects them."""
+        looser = {
+            "min_correlation": GENEROUS * self.min_correlation,
+            "min_contrast": GENEROUS * self.min_contrast,
+        }
+        return self.model_copy(update=looser)
 
 
 def _kind(detector: object) -> str:

@@ -1,9 +1,9 @@
 """Video files, decoded frame by frame, with the frame times that the container holds."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -33,6 +33,7 @@ _AHEAD = 4
 """Frames decoded in a row: decoder and caller each find their code and data in the processor's
 cache then, which is a tenth of the time of both."""
 _END = "the end"
+_COLOURS = 3
 
 
 class _Header(NamedTuple):
@@ -141,7 +142,7 @@ class VideoFile:
                     time_s, duration_s = self._times_s(frame, n)
                     shown_s = n / self.rate_hz if self.rate_hz else time_s
                     n, end_s = n + 1, time_s + duration_s
-                    yield Frame(shown_s, *luma_of(frame))
+                    yield Frame(shown_s, *luma_of(frame), _in_colour(frame))
         if fault != _END:
             raise self._stopped(n, end_s, f"decoding stops ({fault})")
         if self._ends_early(n, end_s):
@@ -226,6 +227,18 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
     if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
         return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8), None
     return _luma(frame.planes[0]), None if _is_full_range(frame) else _EXPANDED
+
+
+def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
+    """Return what makes a decoded frame's picture in colour; None where it holds none."""
+    if len(frame.format.components) < _COLOURS:
+        return None
+    return partial(_bgr, frame)
+
+
+def _bgr(frame: VideoFrame) -> GreyImage:
+    """Return the picture in colour, (height, width, 3), blue, green, red."""
+    return np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
 
 
 def _luma(plane: VideoPlane) -> GreyImage:
