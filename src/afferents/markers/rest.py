@@ -285,3 +285,23 @@ def _match_reference(found: Positions, reference: Positions, where: object) -> N
         raise InputError(where, expected, f"{len(found)}")
     _, own = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
     return np.asarray(own, dtype=np.intp)
+
+
+def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
+    """Refuse pictures (width, height) to which the lengths in the sensor file do not apply.
+
+    Raises
+    ------
+    InputError
+        Naming both sizes.
+    """
+    declared = (sensor.width or size[0], sensor.height or size[1])
+    if size != declared:
+        raise InputError(
+            where,
+            f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
+            f"{size[0]} x {size[1]} px",
+            "turn the video, or calibrate anew"
+            if size == declared[::-1]
+            else "give a sensor file for this size",
+        )

@@ -13,12 +13,14 @@ from afferents.core.choices import Method
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.recording import Frame, GreyImage, Video, as_grey
 from afferents.markers import kernel
+from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.image_quality import image_quality
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
     N_FRAMES,
+    check_size,
     find_rest_markers,
     median_picture,
     order_markers,
@@ -26,7 +28,7 @@ from afferents.markers.rest import (
     too_short,
 )
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Renamed, Windowed, nearest_markers
+from afferents.markers.windowed import Windowed, nearest_markers
 
 KNOCK_PX = 5.0
 """A common step beyond this within a frame is told: something was knocked, or let go."""
@@ -274,7 +276,8 @@ def track(
         change.append(kernel.changed(frame.luma, sample) if index else np.nan)
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
-            _unname(tracked, tracker.renamed)
+            if (renamed := tracker.renamed) is not None:
+                renamed.lose(tracked)
             if tracker.jump_px > KNOCK_PX:
                 jumps.append(frame.time_s)
         elif index == sensor.rest_frame:
@@ -309,40 +312,12 @@ def track(
     )
 
 
-def _unname(tracked: list[Tracked], renamed: Renamed | None) -> None:
-    """Lose markers in the frames before they were found slipped, back to the last check."""
-    if renamed is not None:
-        for frame in tracked[-renamed.n_frames : -1]:
-            frame.position[renamed.which] = np.nan
-            frame.detected[renamed.which] = False
-
-
 def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
     """Yield frames; where decoding stops before the end, say so in `stopped` and end."""
     try:
         yield from video.frames()
     except AfferentsError as error:
         stopped.append(str(error))
-
-
-def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
-    """Refuse pictures (width, height) to which the lengths in the sensor file do not apply.
-
-    Raises
-    ------
-    InputError
-        Naming both sizes.
-    """
-    declared = (sensor.width or size[0], sensor.height or size[1])
-    if size != declared:
-        raise InputError(
-            where,
-            f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
-            f"{size[0]} x {size[1]} px",
-            "turn the video, or calibrate anew"
-            if size == declared[::-1]
-            else "give a sensor file for this size",
-        )
 
 
 def _label(

@@ -7,9 +7,6 @@ not found, the whole picture is searched for blobs. So a frame costs a fraction 
 kept for each marker and follow the light.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -17,6 +14,7 @@ from scipy.spatial import cKDTree
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, as_grey
 from afferents.markers import kernel
+from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, find_markers
 from afferents.markers.link import NO_BLOB, link_one_to_one
 from afferents.markers.sensor import Sensor
@@ -48,41 +46,6 @@ _ENOUGH = 0.5
 """Below this share of markers found the whole picture is searched."""
 _CHECK, _LONGEST = 4, 64
 """Frames between two checks of names in doubt: at first, and at most while they prove right."""
-
-
-@dataclass
-class Audit:
-    """How often identities were in danger.
-
-    Attributes
-    ----------
-    shared
-        Two markers held one blob; the one farther from its expected place was lost.
-    strangers
-        A marker did not move with its neighbours and was lost.
-    jumps
-        Frames whose common shift had to be searched.
-    searches
-        Frames in which the whole picture was searched for blobs.
-    checks
-        Frames in which names were in doubt and were checked by the layout's order.
-    slips
-        Of these, those in which markers had slipped to their neighbours' blobs, and were put right.
-    """
-
-    shared: int = 0
-    strangers: int = 0
-    jumps: int = 0
-    searches: int = 0
-    checks: int = 0
-    slips: int = 0
-
-
-class Renamed(NamedTuple):
-    """Markers that had slipped: which, (n,), and since at most how many frames."""
-
-    which: NDArray[np.bool_]
-    n_frames: int
 
 
 class Windowed:
