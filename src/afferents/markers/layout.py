@@ -24,6 +24,9 @@ _GOOD, _ASIDE = 0.8, 2.0
 """With a fit below this the layout is also looked for so many spacings from the middle."""
 GATE_SHARE = 0.4
 """A marker is one of the layout's if it lies within this share of the spacing of its place."""
+_ANOTHER = 0.12
+"""Of another layout, markers lie off their places by more than this share of their spacing, in the
+median: at least 0.14 measured, at most 0.05 of a layout's own (fish-eye lens, other clips)."""
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
 
@@ -134,7 +137,7 @@ def match_layout(
     Raises
     ------
     InputError
-        If more are missing: by default more than a fifth.
+        If more are missing, by default more than a fifth; or if the layout is another one.
     """
     gate = GATE_SHARE * spacing_px(template)
     tree = cKDTree(found)
@@ -144,6 +147,11 @@ def match_layout(
         wider = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
         placed = max(placed, wider, key=lambda place: _fit(place, tree, gate))
     own, blob = _assigned(placed, found, gate)
+    off = np.hypot(*(placed[own] - found[blob]).T) / spacing_px(template)
+    if needed and len(own) >= needed * len(template) and np.median(off) > _ANOTHER:
+        do = "give the sensor file of this sensor, or calibrate it"
+        expected = "markers where the sensor's layout has them"
+        raise InputError(where, expected, f"{len(found)} in another layout", do)
     present = np.zeros(len(template), dtype=bool)
     present[own] = True
     placed[own] = found[blob]
