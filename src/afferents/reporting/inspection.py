@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from afferents.core import dims
@@ -217,6 +218,9 @@ def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
         axes.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
     axes.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)
     axes.set_xlim(frequency[0], frequency[-1])
+    for axis in (axes.xaxis, axes.yaxis):  # the usual labels are formulas, which the style has not
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _numbers(values: NDArray[np.float32]) -> list[str]:
