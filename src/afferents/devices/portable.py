@@ -111,7 +111,9 @@ class PortableCamera(Camera):
                 if self._ended.is_set():
                     return
                 if packet.size:
-                    stamp = arrived_s if packet.pts is None else float(packet.pts * packet.time_base)
+                    stamp = (
+                        arrived_s if packet.pts is None else float(packet.pts * packet.time_base)
+                    )
                     time_s = clock.read(stamp, arrived_s)
                     data = self._data(packet)
                     yield Frame(sequence, time_s, packet.is_corrupt or data is None, data or b"")

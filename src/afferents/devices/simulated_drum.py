@@ -20,7 +20,6 @@ from afferents.core.errors import InputError
 from afferents.devices.drives.line import framed, unframed
 
 STEP_S = 0.002
-WATCHDOG_S = 0.5
 
 
 @dataclass
@@ -39,6 +38,8 @@ class Drum:
         Of the drum.
     fastest_mm_s
         At full duty; what a motor does is not what was computed.
+    watchdog_s
+        It stops when it has heard nothing for so long.
     clock
         Gives the time, s.
     """
@@ -48,6 +49,7 @@ class Drum:
     ripples_a_turn: float = 7.0
     circumference_mm: float = 300.0
     fastest_mm_s: float = 230.0
+    watchdog_s: float = 0.5
     clock: Callable[[], float] = time.monotonic
 
     def __post_init__(self) -> None:
@@ -69,9 +71,9 @@ class Drum:
         while end_s - self._now_s > 0:
             step_s = min(STEP_S, end_s - self._now_s)
             self._now_s += step_s
-            if self.aim_mm_s != 0 and self._now_s - self.heard_s > WATCHDOG_S:
+            if self.aim_mm_s != 0 and self._now_s - self.heard_s > self.watchdog_s:
                 self.aim_mm_s, self.fault = 0.0, "watchdog"
-            if end_s - self._now_s > 10 * WATCHDOG_S and self.aim_mm_s == 0 == self._mean_mm_s:
+            if end_s - self._now_s > 5 and self.aim_mm_s == 0 == self._mean_mm_s:
                 self._now_s = end_s  # it stands: nothing to reckon
             aim = 0.0 if self.stalled or self.fault else self.aim_mm_s
             self._mean_mm_s += (aim - self._mean_mm_s) * -math.expm1(-step_s / self.inertia_s)
@@ -161,10 +163,10 @@ class SimulatedDrum:
             self.drum.stalled = stalled
 
     def fail(self, fault: str) -> None:
-        """Let the drive stop with a fault, until it is started again."""
+        """Let the drive stop with a fault, until it is cleared."""
         with self._lock:
             self.drum.advance()
-            self.drum.fault = fault
+            self.drum.fault, self.drum.aim_mm_s = fault, 0.0
 
     def now(self) -> tuple[float, float]:
         """Return where it truly is, mm, and how fast it truly turns, mm/s."""
@@ -181,19 +183,19 @@ class SimulatedDrum:
                 value = float(rest)
             except ValueError:
                 return "what"
-            # A new word after the watchdog or a fault starts afresh; while it turns it does not.
-            drum.fault = None
-            drum.aim_mm_s = value * (drum.fastest_mm_s if verb == "duty" else 1.0)
+            if drum.fault is None:
+                drum.aim_mm_s = value * (drum.fastest_mm_s if verb == "duty" else 1.0)
             return f"{verb} {value:.5f}"
         if verb == "stop":
             drum.aim_mm_s = 0.0
+        elif verb == "clear":
+            drum.fault = None
         elif verb == "state":
             return f"state {drum.position_mm:.4f} {drum.speed_mm_s:.3f} {drum.fault or 'ok'}"
-        return verb if verb in ("hello", "stop") else "what"
+        return verb if verb in ("hello", "clear", "stop") else "what"
 
     def _serve(self) -> None:
         waiting = b""
-        self._write(framed("drum 1", self.checksum))
         while not self._ended.is_set():
             there, _, _ = select.select([self._master], [], [], 0.05)
             if not there:

@@ -1,9 +1,9 @@
 """No drive: the drum is turned by hand, or by another program."""
 
+import time
 from typing import Literal
 
 from afferents.devices.base import Drive, DriveLimits, DriveState
-import time
 from afferents.devices.options import Options
 
 

@@ -190,9 +190,7 @@ class DynamixelDrive(Drive):
 
     def _lost(self, why: str) -> DeviceError:
         why = why.replace("[TxRxResult] ", "").replace("[RxPacketError] ", "").rstrip("!. ")
-        return DeviceError(
-            f"Dynamixel {self.options.number} at {self.options.port}: lost ({why})"
-        )
+        return DeviceError(f"Dynamixel {self.options.number} at {self.options.port}: lost ({why})")
 
 
 def _signed(value: int) -> int:

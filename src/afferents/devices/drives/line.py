@@ -14,8 +14,6 @@ ANSWER_S = 0.2
 """An answer takes some ms; of a USB adapter up to 16 more."""
 TRIES = 5
 """A line is lost at most so many times in a row before the drive is given up."""
-GREETING_S = 5.0
-"""A board that restarts when its port is opened takes about two seconds."""
 
 
 def framed(text: str, checksum: str) -> bytes:
@@ -82,13 +80,6 @@ class Line:
         """Close it; twice is no error."""
         self._serial.close()
 
-    def await_greeting(self, pattern: str) -> None:
-        """Wait until a board that has restarted says so; one that did not restart is silent."""
-        until_s = time.monotonic() + GREETING_S
-        while time.monotonic() < until_s:
-            if self._answer(pattern, until_s) is not None:
-                return
-
     def tell(self, text: str) -> None:
         """Send a line.
 
@@ -114,7 +105,7 @@ class Line:
             self.again += attempt > 0
             try:
                 self._serial.reset_input_buffer()
-            except (*self._broken, Exception) as error:  # noqa: BLE001  # termios.error is neither
+            except Exception as error:  # termios.error is no OSError
                 raise self._lost(reason_of(error).lower()) from error
             self.tell(text)
             found = self._answer(pattern, time.monotonic() + ANSWER_S)

@@ -11,7 +11,7 @@ from pydantic import Field
 from afferents.core.errors import InputError
 from afferents.devices.base import DeviceError, Drive, DriveLimits, DriveState
 from afferents.devices.drives.guard import Guard
-from afferents.devices.drives.line import Line, framed
+from afferents.devices.drives.line import ANSWER_S, Line, framed
 from afferents.devices.drives.loop import SpeedFromPosition, SpeedLoop
 from afferents.devices.drives.template import read_template
 from afferents.devices.options import Options
@@ -43,6 +43,8 @@ class SerialOptions(Options):
         Speeds that it can hold.
     duty_a_mm_s
         For our loop: share of full drive (0 to 1) that turns the drum at 1 mm/s, roughly.
+    wait_s
+        How long it may take to answer first: many boards restart when their port is opened.
     """
 
     kind: Literal["serial"] = "serial"
@@ -55,6 +57,7 @@ class SerialOptions(Options):
     lowest_mm_s: Annotated[float, Field(ge=0)] = 1.0
     highest_mm_s: Amount = 200.0
     duty_a_mm_s: Amount = 0.005
+    wait_s: Annotated[float, Field(ge=0, le=60)] = 5.0
 
 
 class SerialDrive(Drive):
@@ -106,8 +109,8 @@ class SerialDrive(Drive):
         self.limits = DriveLimits(options.lowest_mm_s, options.highest_mm_s)
         atexit.register(self.stop)
         try:
-            if template.greeting is not None:
-                self._line.await_greeting(template.greeting)
+            first = template.read[0]
+            self._line.ask(first.send, first.reply, tries=1 + round(options.wait_s / ANSWER_S))
             stop = b"".join(framed(line, template.checksum) for line in template.stop)
             self._guard = Guard(self._line.fd, stop)
             self._say(template.open)
@@ -133,6 +136,7 @@ class SerialDrive(Drive):
             )  # fmt: skip
         self._turning = True
         self._beat()
+        self._say(self.template.prepare)
         self._set(self._loop.aim(speed_mm_s) if self._loop else speed_mm_s)
 
     def read(self) -> DriveState:
@@ -212,5 +216,8 @@ class SerialDrive(Drive):
             ) from error
         fault = found.get("fault")
         return DriveState(
-            time_s, position_mm, speed_mm_s, None if fault in (None, self.template.no_fault) else fault
+            time_s,
+            position_mm,
+            speed_mm_s,
+            None if fault in (None, self.template.no_fault) else fault,
         )

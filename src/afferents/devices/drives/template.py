@@ -48,10 +48,12 @@ class Template(BaseModel):
         Of the motor, where the unit is ``count``.
     checksum
         ``xor``: each line ends with ``*`` and the XOR of its bytes, as decimal number.
-    greeting
-        Regular expression of what it says when its port is opened (many boards restart).
-    open, start, stop, close
-        Lines that prepare, turn, stop and release it.
+    open, stop, close
+        Lines that set it up, stop it and release it.
+    prepare
+        Lines before it is started: they clear a fault, and switch it on.
+    start
+        Lines that give it a speed.
     taken
         Regular expression of the answer to each of these; without, none is waited for.
     read
@@ -73,8 +75,8 @@ class Template(BaseModel):
     unit: Literal["mm", "turn", "rad", "deg", "count"] = "mm"
     counts_a_turn: Annotated[float, Field(gt=0)] | None = None
     checksum: Literal["none", "xor"] = "none"
-    greeting: str | None = None
     open: tuple[str, ...] = ()
+    prepare: tuple[str, ...] = ()
     start: tuple[str, ...] = Field(min_length=1)
     stop: tuple[str, ...] = Field(min_length=1)
     close: tuple[str, ...] = ()
@@ -88,7 +90,7 @@ class Template(BaseModel):
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:
         patterns = [question.reply for question in self.read]
-        for pattern in (*patterns, self.greeting or "", self.taken or ""):
+        for pattern in (*patterns, self.taken or ""):
             try:
                 re.compile(pattern)
             except re.error as error:

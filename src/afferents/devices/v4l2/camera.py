@@ -69,9 +69,10 @@ class V4l2Options(Options):
 
     def wanted(self) -> list[Wanted]:
         """Return the controls that are asked for."""
-        exposure = self.exposure_ms and round(self.exposure_ms * controls.UNITS_A_MS)
+        exposure = self.exposure_ms
+        units = None if exposure is None else round(exposure * controls.UNITS_A_MS)
         asked = (
-            (controls.EXPOSURE, exposure, "exposure_ms"),
+            (controls.EXPOSURE, units, "exposure_ms"),
             (controls.GAIN, self.gain, "gain"),
             (controls.WHITE_BALANCE, self.white_balance_k, "white_balance_k"),
             (controls.FOCUS, self.focus, "focus"),

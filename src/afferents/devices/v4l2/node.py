@@ -56,7 +56,7 @@ class Node:
 
     def ask(self, request: int, content: Content) -> Content:
         """Let the driver read and fill a structure; OSError if it refuses."""
-        fcntl.ioctl(self.fd, request, content, True)  # type: ignore[call-overload]
+        fcntl.ioctl(self.fd, request, content, True)
         return content
 
     def each(self, request: int, kind: type[Listed], **asked: Any) -> Iterator[Listed]:
