@@ -121,6 +121,7 @@ class SimulatedDrum:
         self.silent = False
         self.lines: list[str] = []
         self._random = Random(seed)
+        self._waiting = b""
         self._ended = threading.Event()
         self._lock = threading.Lock()
 
@@ -195,21 +196,24 @@ class SimulatedDrum:
         return verb if verb in ("hello", "clear", "stop") else "what"
 
     def _serve(self) -> None:
-        waiting = b""
         while not self._ended.is_set():
             there, _, _ = select.select([self._master], [], [], 0.05)
             if not there:
                 continue
             try:
-                waiting += self._worn(os.read(self._master, 4096))
+                data = self._worn(os.read(self._master, 4096))
             except OSError:  # nobody has it open
                 self._ended.wait(0.01)
                 continue
-            *lines, waiting = waiting.split(b"\n")
-            for line in lines:
-                text = unframed(line, self.checksum)
-                if text is not None:
-                    self._heard(text)
+            self.take(data)
+
+    def take(self, data: bytes) -> None:
+        """Take what came on the line; answer each line that is whole."""
+        *lines, self._waiting = (self._waiting + data).split(b"\n")
+        for line in lines:
+            text = unframed(line, self.checksum)
+            if text is not None:
+                self._heard(text)
 
     def _heard(self, text: str) -> None:
         with self._lock:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 HERE = Path(__file__).parent
+sys.path.append(str(HERE))  # for `dialects`
 CAMERA = """
 import json, sys
 from afferents.core.errors import AfferentsError
@@ -90,3 +91,8 @@ def jpegs(tmp_path_factory):
     coded = [bytes(cv2.imencode(".jpg", picture)[1]) for picture in pictures]
     out.write_bytes(b"".join(struct.pack("I", len(data)) + data for data in coded))
     return out
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(0)

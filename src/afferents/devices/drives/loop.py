@@ -41,7 +41,7 @@ class SpeedLoop:
     """
 
     def __init__(
-        self, duty_a_mm_s: float, proportional: float = 0.3, integral_hz: float = 3.0
+        self, duty_a_mm_s: float, proportional: float = 0.5, integral_hz: float = 5.0
     ) -> None:
         """Stand still."""
         self._duty_a_mm_s = duty_a_mm_s
