@@ -42,6 +42,15 @@ class Drum:
         It stops when it has heard nothing for so long.
     clock
         Gives the time, s.
+
+    Examples
+    --------
+    >>> now = [0.0]
+    >>> drum = Drum(inertia_s=0.1, ripple=0.0, clock=lambda: now[0])
+    >>> drum.aim_mm_s, now[0] = 50.0, 0.4
+    >>> drum.advance()
+    >>> round(drum.speed_mm_s, 1)
+    49.1
     """
 
     inertia_s: float = 0.1
@@ -102,14 +111,6 @@ class SimulatedDrum:
         Path for a `SerialDrive`; there once it is entered.
     lines
         Every line that came whole.
-
-    Examples
-    --------
-    >>> from afferents.devices import SerialDrive, SimulatedDrum
-    >>> with SimulatedDrum() as simulated:  # doctest: +SKIP
-    ...     options = SerialDrive.Options(port=simulated.port, template="arduino")
-    ...     with SerialDrive(options) as drive:
-    ...         drive.start(50.0)
     """
 
     checksum = "xor"

@@ -33,7 +33,9 @@ class PortAudio:
     def _initialize(self):
         pass
 
-    def InputStream(self, *, samplerate, device, channels, blocksize, dtype, callback):
+    def InputStream(  # noqa: N802  # as sounddevice calls it
+        self, *, samplerate, device, channels, blocksize, dtype, callback
+    ):
         assert dtype == "int16"
         if samplerate == 48_000:
             raise self.PortAudioError("Invalid sample rate")

@@ -81,6 +81,4 @@ def test_jpegs_without_huffman_tables_are_pictures_too(rng):
         bare = bare[:at] + bare[at + 2 + int.from_bytes(bare[at + 2 : at + 4]) :]
     settings = CameraSettings("", "MJPG", 64, 48, 30.0)
     assert len(bare) < len(coded)
-    np.testing.assert_array_equal(
-        picture_of(bare, settings)[0], picture_of(coded, settings)[0]
-    )
+    np.testing.assert_array_equal(picture_of(bare, settings)[0], picture_of(coded, settings)[0])

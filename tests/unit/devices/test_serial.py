@@ -21,7 +21,7 @@ def drive_at(drum, template="arduino", **more):
 
 
 def test_lost_bytes_never_become_wrong_numbers():
-    """One byte in 300 is lost, either way: half of all questions are asked twice, none is misread."""
+    """One byte in 300 is lost, either way: questions are asked again, and none is misread."""
     with SimulatedDrum(lost=1 / 300, seed=3) as drum, drive_at(drum) as drive:
         drive.start(50.0)
         for _ in range(40):
@@ -137,7 +137,7 @@ def test_a_template_that_makes_no_sense_is_refused(tmp_path, change, said):
     path.write_text(WHOLE)
     assert read_template(str(path)).name == "mine"
     path.write_text(WHOLE.replace(*change))
-    with pytest.raises(InputError, match="mine.toml") as caught:
+    with pytest.raises(InputError, match=r"mine\.toml") as caught:
         read_template(str(path))
     assert said in str(caught.value)
 
