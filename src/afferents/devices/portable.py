@@ -39,17 +39,17 @@ class PortableOptions(Options):
     driver
         FFmpeg's reader; None for the system's.
     width, height
-        Size asked for, px.
+        Size asked for, px; None for its own.
     fps_hz
-        Frames a second asked for.
+        Frames a second asked for; None for its own.
     """
 
     kind: Literal["portable"] = "portable"
     device: str = "0"
     driver: str | None = None
-    width: Annotated[int, Field(ge=16, le=8192)] = 640
-    height: Annotated[int, Field(ge=16, le=8192)] = 480
-    fps_hz: Annotated[float, Field(gt=0, le=2000)] = 90.0
+    width: Annotated[int, Field(ge=16, le=8192)] | None = 640
+    height: Annotated[int, Field(ge=16, le=8192)] | None = 480
+    fps_hz: Annotated[float, Field(gt=0, le=2000)] | None = 90.0
 
 
 class PortableCamera(Camera):
@@ -76,10 +76,11 @@ class PortableCamera(Camera):
         container = self._opened()
         stream = container.streams.video[0]
         options, found = self.options, (stream.width, stream.height)
-        if found != (options.width, options.height):
+        asked = (options.width or found[0], options.height or found[1])
+        if found != asked:
             container.close()
             raise InputError(
-                f"camera {options.device}", f"{options.width} x {options.height} px",
+                f"camera {options.device}", f"{asked[0]} x {asked[1]} px",
                 f"{found[0]} x {found[1]} px", "ask for a size that it has",
             )  # fmt: skip
         self._container = container
@@ -127,8 +128,11 @@ class PortableCamera(Camera):
     def _opened(self) -> InputContainer:
         options, asked = self.options, [{"fflags": "nobuffer"}]
         if self._driver in DRIVERS.values():
-            size = f"{options.width}x{options.height}"
-            mode = asked[0] | {"video_size": size, "framerate": f"{options.fps_hz:g}"}
+            mode = asked[0]
+            if options.width is not None and options.height is not None:
+                mode = mode | {"video_size": f"{options.width}x{options.height}"}
+            if options.fps_hz is not None:
+                mode = mode | {"framerate": f"{options.fps_hz:g}"}
             # Each reader has its own word for JPEG, and refuses one that it does not know.
             asked = [mode | {"input_format": "mjpeg"}, mode | {"vcodec": "mjpeg"}, mode]
         for wanted in asked:

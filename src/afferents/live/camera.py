@@ -16,6 +16,8 @@ AGAIN_S = 1.0
 """A camera that vanished is looked for this often, s."""
 CHECKED_S = 1.0
 """Its frame rate is measured over this time, s."""
+USUAL_HZ = 30.0
+"""Frame rate of a camera that was asked for none and says none."""
 SLOW = 0.9
 """A rate below this share of what was asked for is said."""
 
@@ -30,9 +32,9 @@ class Camera:
     device
         Its number, or its path such as ``/dev/video0``.
     fps_hz
-        Frames a second asked for.
+        Frames a second asked for; None for the camera's own.
     width, height
-        Size asked for, px.
+        Size asked for, px; None for the camera's own.
     exposure_ms
         Exposure time asked for, ms; None leaves it as it is. Linux only.
     driver
@@ -50,14 +52,13 @@ class Camera:
     def __init__(
         self,
         device: str,
-        fps_hz: float,
-        width: int,
-        height: int,
+        fps_hz: float | None = None,
+        width: int | None = None,
+        height: int | None = None,
         exposure_ms: float | None = None,
         driver: str | None = None,
     ) -> None:
         """Open it."""
-        self.rate_hz = fps_hz
         self._device = device
         self._camera = _camera_of(device, fps_hz, (width, height), exposure_ms, driver)
         self._closed = self._running = False
@@ -65,6 +66,8 @@ class Camera:
         self._said_s = -np.inf
         self._camera.open()
         self._open = True
+        said_hz = self._camera.settings.fps_hz
+        self.rate_hz = fps_hz or (said_hz if said_hz > 0 else USUAL_HZ)  # not if it is NaN
 
     def close(self) -> None:
         """Let it go; where `events` runs, it does so at its end."""
@@ -129,8 +132,8 @@ class Camera:
 
 def _camera_of(
     device: str,
-    fps_hz: float,
-    size: tuple[int, int],
+    fps_hz: float | None,
+    size: tuple[int | None, int | None],
     exposure_ms: float | None,
     driver: str | None,
 ) -> devices.Camera:

@@ -238,6 +238,11 @@ static int answer(struct camera *c, unsigned long request, void *argument) {
       a->discrete.denominator = a->index ? 30 : a->pixel_format == V4L2_PIX_FMT_MJPEG ? 90 : 60;
       return 0;
     }
+    case VIDIOC_G_FMT: {
+      struct v4l2_pix_format *a = &((struct v4l2_format *)argument)->fmt.pix;
+      a->pixelformat = c->format; a->width = c->width; a->height = c->height;
+      return 0;
+    }
     case VIDIOC_S_FMT: {
       if (said(c, "busy")) return EBUSY;
       struct v4l2_pix_format *a = &((struct v4l2_format *)argument)->fmt.pix;
@@ -249,6 +254,7 @@ static int answer(struct camera *c, unsigned long request, void *argument) {
       return 0;
     }
     case VIDIOC_S_PARM: {
+      if (said(c, "norates")) return ENOTTY;
       struct v4l2_fract *a = &((struct v4l2_streamparm *)argument)->parm.capture.timeperframe;
       c->fps = number(c, "fps", (double)a->denominator / a->numerator);
       return 0;

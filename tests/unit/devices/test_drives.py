@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -103,6 +104,26 @@ def test_another_speed_is_taken_as_it_turns(drive, drum):
     drive.start(80.0)
     reads(drive, 0.6)
     assert drum.now()[1] == pytest.approx(80, rel=0.1)
+
+
+def test_it_is_stopped_while_another_thread_reads_it(drive, drum):
+    drive.start(60.0)
+    over, said = threading.Event(), []
+
+    def read():
+        while not over.is_set():
+            said.append(drive.read())
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    assert until(lambda: drum.now()[1] > 30)
+    drive.stop()
+    assert until(stands(drum))
+    time.sleep(0.2)
+    assert stands(drum)()
+    over.set()
+    reader.join()
+    assert {state.fault for state in said} == {None}
 
 
 def test_leaving_by_an_error_stops_it(kind, drum):

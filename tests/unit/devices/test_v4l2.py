@@ -33,6 +33,8 @@ found = {{name: run(path) for name, path in {asked!r}.items()}}
 found |= {{name: run(path, **more) for name, (path, more) in {refused!r}.items()}}
 found["set"] = run("/x/fakecam/video0", 1, exposure_ms=5.0, gain=40, white_balance_k=5000)
 found["auto"] = run("/x/fakecam/video0?formats=GREY,YUYV", 1, format="auto")
+found["own"] = run("/x/fakecam/video0", 1, width=None, height=None, fps_hz=None, format="auto")
+found["no rates"] = run("/x/fakecam/video0?norates=1", 1)
 found["unset"] = run("/x/fakecam/video0?nocontrols=1", 1)
 print(json.dumps(found))
 """)
@@ -97,6 +99,13 @@ def test_what_is_asked_for_is_set_and_read_back(seen):
     assert found["exposure_time_absolute"] == 50
     assert found["gain"] == 40
     assert found["white_balance_temperature"] == 5000
+
+
+def test_a_camera_that_is_asked_for_nothing_keeps_its_own(seen):
+    settings = seen["own"]["settings"]
+    found = (settings["format"], settings["width"], settings["height"], settings["fps_hz"])
+    assert found == ("MJPG", 640, 480, 30)
+    assert np.isnan(seen["no rates"]["settings"]["fps_hz"])
 
 
 def test_auto_takes_the_best_format_that_there_is(seen):

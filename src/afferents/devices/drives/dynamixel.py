@@ -2,6 +2,7 @@
 
 import atexit
 import math
+import threading
 import time
 from contextlib import suppress
 from typing import Annotated, Any, Literal
@@ -77,6 +78,7 @@ class DynamixelDrive(Drive):
         sign = -1 if options.reversed else 1
         self._mm_a_turn = sign * math.pi * options.diameter_mm / options.gear
         self._port: Any = None
+        self._speaking = threading.RLock()  # read in one thread, stopped from another
 
     @property
     def step_mm_s(self) -> float:
@@ -173,6 +175,10 @@ class DynamixelDrive(Drive):
 
     def _ask(self, verb: str, address: int, *value: int) -> int:
         """Send a packet until its answer comes whole; return what was read, if anything."""
+        with self._speaking:
+            return self._answer(verb, address, *value)
+
+    def _answer(self, verb: str, address: int, *value: int) -> int:
         if self._port is None:
             raise self._lost("it is not open")
         for _ in range(TRIES):

@@ -2,6 +2,7 @@
 
 import atexit
 import re
+import threading
 import time
 from contextlib import suppress
 from typing import Annotated, Literal
@@ -89,6 +90,8 @@ class SerialDrive(Drive):
         self._line: Line | None = None
         self._guard: Guard | None = None
         self._turning = False
+        # Read in one thread, stopped from another: one speaks on the line at a time.
+        self._speaking = threading.RLock()
         self._loop = SpeedLoop(options.duty_a_mm_s) if self.template.control == "duty" else None
 
     @property
@@ -134,13 +137,18 @@ class SerialDrive(Drive):
                 "speed", f"{self.limits.lowest_mm_s:g} to {self.limits.highest_mm_s:g} mm/s, "
                 "the drive's limits", f"{speed_mm_s:g} mm/s",
             )  # fmt: skip
-        self._turning = True
-        self._beat()
-        self._say(self.template.prepare)
-        self._set(self._loop.aim(speed_mm_s) if self._loop else speed_mm_s)
+        with self._speaking:
+            self._turning = True
+            self._beat()
+            self._say(self.template.prepare)
+            self._set(self._loop.aim(speed_mm_s) if self._loop else speed_mm_s)
 
     def read(self) -> DriveState:
         """Return its state; feed its watchdog, and our loop."""
+        with self._speaking:
+            return self._read()
+
+    def _read(self) -> DriveState:
         self._beat()
         line = self._opened()
         if self._turning:
@@ -162,9 +170,13 @@ class SerialDrive(Drive):
         """Stop the drum; never raises."""
         self._turning = False
         if self._line is not None:
-            for _ in range(1 if self.template.taken else TIMES):
-                with suppress(Exception):
-                    self._say(self.template.stop)
+            with suppress(Exception):  # at once, whoever else speaks
+                for text in self.template.stop:
+                    self._line.tell(text)
+            with self._speaking:
+                for _ in range(1 if self.template.taken else TIMES):
+                    with suppress(Exception):
+                        self._say(self.template.stop)
         if self._guard is not None:
             self._guard.beat(False)
 

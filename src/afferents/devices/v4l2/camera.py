@@ -5,6 +5,7 @@ where a camera offers them: 640 x 480 at 90 frames/s is then more than USB 2 car
 """
 
 import ctypes
+import errno
 import mmap
 import select
 import threading
@@ -44,9 +45,9 @@ class V4l2Options(Options):
     format
         ``MJPG``, ``GREY``, ``YUYV``, or ``auto`` for the first of these that it offers.
     width, height
-        Size, px.
+        Size, px; None for the one that it has.
     fps_hz
-        Frames a second asked for.
+        Frames a second asked for; None for its own.
     exposure_ms, gain, white_balance_k, focus
         Set to this; None leaves the value that it has. All are fixed in any case.
     """
@@ -54,9 +55,9 @@ class V4l2Options(Options):
     kind: Literal["v4l2"] = "v4l2"
     device: str = "/dev/video0"
     format: Literal["MJPG", "GREY", "YUYV", "auto"] = "MJPG"
-    width: Size = 640
-    height: Size = 480
-    fps_hz: Annotated[float, Field(gt=0, le=2000)] = 90.0
+    width: Size | None = 640
+    height: Size | None = 480
+    fps_hz: Annotated[float, Field(gt=0, le=2000)] | None = 90.0
     exposure_ms: Annotated[float, Field(gt=0, le=10_000)] | None = None
     gain: int | None = None
     white_balance_k: int | None = None
@@ -143,15 +144,14 @@ class V4l2Camera(Camera):
         _stream(node, abi.STREAMON)
         last_s = time.monotonic()
         while not self._ended.is_set():
-            if not poll.poll(LOOK_S * 1000):
-                if time.monotonic() - last_s > SILENT_S:
-                    raise self._lost(f"no frame for {SILENT_S:g} s")
-                continue
+            poll.poll(LOOK_S * 1000)
             buffer = abi.Buffer(type=abi.VIDEO_CAPTURE, memory=abi.MMAP)
             try:
                 node.ask(abi.DQBUF, buffer)
-            except BlockingIOError:
-                continue  # it was no frame that woke us
+            except BlockingIOError:  # there is none yet
+                if time.monotonic() - last_s > SILENT_S:
+                    raise self._lost(f"no frame for {SILENT_S:g} s") from None
+                continue
             last_s = time.monotonic()
             frame = self._frame(buffer, buffers, last_s)
             node.ask(abi.QBUF, buffer)
@@ -172,19 +172,19 @@ class V4l2Camera(Camera):
 
     def _set(self, node: Node) -> CameraSettings:
         options = self.options
-        found = node.ask(abi.S_FMT, self._wanted_format(node)).fmt.pix
-        name = abi.name_of(found.pixelformat)
-        asked = options.format if options.format != "auto" else name
-        if (name, found.width, found.height) != (asked, options.width, options.height):
+        form = self._wanted_format(node)
+        asked = _described(form)
+        found = _described(node.ask(abi.S_FMT, form))
+        if found != asked:
             raise InputError(
-                f"camera {node.path}", f"{asked} of {options.width} x {options.height} px",
-                f"{name} of {found.width} x {found.height} px, which it took instead",
+                f"camera {node.path}", "{} of {} x {} px".format(*asked),
+                "{} of {} x {} px, which it took instead".format(*found),
                 "'afferents devices' lists what it offers",
             )  # fmt: skip
         fixed = controls.fix(node, options.wanted())
         # After the controls: a camera may give another rate for another exposure.
         return CameraSettings(
-            node.name, name, found.width, found.height, _set_rate(node, options.fps_hz), fixed,
+            node.name, *found, _set_rate(node, options.fps_hz), fixed,
             () if _clock_is_monotonic(node) else
             ("when a frame was captured (the time is that of its arrival)",),
         )  # fmt: skip
@@ -198,20 +198,34 @@ class V4l2Camera(Camera):
                 f"camera {node.path}", f"one that gives {' or '.join(wanted)}",
                 f"only {', '.join(offered) or 'no format'}", "name a format that it offers",
             )  # fmt: skip
-        form = abi.Format(type=abi.VIDEO_CAPTURE)
-        form.fmt.pix.width, form.fmt.pix.height = self.options.width, self.options.height
+        form = node.ask(abi.G_FMT, abi.Format(type=abi.VIDEO_CAPTURE))
+        form.fmt.pix.width = self.options.width or form.fmt.pix.width
+        form.fmt.pix.height = self.options.height or form.fmt.pix.height
         form.fmt.pix.pixelformat = abi.code_of(chosen)
+        form.fmt.pix.bytesperline = form.fmt.pix.sizeimage = 0  # of the format that it had
         form.fmt.pix.field = 1  # V4L2_FIELD_NONE: whole frames
         return form
 
 
-def _set_rate(node: Node, fps_hz: float) -> float:
-    """Ask for a rate; return the one that the camera says it gives."""
+def _described(form: abi.Format) -> tuple[str, int, int]:
+    """Return the name of a pixel format, and the size."""
+    pixels = form.fmt.pix
+    return abi.name_of(pixels.pixelformat), pixels.width, pixels.height
+
+
+def _set_rate(node: Node, fps_hz: float | None) -> float:
+    """Ask for a rate; return the one that the camera says it gives, NaN if it says none."""
     rate = abi.StreamParameters(type=abi.VIDEO_CAPTURE)
-    rate.parm.capture.timeperframe.numerator = 1000
-    rate.parm.capture.timeperframe.denominator = round(fps_hz * 1000)
-    node.ask(abi.S_PARM, rate)
-    found = node.ask(abi.G_PARM, abi.StreamParameters(type=abi.VIDEO_CAPTURE))
+    try:
+        if fps_hz is not None:
+            rate.parm.capture.timeperframe.numerator = 1000
+            rate.parm.capture.timeperframe.denominator = round(fps_hz * 1000)
+            node.ask(abi.S_PARM, rate)
+        found = node.ask(abi.G_PARM, abi.StreamParameters(type=abi.VIDEO_CAPTURE))
+    except OSError as error:
+        if error.errno == errno.ENOTTY:  # a driver without rates
+            return float("nan")
+        raise
     interval = found.parm.capture.timeperframe
     return interval.denominator / interval.numerator if interval.numerator else float("nan")
 
