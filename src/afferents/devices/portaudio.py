@@ -172,7 +172,7 @@ def import_portaudio() -> ModuleType:
             "microphone",
             "sounddevice and the PortAudio library",
             str(error),
-            "pip install 'afferents[live]'; on Debian also apt-get install libportaudio2",
+            "pip install 'afferents[record]'; on Debian also apt-get install libportaudio2",
         ) from error
     return sounddevice  # type: ignore[no-any-return]
 

@@ -55,6 +55,33 @@ def device_of(kinds: Mapping[str, Kind[Made]], table: Mapping[str, Any], where: 
     ------
     InputError
         If there is no such kind, or an option is missing, unknown or wrong.
+
+    Examples
+    --------
+    A drive of one's own is a class with a form of its options:
+
+    >>> import time
+    >>> from afferents.devices import Drive, DriveLimits, DriveState, Options, device_of
+    >>> class Belt(Drive):
+    ...     class Options(Options):
+    ...         kind: str = "belt"
+    ...         highest_mm_s: float = 100.0
+    ...     def __init__(self, options):
+    ...         self.options, self.speed = options, 0.0
+    ...     def open(self):
+    ...         self.limits = DriveLimits(1.0, self.options.highest_mm_s)
+    ...     def start(self, speed_mm_s):
+    ...         self.speed = speed_mm_s
+    ...     def read(self):
+    ...         return DriveState(time.monotonic(), 0.0, self.speed, None)
+    ...     def stop(self):
+    ...         self.speed = 0.0
+    ...     def close(self):
+    ...         self.stop()
+    >>> with device_of({"belt": Belt}, {"kind": "belt"}, "[drive]") as belt:
+    ...     belt.start(20.0)
+    ...     belt.read().speed_mm_s
+    20.0
     """
     kind = table.get("kind")
     if kind not in kinds:

@@ -95,7 +95,7 @@ def _extra(extra: str) -> str:
     absent = [name for name in needed if _installed(name) is None]
     if absent:
         return f"not there ({', '.join(absent)}); pip install 'afferents[{extra}]'"
-    if extra == "live" and find_library("portaudio") is None:
+    if extra in ("live", "record") and find_library("portaudio") is None:
         return "there, but for microphones (no PortAudio library)"
     return "there"
 

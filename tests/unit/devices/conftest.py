@@ -93,6 +93,12 @@ def jpegs(tmp_path_factory):
     return out
 
 
+@pytest.fixture(autouse=True)
+def patient_guard(monkeypatch):
+    """On a busy machine a test may be put off for longer than a drum may turn unheard."""
+    monkeypatch.setattr("afferents.devices.drives.guard.PATIENCE_S", 30)
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(0)

@@ -1,4 +1,7 @@
-"""Motors that speak as makes do that nobody here has: ODrive, SimpleFOC, Dynamixel X."""
+"""Motors that speak as makes do that nobody here has: ODrive, SimpleFOC, Dynamixel X.
+
+Their watchdogs bite `slack` times later than those of the makes.
+"""
 
 import math
 import struct
@@ -8,7 +11,16 @@ from afferents.devices import SimulatedDrum
 MM_A_TURN = math.pi * 95.0
 
 
-class ODrive(SimulatedDrum):
+class Slack(SimulatedDrum):
+    """The drum of the package, whose watchdog may bite later."""
+
+    def __init__(self, slack=1, **more):
+        super().__init__(**more)
+        self.slack = slack
+        self.drum.watchdog_s *= slack
+
+
+class ODrive(Slack):
     """ASCII protocol, as in ODrive's documentation."""
 
     def __init__(self, **more):
@@ -30,11 +42,11 @@ class ODrive(SimulatedDrum):
         elif verb == "w" and words[0] == "axis0.requested_state":
             self.state = int(words[1])
         elif verb == "w" and words[0] == "axis0.config.enable_watchdog":
-            drum.watchdog_s = 0.5 if words[1] == "1" else math.inf
+            drum.watchdog_s = 0.5 * self.slack if words[1] == "1" else math.inf
         return None
 
 
-class SimpleFoc(SimulatedDrum):
+class SimpleFoc(Slack):
     """Commander, talkative until it is told not to be; no watchdog."""
 
     checksum = "none"
@@ -66,7 +78,7 @@ class SimpleFoc(SimulatedDrum):
         return None
 
 
-class Dynamixel(SimulatedDrum):
+class Dynamixel(Slack):
     """Protocol 2.0 packets of the X series, and its control table."""
 
     def __init__(self, **more):
@@ -119,7 +131,7 @@ class Dynamixel(SimulatedDrum):
             return 0x04, b""
         table[address : address + len(values)] = values
         if address == 98:
-            drum.watchdog_s = values[0] * 0.02 or math.inf
+            drum.watchdog_s = values[0] * 0.02 * self.slack or math.inf
             drum.fault = None
         goal = struct.unpack_from("<i", table, 104)[0]
         on = table[64] == 1 and table[11] == 1

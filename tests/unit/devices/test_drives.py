@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 import pytest
-from dialects import Dynamixel, ODrive, SimpleFoc
+from dialects import Dynamixel, ODrive, SimpleFoc, Slack
 
 from afferents.core.errors import InputError
-from afferents.devices import DRIVES, ByHand, DeviceError, SimulatedDrum, device_of
+from afferents.devices import DRIVES, ByHand, DeviceError, device_of
 
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")
@@ -19,8 +19,8 @@ pytest.importorskip("pty", reason="no pseudo-terminals here")
 SERIAL = {"kind": "serial", "wait_s": 0.3}
 WHEEL = {"diameter_mm": 95.0}
 KINDS = {
-    "arduino": (SimulatedDrum, SERIAL | {"template": "arduino"}),
-    "arduino-duty": (SimulatedDrum, SERIAL | {"template": "arduino-duty"}),
+    "arduino": (Slack, SERIAL | {"template": "arduino"}),
+    "arduino-duty": (Slack, SERIAL | {"template": "arduino-duty"}),
     "odrive": (ODrive, SERIAL | {"template": "odrive"} | WHEEL),
     "simplefoc": (SimpleFoc, SERIAL | {"template": "simplefoc"} | WHEEL),
     "dynamixel": (Dynamixel, {"kind": "dynamixel"} | WHEEL),
@@ -63,7 +63,7 @@ def kind(request):
 
 @pytest.fixture
 def drum(kind):
-    with kind[0]() as simulated:
+    with kind[0](slack=60) as simulated:
         yield simulated
 
 

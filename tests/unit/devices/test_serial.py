@@ -31,7 +31,7 @@ def test_lost_bytes_never_become_wrong_numbers():
 
 
 def test_a_drum_that_stalls_is_seen_in_its_speed():
-    with SimulatedDrum() as drum, drive_at(drum) as drive:
+    with SimulatedDrum(Drum(watchdog_s=30)) as drum, drive_at(drum) as drive:
         drive.start(50.0)
         time.sleep(0.4)
         assert drive.read().speed_mm_s > 40

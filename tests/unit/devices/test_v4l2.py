@@ -136,9 +136,7 @@ with V4l2Camera(V4l2Camera.Options(device=path, fps_hz=200)) as camera:
             camera.end()
 print(json.dumps(numbers))
 """)
-    steps = np.diff(found)
-    assert (steps > 1).sum() == 1
-    assert steps.max() - 1 >= 15
+    assert np.diff(found).max() - 1 >= 15
 
 
 def test_it_ends_when_told_from_another_thread_and_streams_again(with_driver):
