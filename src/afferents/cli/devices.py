@@ -33,6 +33,6 @@ def devices(as_json: Json = False) -> None:
             ("microphone", found.microphones),
             ("serial port", found.ports),
         )
-        if not there
+        if not there and not any(note.startswith(name) for note in found.notes)
     ]
     say(as_json, asdict(found), table, *absent, *found.notes)

@@ -247,3 +247,18 @@ def test_a_drum_turned_by_hand_knows_nothing():
         assert np.isnan(state.speed_mm_s)
         assert state.fault is None
         drive.stop()
+
+
+def test_a_dynamixel_is_asked_again_when_its_answer_is_damaged():
+    pytest.importorskip("dynamixel_sdk", reason="the extra 'dynamixel' is not there")
+    with Dynamixel(slack=60) as drum, drive_of(drum, KINDS["dynamixel"][1]) as drive:
+        drive.start(50.0)
+        for _ in range(10):
+            drum.damaged = 2
+            before, now, after = drum.now()[0], drive.read().position_mm, drum.now()[0]
+            assert before - 0.1 <= now <= after + 0.1
+        drum.fail("overload")
+        assert drive.read().fault == "overload"
+        drive._port.is_using = True  # as a signal in the middle of a packet leaves it
+        drive.stop()
+        assert drum.drum.aim_mm_s == 0

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from dialects import ODrive
 
 from afferents.core.errors import InputError
 from afferents.devices import SerialDrive, SimulatedDrum
@@ -158,3 +159,17 @@ def test_units_become_mm_of_the_drum_s_surface(unit, mm):
     template = read_template("arduino").model_copy(update={"unit": unit})
     gear = 1.0 if unit == "mm" else 2.0
     assert template.mm_a_unit(100.0 * gear, gear) == pytest.approx(mm)
+
+
+def test_a_drive_that_does_not_say_so_is_told_its_speed_again():
+    """Of a line that loses a byte in 200 the one that starts it may be lost, or the stop."""
+    for seed in range(5):
+        with ODrive(slack=60, lost=1 / 200, seed=seed) as drum:
+            with drive_at(drum, "odrive", diameter_mm=95.0) as drive:
+                drive.start(50.0)
+                for _ in range(20):
+                    drive.read()
+                    time.sleep(0.01)
+                assert drum.now()[1] > 15
+            time.sleep(0.1)
+            assert drum.drum.aim_mm_s == 0

@@ -76,6 +76,24 @@ def test_what_came_before_a_camera_is_unplugged_is_kept(seen):
     assert found["error"].endswith("lost (no such device); plug it in again")
 
 
+def test_a_hundred_unplugs_lose_no_frame_and_leave_nothing_open(with_driver):
+    found = with_driver("""
+import os
+from pathlib import Path
+def held():
+    buffers = Path("/proc/self/maps").read_text().count("/dev/zero")
+    return len(os.listdir("/proc/self/fd")), buffers
+before = held()
+gone = [run(f"/x/fakecam/video0?unplug={n}", 999) for n in range(100)]
+whole = [[frame[0] for frame in one["frames"]] == list(range(n)) for n, one in enumerate(gone)]
+print(json.dumps([all(whole), {one["kind"] for one in gone} == {"DeviceError"}, before, held()]))
+""")
+    whole, said, before, after = found
+    assert whole
+    assert said
+    assert before == after
+
+
 def test_a_driver_without_the_monotonic_clock_is_said(seen):
     settings = seen["noclock"]["settings"]
     assert settings["unknown"] == ["when a frame was captured (the time is that of its arrival)"]

@@ -27,6 +27,8 @@ TURNS_A_COUNT = 0.229 / 60
 WATCHDOG_UNITS = 25
 """Of 20 ms: it stops when it hears nothing for 0.5 s."""
 TRIES = 3
+LATE_S = 0.05
+"""An answer comes at most so late."""
 FAULTS = {
     0x01: "input voltage", 0x04: "overheating", 0x08: "encoder", 0x10: "electrical shock",
     0x20: "overload",
@@ -136,12 +138,12 @@ class DynamixelDrive(Drive):
     def read(self) -> DriveState:
         """Return its state; hearing of it keeps its watchdog quiet."""
         before_s = time.monotonic()
-        counts = _signed(self._ask("read4ByteTxRx", POSITION))
+        state = self._state()
         time_s = (before_s + time.monotonic()) / 2
+        counts = int.from_bytes(state[-4:], "little", signed=True)
         position_mm = counts / TURN * self._mm_a_turn
-        faults = self._ask("read1ByteTxRx", ERRORS)
-        said = [text for bit, text in FAULTS.items() if faults & bit]
-        bitten = self._ask("read1ByteTxRx", WATCHDOG) == 0xFF
+        said = [text for bit, text in FAULTS.items() if state[0] & bit]
+        bitten = state[WATCHDOG - ERRORS] == 0xFF
         said += ["watchdog: it heard nothing for 0.5 s"] if bitten else []
         speed_mm_s = self._measured.read(time_s, position_mm)
         return DriveState(time_s, position_mm, speed_mm_s, ", ".join(said) or None)
@@ -150,10 +152,13 @@ class DynamixelDrive(Drive):
         """Stop the drum; never raises."""
         if self._port is None:
             return
-        for address, value in ((WATCHDOG, 0), (GOAL_SPEED, 0)):
-            # Its port may be gone, and the SDK raises whatever comes.
+        # Once more after the watchdog is cleared, since one that has bitten takes no speed. Its
+        # port may be gone, and the SDK raises whatever comes.
+        for write, address in (
+            (self._write4, GOAL_SPEED), (self._write1, WATCHDOG), (self._write4, GOAL_SPEED)
+        ):  # fmt: skip
             with suppress(Exception):
-                (self._write1 if address == WATCHDOG else self._write4)(address, value)
+                write(address, 0)
 
     def close(self) -> None:
         """Stop the drum, release the motor and let the port go."""
@@ -173,31 +178,37 @@ class DynamixelDrive(Drive):
     def _write4(self, address: int, value: int) -> None:
         self._ask("write4ByteTxRx", address, value & 0xFFFFFFFF)
 
-    def _ask(self, verb: str, address: int, *value: int) -> int:
+    def _state(self) -> bytes:
+        """Return the table from `ERRORS` to the position, in one answer."""
+        length = POSITION + 4 - ERRORS
+        for _ in range(TRIES):
+            data = bytes(self._ask("readTxRx", ERRORS, length) or ())
+            if len(data) == length:
+                return data
+        raise self._lost("its answers are too short")
+
+    def _ask(self, verb: str, address: int, value: int) -> list[int] | None:
         """Send a packet until its answer comes whole; return what was read, if anything."""
         with self._speaking:
-            return self._answer(verb, address, *value)
-
-    def _answer(self, verb: str, address: int, *value: int) -> int:
-        if self._port is None:
-            raise self._lost("it is not open")
-        for _ in range(TRIES):
-            try:
-                *read, result, error = getattr(self._packets, verb)(
-                    self._port, self.options.number, address, *value
-                )
-            except Exception as raised:
-                raise self._lost(reason_of(raised).lower()) from raised
-            if result == 0:
-                if error & 0x7F:  # bit 7 tells of a hardware fault, which `read` names
-                    raise self._lost(f"refused: {self._packets.getRxPacketError(error)}")
-                return int(read[0]) if read else 0
-        raise self._lost(self._packets.getTxRxResult(result))
+            for _ in range(TRIES):
+                if self._port is None:
+                    raise self._lost("it is not open")
+                self._port.is_using = False  # as the SDK leaves it where a signal interrupts it
+                try:
+                    *read, result, error = getattr(self._packets, verb)(
+                        self._port, self.options.number, address, value
+                    )
+                except Exception as raised:
+                    raise self._lost(reason_of(raised).lower()) from raised
+                if result == 0:
+                    if error & 0x7F:  # bit 7 tells of a hardware fault, which `read` names
+                        raise self._lost(f"refused: {self._packets.getRxPacketError(error)}")
+                    return read[0] if read else None
+                # An answer that is only late must not be taken for that of the next question;
+                # the SDK empties the port before each.
+                time.sleep(LATE_S)
+            raise self._lost(self._packets.getTxRxResult(result))
 
     def _lost(self, why: str) -> DeviceError:
         why = why.replace("[TxRxResult] ", "").replace("[RxPacketError] ", "").rstrip("!. ")
         return DeviceError(f"Dynamixel {self.options.number} at {self.options.port}: lost ({why})")
-
-
-def _signed(value: int) -> int:
-    return value - (1 << 32) if value >= 1 << 31 else value

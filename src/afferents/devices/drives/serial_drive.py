@@ -89,7 +89,7 @@ class SerialDrive(Drive):
             )  # fmt: skip
         self._line: Line | None = None
         self._guard: Guard | None = None
-        self._turning = False
+        self._turning, self._value = False, "0"
         # Read in one thread, stopped from another: one speaks on the line at a time.
         self._speaking = threading.RLock()
         self._loop = SpeedLoop(options.duty_a_mm_s) if self.template.control == "duty" else None
@@ -153,7 +153,7 @@ class SerialDrive(Drive):
         line = self._opened()
         if self._turning:
             for text in self.template.feed:
-                line.tell(text)
+                line.tell(text.replace("{value}", self._value))
         found: dict[str, str] = {}
         for question in self.template.read:
             before_s = time.monotonic()
@@ -206,7 +206,8 @@ class SerialDrive(Drive):
         value = speed_or_duty / self._mm if self._loop is None else speed_or_duty
         if self._loop is not None and self._mm < 0:
             value = -value
-        self._say([line.replace("{value}", f"{value:.5f}") for line in self.template.start])
+        self._value = f"{value:.5f}"
+        self._say([line.replace("{value}", self._value) for line in self.template.start])
 
     def _say(self, lines: list[str] | tuple[str, ...]) -> None:
         line = self._opened()

@@ -61,7 +61,7 @@ class Template(BaseModel):
     no_fault
         What the group ``fault`` holds if there is none.
     feed
-        Lines that keep its watchdog quiet.
+        Lines at each read while it turns: they keep its watchdog quiet, or say its speed again.
     watchdog
         Whether the drive stops by itself when it hears nothing more.
     control
