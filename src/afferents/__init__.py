@@ -99,7 +99,11 @@ _COMMANDS = (
     "load_model",
     "evaluate_textures",
 )
-_MODULES = {"live": "afferents.live", "plot": "afferents.reporting.plot"}
+_MODULES = {
+    "devices": "afferents.devices",
+    "live": "afferents.live",
+    "plot": "afferents.reporting.plot",
+}
 _HOME = {
     "example": "pipeline.example",
     **dict.fromkeys(_COMMANDS, "commands"),

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from afferents.cli.devices import devices
 from afferents.cli.doctor import doctor
 from afferents.cli.encodings import Commands
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
@@ -45,7 +46,7 @@ for _command in (
     *(init, inspect, calibrate, track, simulate, drum, extract),
     *(evaluate, report, status),
     *(train, explain, export, align, live),
-    *(reproduce, doctor),
+    *(reproduce, devices, doctor),
 ):
     app.command()(_command)
 

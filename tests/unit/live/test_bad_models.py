@@ -10,6 +10,7 @@ import soundfile
 
 from afferents.core.card import METADATA
 from afferents.core.errors import InputError
+from afferents.devices import SampleClock
 from afferents.live import (
     Microphone,
     Network,
@@ -20,7 +21,6 @@ from afferents.live import (
     open_sources,
     stream,
 )
-from afferents.live.microphone import SampleClock
 from afferents.recordings import WavFile, read_session
 
 
