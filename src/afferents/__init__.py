@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         extract,
         inspect,
         load_model,
+        record,
         report,
         samples,
         simulate,
@@ -83,6 +84,7 @@ if TYPE_CHECKING:
 
 
 _COMMANDS = (
+    "record",
     "calibrate",
     "track",
     "simulate",
@@ -150,6 +152,7 @@ _HOME = {
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
+    "record",
     "calibrate",
     "track",
     "simulate",

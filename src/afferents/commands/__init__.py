@@ -9,6 +9,7 @@ The command line calls these functions: checks and defaults of Python stand here
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.models import explain, export, load_model, samples, train
+from afferents.commands.record import record
 from afferents.commands.recordings import Extracted, calibrate, extract, inspect, track
 from afferents.commands.simulation import simulate
 
@@ -22,6 +23,7 @@ __all__ = [
     "extract",
     "inspect",
     "load_model",
+    "record",
     "report",
     "samples",
     "simulate",
