@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         explain,
         export,
         extract,
+        import_recording,
         inspect,
         load_model,
         record,
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
 
 _COMMANDS = (
     "record",
+    "import_recording",
     "calibrate",
     "track",
     "simulate",
@@ -153,6 +155,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
     "record",
+    "import_recording",
     "calibrate",
     "track",
     "simulate",

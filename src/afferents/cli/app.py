@@ -12,7 +12,7 @@ from afferents.cli.errors import exit_code_of, exit_code_of_fault
 from afferents.cli.evaluation import evaluate, report, reproduce, status
 from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
-from afferents.cli.record import record
+from afferents.cli.record import import_, record
 from afferents.cli.recordings import align, calibrate, extract, inspect, track
 from afferents.cli.rig import drum, simulate
 from afferents.core.stopping import leave, stop_on_signals
@@ -50,6 +50,7 @@ for _command in (
     *(reproduce, devices, doctor),
 ):
     app.command()(_command)
+app.command("import")(import_)
 
 
 def main() -> None:

@@ -68,3 +68,36 @@ def _check(plan: Path, session: Path | None, dry_run: bool, as_json: bool) -> No
     say(as_json, [line._asdict() for line in found], *(line.describe() for line in found))
     if not all(line.passes for line in found):
         raise typer.Exit(2)
+
+
+def import_(
+    video: Annotated[Path, typer.Argument(help="Video; its frames are not encoded again.")],
+    audio: Annotated[Path | None, typer.Argument(help="Sound that belongs to it.")] = None,
+    *,
+    times: Annotated[
+        Path,
+        typer.Option(help="CSV with a row a frame: time_s, and sequence if frames are numbered."),
+    ],
+    session: Annotated[Path, typer.Option(help="Session folder to write, or to add to.")],
+    texture: Annotated[str, typer.Option(help="Texture that was recorded.")],
+    speed: Annotated[float, typer.Option(help="Its sliding speed, mm/s.")],
+    audio_start: Annotated[
+        float | None,
+        typer.Option(
+            help="Time of the first sample on the clock of the times, s (default: with the first "
+            "frame)."
+        ),
+    ] = None,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Import it although frames are missing.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Bring a recording made elsewhere into a session, with its own time stamps."""
+    from afferents import commands
+
+    checks = commands.import_recording(
+        video, audio, times, session, texture, speed, audio_start, keep
+    )
+    said = {"session": str(session), "checks": [line._asdict() for line in checks]}
+    say(as_json, said, *(line.describe() for line in checks), f"Session: {session}")

@@ -9,7 +9,8 @@ The command line calls these functions: checks and defaults of Python stand here
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.models import explain, export, load_model, samples, train
-from afferents.commands.record import record
+from afferents.commands.models import explain, export, samples, train
+from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import Extracted, calibrate, extract, inspect, track
 from afferents.commands.simulation import simulate
 
@@ -21,6 +22,7 @@ __all__ = [
     "explain",
     "export",
     "extract",
+    "import_recording",
     "inspect",
     "load_model",
     "record",

@@ -10,6 +10,7 @@ from afferents.core.errors import InputError
 from afferents.core.progress import Progress
 
 if TYPE_CHECKING:
+    from afferents.pipeline.record.gate import Check
     from afferents.pipeline.record.record import Recorded
 
 
@@ -53,6 +54,54 @@ def record(
     wanted = recording_of(Path(plan), dry_run, ask or ask_in_terminal)
     with Progress(quiet) as progress:
         return run(wanted, Path(session), progress)
+
+
+def import_recording(
+    video: Place,
+    audio: Place | None,
+    times: Place,
+    session: Place,
+    texture: str,
+    speed_mm_s: float,
+    audio_start_s: float | None = None,
+    keep: bool = False,
+) -> "list[Check]":
+    """Bring a recording made elsewhere into a session, with its own time stamps.
+
+    Parameters
+    ----------
+    video, audio
+        Files; `audio` may be None. The frames are not encoded again.
+    times
+        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames.
+    session
+        Folder to write, or to add to.
+    texture, speed_mm_s
+        What was recorded.
+    audio_start_s
+        When the first sample was taken, on the clock of `times`; None for with the first frame.
+    keep
+        Whether it is imported although frames are missing.
+
+    Returns
+    -------
+    list
+        What the gate says of the frames, a `Check` each.
+
+    Raises
+    ------
+    InputError
+        If a file or its times are not what they should be.
+    """
+    from afferents.pipeline.record.importing import Import
+    from afferents.pipeline.record.importing import import_recording as run
+
+    sound = None if audio is None else Path(audio)
+    return run(
+        Import(
+            Path(video), sound, Path(times), Path(session), texture, speed_mm_s, audio_start_s, keep
+        )
+    )
 
 
 def ask_in_terminal(sentence: str) -> None:

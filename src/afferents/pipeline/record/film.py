@@ -19,9 +19,9 @@ from afferents.core.errors import InputError
 from afferents.devices import CameraSettings
 
 TICKS_HZ = 1_000_000
-_BASE = Fraction(1, TICKS_HZ)
+TIME_BASE = Fraction(1, TICKS_HZ)
 _FRAGMENT_S = 1
-_CONTAINER = {
+CONTAINER = {
     # frag_discont: the first frame keeps its time, and is not moved to 0.
     "movflags": "empty_moov+default_base_moof+frag_discont",
     "frag_duration": str(_FRAGMENT_S * TICKS_HZ),
@@ -43,7 +43,7 @@ class Stored(ABC):
         self._size = settings.width, settings.height
         self._container = container
         self._stream = self._added(round(settings.fps_hz))
-        self._stream.time_base = _BASE
+        self._stream.time_base = TIME_BASE
 
     @abstractmethod
     def _added(self, rate: int) -> VideoStream:
@@ -71,7 +71,7 @@ class Jpegs(Stored):
     def write(self, data: bytes, ticks: int) -> None:
         """Put it into the file as it is."""
         packet = av.Packet(data)
-        packet.stream, packet.time_base = self._stream, _BASE
+        packet.stream, packet.time_base = self._stream, TIME_BASE
         packet.pts = packet.dts = ticks
         packet.is_keyframe = True
         self._container.mux(packet)
@@ -87,7 +87,7 @@ class _Lossless(Stored):
         options = {"preset": "ultrafast", "qp": "0", "tune": "zerolatency", "threads": "1"}
         stream = self._container.add_stream("libx264", rate=rate, options=options)
         stream.width, stream.height, stream.pix_fmt = *self._size, self.layout
-        stream.codec_context.time_base = _BASE
+        stream.codec_context.time_base = TIME_BASE
         stream.codec_context.gop_size = rate
         return stream
 
@@ -96,7 +96,7 @@ class _Lossless(Stored):
         frame = av.VideoFrame(*self._size, self.layout)
         for plane, pixels in zip(frame.planes, self._planes(data), strict=True):
             plane.update(_padded(pixels, plane.line_size))
-        frame.pts, frame.time_base = ticks, _BASE
+        frame.pts, frame.time_base = ticks, TIME_BASE
         self._container.mux(self._stream.encode(frame))
 
     @abstractmethod
@@ -161,7 +161,7 @@ class Film:
                 settings.name, f"a camera of format {', '.join(FORMATS)}", settings.format,
                 "choose another format in [camera]",
             )  # fmt: skip
-        self._container = av.open(f"file:{path}", "w", format="mp4", options=_CONTAINER)
+        self._container = av.open(f"file:{path}", "w", format="mp4", options=CONTAINER)
         self._stored = kind(self._container, settings)
         self._last = -1
         self._closed = False

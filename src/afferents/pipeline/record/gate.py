@@ -11,7 +11,7 @@ from afferents.core.recording import as_grey
 from afferents.devices import CameraSettings, MicrophoneSettings, picture_of
 from afferents.markers import Sensor, detect
 from afferents.pipeline.record.log import Log
-from afferents.pipeline.record.plan import Plan
+from afferents.pipeline.record.plan import Plan, Tolerance
 from afferents.pipeline.record.run import VIDEO
 
 _FULL = 32768
@@ -106,15 +106,16 @@ def gate(
         Where its files lie.
     """
     counts = count(log, camera, plan.total_s)
-    checks = [*_frames(counts, plan), _speed(log, plan, speed_mm_s)]
+    checks = [*frames_checks(counts, plan.tolerance), _speed(log, plan, speed_mm_s)]
     if microphone is not None:
         checks += _sound(log, plan, microphone)
     return [*checks, _markers(log, camera, sensor, plan), _readable(folder / VIDEO, counts)]
 
 
-def _frames(counts: Counts, plan: Plan) -> list[Check]:
+def frames_checks(counts: Counts, tolerance: Tolerance) -> list[Check]:
+    """Look at what became of the frames."""
     lost = max(len(counts.lost) + len(counts.damaged), counts.expected - counts.stored - 1)
-    allowed = plan.tolerance.lost * counts.expected
+    allowed = tolerance.lost * counts.expected
     said = f"{counts.stored} of {counts.expected} frames"
     for what, numbers in (("lost", counts.lost), ("damaged", counts.damaged)):
         if numbers:
@@ -129,7 +130,7 @@ def _frames(counts: Counts, plan: Plan) -> list[Check]:
         ),
         Check(
             "repeated frames",
-            again <= plan.tolerance.repeated * counts.expected,
+            again <= tolerance.repeated * counts.expected,
             f"{again} repeated, {len(counts.late)} late",
             "more light, so that the camera keeps its rate",
         ),

@@ -21,6 +21,11 @@ _TEXTURE = re.compile(r"[\w][\w .+-]*")
 FASTEST_MM_S = 1000.0
 
 
+def is_texture(name: str) -> bool:
+    """Tell whether a texture of this name can be a folder of a session."""
+    return _TEXTURE.fullmatch(name) is not None and name not in NOT_TEXTURES
+
+
 class Tolerance(BaseModel):
     """What a run may have wrong with it and still be kept.
 
@@ -106,7 +111,7 @@ class Plan(BaseModel):
     @classmethod
     def _name_folders(cls, textures: tuple[str, ...]) -> tuple[str, ...]:
         for name in textures:
-            if not _TEXTURE.fullmatch(name) or name in NOT_TEXTURES:
+            if not is_texture(name):
                 raise ValueError("names that folders may have, such as '3' or 'linen'")
         return textures
 
