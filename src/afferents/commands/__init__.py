@@ -9,7 +9,6 @@ The command line calls these functions: checks and defaults of Python stand here
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.models import explain, export, load_model, samples, train
-from afferents.commands.models import explain, export, samples, train
 from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import Extracted, calibrate, extract, inspect, track
 from afferents.commands.simulation import simulate
