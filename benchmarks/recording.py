@@ -56,8 +56,8 @@ def main() -> None:
         print(f"memory grew by {(_kib() - before) / 1024:.1f} MiB")
 
 
-def _kib() -> int:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+def _kib() -> float:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1024
 
 
 if __name__ == "__main__":

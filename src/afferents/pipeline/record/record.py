@@ -1,5 +1,6 @@
 """A whole plan: preflight, every run, its gate, and what became of it."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Protocol
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
+from afferents.devices import Drive
 from afferents.markers import Sensor, load_sensor
 from afferents.pipeline.record.bench import Bench
 from afferents.pipeline.record.devices import devices_of, opened, simulated_devices
@@ -56,7 +58,7 @@ class Recorded:
 
 
 class Person:
-    """Asks a person to change the drum, once for all runs of it.
+    """Asks a person to change the drum, and to turn it where no motor does.
 
     Parameters
     ----------
@@ -64,15 +66,20 @@ class Person:
         Shows a sentence and waits until it is done.
     """
 
-    def __init__(self, ask: Callable[[str], None]) -> None:
+    def __init__(self, ask: Callable[[str], None], plan: Plan, drive: Drive) -> None:
         """Nothing is mounted yet."""
-        self._ask, self._texture = ask, ""
+        self._ask, self._plan, self._drive, self._texture = ask, plan, drive, ""
 
     def __call__(self, entry: Entry, attempt: int) -> None:
-        """Ask, if it is another drum."""
+        """Ask, if there is something to do; the drive is open."""
         if entry.texture != self._texture:
             self._ask(f"change the drum to {entry.texture}, then press enter")
             self._texture = entry.texture
+        if attempt and math.isinf(self._drive.limits.highest_mm_s):  # it takes any speed: no motor
+            self._ask(
+                f"press enter, let the drum stand for {self._plan.rest_s:g} s, then turn it at "
+                f"{entry.speed_mm_s:g} mm/s until {self._plan.total_s:g} s are over"
+            )
 
 
 @dataclass(frozen=True)
@@ -107,7 +114,8 @@ def recording_of(
     plan = read_plan(path)
     sensor = load_sensor(plan.sensor)
     if not dry_run:
-        return Recording(plan, path, sensor, devices_of(plan, path), Person(ask), False)
+        devices = devices_of(plan, path)
+        return Recording(plan, path, sensor, devices, Person(ask, plan, devices.drive), False)
     bench = Bench(rig_of(sensor), plan, speed)
     return Recording(plan, path, sensor, simulated_devices(plan, path, bench), bench.mount, True)
 
