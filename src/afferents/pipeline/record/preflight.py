@@ -13,7 +13,7 @@ from afferents.markers import Sensor, detect
 from afferents.markers.image_quality import image_quality
 from afferents.pipeline.record.gate import Check
 from afferents.pipeline.record.plan import Plan
-from afferents.pipeline.record.run import FIRST_S, Devices
+from afferents.pipeline.record.run import FIRST_S, WARM_UP, Devices
 
 LOOKED_S = 1.5
 RATE = 0.02
@@ -77,6 +77,7 @@ def _taken(devices: Devices) -> tuple[list[Frame], list[Block]]:
 def _rate(devices: Devices, frames: list[Frame]) -> Check:
     settings = devices.camera.settings
     said = f"{settings.width} x {settings.height} {settings.format} at {settings.fps_hz:g} frames/s"
+    frames = frames[WARM_UP:]
     if len(frames) < 3:
         return Check(
             "camera", False, f"{said}, but it gave {len(frames)} frames", "look at its plug"

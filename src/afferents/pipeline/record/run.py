@@ -34,6 +34,8 @@ TAIL_S = 0.2
 """Devices go on for so long: what was taken in time may arrive later."""
 FIRST_S = 5.0
 """Camera and microphone give something within this time, or the run fails."""
+WARM_UP = 10
+"""Frames of a camera that starts; the run begins after them."""
 AT_REST = 10
 """This frame is looked at for the skin at rest."""
 MOST_WAITING = 2000
@@ -169,9 +171,10 @@ class Run:
 
     def _capture(self) -> None:
         """Take frames from the camera, and nothing else: the disk may be slow, this never waits."""
-        for frame in self._devices.camera.frames():
+        for number, frame in enumerate(self._devices.camera.frames()):
             self._waiting.put(frame)
-            self._seen.set()
+            if number == WARM_UP:
+                self._seen.set()
             if self._over.is_set():
                 break
             if self._waiting.qsize() > MOST_WAITING:
@@ -212,7 +215,8 @@ class Run:
 
     def _origin_s(self, frame: Frame) -> float | None:
         """Return when the run began; None while sound is waited for."""
-        if self.log.origin_s is None and self._devices.microphone is None:
+        silent = self._devices.microphone is None
+        if self.log.origin_s is None and silent and self._seen.is_set():
             self._begin(frame.time_s)
         return self.log.origin_s
 
@@ -236,7 +240,7 @@ class Run:
         self.log.frames.append(row)
 
     def _hear(self) -> None:
-        """Write the sound, from the first block after the first frame until the run is over."""
+        """Write the sound, from the first block after the warm-up until the run is over."""
         microphone = self._devices.microphone
         assert microphone is not None
         settings = microphone.settings
