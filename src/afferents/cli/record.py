@@ -51,7 +51,11 @@ def record(
     done = commands.record(plan, session, dry_run, quiet=quiet or as_json)
     say(
         as_json,
-        {**asdict(done), "session": str(session)},
+        {
+            **asdict(done),
+            "session": str(session),
+            "preflight": [line.as_json() for line in done.preflight],
+        },
         *(f"Aside: {place} ({why})" for place, why in done.attempts_aside),
         f"Recorded {len(done.recorded)} runs; {len(done.remaining)} of the plan are missing.",
         f"Session{' (simulated)' if dry_run else ''}: {session}",
@@ -65,7 +69,7 @@ def _check(plan: Path, session: Path | None, dry_run: bool, as_json: bool) -> No
     from afferents.pipeline.record.record import check, recording_of
 
     found = check(recording_of(plan, dry_run, ask_in_terminal), session or Path())
-    say(as_json, [line._asdict() for line in found], *(line.describe() for line in found))
+    say(as_json, [line.as_json() for line in found], *(line.describe() for line in found))
     if not all(line.passes for line in found):
         raise typer.Exit(2)
 
@@ -99,5 +103,5 @@ def import_(
     checks = commands.import_recording(
         video, audio, times, session, texture, speed, audio_start, keep
     )
-    said = {"session": str(session), "checks": [line._asdict() for line in checks]}
+    said = {"session": str(session), "checks": [line.as_json() for line in checks]}
     say(as_json, said, *(line.describe() for line in checks), f"Session: {session}")

@@ -10,6 +10,8 @@ import pytest
 
 from afferents.recordings import read_session
 
+pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+
 PLAN = """
 textures = ["4"]
 speeds_mm_s = [40, 60]

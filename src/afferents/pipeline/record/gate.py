@@ -45,6 +45,11 @@ class Check(NamedTuple):
         remedy = f"; {self.do}" if self.do and not self.passes else ""
         return f"{'yes' if self.passes else 'NO '}  {self.name}: {self.found}{remedy}"
 
+    def as_json(self) -> dict[str, str | bool]:
+        """Return it as files and scripts have it."""
+        said = {"name": self.name, "passes": self.passes, "found": self.found}
+        return said if self.passes else {**said, "do": self.do}
+
 
 class Counts(NamedTuple):
     """What became of the frames of a run.

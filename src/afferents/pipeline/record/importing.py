@@ -266,7 +266,7 @@ def _about(folder: Path, wanted: Import, checks: list[Check]) -> dict[str, Any]:
     files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
     return {
         "checksums": {path.name: checksum(path) for path in files},
-        "checks": [check._asdict() for check in checks],
+        "checks": [check.as_json() for check in checks],
         "imported": {"video": str(wanted.video), "audio": str(wanted.audio or "")},
     }
 

@@ -115,7 +115,7 @@ class RecordedSession:
         files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
         about = {
             _SUMS: {path.name: checksum(path) for path in files},
-            "checks": [check._asdict() for check in checks],
+            "checks": [check.as_json() for check in checks],
             "frames": counts._asdict(),
         }
         write_json(folder / RUN, about)
@@ -141,7 +141,7 @@ class RecordedSession:
         target = place / f"{max(numbers, default=0) + 1}"
         folder.replace(target)
         try:
-            write_json(target / WHY, {"why": why, "checks": [check._asdict() for check in checks]})
+            write_json(target / WHY, {"why": why, "checks": [check.as_json() for check in checks]})
         except Exception:  # noqa: BLE001  of a full disk: what was recorded is kept without it
             return target
         return target
