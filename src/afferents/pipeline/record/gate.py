@@ -47,7 +47,11 @@ class Check(NamedTuple):
 
     def as_json(self) -> dict[str, str | bool]:
         """Return it as files and scripts have it."""
-        said = {"name": self.name, "passes": self.passes, "found": self.found}
+        said: dict[str, str | bool] = {
+            "name": self.name,
+            "passes": self.passes,
+            "found": self.found,
+        }
         return said if self.passes else {**said, "do": self.do}
 
 

@@ -222,15 +222,15 @@ speed = 0.05                     # of the speed asked for
 """
 
 
-def write_example(path: Path, force: bool = False) -> None:
+def write_example(path: Path) -> None:
     """Write a plan to begin with.
 
     Raises
     ------
     InputError
-        If there is a file already, unless `force` and it is such a plan.
+        If there is something of that name already.
     """
-    if path.exists() and not (force and path.read_text(errors="replace") == EXAMPLE):
+    if path.exists():
         raise InputError(path, "a name that is free, for a plan", "a file", "choose another name")
     with write_aside(path) as partial:
         partial.write_text(EXAMPLE, encoding="utf-8")

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from afferents.core.errors import AfferentsError
 from afferents.core.recording import GreyImage, as_grey
-from afferents.devices import Block, DeviceError, Frame, picture_of
+from afferents.devices import Block, Frame, picture_of
 from afferents.markers import Sensor, detect
 from afferents.markers.image_quality import image_quality
 from afferents.pipeline.record.gate import Check
@@ -49,12 +50,12 @@ def _taken(devices: Devices) -> tuple[list[Frame], list[Block]]:
     """Take frames and sound for a while, side by side."""
     frames: list[Frame] = []
     blocks: list[Block] = []
-    faults: list[DeviceError] = []
+    faults: list[AfferentsError] = []
 
     def take(works: Callable[[], None]) -> None:
         try:
             works()
-        except DeviceError as error:
+        except AfferentsError as error:
             faults.append(error)
 
     works: list[Callable[[], None]] = [lambda: frames.extend(devices.camera.frames())]

@@ -15,11 +15,12 @@ import soundfile
 import afferents
 from afferents.core.errors import InputError
 from afferents.core.progress import Progress
+from afferents.devices import ByHand
 from afferents.markers import load_sensor
 from afferents.pipeline.record.bench import Bench
 from afferents.pipeline.record.devices import simulated_devices
 from afferents.pipeline.record.plan import read_plan
-from afferents.pipeline.record.record import Recording, record
+from afferents.pipeline.record.record import Person, Recording, record
 from afferents.recordings import VideoFile, read_session
 from afferents.rig import Rig
 
@@ -166,6 +167,18 @@ def test_a_run_with_a_fault_is_kept_aside_and_named(begin, bench, tmp_path, devi
     assert said in json.loads((aside / "why.json").read_text())["why"]
     assert len(pd.read_parquet(aside / "frames.parquet")) > 40
     assert len(list(VideoFile(aside / "video.mp4").frames())) > 40
+
+
+def test_a_person_changes_drums_once_and_turns_them_where_no_motor_does(begin):
+    plan = begin().plan
+    asked = []
+    with ByHand() as drive:
+        person = Person(asked.append, plan, drive)
+        for attempt in range(3):
+            person(plan.entries()[0], attempt)
+    assert asked[0] == "change the drum to 4, then press enter"
+    assert len(asked) == 3
+    assert "turn it at 60 mm/s until 2 s are over" in asked[1]
 
 
 @contextmanager
