@@ -1,7 +1,6 @@
 """A plan recorded with stand-ins for real devices: a V4L2 driver, a drum on a serial line."""
 
 import struct
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -32,44 +31,52 @@ from pathlib import Path
 from afferents.core.progress import Progress
 from afferents.devices import SimulatedDrum
 from afferents.pipeline.record.record import record, recording_of
-asked = []
-with SimulatedDrum() as drum, Progress(quiet=True) as progress:
-    path = Path({plan!r})
-    path.write_text(path.read_text().replace("PORT", drum.port))
-    done = record(recording_of(path, False, asked.append), Path({session!r}), progress)
-    drum.drum.advance()
-    print(json.dumps([asked, done.recorded, done.kept_aside, drum.drum.aim_mm_s]))
+found = {{}}
+for name in {names!r}:
+    asked, path = [], Path({folder!r}, name + ".toml")
+    with SimulatedDrum() as drum, Progress(quiet=True) as progress:
+        path.write_text(path.read_text().replace("PORT", drum.port))
+        done = record(recording_of(path, False, asked.append), path.with_suffix(""), progress)
+        drum.drum.advance()
+        found[name] = [asked, done.recorded, done.kept_aside, drum.drum.aim_mm_s]
+print(json.dumps(found))
 """
+FAULTS = {"good": "", "faulty": "&drop=30-31&damaged=35"}
 
 
-@pytest.fixture
-def film(tmp_path):
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
     """Four pictures of 19 x 19 discs, noisy, so that no two are the same."""
     rng = np.random.default_rng(0)
     image = np.zeros((480, 640), np.uint8)
     for x in 320 + 22.0 * (np.arange(19) - 9):
         for y in 240 + 22.0 * (np.arange(19) - 9):
             cv2.circle(image, (round(x * 256), round(y * 256)), 1664, 210, -1, cv2.LINE_AA, 8)
-    out = tmp_path / "film"
+    out = tmp_path_factory.mktemp("film") / "discs"
     pictures = [cv2.subtract(image, rng.integers(0, 9, image.shape, np.uint8)) for _ in range(4)]
     coded = [bytes(cv2.imencode(".jpg", picture)[1]) for picture in pictures]
     out.write_bytes(b"".join(struct.pack("I", len(data)) + data for data in coded))
     return out
 
 
-def recorded(with_driver, film, session: Path, redo=0, faults=""):
-    plan = session.with_name("PLAN.toml")
-    plan.write_text(PLAN.format(film=film, faults=faults, redo=redo))
-    return with_driver(RECORD.format(plan=str(plan), session=str(session)))
+@pytest.fixture(scope="module")
+def recorded(with_driver, film, tmp_path_factory):
+    """Two sessions, of a good camera and of a faulty one; one process for both."""
+    folder = tmp_path_factory.mktemp("sessions")
+    for name, faults in FAULTS.items():
+        plan = PLAN.format(film=film, faults=faults, redo=0)
+        (folder / f"{name}.toml").write_text(plan)
+    return folder, with_driver(RECORD.format(names=list(FAULTS), folder=str(folder)))
 
 
-def test_camera_and_drum_as_real_ones(with_driver, film, tmp_path):
-    asked, names, aside, aim_mm_s = recorded(with_driver, film, tmp_path / "S")
+def test_camera_and_drum_as_real_ones(recorded):
+    folder, found = recorded
+    asked, names, aside, aim_mm_s = found["good"]
     assert aside == {}
     assert asked == ["change the drum to 4, then press enter"]
     assert sorted(names) == ["4/40", "4/60"]
     assert aim_mm_s == 0
-    for recording in read_session(tmp_path / "S").recordings:
+    for recording in read_session(folder / "good").recordings:
         frames = pd.read_parquet(recording.source / "frames.parquet")
         assert (np.diff(frames.sequence) == 1).all()
         assert len(list(recording.video.frames())) == len(frames)
@@ -81,9 +88,8 @@ def test_camera_and_drum_as_real_ones(with_driver, film, tmp_path):
         assert way_mm == pytest.approx(recording.speed_mm_s, rel=0.05)
 
 
-def test_frames_that_the_driver_lost_are_named(with_driver, film, tmp_path):
-    faults = "&drop=30-31&damaged=35"
-    _, names, aside, aim_mm_s = recorded(with_driver, film, tmp_path / "S", faults=faults)
+def test_frames_that_the_driver_lost_are_named(recorded):
+    _, names, aside, aim_mm_s = recorded[1]["faulty"]
     assert names == []
     assert aim_mm_s == 0
     for why in aside.values():
