@@ -9,6 +9,7 @@ The command line calls these functions: checks and defaults of Python stand here
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.models import explain, export, load_model, samples, train
+from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import (
     Extracted,
     calibrate,
@@ -27,9 +28,11 @@ __all__ = [
     "explain",
     "export",
     "extract",
+    "import_recording",
     "init_session",
     "inspect",
     "load_model",
+    "record",
     "report",
     "samples",
     "simulate",
