@@ -1,6 +1,7 @@
 """The session that is recorded: runs under temporary names until whole, and `session.json`."""
 
 import json
+import shutil
 from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.metadata import version
@@ -11,6 +12,7 @@ from afferents.core.documents import read_json
 from afferents.core.files import checksum, naming, remove, require_same_config, write_json
 from afferents.core.outputs import require_new_folder
 from afferents.core.version import __version__
+from afferents.markers import packaged_sensors
 from afferents.pipeline.record.gate import Check, Counts
 from afferents.pipeline.record.plan import Entry, Plan
 from afferents.pipeline.record.run import AUDIO, VIDEO, Devices
@@ -20,6 +22,8 @@ from afferents.recordings.session_file import SESSION_FILE
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
 """Runs that are being made; those that were refused or broke off, and why; what is said of a run
 that is whole: where it is, the run is finished."""
+SENSOR = "sensor.toml"
+"""The plan's sensor file, kept with the recordings."""
 _PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
 
 
@@ -88,6 +92,7 @@ class RecordedSession:
             "frame_height": camera.height,
             "steady_s": list(self.plan.steady_s),
             "direction": self.plan.direction,
+            "sensor": self._keep_sensor(),
             "conditions": dict(self.plan.conditions),
             _PLAN: _as_json(self.plan),
             "camera": asdict(camera),
@@ -101,6 +106,14 @@ class RecordedSession:
         for left in sorted(self.root.glob(f"{RUNNING}-*")):
             name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
             self._put_aside(left, name, "the program ended while it was recorded", ())
+
+    def _keep_sensor(self) -> str:
+        """Return the sensor as the session names it; a file is copied, so that it goes along."""
+        if self.plan.sensor in packaged_sensors():
+            return self.plan.sensor
+        with naming(self.root):
+            shutil.copyfile(self.plan.sensor, self.root / SENSOR)
+        return SENSOR
 
     def running(self, entry: Entry) -> Path:
         """Return a new folder for a run that is being made."""

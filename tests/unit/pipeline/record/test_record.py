@@ -5,6 +5,7 @@ import resource
 import shutil
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -102,6 +103,19 @@ def test_the_run_is_recorded_again_and_the_session_whole(faulty):
     assert said["runs"][RUN]["frames"]["lost"] == []
     assert said["simulated"] is True
     assert [r.name for r in read_session(session).recordings] == [RUN]
+
+
+def test_the_sensor_goes_along_with_the_recordings(begin, bench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    packaged = Path(afferents.__file__).parent / "markers/sensors/tip_b.toml"
+    shutil.copy(packaged, "mine.toml")
+    recording = begin()
+    recording = replace(recording, plan=recording.plan.model_copy(update={"sensor": "mine.toml"}))
+    made(recording, tmp_path / "S")
+    Path("mine.toml").unlink()
+    assert json.loads((tmp_path / "S/session.json").read_text())["sensor"] == "sensor.toml"
+    (responses,) = afferents.extract(tmp_path / "S", tmp_path / "S.zarr", workers=1, quiet=True)
+    assert responses.sizes["marker"] == 361
 
 
 def test_the_tracks_are_those_of_the_film(faulty, bench, tmp_path):
