@@ -25,7 +25,7 @@ from afferents.devices.v4l2.node import Node
 
 PREFERRED = (abi.MJPG, abi.GREY, abi.YUYV)
 """Formats that ``auto`` takes, the first that the camera offers."""
-BUFFERS = 8
+BUFFERS = 32
 """Frames that the driver may hold before it loses one: 90 ms at 90 frames/s."""
 SILENT_S = 3.0
 """A camera that gives no frame for so long has stopped; a first one may take a second."""
