@@ -26,7 +26,8 @@ from afferents.devices.v4l2.node import Node
 PREFERRED = (abi.MJPG, abi.GREY, abi.YUYV)
 """Formats that ``auto`` takes, the first that the camera offers."""
 BUFFERS = 32
-"""Frames that the driver may hold before it loses one: 90 ms at 90 frames/s."""
+"""Frames that the driver may hold before it loses one, as many as V4L2 allows: a third of a second
+at 90 frames/s."""
 SILENT_S = 3.0
 """A camera that gives no frame for so long has stopped; a first one may take a second."""
 LOOK_S = 0.1
