@@ -19,13 +19,13 @@ demo: install
 	$(BIN)/afferents reproduce $(OUT)
 
 live: install
-	$(BIN)/afferents live --video rig --audio rig --web
+	$(BIN)/afferents live --model demo --video rig --audio rig --web
 
 lint: install
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-cache
 
 test: lint
 	$(BIN)/python -m pytest

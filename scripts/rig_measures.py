@@ -1,4 +1,4 @@
-"""What is measured of tactile images and spectra, published or simulated; see `calibrate_rig.py`."""
+"""What is measured of tactile images and spectra, published or simulated."""
 
 import math
 from typing import Any
@@ -49,7 +49,7 @@ def moving_contrast(images: Values, x_mm: float = 3.0, draws: int = 50) -> float
     last = len(images) - APART * (GROUP - 1)
     found = []
     for start in rng.integers(0, last, draws):
-        group = images[start :: APART][:GROUP]
+        group = images[start::APART][:GROUP]
         found.append(np.mean(contrast(group - group.mean(axis=0), x_mm)))
     return float(np.median(found))
 
@@ -57,7 +57,7 @@ def moving_contrast(images: Values, x_mm: float = 3.0, draws: int = 50) -> float
 def groups(images: Values) -> list[Values]:
     """Return groups of ten images 20 frames apart, as published, from those of every frame."""
     length = APART * (GROUP - 1) + 1
-    return [images[i :: APART][:GROUP] for i in range(0, len(images) - length + 1, 45)]
+    return [images[i::APART][:GROUP] for i in range(0, len(images) - length + 1, 45)]
 
 
 def correlation(first: Values, second: Values) -> float:

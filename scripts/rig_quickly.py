@@ -97,8 +97,12 @@ def show_images(rig: Rig, seeds: range, test: bool) -> None:
 def show_spectra(rig: Rig, seeds: range, test: bool) -> None:
     """Print the published spectra's figures above the rig's."""
     panels = json.loads((PUBLISHED / "spectra.json").read_text(encoding="utf-8"))["panels"]
-    of = {(p["spacing_mm"], p["speed_true_mm_s"]): np.array([p["intensity"]]) for p in panels.values()}
-    print("         k = 1 : 2 : 3 : 4        clear 1, 2   g/a  above 8 Hz  loudest  floor 20-60  300-400")
+    of = {
+        (p["spacing_mm"], p["speed_true_mm_s"]): np.array([p["intensity"]]) for p in panels.values()
+    }
+    print(
+        "         k = 1 : 2 : 3 : 4        clear 1, 2   g/a  above 8 Hz  loudest  floor 20-60  300-400"
+    )
     speeds = [v for v in (100, 80, 50, 40, 20) if test or v not in HELD_OUT_SPECTRA]
     loudest: dict[str, float] = {}
     for speed in speeds:
@@ -109,7 +113,9 @@ def show_spectra(rig: Rig, seeds: range, test: bool) -> None:
             scale = loudest.setdefault(name, top)
             weight = " : ".join(f"{w:.2f}" for w in measure.weights(g, first))
             clear = ", ".join(f"{measure.clarity(g, first, k):4.1f}" for k in (1, 2))
-            ratio = [np.median(g[:, b:].max(axis=1)) / np.median(a[:, b:].max(axis=1)) for b in (0, 9)]
+            ratio = [
+                np.median(g[:, b:].max(axis=1)) / np.median(a[:, b:].max(axis=1)) for b in (0, 9)
+            ]
             print(
                 f"{speed:3d} {name:5s} {weight}  {clear}  {ratio[0]:5.1f} {ratio[1]:8.1f}"
                 f" {top / scale:10.2f} {np.median(g[:, 20:60]) / scale:11.4f}"

@@ -1,6 +1,7 @@
 import hashlib
 import json
 import multiprocessing
+import os
 import signal
 import sys
 from contextlib import contextmanager
@@ -22,6 +23,9 @@ from .launched import Launched, Server
 # they start would then ignore them too, as they should.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Where a test asks for no number of processes, one is enough: each further one imports all anew.
+os.environ["LOKY_MAX_CPU_COUNT"] = "1"
 
 # A busy machine makes no property false.
 settings.register_profile("patient", deadline=None)

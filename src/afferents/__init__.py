@@ -34,10 +34,15 @@ if TYPE_CHECKING:
     from afferents.commands import (
         calibrate,
         evaluate,
+        evaluate_textures,
         explain,
         export,
         extract,
+        import_recording,
+        init_session,
         inspect,
+        load_model,
+        record,
         report,
         samples,
         simulate,
@@ -45,7 +50,7 @@ if TYPE_CHECKING:
         train,
     )
     from afferents.core.model import MODELS, Model
-    from afferents.core.recording import Recording, Session
+    from afferents.core.recording import Recording
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
     from afferents.core.store import open_responses
@@ -64,16 +69,16 @@ if TYPE_CHECKING:
         spectral_samples,
         stretch_spectrum,
     )
-    from afferents.evaluation import LeaveOneSpeedOut
+    from afferents.evaluation import LeaveOneGroupOut, LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor
     from afferents.models import CLASSIFIERS, build
     from afferents.pipeline.example import example
     from afferents.recordings import (
         DATA_SETS,
         DataSet,
+        Session,
         WavFile,
         open_video,
-        read_fabricslide,
         read_session,
     )
     from afferents.reporting import plot
@@ -81,6 +86,9 @@ if TYPE_CHECKING:
 
 
 _COMMANDS = (
+    "init_session",
+    "record",
+    "import_recording",
     "calibrate",
     "track",
     "simulate",
@@ -92,18 +100,23 @@ _COMMANDS = (
     "explain",
     "inspect",
     "samples",
+    "load_model",
+    "evaluate_textures",
 )
-_MODULES = {"live": "afferents.live", "plot": "afferents.reporting.plot"}
+_MODULES = {
+    "devices": "afferents.devices",
+    "live": "afferents.live",
+    "plot": "afferents.reporting.plot",
+}
 _HOME = {
     "example": "pipeline.example",
     **dict.fromkeys(_COMMANDS, "commands"),
     "DATA_SETS": "recordings",
     "DataSet": "recordings",
     "Recording": "core.recording",
-    "Session": "core.recording",
+    "Session": "recordings",
     "WavFile": "recordings",
     "open_video": "recordings",
-    "read_fabricslide": "recordings",
     "read_session": "recordings",
     "Tracker": "markers",
     "load_sensor": "markers",
@@ -135,6 +148,7 @@ _HOME = {
     "Model": "core.model",
     "predict": "training",
     "training_config": "training",
+    "LeaveOneGroupOut": "evaluation",
     "LeaveOneSpeedOut": "evaluation",
     "load_results": "core.results",
 }
@@ -142,6 +156,9 @@ _HOME = {
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
+    "init_session",
+    "record",
+    "import_recording",
     "calibrate",
     "track",
     "simulate",
@@ -153,13 +170,14 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "explain",
     "inspect",
     "samples",
+    "load_model",
+    "evaluate_textures",
     "DATA_SETS",
     "DataSet",
     "Recording",
     "Session",
     "WavFile",
     "open_video",
-    "read_fabricslide",
     "read_session",
     "Tracker",
     "load_sensor",
@@ -191,6 +209,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "Model",
     "predict",
     "training_config",
+    "LeaveOneGroupOut",
     "LeaveOneSpeedOut",
     "load_results",
 ]

@@ -91,7 +91,7 @@ def folds() -> dict[str, object]:
         "sizes": [len(fold.train), len(fold.validation), len(fold.test)],
         "first_validating_windows": number[fold.validation][:8].tolist(),
         "nested_validation_speeds": [
-            fold.validation_mm_s for fold in LeaveOneSpeedOut().folds(samples)
+            fold.validated_by for fold in LeaveOneSpeedOut().folds(samples)
         ],
     }
 

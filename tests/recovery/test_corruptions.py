@@ -19,7 +19,7 @@ from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import read_whole
 from afferents.pipeline.status import status
-from afferents.recordings import WavFile, open_video, read_fabricslide, read_session
+from afferents.recordings import WavFile, data_set_of, open_video, read_session
 from afferents.training import load_model
 
 CASES_A_KIND = 20
@@ -80,7 +80,7 @@ def read_video(path):
 
 
 def read_slides(path):
-    for recording in read_fabricslide(path.parent).recordings:
+    for recording in data_set_of(f"fabricslide:{path.parent}").recordings().recordings:
         recording.audio.read()
 
 

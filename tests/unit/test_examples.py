@@ -10,13 +10,14 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 from matplotlib import pyplot
 
+from afferents import commands
 from afferents.rig.simulation import simulation_of
 
 ROOT = Path(__file__).resolve().parents[2]
 WITH_EXAMPLES = sorted(
     path.relative_to(ROOT / "src").with_suffix("").as_posix().replace("/", ".")
     for path in (ROOT / "src").rglob("*.py")
-    if ">>> " in path.read_text()
+    if ">>> " in path.read_text() and path.parent.name != "commands"
 )
 
 
@@ -31,6 +32,33 @@ def test_examples_of_docstrings_say_what_comes_out(module, request):
     found = doctest.testmod(import_module(module))
     assert found.attempted > 0
     assert found.failed == 0
+
+
+def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypatch):
+    """In the order of the way of the data: one goes on with what another has written."""
+    monkeypatch.chdir(tmp_path)
+    get_reusable_executor().shutdown()  # processes of an earlier test are in its folder still
+    shutil.copytree(session, "session")
+    shutil.copytree(session / "1/20", "clips")
+    names = {name: getattr(commands, name) for name in commands.__all__}
+    failed = []
+    finder = doctest.DocTestFinder(recurse=False)
+    shown = [
+        "simulate",
+        "init_session",
+        "calibrate",
+        "track",
+        "extract",
+        "inspect",
+        "samples",
+        "evaluate",
+    ]
+    for name in [*shown, "report", "train", "load_model", "explain", "export"]:
+        (example,) = finder.find(names[name], name, module=False, globs=names)
+        found = doctest.DocTestRunner().run(example, clear_globs=False)
+        assert found.attempted > 0, name
+        failed += [name] * bool(found.failed)
+    assert failed == []
 
 
 def test_the_base_classes_show_a_whole_one():

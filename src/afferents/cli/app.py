@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
+from afferents.cli.devices import devices
 from afferents.cli.doctor import doctor
 from afferents.cli.encodings import Commands
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
 from afferents.cli.evaluation import evaluate, report, reproduce, status
 from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
-from afferents.cli.recordings import align, calibrate, extract, inspect, track
+from afferents.cli.record import import_, record
+from afferents.cli.recordings import align, calibrate, extract, init, inspect, track
 from afferents.cli.rig import drum, simulate
 from afferents.core.stopping import leave, stop_on_signals
 from afferents.core.streams import flush_streams, prepare_streams
@@ -42,12 +44,13 @@ def _afferents(
 
 
 for _command in (
-    *(inspect, calibrate, track, simulate, drum, extract),
+    *(record, init, inspect, calibrate, track, simulate, drum, extract),
     *(evaluate, report, status),
     *(train, explain, export, align, live),
-    *(reproduce, doctor),
+    *(reproduce, devices, doctor),
 ):
     app.command()(_command)
+app.command("import")(import_)
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """Commands of evaluations: test models at held-out speeds, report, status, the whole way."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -20,9 +20,11 @@ from afferents.cli.shared import (
     ProtocolName,
     Quiet,
     SensorName,
+    SteadyPart,
     Workers,
 )
 from afferents.cli.tables import TerminalTable
+from afferents.core.choices import Size
 from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 
@@ -32,7 +34,8 @@ LESS = "Less of the data (to see what it costs)"
 @takes_encodings
 def evaluate(
     data: Annotated[
-        list[str], typer.Argument(help="Stores that 'extract' wrote, or fabricslide:PATH.")
+        list[str],
+        typer.Argument(help="Stores that 'extract' wrote, a dataset.toml, or fabricslide:PATH."),
     ],
     out: Annotated[
         Path, typer.Option(help="Results folder to write; folds that are finished in it are kept.")
@@ -52,15 +55,21 @@ def evaluate(
         int, typer.Option(min=1, help="How many seeds each model is trained with.")
     ] = 1,
     split: Annotated[
-        Literal["speed", "texture"],
+        str,
         typer.Option(
-            help="What is held out: one 'speed' at a time, or a 'texture' as well, to ask whether "
+            help="What is held out: one 'speed' at a time; or one value of a condition that all "
+            "recordings carry, such as 'trial'; or a 'texture' as well as a speed, to ask whether "
             "it is recognised as unknown and how coarse it is."
         ),
     ] = "speed",
     held_out: Annotated[
-        str | None, typer.Option(help="Hold out only these speeds, mm/s (default: each in turn).")
+        str | None,
+        typer.Option(
+            help="Hold out only these speeds, mm/s, or values of the condition that --split names "
+            "(default: each in turn)."
+        ),
     ] = None,
+    steady: SteadyPart = None,
     without: Annotated[
         list[str] | None,
         typer.Option(
@@ -113,13 +122,16 @@ def evaluate(
     """Train and test models on sliding speeds that they have not been trained on.
 
     Each speed is held out in turn (a fold): the model trains on the others and is tested on it.
+    With --split it is each trial, or each value of another condition, instead of each speed.
     """
     from afferents import commands
     from afferents.commands.given import conditions_in
+    from afferents.core.split import SPEED, TEXTURE
+    from afferents.core.steady import parse_steady
     from afferents.evaluation.ablation import Ablation, parse_speeds
 
+    by_speed = split in (SPEED.name, TEXTURE)
     apart = conditions_in([test_only], "--test-only").popitem() if test_only else None
-    names = tuple(name.strip() for name in textures.split(",")) if textures else ()
     asked: dict[str, Any] = {
         "data": data,
         "out": out,
@@ -128,9 +140,10 @@ def evaluate(
         "preset": preset,
         "cut": cut,
         "seeds": range(seed, seed + seeds),
-        "held_out": parse_speeds(held_out, "--held-out"),
+        "held_out": parse_speeds(held_out, "--held-out") if by_speed else _names(held_out),
+        "steady": parse_steady(steady),
         "without": conditions_in(without or [], "--without"),
-        "only": Ablation(names, parse_speeds(speeds), markers, train_speeds, apart),
+        "only": Ablation(_names(textures), parse_speeds(speeds), markers, train_speeds, apart),
         "keep_going": keep_going,
         "workers": workers,
         "cluster": cluster,
@@ -139,11 +152,11 @@ def evaluate(
         "quiet": quiet or as_json,
         **encoding,
     }
-    if split == "texture":
+    if split == TEXTURE:
         found: dict[str, Any] = commands.evaluate_textures(**asked)
         tables, skipped = _texture_tables(found), next(iter(found.values()))["skipped"]
     else:
-        found = commands.evaluate(**asked).summary
+        found = commands.evaluate(**asked, split=split).summary
         tables, skipped = _tables(found), found["skipped"]
     say(as_json, found, *tables, f"Results: {out}")
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})
@@ -191,7 +204,7 @@ def reproduce(
     sensor: SensorName = "tip_b",
     preset: PresetName = "fast",
     size: Annotated[
-        Literal["quick", "paper"],
+        Size,
         typer.Option(
             help="Size of the simulated session: 65 recordings of seconds, or the paper's 130 of "
             "a minute."
@@ -224,6 +237,10 @@ def reproduce(
     summary = read_summary(wanted.results)
     said = ("", headline(summary), f"Report: {page.resolve()}")
     say(as_json, summary, TerminalTable.of(table1(summary)), *said)
+
+
+def _names(text: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",")) if text else ()
 
 
 def _tables(summary: dict[str, Any]) -> list[TerminalTable]:

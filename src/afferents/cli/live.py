@@ -6,27 +6,42 @@ from typing import Annotated
 import typer
 
 from afferents.cli.shared import Quiet
+from afferents.core.errors import InputError
 
 
 def live(
     model: Annotated[
         list[Path] | None,
         typer.Option(
-            help="ONNX file that 'export' wrote; may be repeated, to run several side by side "
-            "(default: models of the simulated rig)."
+            help="ONNX file that 'export' wrote; may be repeated, to run several side by side; "
+            "'demo' for the simulated rig's own (default: no model, look only)."
         ),
     ] = None,
     video: Annotated[
         str | None,
-        typer.Option(help="Source of images: camera:0, replay:SESSION/3/50, rig or rig:g/50."),
+        typer.Option(
+            help="Source of images: camera:0, a video file, replay:SESSION/3/50, rig or rig:g/50."
+        ),
     ] = None,
     audio: Annotated[
         str | None,
-        typer.Option(help="Source of sound: mic:default, replay:SESSION/3/50, rig or rig:g/50."),
+        typer.Option(
+            help="Source of sound: mic:default, a sound file, replay:SESSION/3/50, rig or rig:g/50."
+        ),
+    ] = None,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="Without a model: sensor file (TOML) or name (default: markers are found at rest)."
+        ),
     ] = None,
     speed: Annotated[
         str, typer.Option(help="How fast replays run: 1 as recorded, 8 times as fast, or max.")
     ] = "1",
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Without a model: frame rate asked of a camera (default: its own)."),
+    ] = None,
     exposure_ms: Annotated[
         float | None, typer.Option(help="Exposure time of the camera, ms (default: unchanged).")
     ] = None,
@@ -53,17 +68,18 @@ def live(
     ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Classify texture while the fingertip slides.
+    """Look at what a fingertip senses, or classify texture while it slides.
 
-    Runs exported models on a camera and a microphone, on a replayed recording, or on the simulated
-    rig.
+    On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
+    a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are; with exported
+    models it also says which texture they feel.
     """
     from afferents.commands.given import speed_factor
-    from afferents.commands.live import models_for
-    from afferents.live import Network, Perceiver, open_sources
+    from afferents.commands.live import Asked, feeling, looking
     from afferents.live.outlets import give_out
 
-    paths = model or models_for(video, audio, quiet or as_json)
-    perceiver = Perceiver([Network(path) for path in paths], audio_offset_ms / 1000)
-    sources = open_sources(video, audio, perceiver, speed_factor(speed), exposure_ms)
-    give_out(sources, perceiver, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
+    asked = Asked(video, audio, speed_factor(speed), fps, exposure_ms, audio_offset_ms / 1000)
+    if model and sensor:
+        raise InputError("--sensor", "none beside --model, which carries its own", sensor)
+    sources, senses = feeling(asked, model, quiet or as_json) if model else looking(asked, sensor)
+    give_out(sources, senses, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)

@@ -18,6 +18,7 @@ from afferents.cli.shared import (
     PrecisionName,
     PresetName,
     Quiet,
+    SteadyPart,
 )
 
 
@@ -43,6 +44,14 @@ def train(
     force: Force = False,
     device: DeviceName = "auto",
     precision: PrecisionName = "auto",
+    split: Annotated[
+        str,
+        typer.Option(
+            help="Calibrate it with the middle 'speed', or with the middle value of a condition "
+            "that all recordings carry, such as 'trial'."
+        ),
+    ] = "speed",
+    steady: SteadyPart = None,
     as_json: Json = False,
     quiet: Quiet = False,
     **encoding: Any,
@@ -52,10 +61,11 @@ def train(
     It learns from all speeds but one, which calibrates its probabilities.
     """
     from afferents import commands
+    from afferents.core.steady import parse_steady
 
     card = commands.train(
         data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
-        **encoding,
+        split, parse_steady(steady), **encoding,
     )  # fmt: skip
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"Model: {out}")
 

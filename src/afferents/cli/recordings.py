@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -21,13 +21,31 @@ from afferents.cli.shared import (
     TrackerName,
     Workers,
 )
+from afferents.core.choices import Rest
 from afferents.core.progress import Progress
+
+
+def init(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of videos, sound, or folders of numbered images.")
+    ],
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Write a first session.toml into a folder of recordings, and say what was guessed."""
+    from afferents import commands
+
+    made = commands.init_session(folder, force)
+    found = {"session_file": str(made.path), "said": made.sentences}
+    say(as_json, found, *made.sentences, f"Session file to check: {made.path}")
 
 
 def inspect(
     source: Annotated[
         str,
-        typer.Argument(help="A video, a wav, a session folder, a store, or fabricslide:PATH."),
+        typer.Argument(
+            help="A video, a wav, a session folder, a store, a dataset.toml, or fabricslide:PATH."
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Folder for the pictures (default: NAME-inspected).")
@@ -59,7 +77,10 @@ def inspect(
 
 
 def calibrate(
-    video: Annotated[Path, typer.Argument(help="Video that begins with the skin at rest.")],
+    videos: Annotated[
+        list[Path],
+        typer.Argument(help="Videos of one sensor, each beginning with the skin at rest."),
+    ],
     out: Annotated[
         Path, typer.Option(help="Sensor file (TOML) to write; a picture is put beside it.")
     ],
@@ -76,7 +97,7 @@ def calibrate(
     """
     from afferents.pipeline.calibrate import calibrate_sensor
 
-    said, picture = calibrate_sensor(video, out, pitch_mm, force)
+    said, picture = calibrate_sensor(videos, out, pitch_mm, force)
     found = {"sensor": str(out), "picture": str(picture), "said": said}
     say(as_json, found, *said, f"Sensor file: {out}", f"Picture to check: {picture}")
 
@@ -87,8 +108,8 @@ def track(
     sensor: Annotated[
         str | None,
         typer.Option(
-            help="Sensor file (TOML) or name (default: recognised from a video; tip_b for a "
-            "session)."
+            help="Sensor file (TOML) or name (default: recognised from a video; what its file "
+            "names, else tip_b, for a session)."
         ),
     ] = None,
     method: TrackerName = "windowed",
@@ -114,10 +135,16 @@ def track(
 def extract(
     session: Session,
     out: StoreOut,
-    sensor: SensorName = "tip_b",
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensor file (TOML), or the name of a packaged one (default: what the session "
+            "file names, else tip_b)."
+        ),
+    ] = None,
     method: TrackerName = "windowed",
     rest: Annotated[
-        Literal["own", "reference"],
+        Rest,
         typer.Option(
             help="Rest positions that SA-I is measured from: of each recording's 'own' rest "
             "frame, or of the 'reference' clip throw_away.mp4."

@@ -1,18 +1,19 @@
 """Commands of the rig, simulated or printed: recordings and drums."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
+from afferents.core.choices import Nodules, Remount, Size
 
 
 def simulate(
     session: Annotated[Path, typer.Argument(help="Session folder to write.")],
     preset: Annotated[
-        Literal["quick", "paper"],
+        Size,
         typer.Option(
             help="Size of the session: 'quick' has 5 speeds of 7.5 s, 'paper' 10 speeds of 65 s."
         ),
@@ -46,10 +47,10 @@ def simulate(
         ),
     ] = "all",
     remount: Annotated[
-        Literal["run", "drum"],
+        Remount,
         typer.Option(
-            help="When the fingertip is mounted: once for each 'drum', as in the paper, or anew for "
-            "each 'run'."
+            help="When the fingertip is mounted: once for each 'drum', as in the paper, or anew "
+            "for each 'run'."
         ),
     ] = "drum",
     reprint: Annotated[
@@ -64,7 +65,7 @@ def simulate(
         typer.Option(help="How deep the fingertip is pressed on, mm (default: 1, the paper's)."),
     ] = None,
     nodules: Annotated[
-        Literal["on", "off"],
+        Nodules,
         typer.Option(help="Whether the skin has its fingerprint's nodules or is flat."),
     ] = "on",
     seed: Annotated[

@@ -1,19 +1,25 @@
 """Arguments and options that several commands take, each said once."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
+from afferents.core.choices import Device, Method, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.doubt import KINDS
 
 Session = Annotated[
     Path,
-    typer.Argument(help="Session folder: TEXTURE/SPEED/video.mp4 and audio.wav for each run."),
+    typer.Argument(
+        help="Session folder: TEXTURE/SPEED/video.mp4 and audio.wav for each run, or any files "
+        "that its session.toml names."
+    ),
 ]
 StoreOut = Annotated[Path, typer.Argument(help="Store (Zarr) to write, such as OUT.zarr.")]
-Data = Annotated[str, typer.Argument(help="A store that 'extract' wrote, or fabricslide:PATH.")]
+Data = Annotated[
+    str, typer.Argument(help="A store that 'extract' wrote, a dataset.toml, or fabricslide:PATH.")
+]
 ModelFolder = Annotated[Path, typer.Argument(help="Folder of a model that 'train' wrote.")]
 
 Json = Annotated[
@@ -49,11 +55,11 @@ Accept = Annotated[
     ),
 ]
 DeviceName = Annotated[
-    Literal["auto", "cpu", "cuda"],
+    Device,
     typer.Option("--device", help="Where networks are trained; 'auto' takes a GPU if there is."),
 ]
 PrecisionName = Annotated[
-    Literal["auto", "float32", "bfloat16"],
+    Precision,
     typer.Option(
         "--precision", help="Number format; 'auto' is bfloat16 where the processor supports it."
     ),
@@ -66,7 +72,7 @@ CutName = Annotated[
     ),
 ]
 TrackerName = Annotated[
-    Literal["windowed", "one-to-one", "published"],
+    Method,
     typer.Option(
         "--tracker",
         help="How markers are matched from frame to frame; "
@@ -74,7 +80,7 @@ TrackerName = Annotated[
     ),
 ]
 PresetName = Annotated[
-    Literal["quick", "fast", "paper"],
+    Preset,
     typer.Option(
         "--preset",
         help="Training recipe of networks: 'paper' as published (days for Table 1), 'fast' with "
@@ -87,6 +93,14 @@ ProtocolName = Annotated[
         "--protocol",
         help="'nested': the held-out speed is unseen until the test. 'published': as in the "
         "paper's code, it selects the model (leaky). Or 'both'.",
+    ),
+]
+SteadyPart = Annotated[
+    str | None,
+    typer.Option(
+        "--steady",
+        help="Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what "
+        "session.json says, else all but 2.5 s at each end).",
     ),
 ]
 SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}

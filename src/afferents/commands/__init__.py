@@ -8,8 +8,16 @@ The command line calls these functions: checks and defaults of Python stand here
 """
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
-from afferents.commands.models import explain, export, samples, train
-from afferents.commands.recordings import Extracted, calibrate, extract, inspect, track
+from afferents.commands.models import explain, export, load_model, samples, train
+from afferents.commands.record import import_recording, record
+from afferents.commands.recordings import (
+    Extracted,
+    calibrate,
+    extract,
+    init_session,
+    inspect,
+    track,
+)
 from afferents.commands.simulation import simulate
 
 __all__ = [
@@ -20,7 +28,11 @@ __all__ = [
     "explain",
     "export",
     "extract",
+    "import_recording",
+    "init_session",
     "inspect",
+    "load_model",
+    "record",
     "report",
     "samples",
     "simulate",

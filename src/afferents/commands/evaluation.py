@@ -6,23 +6,26 @@ from typing import TYPE_CHECKING, Any
 
 from afferents.commands.given import (
     Data,
-    Device,
     Place,
-    Precision,
-    Preset,
     models_in,
     sources_in,
 )
+from afferents.core.choices import Device, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.core.results import Results, load_results
+from afferents.core.split import OPTION as SPLIT_OPTION
+from afferents.core.split import SPEED, Group, key_of, split_named
+from afferents.core.steady import OPTION as STEADY_OPTION
+from afferents.core.steady import steady_in, written
 
 if TYPE_CHECKING:
     from afferents.encodings import Encodings
     from afferents.evaluation.ablation import Ablation
     from afferents.pipeline.evaluate import Evaluation
+    from afferents.pipeline.job import Recipe
 
 
 def evaluate(
@@ -33,7 +36,7 @@ def evaluate(
     preset: Preset = "fast",
     cut: Cut = "all",
     seeds: Iterable[int] = (0,),
-    held_out: Sequence[float] = (),
+    held_out: Sequence[float | str] = (),
     without: Mapping[str, str] | None = None,
     only: "Ablation | None" = None,
     keep_going: bool = False,
@@ -42,14 +45,16 @@ def evaluate(
     device: Device = "auto",
     precision: Precision = "auto",
     quiet: bool = False,
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
     **encoding: Any,
 ) -> Results:
-    """Train and test models, one speed held out at a time.
+    """Train and test models, one speed, or group of another split, held out at a time.
 
     Parameters
     ----------
     data
-        Extracted stores, ``fabricslide:PATH``, or a `DataSet` of your own.
+        Extracted stores, a ``dataset.toml``, ``fabricslide:PATH``, or a `DataSet` of your own.
     out
         Results folder; finished folds in it are kept.
     models
@@ -66,7 +71,7 @@ def evaluate(
     seeds
         Each model is trained with each.
     held_out
-        Speeds that are held out in turn, mm/s; none for all.
+        Speeds, mm/s, or groups of the split that are held out in turn; none for all.
     without
         Conditions of recordings that are left out, such as ``{"pressure": "F250"}``.
     only
@@ -80,6 +85,11 @@ def evaluate(
         What networks learn on, and in which numbers.
     quiet
         Whether no progress is shown.
+    split
+        What is held out: ``speed``, or a condition that all recordings carry, such as ``trial``.
+    steady
+        Start and end in s of the part of each recording that is used, such as ``(0.2, 2.8)``; None
+        for what the data say.
     encoding
         Options of the encodings by name, such as ``frames=20`` or ``window_s=2``.
 
@@ -93,14 +103,20 @@ def evaluate(
     InputError
         If something given is not what it should be, or the data don't support the models.
     LeakageError
-        If anything of a held-out speed is seen under the nested protocol.
+        If anything of what is held out is seen under the nested protocol.
+
+    Examples
+    --------
+    >>> results = evaluate("responses.zarr", "results", models="ra-wave-vector")
+    >>> results.summary["speeds_mm_s"]
+    [20.0, 40.0, 60.0]
     """
     from afferents.pipeline.evaluate import evaluate as run
 
     with Progress(quiet) as progress:
         wanted = _evaluation(
             progress, data, out, models, protocol, preset, cut, seeds, held_out, without, only,
-            keep_going, workers, cluster, device, precision, **encoding,
+            keep_going, workers, cluster, device, precision, split, steady, **encoding,
         )  # fmt: skip
         run(wanted, progress)
     return load_results(Path(out))
@@ -148,7 +164,7 @@ def _evaluation(
     preset: Preset = "fast",
     cut: Cut = "all",
     seeds: Iterable[int] = (0,),
-    held_out: Sequence[float] = (),
+    held_out: Sequence[float | str] = (),
     without: Mapping[str, str] | None = None,
     only: "Ablation | None" = None,
     keep_going: bool = False,
@@ -156,10 +172,13 @@ def _evaluation(
     cluster: str | None = None,
     device: Device = "auto",
     precision: Precision = "auto",
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
     **encoding: Any,
 ) -> "Evaluation":
     """Open the data, after checking what can be checked without them; see `evaluate`."""
     from afferents.evaluation.ablation import Ablation
+    from afferents.pipeline.choice import encodings_for, say_choice
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, origins_of, recordings_in
     from afferents.pipeline.encode import best_of
@@ -168,11 +187,14 @@ def _evaluation(
     from afferents.training import Compute
 
     asked, under = models_in(models), protocols(protocol)
+    what, steady_s = split_named(split), steady_in(steady, cut)
+    wanted = what.read(held_out, "--held-out")
     opened = open_data(sources_in(data), without, keep_going, progress)
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
-    encodings = opened[0].encodings.changed(**encoding)
+    encodings = encodings_for(opened, cut, encoding)
     chosen = asked or [best_of(recordings_in(opened))]
+    say_choice(opened, chosen, encodings, progress)
     recipe = Recipe(
         out=Path(out),
         data=origins_of(opened),
@@ -182,6 +204,8 @@ def _evaluation(
         encodings=encodings,
         without=left_out,
         ablation=used,
+        split=what,
+        steady_s=steady_s,
         compute=Compute(device, precision),
     )
     return Evaluation(
@@ -191,14 +215,18 @@ def _evaluation(
         seeds=list(seeds),
         may_leave_out=models == "all",
         keep_going=keep_going,
-        held_out=tuple(held_out),
-        options=_options(used, held_out, left_out) + _encoding_options(chosen, encodings),
+        held_out=wanted,
+        options=[
+            *_options(used, wanted, left_out),
+            *_choices(recipe),
+            *_encoding_options(chosen, encodings),
+        ],
         workers=workers,
         cluster=cluster,
     )
 
 
-def _options(only: "Ablation", held_out: Sequence[float], without: Mapping[str, str]) -> list[str]:
+def _options(only: "Ablation", held_out: Sequence[Group], without: Mapping[str, str]) -> list[str]:
     """Return the words of a command line that uses the same part of the data, for the report."""
     given = {
         "--textures": ",".join(only.textures),
@@ -206,10 +234,16 @@ def _options(only: "Ablation", held_out: Sequence[float], without: Mapping[str, 
         "--markers": "" if only.markers == 1 else f"{only.markers:g}",
         "--train-speeds": f"{only.train_speeds or ''}",
         "--test-only": "=".join(only.test_only or ()),
-        "--held-out": _listed(held_out),
+        "--held-out": ",".join(map(key_of, held_out)),
     }
     words = [word for flag, text in given.items() if text for word in (flag, text)]
     return words + [w for name, value in without.items() for w in ("--without", f"{name}={value}")]
+
+
+def _choices(recipe: "Recipe") -> list[str]:
+    """Return the words that hold out the same, of the same part of recordings."""
+    split = [] if recipe.split == SPEED else [SPLIT_OPTION, recipe.split.name]
+    return split + ([] if recipe.steady_s is None else [STEADY_OPTION, written(recipe.steady_s)])
 
 
 def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:
@@ -244,6 +278,16 @@ def report(results: Place, quiet: bool = False) -> Path:
     -------
     Path
         Of the page, ``report.html``.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished evaluation.
+
+    Examples
+    --------
+    >>> report("results").name
+    'report.html'
     """
     from afferents.pipeline.report import write_report
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Union
+from typing import TYPE_CHECKING, Union
 
 from afferents.core.errors import InputError
 from afferents.core.model import Model, models_named
@@ -14,9 +14,6 @@ if TYPE_CHECKING:
 Place = str | Path
 Data = Union[str, Path, "DataSet"]
 """A path, ``NAME:PATH``, where a data set of one's own is, or the data set itself."""
-Preset = Literal["quick", "fast", "paper"]
-Device = Literal["auto", "cpu", "cuda"]
-Precision = Literal["auto", "float32", "bfloat16"]
 
 
 def sources_in(data: Data | Sequence[Data]) -> list[Data]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from afferents.commands.given import Data, Place, sensor_in
+from afferents.core.choices import Method, Rest
 from afferents.core.doubt import kinds_named
 from afferents.core.progress import Progress
 from afferents.core.recording import Video
@@ -15,9 +16,9 @@ from afferents.core.store import open_responses, store_config
 
 if TYPE_CHECKING:
     from afferents.markers import Sensor
+    from afferents.pipeline.init import FirstSession
     from afferents.pipeline.inspect_files import Inspection
-
-Method = Literal["windowed", "one-to-one", "published"]
+    from afferents.recordings import Session
 
 
 def inspect(
@@ -33,7 +34,8 @@ def inspect(
     Parameters
     ----------
     source
-        A video, a wav file, a session, a store, ``fabricslide:PATH``, or a `DataSet` of your own.
+        A video, a wav file, a session, a store, a ``dataset.toml``, ``fabricslide:PATH``, or
+        a `DataSet` of your own.
     out
         Folder for the pictures; None for ``NAME-inspected``.
     sensor
@@ -49,6 +51,17 @@ def inspect(
     -------
     Inspection
         Sentences, problems, pictures and facts.
+
+    Raises
+    ------
+    InputError
+        If there is nothing that can be read, or the folder for the pictures holds something else.
+
+    Examples
+    --------
+    >>> found = inspect("session/1/20/audio.wav", out="pictures")
+    >>> [picture.name for picture in found.pictures]
+    ['vibration.png']
     """
     from afferents.pipeline.inspect import inspect as look
 
@@ -60,15 +73,49 @@ def inspect(
         return look(source, folder, given, progress, drawn, force)
 
 
+def init_session(folder: Place, force: bool = False) -> "FirstSession":
+    """Write a first `session.toml` into a folder of recordings.
+
+    Parameters
+    ----------
+    folder
+        Holds videos of any container, sound, or folders of numbered images.
+    force
+        Whether one that was written so before may be replaced.
+
+    Returns
+    -------
+    FirstSession
+        The `path` of the file, and `sentences` on what was guessed and is to be checked.
+
+    Raises
+    ------
+    InputError
+        If there are no recordings in the folder, or a session file is there.
+
+    Examples
+    --------
+    >>> made = init_session("clips")
+    >>> made.path.name
+    'session.toml'
+    """
+    from afferents.pipeline.init import first_session
+
+    return first_session(Path(folder), force)
+
+
 def calibrate(
-    video: Place, out: Place, pitch_mm: float | None = None, force: bool = False
+    video: Place | Sequence[Place],
+    out: Place,
+    pitch_mm: float | None = None,
+    force: bool = False,
 ) -> "Sensor":
     """Find out how a sensor's markers look and what layout they form; write its sensor file.
 
     Parameters
     ----------
     video
-        A clip that begins with the skin at rest.
+        A clip that begins with the skin at rest, or several of the same sensor.
     out
         Sensor file to write, ending in ``.toml``; a picture to check comes beside it.
     pitch_mm
@@ -80,11 +127,23 @@ def calibrate(
     -------
     Sensor
         What was written, to be given as ``sensor`` to the other functions.
+
+    Raises
+    ------
+    InputError
+        If the clip can't be read, shows no markers, or one of the files to write is there already.
+
+    Examples
+    --------
+    >>> sensor = calibrate("session/1/20/video.mp4", "mine.toml", pitch_mm=1.0)
+    >>> sensor.n_markers
+    361
     """
     from afferents.markers import load_sensor
     from afferents.pipeline.calibrate import calibrate_sensor
 
-    calibrate_sensor(Path(video), Path(out), pitch_mm, force)
+    clips = [video] if isinstance(video, str | Path) else video
+    calibrate_sensor([Path(clip) for clip in clips], Path(out), pitch_mm, force)
     return load_sensor(str(out))
 
 
@@ -107,6 +166,17 @@ def track(
     xarray.Dataset
         `position (time, marker, space)` px, NaN where a marker was lost; `detected (time, marker)`;
         `rest_position (marker, space)`.
+
+    Raises
+    ------
+    InputError
+        If the video can't be read, or its first frames don't show the sensor's markers.
+
+    Examples
+    --------
+    >>> tracks = track("session/1/20/video.mp4", "tip_b")
+    >>> dict(tracks.position.sizes)
+    {'time': 45, 'marker': 361, 'space': 2}
     """
     from afferents.markers import track as follow
     from afferents.recordings import open_video
@@ -130,11 +200,11 @@ class Extracted(list[Responses]):
 
 
 def extract(
-    session: Place,
+    session: "Place | Session",
     out: Place,
-    sensor: "str | Path | Sensor" = "tip_b",
+    sensor: "str | Path | Sensor | None" = None,
     method: Method = "windowed",
-    rest: Literal["own", "reference"] = "own",
+    rest: Rest = "own",
     keep_going: bool = False,
     accept: Sequence[str] = (),
     workers: int | None = None,
@@ -146,11 +216,13 @@ def extract(
     Parameters
     ----------
     session
-        Folder in the published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
+        Session folder: in the published layout, ``<texture>/<speed>/video.mp4`` and ``audio.wav``,
+        or with a ``session.toml``; or a `Session`, such as `Session.from_table` makes.
     out
         Store to write, such as ``S.zarr``; recordings that are in it are kept.
     sensor, method
-        Whose markers they are, and how they are followed.
+        Whose markers they are (None for what the session file says, else ``tip_b``), and how they
+        are followed.
     rest
         Whether SA-I counts from each recording's own rest frame, or from the ``reference`` clip.
     keep_going
@@ -172,12 +244,19 @@ def extract(
     ------
     InputError
         If the session, the store, or (without `keep_going`) a recording is not what it should be.
+
+    Examples
+    --------
+    >>> recordings = extract("session", "responses.zarr")
+    >>> recordings[0].sa1.dims
+    ('time', 'marker')
     """
-    from afferents.pipeline.extract import Extraction
     from afferents.pipeline.extract import extract as run
+    from afferents.pipeline.extraction import Extraction
 
     wanted = Extraction(
-        Path(session), Path(out), sensor_in(sensor), method, keep_going, workers, rest=rest,
+        Path(session) if isinstance(session, str | Path) else session, Path(out),
+        None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,
         cluster=cluster, accept=kinds_named(list(accept)),
     )  # fmt: skip
     with Progress(quiet) as progress:

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from afferents.commands.given import Place, sensor_in
+from afferents.core.choices import Nodules, Remount, Size
 from afferents.core.progress import Progress
 from afferents.core.recording import Session
 
@@ -14,17 +15,17 @@ if TYPE_CHECKING:
 
 def simulate(
     session: Place,
-    preset: Literal["quick", "paper"] = "quick",
+    preset: Size = "quick",
     textures: Iterable[str] = "abcdefghijklm",
     speeds_mm_s: Iterable[float] | None = None,
     seconds: float | None = None,
     seed: int = 0,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Literal["run", "drum"] = "drum",
+    remount: Remount = "drum",
     reprint: int | None = None,
     indentation_mm: float | None = None,
-    nodules: Literal["on", "off"] = "on",
+    nodules: Nodules = "on",
     sensor: "str | Path | Sensor" = "tip_b",
     workers: int | None = None,
     cluster: str | None = None,
@@ -72,6 +73,12 @@ def simulate(
     ------
     InputError
         If one of these is not what it should be, or the folder holds something else.
+
+    Examples
+    --------
+    >>> session = simulate("simulated", textures="a", speeds_mm_s=[50], seconds=2)
+    >>> session.recordings[0].name
+    '0/50'
     """
     from afferents.pipeline.sensor_rig import rig_of
     from afferents.pipeline.simulate import simulate_session

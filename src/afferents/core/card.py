@@ -12,8 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core import dims
 from afferents.core.documents import as_form, parse_json, read_json
-from afferents.core.forms import Count, Share, Shares, Source, Speed
+from afferents.core.forms import Count, GroupName, Share, Shares, Source, Speed, SplitName, Steady
 from afferents.core.model import MODELS
+from afferents.core.split import SPEED, Group, Split, split_named
 from afferents.core.waves import unseen_waves
 
 SCHEMA = 3
@@ -35,15 +36,22 @@ Size = Annotated[int, Field(ge=1, le=10_000)]
 """Of a side of a sample, or frames."""
 
 
+def _unsaid(usual: Any) -> Any:
+    """Return a field that a card says nothing of where it is as usual."""
+    return Field(default=usual, exclude_if=lambda value: value == usual)
+
+
 class Score(BaseModel):
-    """What an evaluation found of this model: accuracy at speeds held out.
+    """What an evaluation found of this model: accuracy at speeds, or another split's groups.
 
     Attributes
     ----------
     mean_accuracy, ci95
-        Over held-out speeds, from 0 to 1, with a 95% interval.
-    worst_accuracy, worst_mm_s
-        At the worst of them.
+        Over what was held out in turn, from 0 to 1, with a 95% interval.
+    worst_accuracy, worst_mm_s, worst_group
+        At the worst speed, or group of another split.
+    split
+        What was held out.
     same_data
         Whether the evaluation learnt from the data that the model learnt from, cut and encoded
         alike, all of their textures, speeds and markers.
@@ -57,17 +65,28 @@ class Score(BaseModel):
     mean_accuracy: Share
     ci95: Shares
     worst_accuracy: Share
-    worst_mm_s: Speed
+    worst_mm_s: Speed | None = _unsaid(None)
+    worst_group: GroupName | None = _unsaid(None)
+    split: SplitName = _unsaid(SPEED.name)
     same_data: bool
+
+    @model_validator(mode="after")
+    def _says_the_worst(self) -> Self:
+        if (self.worst_mm_s if self.split == SPEED.name else self.worst_group) is None:
+            raise ValueError("worst_mm_s must be given, or split and worst_group")
+        return self
 
     def describe(self) -> str:
         """Return it in words."""
         low, high = (100 * bound for bound in self.ci95)
         other = "" if self.same_data else ", learnt from other data or parts of them"
+        split = split_named(self.split)
+        worst = self.worst_mm_s if self.worst_group is None else self.worst_group
+        assert worst is not None
         return (
-            f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at speeds held out "
+            f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at {split.many} held out "
             f"({self.protocol}, {self.preset}{other}), "
-            f"{100 * self.worst_accuracy:.1f}% at {self.worst_mm_s:g} mm/s"
+            f"{100 * self.worst_accuracy:.1f}% {split.at([worst])}"
         )
 
 
@@ -110,8 +129,13 @@ class Card(BaseModel):
         The sensor file's content, for images.
     fps_hz, sample_rate_hz
         Of the camera (images) or the microphone (spectra).
-    validated_on_mm_s, validation_accuracy
-        The whole speed that chose the weights, temperature and limit, and the accuracy at it.
+    learnt_from_mm_s, validated_on_mm_s, validation_accuracy
+        Speeds that the weights learnt from; the whole speed that chose the weights, temperature
+        and limit, and the accuracy at it.
+    split, learnt_from, validated_on
+        Where not a speed but another split's group chose them: the split, and the same of it.
+    steady_s
+        Part of the recordings that it learnt from, s, where that was said when it was trained.
     scores
         Of an evaluation at held-out speeds; empty where there was none.
     """
@@ -139,8 +163,12 @@ class Card(BaseModel):
     waves: None = None
     preset: str | None
     seed: Count
-    learnt_from_mm_s: tuple[Speed, ...]
-    validated_on_mm_s: Speed
+    learnt_from_mm_s: tuple[Speed, ...] = _unsaid(())
+    validated_on_mm_s: Speed | None = _unsaid(None)
+    split: SplitName = _unsaid(SPEED.name)
+    learnt_from: tuple[GroupName, ...] = _unsaid(())
+    validated_on: GroupName | None = _unsaid(None)
+    steady_s: Steady | None = _unsaid(None)
     validation_accuracy: Share
     data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()
@@ -158,12 +186,21 @@ class Card(BaseModel):
             raise ValueError("shape must have a size for each of sample_dims")
         if not isinstance(self.encoding.get("name"), str):
             raise ValueError("encoding must have a name")
+        self._require_groups()
         self._require_its_parts()
         needed = ["fps_hz", "sensor"] if self.sample_rate_hz is None else []
         for name in needed:
             if getattr(self, name) is None:
                 raise ValueError(f"{name} must be given for {self.model}, or sample_rate_hz")
         return self
+
+    def _require_groups(self) -> None:
+        names = ("learnt_from", "validated_on")
+        if self.split == SPEED.name:
+            names = ("learnt_from_mm_s", "validated_on_mm_s")
+        for name in names:
+            if not getattr(self, name):
+                raise ValueError(f"{name} must be given for the split by {self.split}")
 
     def _require_its_parts(self) -> None:
         if self.own:
@@ -186,21 +223,33 @@ class Card(BaseModel):
         """Whether it learnt from simulated recordings."""
         return any(data.simulated for data in self.data)
 
+    @property
+    def held_out(self) -> Split:
+        """What is held out: groups of it were learnt from, all but one."""
+        return split_named(self.split)
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """The groups, by default speeds, that the weights learnt from."""
+        return self.learnt_from_mm_s or self.learnt_from
+
     def describe(self) -> list[str]:
         """Return in sentences what it is and how far it has been tested."""
-        speeds = ", ".join(f"{v:g}" for v in self.learnt_from_mm_s)
+        split = self.held_out
+        validated = split.at([self.validated_on_mm_s or self.validated_on or ""])
         kind = "simulated recordings" if self.simulated else "recordings"
         recipe = f" (preset {self.preset})" if self.preset else ""
         chosen = "weights and temperature" if self.preset else "the temperature"
         return [
             f"{self.title}: {len(self.textures)} textures, learnt from "
             f"{sum(data.n_recordings for data in self.data)} {kind} "
-            f"at {speeds} mm/s{recipe}.",
-            f"At {self.validated_on_mm_s:g} mm/s, which chose {chosen} and nothing "
+            f"{split.at(self.groups)}{recipe}.",
+            f"{validated[0].upper()}{validated[1:]}, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
             *self._limits(),
+            *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
             *(f"Evaluated: {score.describe()}." for score in self.scores),
-            *([] if self.scores else ["Not evaluated at speeds held out."]),
+            *([] if self.scores else [f"Not evaluated at {split.many} held out."]),
             *([] if self.estimator is None else [_NOT_FELT]),
         ]
 
@@ -209,6 +258,11 @@ class Card(BaseModel):
         if dims.ROW_WAVENUMBER not in self.sample_dims or self.sensor is None:
             return []
         return [unseen_waves(self.sensor.get("pitch_mm"), self.textures)]
+
+
+def _steady_sentence(steady_s: Steady) -> str:
+    start, stop = steady_s
+    return f"Of each recording {start:g} to {stop:g} s were taken, as --steady says."
 
 
 def names_of(stepping: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:

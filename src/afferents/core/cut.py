@@ -85,7 +85,11 @@ def _nothing_left(
     found = f"{kind} from {begin_s:.2f} to {end_s:.2f} s"
     if steady_s is None:
         return InputError(
-            name, f"more than {2 * EDGE_S:g} s, since {EDGE_S:g} s go at each end", found
+            name,
+            f"more than {2 * EDGE_S:g} s, since {EDGE_S:g} s go at each end where nothing says "
+            "when the speed was constant",
+            found,
+            "say it: steady_s = [START, STOP] in session.toml, or --steady START:STOP",
         )
     declared = f"{steady_s[0]:g} to {steady_s[1]:g} s"
     return InputError(name, f"{kind} within the declared constant speed, {declared}", found)

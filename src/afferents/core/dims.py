@@ -53,6 +53,8 @@ RA1_CIRCUMFERENTIAL: Final = "ra1_circumferential"
 TEXTURE: Final = "texture"
 SPEED: Final = "speed_mm_s"
 RECORDING: Final = "recording"
+GROUP: Final = "group"
+"""By which samples are held out, where that is not the speed."""
 START: Final = "start_s"
 STOP: Final = "stop_s"
 SAMPLE_COORDS: Final = (TEXTURE, SPEED, RECORDING, START, STOP)

@@ -211,13 +211,31 @@ def write_text(target: Path, text: str) -> None:
 
 
 def checksum(*paths: Path) -> str:
-    """Return the SHA-256 (hex) of the files' contents, in the order given."""
+    """Return the SHA-256 (hex) of the files' contents, in the order given.
+
+    A folder counts as its files, by name.
+    """
     digest = hashlib.sha256()
-    for path in paths:
-        with path.open("rb") as file:
+    for file_path in (one for path in paths for one in _files_of(path)):
+        with file_path.open("rb") as file:
             while block := file.read(1 << 20):
                 digest.update(block)
     return digest.hexdigest()
+
+
+def size_of(path: Path) -> int:
+    """Return the size of a file in bytes, or of all files in a folder together.
+
+    Raises
+    ------
+    OSError
+        If there is none.
+    """
+    return sum(file.stat().st_size for file in _files_of(path))
+
+
+def _files_of(path: Path) -> list[Path]:
+    return sorted(one for one in path.iterdir() if one.is_file()) if path.is_dir() else [path]
 
 
 def require_same_config(

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from afferents.core.cut import Cut
 from afferents.core.model import MODEL_NAME
 from afferents.core.protocol import ProtocolName
+from afferents.core.split import NAME
 
 SCHEMA = 2
 
@@ -30,6 +31,9 @@ Speed = Annotated[float, Field(gt=0)]
 Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
 """A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 Shares = tuple[Share, Share]
+GroupName = Annotated[str, Field(min_length=1)]
+SplitName = Annotated[str, Field(pattern=f"^{NAME}$")]
+Steady = tuple[Amount, Amount]
 Difference = Annotated[float, Field(ge=-1, le=1)]
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
 Counted = Annotated[Any, AfterValidator(_counted)]
@@ -71,6 +75,8 @@ class Config(Form):
     skipped: tuple[str, ...]
     cut: Cut
     preset: str
+    split: SplitName = "speed"
+    steady_s: Steady | None = None
     spectral: dict[str, Any]
     ablation: Used = Used()
 
@@ -81,7 +87,18 @@ class Job(Form):
     model: ModelName
     protocol: ProtocolName
     seed: Count
-    held_out_mm_s: Speed
+    split: SplitName | None = None
+    held_out_mm_s: Speed | None = None
+    held_out_group: GroupName | None = None
+
+    @model_validator(mode="after")
+    def _says_what_is_held_out(self) -> Self:
+        return self._require("held_out_mm_s" if self.split is None else "held_out_group")
+
+    def _require(self, name: str) -> Self:
+        if getattr(self, name) is None:
+            raise ValueError(f"{name} must be given")
+        return self
 
 
 class Plan(Form):
@@ -93,7 +110,7 @@ class Plan(Form):
 
 
 class Running(Form):
-    """``<speed>.running``: which process is at work."""
+    """``<group>.running``: which process is at work."""
 
     host: str
     pid: int = Field(ge=1, lt=1 << 31)
@@ -101,7 +118,7 @@ class Running(Form):
 
 
 class Failed(Form):
-    """``<speed>.failed``: why a training could not be done."""
+    """``<group>.failed``: why a training could not be done."""
 
     why: str
 
@@ -111,29 +128,38 @@ class FoldFacts(Job):
 
     seconds: Amount
     job_seconds: Amount | None = None
-    validation_mm_s: Speed
+    validation_mm_s: Speed | None = None
+    validation_group: GroupName | None = None
     validation_accuracy: Share
     epochs: Count
     leaks: dict[str, Counted]
 
+    @model_validator(mode="after")
+    def _says_what_validated(self) -> Self:
+        return self._require("validation_mm_s" if self.split is None else "validation_group")
+
 
 class Accuracies(Form):
-    """Of samples or whole recordings, at some held-out speeds."""
+    """Of samples or whole recordings, at some speeds held out, or groups of another split."""
 
     mean_accuracy: Share
     ci95: Shares | None = None
-    by_speed: dict[Key, Share | None]
-    worst_speed: str
+    by_speed: dict[Key, Share | None] | None = None
+    worst_speed: str | None = None
+    by_group: dict[GroupName, Share | None] | None = None
+    worst_group: str | None = None
 
     @model_validator(mode="after")
     def _worst_is_one_of_them(self) -> Self:
-        if self.by_speed.get(self.worst_speed) is None:
-            raise ValueError("worst_speed must be one of by_speed")
+        what = "speed" if self.by_group is None else "group"
+        by, worst = getattr(self, f"by_{what}"), getattr(self, f"worst_{what}")
+        if by is None or by.get(worst) is None:
+            raise ValueError(f"worst_{what} must be one of by_{what}")
         return self
 
 
 class Touches(Accuracies):
-    """The same, and of the speeds that lie between others."""
+    """The same, and of the speeds that lie between others; None of other groups."""
 
     inside: Accuracies | None = None
 
@@ -162,8 +188,9 @@ class Outcome(Touches):
     n_test: Count
     seeds: tuple[Count, ...]
     seconds: Amount
-    validation_speeds: dict[Key, Speed]
-    epochs: dict[Key, tuple[Count, ...]]
+    validation_speeds: dict[Key, Speed] | None = None
+    validation_groups: dict[GroupName, GroupName] | None = None
+    epochs: dict[GroupName, tuple[Count, ...]]
     leaks: dict[str, Counted | None]
 
 
@@ -198,19 +225,38 @@ class About(Form):
     options: tuple[str, ...] = ()
     cut: Cut
     preset: str
+    steady_s: Steady | None = None
     textures: tuple[str, ...] = Field(min_length=1)
-    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
     skipped: tuple[Skipped, ...]
+
+
+class AboutSpeeds(About):
+    """The same, where speeds are held out."""
+
+    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
 
 
 class Summary(About):
     """`summary.json`."""
 
+    split: SplitName | None = None
+    speeds_mm_s: tuple[Speed, ...] = ()
+    groups: tuple[GroupName, ...] = ()
     chance: Share
     titles: dict[str, str] = {}
     models: dict[str, dict[ProtocolName, Outcome]]
     selection_effect: dict[str, Paired] = {}
     comparisons: tuple[Comparison, ...] = ()
+
+    @model_validator(mode="after")
+    def _says_what_was_held_out(self) -> Self:
+        listed, by = ("speeds_mm_s", "by_speed") if self.split is None else ("groups", "by_group")
+        if not getattr(self, listed):
+            raise ValueError(f"{listed} must name at least one")
+        for name, outcomes in self.models.items():
+            if any(getattr(outcome, by) is None for outcome in outcomes.values()):
+                raise ValueError(f"models.{name} must have {by}")
+        return self
 
 
 class Unknown(Form):
@@ -271,7 +317,7 @@ class UnknownOutcome(Form):
         return self
 
 
-class UnknownSummary(About):
+class UnknownSummary(AboutSpeeds):
     """`unknown.json`."""
 
     false_alarms_stated: Share
@@ -297,7 +343,7 @@ class RoughnessOutcome(Form):
     half_interval_mm: Amount
 
 
-class RoughnessSummary(About):
+class RoughnessSummary(AboutSpeeds):
     """`roughness.json`."""
 
     coverage_asked: Share

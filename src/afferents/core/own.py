@@ -58,8 +58,8 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
     if not module_name or not name:
         raise InputError(said, "package.module:NAME or file.py:NAME", f"'{where}'")
     place = str(folder or Path.cwd())
-    if folder and sys.path[0] != place:
-        sys.path.insert(0, place)
+    if folder:
+        sys.path[:] = [place, *(other for other in sys.path if other != place)]
     elif place not in sys.path:
         sys.path.append(place)
     try:

@@ -10,6 +10,7 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from afferents.core.errors import InputError
+from afferents.core.split import SPEED, Group, Split, key_of, order
 
 ProtocolName = Literal["nested", "published"]
 
@@ -48,30 +49,33 @@ class Protocol(BaseModel):
             raise ValueError("a nested protocol validates and scales on training speeds alone")
         return self
 
-    def validation_speed(self, speeds_mm_s: tuple[float, ...], held_out: float) -> float:
-        """Return the speed that validates the fold holding out `held_out`.
+    def validation_group(
+        self, groups: tuple[Group, ...], held_out: Group, split: Split = SPEED
+    ) -> Group:
+        """Return the group, by default a speed, that validates the fold holding out `held_out`.
 
         Under `nested` it is half the range of ranks away from the held-out speed, and never
         the slowest or fastest where that can be helped: taking an end away from training
         would turn a test of interpolation into one of extrapolation, and a neighbour of the
-        held-out speed is the one that training needs most.
+        held-out speed is the one that training needs most. Groups of other kinds are ranked by
+        number, then alphabetically: the rule is as good as any, and the same each time.
 
         Raises
         ------
         InputError
-            If fewer than three speeds leave nothing to train on under `nested`.
+            If fewer than three groups leave nothing to train on under `nested`.
         """
         if self.validation == "held-out-speed":
             return held_out
-        n = len(speeds_mm_s)
+        n = len(groups)
         if n < 3:
             raise InputError(
                 "the data",
-                "at least 3 speeds for the nested protocol (train, validate, hold out)",
-                f"{n} ({', '.join(f'{v:g}' for v in speeds_mm_s)} mm/s)",
-                "record more speeds or use --protocol published",
+                f"at least 3 {split.many} for the nested protocol (train, validate, hold out)",
+                f"{n} ({', '.join(map(key_of, groups))}{split.unit})",
+                f"record more {split.many} or use --protocol published",
             )
-        ranked = sorted(speeds_mm_s)
+        ranked = sorted(groups, key=order)
         opposite = (ranked.index(held_out) + n // 2) % n
         interior = min(max(opposite, 1), n - 2)
         return ranked[opposite if ranked[interior] == held_out else interior]

@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -37,11 +37,14 @@ class Frame(NamedTuple):
         As decoded, (height, width), without a copy where that can be.
     levels
         Grey level of each luma value, (256,); None where they are the same.
+    in_colour
+        Makes the picture in colour, (height, width, 3), blue, green, red; None of a grey one.
     """
 
     time_s: float
     luma: GreyImage
     levels: GreyImage | None = None
+    in_colour: Callable[[], NDArray[np.uint8]] | None = None
 
     @property
     def image(self) -> GreyImage:
@@ -121,7 +124,7 @@ class Recording:
     texture
         Folder name or word, such as ``3`` (bump spacing in mm) or ``Linen``.
     speed_mm_s
-        Magnitude of the sliding speed, mm/s.
+        Magnitude of the sliding speed, mm/s; None where it is not known.
     source
         The folder or file it was read from.
     video, audio
@@ -130,16 +133,22 @@ class Recording:
         Start and end of constant speed in s, None where nothing says so.
     conditions
         Whatever else the source declares (pressure, direction, repetition).
+    sensor
+        Its own sensor file, or the name of a packaged sensor; None for the session's.
+    rest_frame
+        Index of the frame that shows the skin at rest; None for the one that the sensor file names.
     """
 
     name: str
     texture: str
-    speed_mm_s: float
+    speed_mm_s: float | None
     source: Path
     video: Video | None = None
     audio: Vibration | None = None
     steady_s: tuple[float, float] | None = None
     conditions: Mapping[str, str | float] = field(default_factory=dict)
+    sensor: str | None = None
+    rest_frame: int | None = None
 
     @property
     def fps_hz(self) -> float | None:
@@ -153,7 +162,7 @@ class Recording:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files behind the recording."""
+        """The files behind the recording; of numbered images, their folder."""
         sources = (self.video, self.audio)
         return tuple(source.path for source in sources if source is not None)
 
@@ -182,8 +191,8 @@ class Session:
 
     @property
     def speeds_mm_s(self) -> tuple[float, ...]:
-        """Speeds, ascending."""
-        return tuple(sorted({r.speed_mm_s for r in self.recordings}))
+        """Speeds that are known, ascending."""
+        return tuple(sorted({r.speed_mm_s for r in self.recordings if r.speed_mm_s is not None}))
 
     @property
     def checksum(self) -> str:

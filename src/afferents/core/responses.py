@@ -85,7 +85,14 @@ class _Attributes(_Declared):
 
     name: str = Field(min_length=1)
     texture: str = Field(min_length=1)
-    speed_mm_s: float = Field(gt=0, allow_inf_nan=False)
+    speed_mm_s: float
+
+    @field_validator("speed_mm_s")
+    @classmethod
+    def _is_a_speed(cls, speed: float) -> object:
+        if not (np.isnan(speed) or 0 < speed < np.inf):
+            raise ValueError("greater than 0, or NaN where it is not known")
+        return speed
 
 
 def label(responses: Responses, recording: Recording) -> Responses:
@@ -95,7 +102,7 @@ def label(responses: Responses, recording: Recording) -> Responses:
         {
             "name": recording.name,
             dims.TEXTURE: recording.texture,
-            dims.SPEED: float(recording.speed_mm_s),
+            dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
             "source": str(recording.source.name),
             "steady_s": json.dumps(steady),
             "conditions": json.dumps(dict(recording.conditions)),
@@ -152,9 +159,15 @@ def textures_of(recordings: Iterable[Responses]) -> list[str]:
     return sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
 
 
+def speed_of(responses: Responses) -> float | None:
+    """Return the speed of a recording, mm/s; None where it is not known."""
+    speed = float(responses.attrs[dims.SPEED])
+    return None if np.isnan(speed) else speed
+
+
 def speeds_of(recordings: Iterable[Responses]) -> list[float]:
-    """Return the speeds that recordings are of, mm/s, each once, slowest first."""
-    return sorted({float(r.attrs[dims.SPEED]) for r in recordings})
+    """Return the speeds that are known of recordings, mm/s, each once, slowest first."""
+    return sorted({speed for r in recordings if (speed := speed_of(r)) is not None})
 
 
 def check_responses(responses: Responses, where: Path | str) -> Responses:

@@ -23,6 +23,7 @@ from afferents.core.documents import read_checked
 from afferents.core.errors import InputError
 from afferents.core.forms import SCHEMA as SCHEMA
 from afferents.core.forms import About, Config, RoughnessSummary, Summary, UnknownSummary
+from afferents.core.split import SPEED, Split, column_of, split_of
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
@@ -32,7 +33,7 @@ PROBABILITY = "p_"
 AGAIN = "evaluate again into another folder"
 
 _TEXTS = ("model", "protocol", "recording", "true_texture", "predicted_texture")
-_NUMBERS = ("seed", "held_out_speed_mm_s", "start_s", "stop_s")
+_NUMBERS = ("seed", "start_s", "stop_s")
 _ABOVE_ONE = 1e-5
 """By so much a probability may exceed 1: it is rounded."""
 
@@ -41,8 +42,9 @@ _ABOVE_ONE = 1e-5
 class Results:
     """A results folder in memory.
 
-    `predictions` has the columns model, protocol, seed, held_out_speed_mm_s, recording,
-    start_s, stop_s, true_texture, predicted_texture and `p_<texture>` for every texture.
+    `predictions` has the columns model, protocol, seed, held_out_speed_mm_s (held_out_group where
+    something else than speed was held out), recording, start_s, stop_s, true_texture,
+    predicted_texture and `p_<texture>` for every texture.
     """
 
     root: Path
@@ -52,19 +54,26 @@ class Results:
 
     @property
     def accuracy(self) -> pd.DataFrame:
-        """Share of test samples named rightly, by model, protocol and held-out speed.
+        """Share of test samples named rightly, by model, protocol and speed or group held out.
 
-        Columns model, protocol, held_out_speed_mm_s, accuracy, ci95_low, ci95_high. The mean over
-        speeds stands in a row without a speed, with its interval: see docs/results-format.md.
+        Columns model, protocol, held_out_speed_mm_s (or held_out_group), accuracy, ci95_low,
+        ci95_high. The mean over speeds stands in a row without a speed, with its interval: see
+        docs/results-format.md.
         """
-        rows = []
+        split, rows = self.split, []
+        number, none = (float, np.nan) if split.ordered else (str, None)
         for model, of_protocol in self.summary["models"].items():
             for protocol, found in of_protocol.items():
-                for speed, accuracy in found["by_speed"].items():
-                    rows.append((model, protocol, float(speed), accuracy, np.nan, np.nan))
-                rows.append((model, protocol, np.nan, found["mean_accuracy"], *found["ci95"]))
-        names = ("model", "protocol", "held_out_speed_mm_s", "accuracy", "ci95_low", "ci95_high")
+                for group, accuracy in found[split.by].items():
+                    rows.append((model, protocol, number(group), accuracy, np.nan, np.nan))
+                rows.append((model, protocol, none, found["mean_accuracy"], *found["ci95"]))
+        names = ("model", "protocol", split.column, "accuracy", "ci95_low", "ci95_high")
         return pd.DataFrame(rows, columns=list(names))
+
+    @property
+    def split(self) -> Split:
+        """What was held out."""
+        return split_of(self.summary)
 
     @property
     def textures(self) -> list[str]:
@@ -98,6 +107,9 @@ def load_results(root: str | Path) -> Results:
             raise InputError(root, f"a results folder with {name}", "none", "run evaluate first")
     config, summary = read_config(root), read_summary(root)
     predictions = read_predictions(root / PREDICTIONS)
+    if column_of(predictions) != split_of(summary).column:
+        expected = f"predictions with the column '{split_of(summary).column}'"
+        raise InputError(root / PREDICTIONS, expected, "none", AGAIN)
     named = {*predictions["true_texture"], *predictions["predicted_texture"]}
     if foreign := named - set(summary["textures"]):
         expected = f"predictions of the textures that {SUMMARY} names"
@@ -158,10 +170,11 @@ def read_predictions(path: Path) -> pd.DataFrame:
 
 def _fault(table: pd.DataFrame) -> str | None:
     """Return what keeps a table from being one of predictions."""
-    for name in (*_TEXTS, *_NUMBERS):
+    held_out = SPEED.column if column_of(table) not in table else column_of(table)
+    for name in (*_TEXTS, *_NUMBERS, held_out):
         if name not in table:
             return f"one without the column '{name}'"
-    for name in _NUMBERS:
+    for name in (*_NUMBERS, SPEED.column) if held_out == SPEED.column else _NUMBERS:
         if not is_numeric_dtype(table[name]) or not np.isfinite(table[name]).all():
             return f"one whose column '{name}' holds more than numbers"
     for label, column in table.items():

@@ -6,8 +6,8 @@ is complete; its digest (`core.digest`) tells one that has changed since. Plain 
 """
 
 import json
+import math
 from collections.abc import Iterable, Mapping
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,13 @@ from afferents.core import dims
 from afferents.core.digest import require_described, require_small_values, sealed
 from afferents.core.documents import read_json
 from afferents.core.errors import InputError, reason_of
-from afferents.core.files import (
-    PARTIAL_PREFIX,
-    naming,
-    require_same_config,
-    write_aside,
+from afferents.core.files import naming, require_same_config, write_aside
+from afferents.core.groups import (
+    ROOT,
+    attributes_of,
+    is_group,
+    recording_groups,
+    require_all_chunks,
 )
 from afferents.core.outputs import require_new_folder
 from afferents.core.recording import natural_order
@@ -32,10 +34,9 @@ FORMAT, SCHEMA = "afferents responses", 2
 TRACKS = "afferents tracks"
 """Format of a store of one video's tracks."""
 FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
-FOLLOWS = ("declared", "recordings")
+FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
 and recordings added without another store; what was made under another declaration is made anew."""
-_ROOT = "zarr.json"
 
 
 def create_store(store: Path, config: Mapping[str, Any]) -> None:
@@ -44,17 +45,18 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
     Raises
     ------
     InputError
-        If something else stands there, or a store of another configuration, or of recordings
-        that are not the session's.
+        If something else stands there, or a store that holds recordings of another configuration,
+        or such that are not the session's.
     """
     if is_group(store):
         earlier = store_config(store)
         lost = sorted(set(earlier.get("recordings", ())) - set(config.get("recordings", ())))
-        lost = [name for name in lost if (store / name / _ROOT).is_file()]
+        lost = [name for name in lost if (store / name / ROOT).is_file()]
         if lost:
             found = f"responses of {', '.join(lost[:3])}, which it does not have"
             raise InputError(store, "responses of this session", found, "choose another name")
-        require_same_config(store, "responses", _fixed(earlier), _fixed(config))
+        if any(recording_groups(store)):  # a store without any is as good as new
+            require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier != config:
             _rewrite_root(store, config)
         return
@@ -76,14 +78,10 @@ def require_no_store(store: Path) -> None:
 
 def create_parents(store: Path, names: Iterable[str]) -> None:
     """Create the groups that recordings of these names stand in, before several are written."""
-    for parent in sorted({(store / name).parent for name in names}):
-        if not (parent / _ROOT).is_file():
+    inside = {parent for name in names for parent in Path(name).parents} - {Path()}
+    for parent in sorted(store / name for name in inside):
+        if not (parent / ROOT).is_file():
             _write_group(parent, {})
-
-
-def is_group(path: Path) -> bool:
-    """Tell whether a folder is a Zarr group, of whatever content."""
-    return (path / _ROOT).is_file()
 
 
 def store_config(store: Path) -> dict[str, Any]:
@@ -96,7 +94,7 @@ def store_config(store: Path) -> dict[str, Any]:
     """
     if not is_group(store):
         raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
-    attributes = _attributes(store)
+    attributes = attributes_of(store)
     if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
         found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')!r}"
         do = "extract the session again, into a store of another name"
@@ -104,7 +102,7 @@ def store_config(store: Path) -> dict[str, Any]:
     config = attributes.get("config")
     if not (isinstance(config, dict) and _are_names(config.get("recordings", []))):
         raise InputError(
-            store / _ROOT, "the configuration of a store", "a damaged one", "extract again"
+            store / ROOT, "the configuration of a store", "a damaged one", "extract again"
         )
     return config
 
@@ -112,7 +110,7 @@ def store_config(store: Path) -> dict[str, Any]:
 def is_tracks(path: Path) -> bool:
     """Tell whether a folder is a store of one video's tracks."""
     try:
-        return (path / _ROOT).is_file() and _attributes(path).get("format") == TRACKS
+        return (path / ROOT).is_file() and attributes_of(path).get("format") == TRACKS
     except InputError:
         return False
 
@@ -127,23 +125,22 @@ def write_responses(store: Path, responses: Responses) -> None:
 def write_group(target: Path, dataset: xr.Dataset) -> None:
     """Write a dataset as a Zarr v3 group, whole or not at all; it replaces another group."""
     with write_aside(target, replaces=_holds_arrays) as partial:
-        _variable_strings(dataset).to_zarr(
+        _without_nan(_variable_strings(dataset)).to_zarr(
             partial,
             zarr_format=3,
             consolidated=False,
             write_empty_chunks=True,  # so that one that is missing has been lost
             encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
-        if not (partial / _ROOT).is_file():  # somebody removed it while it was being written
+        if not (partial / ROOT).is_file():  # somebody removed it while it was being written
             raise InputError(target, "to be written undisturbed", "parts of it removed meanwhile")
-        _require_all_chunks(partial)
+        require_all_chunks(partial)
 
 
 def _holds_arrays(folder: Path) -> bool:
     """Tell whether a folder is a group, whole or not: arrays and metadata, nothing else."""
     return all(
-        entry.name == _ROOT
-        or (entry.is_dir() and {p.name for p in entry.iterdir()} <= {_ROOT, "c"})
+        entry.name == ROOT or (entry.is_dir() and {p.name for p in entry.iterdir()} <= {ROOT, "c"})
         for entry in folder.iterdir()
     )
 
@@ -196,7 +193,7 @@ def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str
 
 def _made_of(group: Path) -> tuple[str, str] | None:
     try:
-        attributes = _attributes(group)
+        attributes = attributes_of(group)
     except InputError:
         return None
     return str(attributes.get("checksum", "")), str(attributes.get("declared", ""))
@@ -212,8 +209,8 @@ def _is_whole(store: Path, name: str) -> bool:
 
 def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return the attributes of those of these recordings that the store holds."""
-    there = (name for name in names if (store / name / _ROOT).is_file())
-    return {name: _attributes(store / name) for name in there}
+    there = (name for name in names if (store / name / ROOT).is_file())
+    return {name: attributes_of(store / name) for name in there}
 
 
 def open_responses(store: str | Path) -> list[Responses]:
@@ -233,22 +230,24 @@ def open_responses(store: str | Path) -> list[Responses]:
     """
     store = Path(store)
     store_config(store)
-    groups = sorted(
-        path.parent
-        for path in store.glob(f"*/*/{_ROOT}")
-        if not path.parent.name.startswith(PARTIAL_PREFIX)
-    )
-    opened = [_open(store, group) for group in groups]
+    opened = [_open(store, group) for group in sorted(recording_groups(store))]
     if not opened:
         raise InputError(store, "at least one recording", "none", "extract again")
-    return sorted(opened, key=lambda r: (natural_order(r.attrs[dims.TEXTURE]), r.attrs[dims.SPEED]))
+    return sorted(opened, key=_place)
+
+
+def _place(responses: Responses) -> tuple[tuple[float, str], float, str]:
+    """Return by what recordings are put in order; those of unknown speed come last."""
+    speed = float(responses.attrs[dims.SPEED])
+    speed = math.inf if math.isnan(speed) else speed
+    return natural_order(responses.attrs[dims.TEXTURE]), speed, responses.attrs["name"]
 
 
 def _open(store: Path, group: Path) -> Responses:
-    read_json(group / _ROOT, "a part of a Zarr store")  # what zarr would choke on
+    read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
     try:
-        _require_all_chunks(group)
-        responses = xr.open_zarr(group, consolidated=False, chunks=None)
+        require_all_chunks(group)
+        responses = _with_nan(xr.open_zarr(group, consolidated=False, chunks=None))
         checked = check_responses(responses, group)
         require_described(checked, group)
         require_small_values(checked, group)
@@ -271,46 +270,6 @@ _UNREADABLE = (
 """What xarray and Zarr raise at metadata that make no sense; which, follows no rule."""
 
 
-def _require_all_chunks(group: Path) -> None:
-    """Refuse a group that lost part of its arrays, as a copy that was cut off has: it reads as NaN.
-
-    The files are looked for without opening the arrays, which takes as long again as reading them.
-
-    Raises
-    ------
-    InputError
-        If it did.
-    """
-    for metadata in sorted(group.glob(f"*/{_ROOT}")):
-        array = read_json(metadata, "a part of a Zarr store")
-        if array["node_type"] == "array":
-            chunks = _chunk_names(array)
-            found = sum((metadata.parent / name).is_file() for name in chunks)
-            if found < len(chunks):
-                raise InputError(
-                    metadata.parent,
-                    f"{len(chunks)} chunks",
-                    f"{found}",
-                    "copy the store again, or remove the recording's folder and extract again",
-                )
-
-
-def _chunk_names(array: Mapping[str, Any]) -> list[str]:
-    """Return the files of an array's chunks (or shards), from its Zarr v3 metadata."""
-    along = array["chunk_grid"]["configuration"]["chunk_shape"]
-    counts = (-(-size // chunk) for size, chunk in zip(array["shape"], along, strict=True))
-    separator = array["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
-    numbers = product(*map(range, counts))
-    return [separator.join(("c", *map(str, number))) for number in numbers]
-
-
-def _attributes(path: Path) -> dict[str, Any]:
-    attributes = read_json(path / _ROOT, "a Zarr group").get("attributes", {})
-    if not isinstance(attributes, dict):
-        raise InputError(path / _ROOT, "a Zarr group with attributes", "others", "extract again")
-    return attributes
-
-
 def _root_attributes(config: Mapping[str, Any]) -> dict[str, Any]:
     return {"format": FORMAT, "schema": SCHEMA, "config": dict(config)}
 
@@ -329,6 +288,19 @@ def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
     return responses.assign_coords({name: responses[name].astype(object) for name in fixed})
 
 
+def _without_nan(responses: xr.Dataset) -> xr.Dataset:
+    """Return responses whose unknown speed is null, since JSON has no NaN."""
+    speed = responses.attrs.get(dims.SPEED)
+    unknown = isinstance(speed, float) and math.isnan(speed)
+    return responses.assign_attrs({dims.SPEED: None}) if unknown else responses
+
+
+def _with_nan(responses: xr.Dataset) -> xr.Dataset:
+    """Return responses as they were before `_without_nan`."""
+    unknown = responses.attrs.get(dims.SPEED, 0) is None
+    return responses.assign_attrs({dims.SPEED: math.nan}) if unknown else responses
+
+
 def _encoding(variable: xr.DataArray) -> dict[str, Any]:
     first = variable.dims[0]
     along = {dims.TIME: FRAMES_A_CHUNK, dims.AUDIO_TIME: AUDIO_SAMPLES_A_CHUNK}.get(str(first))
@@ -341,7 +313,7 @@ def _rewrite_root(store: Path, config: Mapping[str, Any]) -> None:
     """Give a store another configuration, at one stroke, which Zarr does not."""
     attributes = _root_attributes(config)
     group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
-    with write_aside(store / _ROOT) as partial:
+    with write_aside(store / ROOT) as partial:
         partial.write_text(json.dumps(group, indent=2), encoding="utf-8")
 
 

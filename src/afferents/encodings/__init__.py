@@ -8,6 +8,7 @@ from afferents.encodings.base import (
     VibrationEncoding,
 )
 from afferents.encodings.kernels import KernelEncoding, kernel_samples
+from afferents.encodings.known import Known
 from afferents.encodings.lines import Lines
 from afferents.encodings.markers import MarkersEncoding
 from afferents.encodings.orders import OrderEncoding, order_samples
@@ -44,6 +45,7 @@ __all__ = [
     "ImageEncoding",
     "ImageStream",
     "KernelEncoding",
+    "Known",
     "Lines",
     "MarkersEncoding",
     "Option",

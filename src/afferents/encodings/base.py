@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -15,6 +16,7 @@ from afferents.core.errors import InputError
 from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples
 from afferents.encodings.augment import Stretch
+from afferents.encodings.known import Known
 from afferents.encodings.streams import ImageStream, VibrationStream
 from afferents.encodings.tactile_image import image_runs
 
@@ -138,6 +140,11 @@ class Encoding(BaseModel, ABC):
         """Of how many frames one is used."""
         return 1
 
+    @property
+    def needs_speed(self) -> bool:
+        """Whether it can't encode recordings whose speed is not known."""
+        return False
+
     def require_packages(self) -> None:
         """Refuse, before hours of work, if a package that it needs is missing."""
 
@@ -166,6 +173,19 @@ class Encoding(BaseModel, ABC):
     @abstractmethod
     def felt_live(self) -> bool:
         """Whether it has a `stream`, and so can be felt with."""
+
+    @classmethod
+    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return options that suit a data set's vibration, where they are not the defaults.
+
+        Parameters
+        ----------
+        known
+            What is known of it.
+        given
+            Options that are decided already; the others are chosen to go with them.
+        """
+        return {}
 
     @classmethod
     def options(cls) -> dict[str, Option]:

@@ -10,6 +10,7 @@ the speed itself.
 """
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,19 @@ from pydantic import PositiveFloat, PositiveInt
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
+from afferents.encodings.known import Known
 from afferents.encodings.lines import bridge
-from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, audible_hz, cut_windows
 
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
 _LEAST_POWER = 1e-20
+_OCTAVES = 9
+"""Octaves below the highest frequency that whole recordings of a low rate are looked at."""
+_PERIODS = 2
+"""Of a wave that a recording must hold for it to count as heard."""
+_COARSE = 8
+"""Frequencies in a factor of 2, where several channels bring cross-spectra as well."""
 
 
 class OrderEncoding(WindowEncoding):
@@ -49,6 +57,44 @@ class OrderEncoding(WindowEncoding):
     lowest_per_mm: PositiveFloat = 0.06
     highest_per_mm: PositiveFloat = 6.0
 
+    @classmethod
+    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a band that is heard, and the textures' axis that is heard at all speeds.
+
+        Windows are whole recordings where these are too short for as many samples as usual.
+        """
+        default = cls()
+        highest = given.get("highest_hz", audible_hz(known.rate_hz, default.highest_hz))
+        usual = default.lowest_hz / default.highest_hz * highest
+        window_s = given.get("window_s", 4.0 * default.highest_hz / highest)
+        is_whole = window_s is None or window_s > known.shortest_s
+        chosen: dict[str, Any] = {"highest_hz": highest, "window_s": window_s}
+        if is_whole and "window_s" not in given:
+            chosen["window_s"] = None
+        elif not is_whole:
+            chosen["stride_s"] = window_s / 2
+        lowest = given.get("lowest_hz", usual)
+        if is_whole and highest < default.highest_hz and "lowest_hz" not in given:
+            lowest = max(highest / 2**_OCTAVES, _PERIODS / known.longest_s)
+        chosen |= {"lowest_hz": lowest} | cls._axis(known, lowest, highest, is_whole)
+        if known.n_channels > 1:
+            chosen["bins_per_octave"] = _COARSE
+        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
+
+    @classmethod
+    def _axis(cls, known: Known, lowest: float, highest: float, is_whole: bool) -> dict[str, float]:
+        """Return the textures' axis: heard at all speeds, or at some if that is not an octave."""
+        default = cls()
+        low, high = lowest / known.slowest_mm_s, highest / known.fastest_mm_s
+        if is_whole:
+            low = max(low, _PERIODS / known.least_mm)
+        if high < 2 * low:
+            low, high = lowest / known.fastest_mm_s, highest / known.slowest_mm_s
+        usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
+        if usual and default.lowest_per_mm <= low and high <= default.highest_per_mm:
+            return {}
+        return {"lowest_per_mm": low, "highest_per_mm": high}
+
     def require(self, n: int, rate_hz: float, where: str) -> None:
         """Refuse what is too short, or of too low a rate; see `order_samples`."""
         super().require(n, rate_hz, where)
@@ -62,7 +108,7 @@ class OrderEncoding(WindowEncoding):
 
     def frequencies(self, rate: float) -> NDArray[np.float64]:
         """Return the frequencies of a signal of that sample rate, Hz."""
-        highest = min(self.highest_hz, rate / 2 * 0.95)
+        highest = audible_hz(rate, self.highest_hz)
         return _geometric(self.lowest_hz, highest, self.bins_per_octave)
 
     @property

@@ -9,6 +9,7 @@ from afferents.core.errors import InputError
 from afferents.core.own import imported, reference_of
 from afferents.encodings.base import Encoding, Option
 from afferents.encodings.kernels import KernelEncoding
+from afferents.encodings.known import Known
 from afferents.encodings.markers import MarkersEncoding
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spatial import SpatialEncoding
@@ -47,8 +48,25 @@ class Encodings:
     wanted: tuple[tuple[str, Any], ...] = ()
 
     @classmethod
-    def suiting(cls, options: Mapping[str, Mapping[str, Any]], where: object) -> "Encodings":
+    def suiting(
+        cls,
+        options: Mapping[str, Mapping[str, Any]],
+        where: object,
+        known: Known | None = None,
+        wanted: Mapping[str, Any] | None = None,
+    ) -> "Encodings":
         """Return encodings with options that suit some data, by name of the encoding.
+
+        Parameters
+        ----------
+        options
+            Options that are given for these data.
+        where
+            The data, for the error.
+        known
+            By which options that are not given are chosen; None to leave them as they are.
+        wanted
+            What a user asks for beside, by name of the field; others are chosen to go with it.
 
         Raises
         ------
@@ -58,8 +76,11 @@ class Encodings:
         if unknown := sorted(set(options) - set(ENCODINGS)):
             raise InputError(where, f"options of {', '.join(ENCODINGS)}", f"of {unknown[0]}")
         words = "options of the encoding '{}'"
-        suited = (as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items())
-        return cls(tuple(suited))
+        suited = {n: as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items()}
+        if known is not None:
+            for name, kind in ENCODINGS.items():
+                suited[name] = _completed(suited.get(name) or kind(), known, wanted or {})
+        return cls(tuple(suited.values()))
 
     def changed(self, **wanted: Any) -> "Encodings":
         """Return them with options set to the values given; None for what is not.
@@ -99,6 +120,14 @@ class Encodings:
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return all of them by name, as a results folder keeps them."""
         return {name: self.of(name).model_dump(mode="json") for name in ENCODINGS}
+
+
+def _completed(given: Encoding, known: Known, wanted: Mapping[str, Any]) -> Encoding:
+    """Return an encoding whose options that nobody gave are chosen."""
+    given.changed(**wanted)  # what makes no sense is refused as ever
+    said = {name: getattr(given, name) for name in given.model_fields_set}
+    decided = said | {name: value for name, value in wanted.items() if value is not None}
+    return type(given)(**{**type(given).suiting(known, decided), **said})
 
 
 def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:

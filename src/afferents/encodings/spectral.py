@@ -1,5 +1,6 @@
 """Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3)."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
@@ -13,10 +14,15 @@ from afferents.core.errors import InputError
 from afferents.core.samples import Samples, make_samples
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
 from afferents.encodings.base import Floats, Option, VibrationEncoding
+from afferents.encodings.known import Known
 from afferents.encodings.streams import Ready
 
 WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
 _DENSEST = 1000
+_LEAST_SAMPLES = 128
+"""Of a window, where a second has fewer than the spectrum needs."""
+_FEW_WINDOWS = 3
+"""Of recordings that are not twice as long as a window."""
 STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
 
@@ -60,6 +66,29 @@ class SpectralEncoding(VibrationEncoding):
         PositiveInt, Option("--bins", "Frequency bins that the network sees, from 0 Hz up.", int)
     ] = 200
     remove_mean: bool = False
+
+    @classmethod
+    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return windows that fit into all recordings, padded to as many bins as a network sees.
+
+        As published where a second has enough samples; else of 128, or all of the shortest
+        recording. Means are taken off what is no sound.
+        """
+        default = cls()
+        chosen: dict[str, Any] = {"remove_mean": not known.is_sound}
+        bins = given.get("model_bins", default.model_bins)
+        window_s = given.get("window_s")
+        if window_s is None:
+            window_s, least_s = default.window_s, _LEAST_SAMPLES / known.rate_hz
+            if window_s > known.shortest_s or round(window_s * known.rate_hz) // 2 + 1 < bins:
+                window_s = known.samples_within(max(window_s, least_s))
+        length = round(window_s * known.rate_hz)
+        chosen |= {"window_s": window_s, "stride_s": window_s / 2}
+        if known.shortest_s < 2 * window_s and "stride_s" not in given:
+            chosen["windows"] = _FEW_WINDOWS
+        if length // 2 + 1 < bins:
+            chosen |= {"fft_points": 2 * bins, "kept_bins": bins}
+        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def changed(self, **wanted: Any) -> Self:
         """Return it with the values wanted; as many bins are kept as the network sees."""

@@ -1,15 +1,17 @@
 """Windows of vibration, with no more samples than the highest frequency needs."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import PositiveFloat, PositiveInt
+from pydantic import PositiveFloat, PositiveInt, field_validator
 
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.encodings.base import Option, VibrationEncoding
+from afferents.encodings.known import Known
 from afferents.encodings.lines import Lines
 from afferents.encodings.spectral import (
     STRIDE_OPTION,
@@ -21,6 +23,10 @@ from afferents.encodings.spectral import (
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
+_FEW_WINDOWS = 3
+"""Of recordings that are not twice as long as a window."""
+_HEARD = 0.95
+"""Share of half the sample rate up to which frequencies are heard."""
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 
@@ -31,7 +37,8 @@ class WindowEncoding(VibrationEncoding):
     Attributes
     ----------
     window_s
-        Length of a window, s; None for all that the cut leaves of a recording.
+        Length of a window, s; None for all that the cut leaves of a recording (``"whole"`` where
+        a file has no word for None).
     stride_s
         Distance between the starts of windows, s.
     windows
@@ -55,6 +62,34 @@ class WindowEncoding(VibrationEncoding):
             str,
         ),
     ] = Lines()
+
+    @property
+    def needs_speed(self) -> bool:
+        """Whether lines are cut out that follow the speed."""
+        return bool(self.mask.per_mm)
+
+    @field_validator("window_s", mode="before")
+    @classmethod
+    def _whole(cls, given: Any) -> Any:
+        return None if given == "whole" else given
+
+    @classmethod
+    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return windows of one length that fit into all recordings, of frequencies that are heard.
+
+        The lower the rate, the longer they are, for as many samples; few in short recordings.
+        """
+        default = cls()
+        highest = given.get("highest_hz", audible_hz(known.rate_hz, default.highest_hz))
+        usual = 4.0 * default.highest_hz / highest
+        fitting = known.samples_within(usual) if usual > known.shortest_s else usual
+        window_s = given.get("window_s", fitting)
+        if window_s is None:
+            return {"highest_hz": highest} if highest != default.highest_hz else {}
+        chosen = {"highest_hz": highest, "window_s": window_s, "stride_s": window_s / 2}
+        if known.shortest_s < 2 * window_s and highest < default.highest_hz:
+            chosen["windows"] = _FEW_WINDOWS
+        return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     def changed(self, **wanted: Any) -> Self:
         """Return it with the values wanted."""
@@ -117,6 +152,11 @@ def cut_windows(vibration: xr.DataArray, kept: slice, encoding: WindowEncoding) 
     values = np.stack([signal[i : i + length] for i in starts])
     start_s = kept.start / rate + starts / rate_kept
     return Windows(values, rate_kept, start_s, start_s + length / rate_kept)
+
+
+def audible_hz(rate_hz: float, highest_hz: float) -> float:
+    """Return the highest frequency wanted that a sample rate allows, Hz."""
+    return min(highest_hz, rate_hz / 2 * _HEARD)
 
 
 def decimation(rate: float, highest_hz: float) -> int:

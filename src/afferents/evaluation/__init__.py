@@ -1,4 +1,4 @@
-"""Leave one speed out: folds, leakage, metrics and results on disk."""
+"""Leave one group out, by default a speed: folds, leakage, metrics and results on disk."""
 
 from afferents.evaluation.folds import (
     PLAN,
@@ -24,7 +24,7 @@ from afferents.evaluation.job_status import (
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
 from afferents.evaluation.occlusion import Predict, bands, losses, neighbourhoods, patches
 from afferents.evaluation.reliability import Reliability, reliability, reliability_of
-from afferents.evaluation.splits import LeaveOneSpeedOut, number_in_recording
+from afferents.evaluation.splits import LeaveOneGroupOut, LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.summary import summarise
 from afferents.evaluation.touches import inside_speeds
 from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, summarise_unknown
@@ -34,6 +34,7 @@ __all__ = [
     "FoldKey",
     "JobStatus",
     "Leaks",
+    "LeaveOneGroupOut",
     "LeaveOneSpeedOut",
     "Predict",
     "Reliability",

@@ -13,7 +13,7 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.fold import Fold
 from afferents.core.recording import LETTERS, folder_of
-from afferents.core.responses import Responses, conditions, speeds_of, textures_of
+from afferents.core.responses import Responses, conditions, speed_of, speeds_of, textures_of
 from afferents.core.samples import Samples
 
 _SPREAD = (0.7548776662466927, 0.5698402909980532)
@@ -71,11 +71,11 @@ class Ablation:
         speeds = speeds_of(recordings)
         textures = [_known_texture(name, there) for name in self.textures] or there
         require_speeds(self.speeds_mm_s, speeds, "--speeds")
-        wanted = self.speeds_mm_s or speeds
+        wanted = self.speeds_mm_s
         return [
             r
             for r in recordings
-            if str(r.attrs[dims.TEXTURE]) in textures and float(r.attrs[dims.SPEED]) in wanted
+            if str(r.attrs[dims.TEXTURE]) in textures and (not wanted or speed_of(r) in wanted)
         ]
 
     def tested(self, recordings: Sequence[Responses]) -> frozenset[str]:
@@ -134,6 +134,9 @@ class Ablation:
         if self.train_speeds is None:
             return fold
         speeds = samples[dims.SPEED].values[fold.train]
+        if np.isnan(speeds).any():
+            expected = "the speed of every recording"
+            raise InputError("--train-speeds", expected, "none of some", "leave it out")
         there = np.unique(speeds)
         if len(there) < self.train_speeds:
             raise InputError(
@@ -153,8 +156,8 @@ def _apart(fold: Fold, tested: NDArray[np.bool_]) -> Fold:
     )
     for name in ("train", "validation", "test"):
         if len(getattr(kept, name)) == 0:
-            found = f"nothing to {name} with {fold.held_out_mm_s:g} mm/s held out"
-            raise InputError("--test-only", "some of both kinds at every speed", found)
+            found = f"nothing to {name} with {fold.split.printed(fold.held_out)} held out"
+            raise InputError("--test-only", f"some of both kinds at every {fold.split.name}", found)
     return kept
 
 
@@ -194,7 +197,8 @@ def require_speeds(wanted: Sequence[float], there: Sequence[float], option: str)
     for speed in wanted:
         if speed not in there:
             known = ", ".join(f"{v:g}" for v in there)
-            raise InputError(option, f"some of {known} mm/s", f"{speed:g}")
+            expected = f"some of {known} mm/s" if there else "recordings whose speed is known"
+            raise InputError(option, expected, f"{speed:g}")
 
 
 def _known_texture(name: str, there: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
+from afferents.core.split import Group, column_of, group_in, order
 
 RESAMPLES = 2000
 
@@ -42,32 +43,33 @@ def count_right(predictions: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     predictions
-        Columns held_out_speed_mm_s, recording, seed (may be missing for one), true_texture and
-        predicted_texture; one row a test sample.
+        Columns held_out_speed_mm_s (or held_out_group), recording, seed (may be missing for one),
+        true_texture and predicted_texture; one row a test sample.
 
     Returns
     -------
     DataFrame
-        Columns held_out_speed_mm_s, recording, seed, right and n.
+        Columns held_out_speed_mm_s (or held_out_group), recording, seed, right and n.
     """
+    held_out = column_of(predictions)
     rows = pd.DataFrame(
         {
-            "held_out_speed_mm_s": predictions["held_out_speed_mm_s"],
+            held_out: predictions[held_out],
             "recording": predictions["recording"].astype(str),
             "seed": predictions.get("seed", 0),
             "right": predictions["true_texture"] == predictions["predicted_texture"],
         }
     )
-    right = rows.groupby(["held_out_speed_mm_s", "recording", "seed"])["right"]
+    right = rows.groupby([held_out, "recording", "seed"])["right"]
     return right.agg(right="sum", n="count").reset_index()
 
 
 class Accuracy:
-    """Accuracies of one model under one protocol, by held-out speed, recording and seed.
+    """Accuracies of one model under one protocol, by group held out, recording and seed.
 
     Samples of one recording are anything but independent, and so are the predictions of one
     training: both are drawn anew, whole, recordings and seeds each with replacement within each
-    held-out speed. The speeds are those of the experiment and stay.
+    group held out. The groups are those of the experiment and stay.
 
     Parameters
     ----------
@@ -87,46 +89,48 @@ class Accuracy:
         return found
 
     def _take(self, counts: pd.DataFrame) -> None:
-        self.counts: dict[float, Counts] = {}
-        self.recordings: dict[float, list[str]] = {}
-        for speed, of_speed in counts.groupby("held_out_speed_mm_s"):
-            cube = of_speed.pivot_table(
+        self.counts: dict[Group, Counts] = {}
+        self.recordings: dict[Group, list[str]] = {}
+        for value, of_group in counts.groupby(column_of(counts)):
+            group = group_in(value)
+            cube = of_group.pivot_table(
                 ["right", "n"], "recording", "seed", aggfunc="sum", fill_value=0
             )
-            self.recordings[float(str(speed))] = [str(name) for name in cube.index]
+            self.recordings[group] = [str(name) for name in cube.index]
             pair = [cube[counted].to_numpy(dtype=float) for counted in ("right", "n")]
-            self.counts[float(str(speed))] = np.stack(pair, axis=-1)
+            self.counts[group] = np.stack(pair, axis=-1)
 
-    def of(self, recordings: dict[float, list[str]]) -> "Accuracy":
+    def of(self, recordings: dict[Group, list[str]]) -> "Accuracy":
         """Return the accuracies of these recordings alone."""
         part = object.__new__(Accuracy)
         part.recordings = recordings
         part.counts = {
-            speed: self.counts[speed][[self.recordings[speed].index(name) for name in names]]
-            for speed, names in recordings.items()
+            group: self.counts[group][[self.recordings[group].index(name) for name in names]]
+            for group, names in recordings.items()
         }
         return part
 
     def mean(self) -> float:
-        """Return the mean over held-out speeds."""
+        """Return the mean over the groups held out."""
         totals = [counts.sum(axis=(0, 1)) for counts in self.counts.values()]
         return float(np.mean([right / n for right, n in totals]))
 
     def resampled(self, seed: int = 0) -> NDArray[np.float64]:
-        """Return `RESAMPLES` means over speeds; the same seed draws the same recordings."""
+        """Return `RESAMPLES` means over groups; the same seed draws the same recordings."""
         rng, of_seeds = np.random.default_rng(seed), np.random.default_rng([seed, 1])
-        by_speed = []
-        for _, counts in sorted(self.counts.items()):
+        by_group = []
+        for group in sorted(self.counts, key=order):
+            counts = self.counts[group]
             n, n_seeds, _ = counts.shape
             recordings = rng.integers(0, n, (RESAMPLES, n))
             seeds = of_seeds.integers(0, n_seeds, (RESAMPLES, n_seeds))
             drawn = counts[recordings[:, :, None], seeds[:, None, :]].sum(axis=(1, 2))
-            by_speed.append(drawn[:, 0] / np.maximum(drawn[:, 1], 1))
-        return np.asarray(np.mean(by_speed, axis=0))
+            by_group.append(drawn[:, 0] / np.maximum(drawn[:, 1], 1))
+        return np.asarray(np.mean(by_group, axis=0))
 
 
 def bootstrap_interval(accuracy: Accuracy, seed: int = 0) -> Interval:
-    """95% percentile interval of the mean over speeds of the accuracy."""
+    """95% percentile interval of the mean over groups of the accuracy."""
     return interval_of(accuracy.resampled(seed))
 
 
@@ -145,14 +149,14 @@ def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Differen
     Raises
     ------
     InputError
-        If they have no recording of a held-out speed in common.
+        If they have no recording of a group held out in common.
     """
     common = {
-        speed: [name for name in names if name in set(other.recordings[speed])]
-        for speed, names in one.recordings.items()
-        if speed in other.recordings
+        group: [name for name in names if name in set(other.recordings[group])]
+        for group, names in one.recordings.items()
+        if group in other.recordings
     }
-    common = {speed: names for speed, names in common.items() if names}
+    common = {group: names for group, names in common.items() if names}
     if not common:
         raise InputError("a comparison", "recordings that both were tested on", "none")
     a, b = one.of(common), other.of(common)

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from afferents.core.results import (
     read_predictions,
 )
 from afferents.core.samples import Samples
+from afferents.core.split import SPEED, Group, Split, folder_name, order, split_named
 from afferents.evaluation.leakage import Leaks
 
 FOLDS, PLAN = "folds", "plan.json"
@@ -42,12 +43,26 @@ AGAIN = "remove its folder and evaluate again"
 
 @dataclass(frozen=True)
 class FoldKey:
-    """What names a fold in a results folder."""
+    """What names a fold in a results folder: whose it is, and which group is held out."""
 
     model: str
     protocol: str
     seed: int
-    held_out_mm_s: float
+    held_out: Group
+    split: Split = SPEED
+
+    @classmethod
+    def of(cls, facts: Mapping[str, Any]) -> "FoldKey":
+        """Return the key that a document names; see `describe`."""
+        split = split_named(facts.get("split", SPEED.name))
+        whose = {name: facts[name] for name in ("model", "protocol", "seed")}
+        return cls(**whose, held_out=facts[split.held_out], split=split)
+
+    def describe(self) -> dict[str, Any]:
+        """Return it as documents hold it."""
+        which = {} if self.split == SPEED else {"split": self.split.name}
+        whose = {"model": self.model, "protocol": self.protocol, "seed": self.seed}
+        return {**whose, **which, self.split.held_out: self.held_out}
 
     def folder(self, results: Path) -> Path:
         """Return the folder of this fold."""
@@ -57,7 +72,7 @@ class FoldKey:
             / self.model
             / self.protocol
             / f"seed-{self.seed}"
-            / f"{self.held_out_mm_s:g}"
+            / folder_name(self.held_out)
         )
 
     def checkpoint(self, results: Path) -> Path:
@@ -67,8 +82,8 @@ class FoldKey:
 
     def __str__(self) -> str:
         """Return it in words."""
-        speed = f"{self.held_out_mm_s:g} mm/s held out"
-        return f"{self.model}, {self.protocol}, seed {self.seed}, {speed}"
+        held_out = f"{self.split.printed(self.held_out)} held out"
+        return f"{self.model}, {self.protocol}, seed {self.seed}, {held_out}"
 
 
 def finished(results: Path, key: FoldKey) -> bool:
@@ -77,13 +92,13 @@ def finished(results: Path, key: FoldKey) -> bool:
 
 
 def finished_keys(results: Path) -> list[FoldKey]:
-    """List the finished folds of a results folder, in order of model, protocol, seed, speed."""
+    """List the finished folds of a results folder, in order of model, protocol, seed, group."""
     keys = [_key_of(results, path) for path in results.glob(f"{FOLDS}/*/*/*/*/{FOLD}")]
     rank = {name: i for i, name in enumerate(MODELS)}
 
-    def place(key: FoldKey) -> tuple[int, str, str, int, float]:
+    def place(key: FoldKey) -> tuple[int, str, str, int, tuple[float, str]]:
         own = rank.get(key.model, len(rank))
-        return own, key.model, key.protocol, key.seed, key.held_out_mm_s
+        return own, key.model, key.protocol, key.seed, order(key.held_out)
 
     return sorted(keys, key=place)
 
@@ -101,8 +116,7 @@ def read_facts(path: Path) -> dict[str, Any]:
 
 def _key_of(results: Path, path: Path) -> FoldKey:
     """Return the key of the fold whose facts lie at `path`."""
-    facts = read_facts(path)
-    key = FoldKey(**{name: facts[name] for name in FoldKey.__dataclass_fields__})
+    key = FoldKey.of(read_facts(path))
     if key.folder(results) != path.parent:
         raise InputError(path, "the facts of the fold that its folder names", str(key), AGAIN)
     return key
@@ -131,7 +145,7 @@ def predictions_table(
             "model": key.model,
             "protocol": key.protocol,
             "seed": key.seed,
-            "held_out_speed_mm_s": key.held_out_mm_s,
+            key.split.column: key.held_out,
             dims.RECORDING: tested[dims.RECORDING],
             dims.START: tested[dims.START],
             dims.STOP: tested[dims.STOP],
@@ -159,7 +173,7 @@ def save_fold(
         with (partial / PREDICTIONS).open("wb") as file:
             predictions.to_parquet(file, compression="zstd", index=False)
         (partial / WEIGHTS).write_bytes(weights)
-        write_json(partial / FOLD, {**asdict(key), **facts, "leaks": asdict(leaks)})
+        write_json(partial / FOLD, {**key.describe(), **facts, "leaks": leaks.describe(key.split)})
 
 
 def load_fold(results: Path, key: FoldKey) -> tuple[dict[str, Any], pd.DataFrame]:
@@ -178,7 +192,7 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
     """
     if (results / CONFIG).is_file():
         earlier = read_config(results)
-        require_same_config(results, "results", _without_paths(earlier), _without_paths(config))
+        require_same_config(results, "results", _comparable(earlier), _comparable(config))
     elif results.exists() and (not results.is_dir() or _foreign(results)):
         raise InputError(
             results, "a new, empty or results folder", "something else", "choose another --out"
@@ -195,6 +209,11 @@ def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
     """Leave out where data lie: their fingerprint tells them, and they may move."""
     data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
     return {**config, "data": data}
+
+
+def _comparable(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a configuration with what it leaves unsaid."""
+    return {"split": SPEED.name, "steady_s": "as recorded", **_without_paths(config)}
 
 
 def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:

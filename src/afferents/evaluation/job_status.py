@@ -1,7 +1,7 @@
 """How far an evaluation has come: what is planned, running, failed and done, from its folder.
 
-Jobs leave a mark beside the folder that they will write: ``<speed>.running`` while they train,
-``<speed>.failed`` if they could not. A mark says which process on which machine made it, so a
+Jobs leave a mark beside the folder that they will write: ``<group>.running`` while they train,
+``<group>.failed`` if they could not. A mark says which process on which machine made it, so a
 run that was killed is told from one at work.
 """
 
@@ -10,7 +10,7 @@ import socket
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean
 from typing import Any, Literal
@@ -59,15 +59,14 @@ def plan(results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | No
     """
     begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
     earlier = _planned(results)[0] if begun else []
-    jobs = [asdict(key) for key in dict.fromkeys([*earlier, *keys])]
+    jobs = [key.describe() for key in dict.fromkeys([*earlier, *keys])]
     write_json(results / PLAN, {"workers": workers, "cluster": cluster, "jobs": jobs})
 
 
 def _planned(results: Path) -> tuple[list[FoldKey], dict[str, Any]]:
     """Return the jobs that are planned, and the whole plan."""
     found = read_checked(results / PLAN, Plan, "a plan of trainings", _REMOVE)
-    names = FoldKey.__dataclass_fields__
-    return [FoldKey(**{name: job[name] for name in names}) for job in found["jobs"]], found
+    return [FoldKey.of(job) for job in found["jobs"]], found
 
 
 @contextmanager

@@ -1,6 +1,7 @@
-"""What of the held-out speed was seen before the final test."""
+"""What of the group held out, by default a speed, was seen before the final test."""
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +10,22 @@ from afferents.core import dims
 from afferents.core.errors import LeakageError
 from afferents.core.fold import Fold, Indices
 from afferents.core.samples import Samples
+from afferents.core.split import Split
 
 
 @dataclass(frozen=True)
 class Leaks:
     """Counts over the test samples of a fold; all zero and False where nothing leaks."""
 
-    test_samples_of_a_speed_seen_in_training: int
-    test_samples_of_a_speed_seen_in_validation: int
+    test_samples_of_a_group_seen_in_training: int
+    test_samples_of_a_group_seen_in_validation: int
     test_samples_overlapping_training: int
     test_samples_overlapping_validation: int
-    scale_saw_held_out_speed: bool
+    scale_saw_held_out_group: bool
+
+    def describe(self, split: Split) -> dict[str, Any]:
+        """Return them by name; of the default split a group is called a speed."""
+        return {name.replace("group", split.leaks): n for name, n in asdict(self).items()}
 
     def __bool__(self) -> bool:
         """Whether anything leaks."""
@@ -32,23 +38,23 @@ def find_leaks(samples: Samples, fold: Fold, scaled_on: Indices) -> Leaks:
     Parameters
     ----------
     samples
-        All samples, with their speeds, recordings and extents in time.
+        All samples, with their groups, recordings and extents in time.
     scaled_on
         Indices of the samples from which the scaling constant was taken, empty if none.
     """
-    speeds = samples[dims.SPEED].values
-    tested = speeds[fold.test]
+    groups = fold.split.of(samples)
+    tested = groups[fold.test]
     return Leaks(
-        int(np.isin(tested, speeds[fold.train]).sum()),
-        int(np.isin(tested, speeds[fold.validation]).sum()),
+        int(np.isin(tested, groups[fold.train]).sum()),
+        int(np.isin(tested, groups[fold.validation]).sum()),
         overlapping(samples, fold.test, fold.train),
         overlapping(samples, fold.test, fold.validation),
-        bool(np.isin(tested, speeds[scaled_on]).any()),
+        bool(np.isin(tested, groups[scaled_on]).any()),
     )
 
 
 def refuse_leaks(leaks: Leaks, fold: Fold) -> None:
-    """Raise if anything of the held-out speed was seen.
+    """Raise if anything of the group held out was seen.
 
     Raises
     ------
@@ -56,9 +62,10 @@ def refuse_leaks(leaks: Leaks, fold: Fold) -> None:
         Naming the kinds of leak.
     """
     if leaks:
-        kinds = ", ".join(f"{name} {value}" for name, value in asdict(leaks).items() if value)
+        named = leaks.describe(fold.split)
+        kinds = ", ".join(f"{name} {value}" for name, value in named.items() if value)
         raise LeakageError(
-            f"held-out speed {fold.held_out_mm_s:g} mm/s: expected nothing of it seen before the "
+            f"held-out {fold.split.named(fold.held_out)}: expected nothing of it seen before the "
             f"test under the nested protocol, found {kinds}"
         )
 

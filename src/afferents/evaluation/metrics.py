@@ -1,18 +1,21 @@
-"""Accuracy by held-out speed, confusion and macro-F1, from predictions."""
+"""Accuracy by group held out (by default a speed), confusion and macro-F1, from predictions."""
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from afferents.core.split import Group, column_of, group_in, order
 
-def accuracy_by_speed(predictions: pd.DataFrame) -> dict[float, float]:
-    """Return the fraction of test samples named rightly, for each held-out speed (mm/s).
+
+def accuracy_by_group(predictions: pd.DataFrame) -> dict[Group, float]:
+    """Return the fraction of test samples named rightly, for each group held out, in order.
 
     Several seeds are averaged.
     """
     right = predictions["true_texture"] == predictions["predicted_texture"]
-    means = right.groupby(predictions["held_out_speed_mm_s"]).mean()
-    return {float(str(speed)): float(mean) for speed, mean in means.items()}
+    means = right.groupby(predictions[column_of(predictions)]).mean()
+    found = {group_in(value): float(mean) for value, mean in means.items()}
+    return {group: found[group] for group in sorted(found, key=order)}
 
 
 def confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int64]:
@@ -26,7 +29,7 @@ def confusion(predictions: pd.DataFrame, textures: list[str]) -> NDArray[np.int6
 
 
 def macro_f1(predictions: pd.DataFrame, textures: list[str]) -> float:
-    """Return the mean over textures of the F1 score, over all held-out speeds together."""
+    """Return the mean over textures of the F1 score, over all groups held out together."""
     from sklearn.metrics import f1_score
 
     return float(

@@ -1,4 +1,4 @@
-"""Leave one speed out, as a scikit-learn splitter, under either protocol."""
+"""Leave one group out, by default a speed, as a scikit-learn splitter, under either protocol."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -12,21 +12,23 @@ from afferents.core.errors import InputError
 from afferents.core.fold import Fold, Indices
 from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.samples import Samples
+from afferents.core.split import SPEED, Group, Split, order
 
 
 @dataclass
-class LeaveOneSpeedOut:
-    """Hold out one speed at a time; what validates the training depends on the protocol.
+class LeaveOneGroupOut:
+    """Hold out one group at a time; what validates the training depends on the protocol.
 
     A random split would put neighbouring frames (11 ms apart) and overlapping windows on both
-    sides and report memory as recognition; holding whole speeds out prevents that bias.
+    sides and report memory as recognition; holding whole groups out prevents that bias: whole
+    speeds, or trials, or whatever the split says. A recording is of one group.
 
     ==============  ====================================  ======================================
     protocol        nested                                published
     ==============  ====================================  ======================================
-    training        other speeds but the validation's     all other speeds
-    validation      one whole training speed              half of the held-out speed
-    test            all of the held-out speed             the other half of it
+    training        other groups but the validation's     all other groups
+    validation      one whole training group              half of the held-out group
+    test            all of the held-out group             the other half of it
     ==============  ====================================  ======================================
 
     The published halves are every second frame or window of a recording, even ones validating
@@ -34,8 +36,8 @@ class LeaveOneSpeedOut:
     at random for each fold, the same for all textures (process_vibration.ipynb, cell 7). Where
     recordings have a single window each, every second recording of a texture takes its place.
 
-    >>> speeds = [10, 10, 20, 20, 30, 30]
-    >>> for train, test in LeaveOneSpeedOut().split(speeds, groups=speeds):
+    >>> trials = ["1", "1", "2", "2", "10", "10"]
+    >>> for train, test in LeaveOneGroupOut().split(trials, groups=trials):
     ...     print(train, test)
     [4 5] [0 1]
     [0 1] [2 3]
@@ -45,9 +47,10 @@ class LeaveOneSpeedOut:
     protocol: Protocol = field(default_factory=lambda: PROTOCOLS["nested"])
     random_halves: bool = False
     seed: int = 0
+    what: Split = SPEED
 
     def get_n_splits(self, X: Any = None, y: Any = None, groups: ArrayLike | None = None) -> int:  # noqa: N803
-        """Return the number of speeds."""
+        """Return the number of groups."""
         return len(np.unique(_required(groups)))
 
     def split(
@@ -56,28 +59,29 @@ class LeaveOneSpeedOut:
         y: Any = None,
         groups: ArrayLike | None = None,
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield (train, test) for each speed, ascending; `groups` are the speeds, mm/s.
+        """Yield (train, test) for each group in order; `groups` are the speeds, mm/s, or names.
 
-        Samples are taken to stand in the order of time, one recording a speed; use `folds`
+        Samples are taken to stand in the order of time, one recording a group; use `folds`
         where there are several.
         """
-        speeds = np.asarray(_required(groups), dtype=float)
-        names = np.array([f"{v:g}" for v in speeds])
-        for fold in self._folds(speeds, names, names):
+        given = np.asarray(_required(groups))
+        of = given.astype(float if given.dtype.kind in "biuf" else np.str_)
+        names = of.astype(np.str_)
+        for fold in self._folds(of, names, names):
             yield fold.train, fold.test
 
     def folds(self, samples: Samples) -> Iterator[Fold]:
-        """Yield the folds of `samples`, held-out speeds ascending.
+        """Yield the folds of `samples`, the groups held out in order.
 
         Raises
         ------
         InputError
-            If there are too few speeds (3 for `nested`, 2 for `published`), or none left to
+            If there are too few groups (3 for `nested`, 2 for `published`), or none left to
             train on.
         """
-        yield from self._folds(*_labels(samples))
+        yield from self._folds(*self._labels(samples))
 
-    def fold(self, samples: Samples, held_out_mm_s: float) -> tuple[int, Fold]:
+    def fold(self, samples: Samples, held_out: Group) -> tuple[int, Fold]:
         """Return one of the folds, without the others, and its rank among them.
 
         Raises
@@ -85,43 +89,49 @@ class LeaveOneSpeedOut:
         InputError
             As `folds`.
         """
-        speeds, recordings, textures = _labels(samples)
-        ranked = self._ranked(speeds)
-        rank = ranked.index(held_out_mm_s)
-        return rank, self._fold(rank, ranked, speeds, recordings, textures)
+        groups, recordings, textures = self._labels(samples)
+        ranked = self._ranked(groups)
+        rank = ranked.index(held_out)
+        return rank, self._fold(rank, ranked, groups, recordings, textures)
+
+    def _labels(self, samples: Samples) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Return the group, recording and texture of every sample."""
+        recordings, textures = samples[dims.RECORDING].values, samples[dims.TEXTURE].values
+        return self.what.of(samples), recordings, textures
 
     def _folds(
-        self, speeds: NDArray[np.float64], recordings: NDArray[Any], textures: NDArray[Any]
+        self, groups: NDArray[Any], recordings: NDArray[Any], textures: NDArray[Any]
     ) -> Iterator[Fold]:
-        ranked = self._ranked(speeds)
+        ranked = self._ranked(groups)
         for rank in range(len(ranked)):
-            yield self._fold(rank, ranked, speeds, recordings, textures)
+            yield self._fold(rank, ranked, groups, recordings, textures)
 
-    def _ranked(self, speeds: NDArray[np.float64]) -> tuple[float, ...]:
-        ranked = tuple(float(v) for v in np.unique(speeds))
+    def _ranked(self, groups: NDArray[Any]) -> tuple[Group, ...]:
+        ranked = tuple(sorted(np.unique(groups).tolist(), key=order))
         if len(ranked) < 2:
-            raise InputError("the data", "at least 2 speeds to hold one out", f"{len(ranked)}")
+            expected = f"at least 2 {self.what.many} to hold one out"
+            raise InputError("the data", expected, f"{len(ranked)}")
         return ranked
 
     def _fold(
         self,
         rank: int,
-        ranked: tuple[float, ...],
-        speeds: NDArray[np.float64],
+        ranked: tuple[Group, ...],
+        groups: NDArray[Any],
         recordings: NDArray[Any],
         textures: NDArray[Any],
     ) -> Fold:
         held_out = ranked[rank]
-        validation_speed = self.protocol.validation_speed(ranked, held_out)
-        held = speeds == held_out
-        if validation_speed == held_out:
+        validated_by = self.protocol.validation_group(ranked, held_out, self.what)
+        held = groups == held_out
+        if validated_by == held_out:
             validating = self._validating_half(recordings, textures, held, rank)
             validation, test, train = held & validating, held & ~validating, ~held
         else:
-            validation, test = speeds == validation_speed, held
+            validation, test = groups == validated_by, held
             train = ~held & ~validation
-        parts = (np.flatnonzero(part) for part in (train, validation, test))
-        return Fold(held_out, validation_speed, *parts)
+        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
+        return Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
 
     def _validating_half(
         self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int
@@ -136,6 +146,18 @@ class LeaveOneSpeedOut:
         return np.isin(number, drawn)
 
 
+class LeaveOneSpeedOut(LeaveOneGroupOut):
+    """Hold out one speed at a time, which is what `LeaveOneGroupOut` does unless told otherwise.
+
+    >>> speeds = [10, 10, 20, 20, 30, 30]
+    >>> for train, test in LeaveOneSpeedOut().split(speeds, groups=speeds):
+    ...     print(train, test)
+    [4 5] [0 1]
+    [0 1] [2 3]
+    [0 1] [4 5]
+    """
+
+
 def number_in_recording(recordings: NDArray[Any]) -> Indices:
     """Return each sample's running number within its recording, from 0, in order of time."""
     order = np.argsort(recordings, kind="stable")
@@ -145,16 +167,7 @@ def number_in_recording(recordings: NDArray[Any]) -> Indices:
     return number
 
 
-def _labels(samples: Samples) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return the speed, recording and texture of every sample."""
-    return (
-        samples[dims.SPEED].values,
-        samples[dims.RECORDING].values,
-        samples[dims.TEXTURE].values,
-    )
-
-
 def _required(groups: ArrayLike | None) -> ArrayLike:
     if groups is None:
-        raise InputError("groups", "the speed of every sample, mm/s", "none")
+        raise InputError("groups", "the group of every sample, such as its speed", "none")
     return groups

@@ -9,9 +9,10 @@ import pandas as pd
 
 from afferents.core.files import write_aside, write_json
 from afferents.core.results import PREDICTIONS, SCHEMA, SUMMARY
+from afferents.core.split import SPEED, Split, key_of
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
 from afferents.evaluation.folds import FoldKey, load_fold
-from afferents.evaluation.metrics import accuracy_by_speed, confusion, macro_f1
+from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
 from afferents.evaluation.reliability import reliability_of
 from afferents.evaluation.touches import inside_speeds, name_recordings
 
@@ -39,7 +40,7 @@ def summarise(
         predictions = pd.concat([table for _, _, table in mine])
         facts = [fact for _, fact, _ in mine]
         accuracy = accuracies[model, protocol] = Accuracy(predictions)
-        found = _summary_of(predictions, accuracy, facts, textures)
+        found = _summary_of(predictions, accuracy, facts, textures, mine[0][0].split)
         models.setdefault(model, {})[protocol] = found
     with write_aside(results / PREDICTIONS) as partial, partial.open("wb") as file:
         pd.concat([table for _, _, table in loaded]).to_parquet(
@@ -91,13 +92,14 @@ def _summary_of(
     accuracy: Accuracy,
     facts: list[dict[str, Any]],
     textures: list[str],
+    split: Split,
 ) -> dict[str, Any]:
     named = name_recordings(predictions, textures)
     return {
-        **_outcome(predictions, accuracy),
+        **_outcome(predictions, accuracy, split),
         "inside": _outcome_inside(predictions),
         "recordings": {
-            **_outcome(named, Accuracy(named)),
+            **_outcome(named, Accuracy(named), split),
             "inside": _outcome_inside(named),
         },
         "macro_f1": macro_f1(predictions, textures),
@@ -105,39 +107,41 @@ def _summary_of(
         "reliability": found.describe() if (found := reliability_of(predictions)) else None,
         "n_test": len(predictions),
         "seeds": sorted({fact["seed"] for fact in facts}),
-        "validation_speeds": _by_speed(facts, "validation_mm_s", first=True),
-        "validation_accuracy": _by_speed(facts, "validation_accuracy"),
-        "epochs": _by_speed(facts, "epochs"),
+        split.validations: _by_group(facts, split, split.validation, first=True),
+        "validation_accuracy": _by_group(facts, split, "validation_accuracy"),
+        "epochs": _by_group(facts, split, "epochs"),
         "seconds": sum(fact["seconds"] for fact in facts),
         "leaks": _total_leaks(facts),
     }
 
 
-def _outcome(predictions: pd.DataFrame, accuracy: Accuracy) -> dict[str, Any]:
-    """Return mean, interval and worst speed of what was named, samples or recordings."""
-    by_speed = accuracy_by_speed(predictions)
+def _outcome(predictions: pd.DataFrame, accuracy: Accuracy, split: Split) -> dict[str, Any]:
+    """Return mean, interval and worst group of what was named, samples or recordings."""
+    by_group = accuracy_by_group(predictions)
     interval = bootstrap_interval(accuracy)
-    worst = min(by_speed, key=lambda speed: by_speed[speed])
+    worst = min(by_group, key=lambda group: by_group[group])
     return {
-        "mean_accuracy": sum(by_speed.values()) / len(by_speed),
+        "mean_accuracy": sum(by_group.values()) / len(by_group),
         "ci95": [interval.low, interval.high],
-        "by_speed": {f"{speed:g}": accuracy for speed, accuracy in by_speed.items()},
-        "worst_speed": f"{worst:g}",
+        split.by: {key_of(group): accuracy for group, accuracy in by_group.items()},
+        split.worst: key_of(worst),
     }
 
 
 def _outcome_inside(predictions: pd.DataFrame) -> dict[str, Any] | None:
     """Return the same of the speeds that lie between others; None where there is none."""
     inner = inside_speeds(predictions)
-    return _outcome(inner, Accuracy(inner)) if len(inner) else None
+    return _outcome(inner, Accuracy(inner), SPEED) if len(inner) else None
 
 
-def _by_speed(facts: list[dict[str, Any]], name: str, first: bool = False) -> dict[str, Any]:
-    """Collect a fact by held-out speed: one value a seed, or the first seed's alone."""
+def _by_group(
+    facts: list[dict[str, Any]], split: Split, name: str, first: bool = False
+) -> dict[str, Any]:
+    """Collect a fact by group held out: one value a seed, or the first seed's alone."""
     collected: dict[str, list[Any]] = {}
     for fact in facts:
-        collected.setdefault(f"{fact['held_out_mm_s']:g}", []).append(fact[name])
-    return {speed: values[0] if first else values for speed, values in collected.items()}
+        collected.setdefault(key_of(fact[split.held_out]), []).append(fact[name])
+    return {group: values[0] if first else values for group, values in collected.items()}
 
 
 def _total_leaks(facts: list[dict[str, Any]]) -> dict[str, Any]:

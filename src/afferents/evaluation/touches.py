@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from afferents.core.results import PROBABILITY
+from afferents.core.split import SPEED, column_of
 
 _LEAST = 1e-12
 
@@ -22,11 +23,11 @@ def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFr
     Returns
     -------
     DataFrame
-        One row a recording and seed: seed, held_out_speed_mm_s, recording, true_texture,
-        predicted_texture.
+        One row a recording and seed: seed, held_out_speed_mm_s (or held_out_group), recording,
+        true_texture, predicted_texture.
     """
     columns = [f"{PROBABILITY}{texture}" for texture in textures]
-    by = ["seed", "held_out_speed_mm_s", "recording", "true_texture"]
+    by = ["seed", column_of(predictions), "recording", "true_texture"]
     logs = predictions[[*by, *columns]].copy()
     logs[columns] = np.log(logs[columns].clip(lower=_LEAST))
     sums = logs.groupby(by, sort=True)[columns].sum()
@@ -39,7 +40,10 @@ def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
     """Return the rows whose held-out speed lies between others: neither slowest nor fastest.
 
     To hold out an end of the range is to extrapolate, a harder question than the other speeds'.
+    Of groups that lie on no scale none lies between others.
     """
-    speed = predictions["held_out_speed_mm_s"]
+    if SPEED.column not in predictions:
+        return predictions.iloc[:0]
+    speed = predictions[SPEED.column]
     inner: pd.DataFrame = predictions.loc[(speed > speed.min()) & (speed < speed.max())]
     return inner

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
-from afferents.evaluation.metrics import accuracy_by_speed
+from afferents.evaluation.metrics import accuracy_by_group
 from afferents.evaluation.touches import inside_speeds
 
 FOLD = ["held_out_speed_mm_s", "left_out"]
@@ -78,7 +78,7 @@ def share_unknown(rows: pd.DataFrame) -> dict[str, Any]:
     return {
         **_mean_and_interval(called),
         "inside": _mean_and_interval(inner) if len(inner) else None,
-        "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_speed(called).items()},
+        "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_group(called).items()},
     }
 
 
@@ -103,7 +103,7 @@ def _mean_auroc(rows: pd.DataFrame) -> float:
 def _by_speed_mean(rows: pd.DataFrame, left_out: bool) -> float:
     """Return the mean over speeds of the share called unknown of what was left out, or not."""
     asked = rows[(rows["left_out"] == rows["texture"]) == left_out]
-    return float(np.mean(list(accuracy_by_speed(_called(asked)).values())))
+    return float(np.mean(list(accuracy_by_group(_called(asked)).values())))
 
 
 def _called(rows: pd.DataFrame) -> pd.DataFrame:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from afferents.core.errors import AfferentsError, InputError
+from afferents.core.files import size_of
 from afferents.core.lock import is_locked_by
 from afferents.core.owner import host_here
 
@@ -131,7 +132,7 @@ def require_same_file(path: Path, size: int) -> None:
     InputError
         If it is not there, or of another size in bytes.
     """
-    found = path.stat().st_size if path.is_file() else None
+    found = size_of(path) if path.exists() else None
     if found != size:
         raise InputError(
             f"worker on {host_here()}",

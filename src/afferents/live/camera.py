@@ -1,26 +1,23 @@
-"""A running camera: V4L2 through PyAV on Linux, OpenCV elsewhere."""
+"""A running camera: the one that records (`afferents.devices`), decoded to feel by."""
 
 import sys
 import time
 from collections import deque
 from collections.abc import Iterator
-from contextlib import closing
 
-import av
-import cv2
 import numpy as np
 
-from afferents.core.errors import InputError
+from afferents import devices
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.recording import Frame
-from afferents.live.clock import HostClock
 from afferents.live.events import CameraFrame, Channel, Event, Trouble
-from afferents.live.exposure import set_exposure
-from afferents.recordings import luma_of
 
 AGAIN_S = 1.0
 """A camera that vanished is looked for this often, s."""
 CHECKED_S = 1.0
 """Its frame rate is measured over this time, s."""
+USUAL_HZ = 30.0
+"""Frame rate of a camera that was asked for none and says none."""
 SLOW = 0.9
 """A rate below this share of what was asked for is said."""
 
@@ -28,18 +25,20 @@ SLOW = 0.9
 class Camera:
     """Frames of a camera as they come; when it vanishes it is waited for.
 
+    JPEGs are asked for where the camera gives them, as when recording.
+
     Parameters
     ----------
     device
         Its number, or its path such as ``/dev/video0``.
     fps_hz
-        Frames a second asked for.
+        Frames a second asked for; None for the camera's own.
     width, height
-        Size asked for, px.
+        Size asked for, px; None for the camera's own.
     exposure_ms
         Exposure time asked for, ms; None leaves it as it is. Linux only.
     driver
-        FFmpeg's input format; None for OpenCV.
+        FFmpeg's input format; None for the system's own.
 
     Raises
     ------
@@ -53,126 +52,69 @@ class Camera:
     def __init__(
         self,
         device: str,
-        fps_hz: float,
-        width: int,
-        height: int,
+        fps_hz: float | None = None,
+        width: int | None = None,
+        height: int | None = None,
         exposure_ms: float | None = None,
-        driver: str | None = "v4l2" if sys.platform == "linux" else None,
+        driver: str | None = None,
     ) -> None:
         """Open it."""
-        self.rate_hz = fps_hz
-        self._size = (width, height)
-        self._exposure_ms, self._driver = exposure_ms, driver
-        self._device = f"/dev/video{device}" if driver == "v4l2" and device.isdigit() else device
-        self._closed = False
+        self._device = device
+        self._camera = _camera_of(device, fps_hz, (width, height), exposure_ms, driver)
+        self._closed = self._running = False
         self._taken: deque[float] = deque()
         self._said_s = -np.inf
-        self._opened: Iterator[CameraFrame] | None = self._open()
+        self._camera.open()
+        self._open = True
+        said_hz = self._camera.settings.fps_hz
+        self.rate_hz = fps_hz or (said_hz if said_hz > 0 else USUAL_HZ)  # not if it is NaN
 
     def close(self) -> None:
-        """Let it go."""
+        """Let it go; where `events` runs, it does so at its end."""
         self._closed = True
+        self._camera.end()
+        if not self._running:
+            self._camera.close()
 
     def events(self) -> Iterator[Event]:
         """Yield its frames; `Trouble` when it vanishes, comes back, or is too slow."""
-        last_s = 0.0
-        while not self._closed:
-            frames, self._opened = self._opened or self._reopened(), None
-            if frames is None:
-                time.sleep(AGAIN_S)
-                continue
-            try:
-                for picture in frames:
-                    if self._closed:
-                        return
-                    last_s = picture.time_s
-                    yield picture
-                    yield from self._slowness(picture)
-            except (av.FFmpegError, cv2.error, OSError, InputError) as error:
-                reason = getattr(error, "strerror", None) or str(error)
-                yield Trouble("video", last_s, f"camera {self._device}: lost ({reason})")
-            else:
-                yield Trouble("video", last_s, f"camera {self._device}: no more frames")
-            time.sleep(AGAIN_S)
-
-    def _reopened(self) -> Iterator[CameraFrame] | None:
+        last_s, self._running = 0.0, True
         try:
-            return self._open()
+            while not self._closed:
+                if not self._open and not self._reopened():
+                    time.sleep(AGAIN_S)
+                    continue
+                self._taken.clear()
+                try:
+                    for picture in self._pictures():
+                        last_s = picture.time_s
+                        yield picture
+                        yield from self._slowness(picture)
+                except AfferentsError as error:
+                    yield Trouble("video", last_s, str(error))
+                self._camera.close()
+                self._open = False
+                if not self._closed:
+                    time.sleep(AGAIN_S)
+        finally:
+            self._camera.close()
+
+    def _pictures(self) -> Iterator[CameraFrame]:
+        for frame in self._camera.frames():
+            if self._closed:
+                return
+            seen = devices.picture_of(frame.data, self._camera.settings)
+            arrived_s = time.monotonic()
+            if seen is not None:
+                yield CameraFrame(Frame(frame.time_s, *seen), arrived_s, frame.damaged)
+
+    def _reopened(self) -> bool:
+        try:
+            self._camera.open()
         except InputError:
-            return None
-
-    def _open(self) -> Iterator[CameraFrame]:
-        self._taken.clear()
-        frames = self._by_opencv() if self._driver is None else self._by_ffmpeg(self._driver)
-        if self._exposure_ms is not None:
-            set_exposure(self._device, self._exposure_ms)
-        return frames
-
-    def _by_ffmpeg(self, driver: str) -> Iterator[CameraFrame]:
-        options = {"fflags": "nobuffer"}
-        if driver == "v4l2":
-            options |= {
-                "video_size": f"{self._size[0]}x{self._size[1]}",
-                "framerate": f"{self.rate_hz:g}",
-            }
-        try:
-            container = av.open(self._device, format=driver, options=options)
-        except (av.FFmpegError, OSError) as error:
-            raise self._absent(str(getattr(error, "strerror", None) or error)) from error
-        stream = container.streams.video[0]
-        found = (stream.width, stream.height)
-        if found != self._size:
-            container.close()
-            raise InputError(
-                self._device,
-                f"a camera of {self._size[0]} x {self._size[1]} px, as the model's sensor has",
-                f"{found[0]} x {found[1]} px",
-            )
-
-        def frames() -> Iterator[CameraFrame]:
-            clock = HostClock()
-            with closing(container):
-                for frame in container.decode(stream):
-                    arrived_s = time.monotonic()
-                    stamp = arrived_s if frame.time is None else frame.time
-                    seen = Frame(clock.read(stamp, arrived_s), *luma_of(frame))
-                    yield CameraFrame(seen, arrived_s, frame.is_corrupt)
-
-        return frames()
-
-    def _by_opencv(self) -> Iterator[CameraFrame]:
-        device = int(self._device) if self._device.isdigit() else self._device
-        camera = cv2.VideoCapture(device)
-        if not camera.isOpened():
-            raise self._absent("none that can be opened")
-        for name, value in (
-            (cv2.CAP_PROP_FRAME_WIDTH, self._size[0]),
-            (cv2.CAP_PROP_FRAME_HEIGHT, self._size[1]),
-            (cv2.CAP_PROP_FPS, self.rate_hz),
-        ):
-            camera.set(name, value)
-
-        def frames() -> Iterator[CameraFrame]:
-            try:
-                while True:
-                    there, image = camera.read()
-                    arrived_s = time.monotonic()
-                    if not there:
-                        return
-                    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-                    yield CameraFrame(Frame(arrived_s, np.asarray(grey, np.uint8)), arrived_s)
-            finally:
-                camera.release()
-
-        return frames()
-
-    def _absent(self, why: str) -> InputError:
-        return InputError(
-            f"camera {self._device}",
-            "a camera that is plugged in and free",
-            why,
-            "close what else uses it, or name another: --video camera:1",
-        )
+            return False
+        self._open = True
+        return True
 
     def _slowness(self, picture: CameraFrame) -> Iterator[Trouble]:
         """Say, not too often, that frames come more slowly than asked for."""
@@ -186,3 +128,28 @@ class Camera:
             self._said_s = picture.time_s
             what = f"camera {self._device}: asked {self.rate_hz:g} frames/s, got {rate_hz:.0f}"
             yield Trouble("video", picture.time_s, f"{what}; more light or another mode may help")
+
+
+def _camera_of(
+    device: str,
+    fps_hz: float | None,
+    size: tuple[int | None, int | None],
+    exposure_ms: float | None,
+    driver: str | None,
+) -> devices.Camera:
+    """Return this system's camera, unopened."""
+    width, height = size
+    if driver is None and sys.platform == "linux":
+        linux = devices.V4l2Camera.Options(
+            device=device, format="auto", width=width, height=height,
+            fps_hz=fps_hz, exposure_ms=exposure_ms,
+        )  # fmt: skip
+        return devices.V4l2Camera(linux)
+    if exposure_ms is not None:
+        raise InputError(
+            "--exposure-ms", "Linux, where it can be set", sys.platform, "leave it out"
+        )
+    portable = devices.PortableCamera.Options(
+        device=device, driver=driver, width=width, height=height, fps_hz=fps_hz
+    )
+    return devices.PortableCamera(portable)

@@ -1,7 +1,7 @@
 """Responses as tactile images, frame by frame: the same numbers as offline."""
 
 from collections.abc import Collection, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,30 @@ class FrameImages(NamedTuple):
     detected: NDArray[np.bool_]
 
 
+class FrameByFrame(Protocol):
+    """What makes images of frames as they come.
+
+    Attributes
+    ----------
+    sensor
+        Whose markers it follows; None while that is not known.
+    """
+
+    sensor: Sensor | None
+
+    def begin(self) -> None:
+        """Begin anew: the next frame is the first of a recording."""
+
+    def skip(self) -> None:
+        """Frames are missing before the next one: it has no RA-I."""
+
+    def feed(self, frame: Frame) -> FrameImages | None:
+        """Take in the next frame; None before there is a rest frame."""
+
+    def describe(self) -> str:
+        """Say in a sentence which sensor is followed, and how that is known."""
+
+
 class Images:
     """Follows the markers of a stream of frames.
 
@@ -62,8 +86,10 @@ class Images:
         """Wait for the rest frame."""
         if sensor.layout != "square" and sensor.markers is None:
             expected = "a sensor file that says where the markers are"
-            raise InputError("the model", expected, f"a {sensor.layout} layout without")
-        self.sensor = sensor
+            where = f"sensor '{sensor.name}'"
+            raise InputError(where, expected, f"a {sensor.layout} layout without")
+        self.sensor: Sensor | None = sensor
+        self._sensor = sensor
         self._channels = channels
         self.begin()
 
@@ -78,6 +104,12 @@ class Images:
         """Frames are missing before the next one: it has no RA-I."""
         self._before = None
 
+    def describe(self) -> str:
+        """Say in a sentence which sensor is followed."""
+        sensor = self._sensor
+        n = f", {sensor.n_markers} markers" if sensor.n_markers else ""
+        return f"Sensor '{sensor.name}': {sensor.layout} layout{n}."
+
     def feed(self, frame: Frame) -> FrameImages | None:
         """Take in the next frame; None before the rest frame.
 
@@ -87,11 +119,11 @@ class Images:
             If the rest frame does not show the sensor's markers, or is of another size.
         """
         self._n += 1
-        if self._n <= self.sensor.rest_frame:
+        if self._n <= self._sensor.rest_frame:
             return None
         if self._tracker is None:
-            check_size("the pictures", frame.luma.shape[::-1], self.sensor)
-            self._tracker = Tracker(self.sensor, levels=frame.levels)
+            check_size("the pictures", frame.luma.shape[::-1], self._sensor)
+            self._tracker = Tracker(self._sensor, levels=frame.levels)
         position, detected = self._tracker.step(frame.luma)
         grid = self._tracker.grid
         assert grid is not None
@@ -104,7 +136,7 @@ class Images:
 
     def _responses(self, position: Positions, rest: Positions) -> dict[str, Response]:
         """Return the responses of a frame, computed as offline; without those that lack one."""
-        if (lens := self.sensor.lens) is not None:
+        if (lens := self._sensor.lens) is not None:
             position, rest = undistort(position, lens), undistort(rest, lens)
         now, before = Skin(position, rest), self._before
         self._before = now

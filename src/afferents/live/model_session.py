@@ -1,42 +1,65 @@
 """One model's opinion over time: percepts from samples, and the evidence they add up to."""
 
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from afferents.core.evidence import Evidence
+from afferents.live.images import FrameImages
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
+from afferents.live.quality import Quality
+from afferents.live.session import Session
 
 
-class ModelSession:
+class ModelSession(Session):
     """A network and what it has felt of this touch.
 
     Parameters
     ----------
     network
         The model.
-    counters
-        Of the sense that it listens to; a copy goes out with every percept.
+    counters, quality
+        As for `Session`.
     """
 
-    def __init__(self, network: Network, counters: Counters) -> None:
+    def __init__(self, network: Network, counters: Counters, quality: Quality) -> None:
         """Start without evidence."""
+        super().__init__(network.card.model, counters, quality)
         self.network, self.card = network, network.card
-        self.truth: str | None = None
-        self._counters = counters
+        self.textures = self.card.textures
         self._evidence = Evidence(len(self.card.textures), self.card.evidence_per_s)
-        self._troubles: list[str] = []
+
+    def introduction(self) -> dict[str, Any]:
+        """Return what a page says of the model once, ready for JSON."""
+        return {
+            "model": self.name,
+            "title": self.card.title,
+            "textures": self.card.textures,
+            "description": self.card.describe(),
+        }
 
     def begin(self) -> None:
         """Another touch begins."""
-        self.network.skip()
+        super().begin()
         self._evidence.reset()
 
-    def interrupt(self, trouble: str) -> None:
-        """Say it with the next percept."""
-        self._troubles.append(trouble)
+    def skip(self) -> None:
+        """Begin a new run of images."""
+        self.network.skip()
+
+    def see(
+        self, felt: FrameImages, time_s: float, every_s: float, arrived_s: float
+    ) -> Percept | None:
+        """Say what a frame is, by the network's channel; None where it lacks that."""
+        network = self.network
+        image = (felt.images if network.of_pixels else felt.markers).get(network.channel.name)
+        if image is None:
+            return None
+        found = float(felt.detected.mean())
+        return self.feel(image, time_s, every_s, arrived_s, found)
 
     def feel(
         self,
@@ -46,19 +69,7 @@ class ModelSession:
         arrived_s: float,
         markers_found: float | None = None,
     ) -> Percept | None:
-        """Say what a sample is; None until a run of images is full.
-
-        Parameters
-        ----------
-        sample
-            As the network takes it.
-        time_s
-            Its end, s.
-        every_s
-            How often samples come, s.
-        arrived_s
-            When the last of it came, on the monotonic clock.
-        """
+        """Say what a sample is; None until a run of images is full. See `Session.feel`."""
         outcome = self.network.feel(sample)
         if outcome is None:
             return None
@@ -77,23 +88,10 @@ class ModelSession:
             markers_found=markers_found,
         )
 
-    def without(self, state: State, time_s: float) -> Percept:
-        """Say that nothing fresh is known."""
-        return self._percept(state, time_s)
-
-    def _percept(self, state: State, time_s: float, **felt: object) -> Percept:
-        troubles, self._troubles = tuple(self._troubles), []
-        return Percept(
-            model=self.card.model,
-            state=state,
-            time_s=time_s,
-            evidence=self._named(self._evidence.probabilities),
-            sure_after_s=self._evidence.sure_after_s,
-            counters=self._counters.copy(),
-            troubles=troubles,
-            truth=self.truth,
-            **felt,  # type: ignore[arg-type]
-        )
+    def _percept(self, state: State, time_s: float, **felt: Any) -> Percept:
+        evidence = self._named(self._evidence.probabilities)
+        sure_after_s = self._evidence.sure_after_s
+        return super()._percept(state, time_s, evidence=evidence, sure_after_s=sure_after_s, **felt)
 
     def _named(self, probabilities: NDArray[np.floating]) -> dict[str, float]:
         return dict(zip(self.card.textures, probabilities.tolist(), strict=True))

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 from afferents.live.events import Source, let_go
 from afferents.live.lsl import published
-from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
+from afferents.live.screen import show
+from afferents.live.senses import Senses
 from afferents.live.stream import check_sources, run
-from afferents.live.terminal import show
 
 Address = tuple[str, int, str | None]
 """Host, port and token of the page."""
@@ -17,16 +17,16 @@ Address = tuple[str, int, str | None]
 
 def give_out(
     sources: Sequence[Source],
-    perceiver: Perceiver,
+    senses: Senses,
     web: Address | None = None,
     lsl: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Feel, and give out what is felt, until the sources end.
+    """Feel or look, and give out what is felt or seen, until the sources end.
 
     Parameters
     ----------
-    sources, perceiver
+    sources, senses
         As for `stream.run`.
     web
         Where a page is served; None for the terminal.
@@ -41,29 +41,27 @@ def give_out(
         As `stream.run`; if packages are missing, or the page can't be served there.
     """
     with let_go(sources):
-        check_sources(sources, perceiver)  # before anything is opened for the percepts
-        _give_out(run(sources, perceiver), perceiver, web, lsl, as_json)
+        check_sources(sources, senses)  # before anything is opened for the percepts
+        _give_out(run(sources, senses), senses, web, lsl, as_json)
 
 
 def _give_out(
-    percepts: Iterator[Percept], perceiver: Perceiver, web: Address | None, lsl: bool, as_json: bool
+    percepts: Iterator[Percept], senses: Senses, web: Address | None, lsl: bool, as_json: bool
 ) -> None:
     if lsl:
-        networks = [
-            session.network for sense in perceiver.senses.values() for session in sense.sessions
-        ]
-        percepts = published(percepts, networks)
+        textures = {session.name: session.textures for _, session in senses.sessions}
+        percepts = published(percepts, textures)
     if as_json:
         percepts = _printed(percepts)
     if web is not None:
         from afferents.live.web.server import serve
 
-        serve(percepts, perceiver, *web)
+        serve(percepts, senses, *web)
     elif as_json:
         for _ in percepts:
             pass
     else:
-        show(percepts)
+        show(percepts, senses.screen())
 
 
 def _printed(percepts: Iterator[Percept]) -> Iterator[Percept]:

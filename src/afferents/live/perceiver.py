@@ -1,21 +1,19 @@
-"""From events to percepts, one at a time, without a thread of its own: the core of the stream."""
+"""Models that feel: senses made for what the models learnt from."""
 
-import math
 from collections.abc import Sequence
 
 from afferents.core.errors import InputError
 from afferents.live.audio_sense import AudioSense
-from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound
 from afferents.live.network import Network
-from afferents.live.percept import Percept
-from afferents.live.sense import Sense
+from afferents.live.screen import Screen
+from afferents.live.senses import Senses, check_offset
+from afferents.live.terminal import Bars
 from afferents.live.video_sense import VideoSense
+from afferents.live.wanted import Wanted
 
 
-class Perceiver:
+class Perceiver(Senses):
     """Models that feel by video, by audio, or by both.
-
-    Events may come in pieces of any size: percepts are the same. Memory does not grow.
 
     Parameters
     ----------
@@ -32,8 +30,7 @@ class Perceiver:
 
     def __init__(self, networks: Sequence[Network], audio_offset_s: float = 0.0) -> None:
         """Prepare for the first frame and the first sample."""
-        if not math.isfinite(audio_offset_s):
-            raise InputError("--audio-offset-ms", "a number of milliseconds", f"{audio_offset_s}")
+        check_offset(audio_offset_s)
         if not networks:
             raise InputError("--model", "at least one model", "none")
         names = [network.card.model for network in networks]
@@ -42,25 +39,23 @@ class Perceiver:
                 raise InputError("--model", "each model once", f"several of {name}")
         images = [network for network in networks if not network.encoding.of_vibration]
         vibration = [network for network in networks if network.encoding.of_vibration]
-        self.video = VideoSense(images) if images else None
-        self.audio = AudioSense(vibration, audio_offset_s) if vibration else None
+        super().__init__(
+            VideoSense.of(images) if images else None,
+            AudioSense.of(vibration, audio_offset_s) if vibration else None,
+        )
 
     @property
-    def senses(self) -> dict[Channel, Sense]:
-        """The senses that its models have."""
-        both: dict[Channel, Sense | None] = {"video": self.video, "audio": self.audio}
-        return {channel: sense for channel, sense in both.items() if sense is not None}
+    def wanted(self) -> Wanted:
+        """What its models need of sources."""
+        video, audio = self.video, self.audio
+        return Wanted(
+            frozenset(self.by_channel),
+            sensor=video.images.sensor if video else None,
+            fps_hz=video.rate_hz if video else None,
+            sample_rate_hz=audio.rate_hz if audio else Wanted.sample_rate_hz,
+            n_channels=audio.n_channels if audio else Wanted.n_channels,
+        )
 
-    def feed(self, event: Event) -> list[Percept]:
-        """Take in an event; return what it makes the models feel."""
-        if isinstance(event, CameraFrame):
-            return self.video.see(event) if self.video else []
-        if isinstance(event, Sound):
-            return self.audio.hear(event) if self.audio else []
-        sense = self.senses.get(event.channel)
-        if sense is None:
-            return []
-        if isinstance(event, Begin):
-            sense.begin(event)
-            return []
-        return sense.interrupt(event)
+    def screen(self) -> Screen:
+        """Return what draws percepts in a terminal: bars of every model."""
+        return Bars()

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
-State = Literal["texture", "unknown", "waiting", "stalled"]
+State = Literal["texture", "unknown", "looking", "waiting", "stalled"]
 
 
 @dataclass
@@ -39,15 +39,16 @@ class Counters:
 
 @dataclass(frozen=True)
 class Percept:
-    """What a model feels at one time.
+    """What a model feels at one time, or what is seen and heard without one.
 
     Attributes
     ----------
     model
-        Its model, such as ``ra-ste``.
+        Its model, such as ``ra-ste``; ``camera`` or ``microphone`` where one looks without a model.
     state
-        ``texture``; ``unknown`` where nothing that was learnt fits; ``waiting`` before there is
-        enough to feel; ``stalled`` where the source went silent or lags: nothing fresh is known.
+        ``texture``; ``unknown`` where nothing that was learnt fits; ``looking`` without a model;
+        ``waiting`` before there is enough to feel; ``stalled`` where the source went silent or
+        lags: nothing fresh is known.
     time_s
         End of the touch that it tells of, on the video's clock, s.
     texture
@@ -66,6 +67,8 @@ class Percept:
         Share of the markers seen in the frame; None for vibration.
     counters
         See `Counters`.
+    quality
+        How good what comes in is, over the last second, by name; see `live.quality`.
     troubles
         What sources said since the model's last percept.
     truth
@@ -83,13 +86,14 @@ class Percept:
     latency_ms: float | None = None
     markers_found: float | None = None
     counters: Counters = field(default_factory=Counters)
+    quality: Mapping[str, float] = field(default_factory=dict)
     troubles: tuple[str, ...] = ()
     truth: str | None = None
 
     @property
     def fresh(self) -> bool:
         """Whether it tells of what is touched now."""
-        return self.state in ("texture", "unknown")
+        return self.state in ("texture", "unknown", "looking")
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""

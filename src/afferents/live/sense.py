@@ -1,4 +1,4 @@
-"""What both senses, video and audio, share: their models, faults, and how late they are."""
+"""What both senses, video and audio, share: who listens, faults, and how late they are."""
 
 import math
 import time
@@ -6,9 +6,12 @@ from collections.abc import Sequence
 
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, Channel, Trouble
+from afferents.live.look_session import LookSession
 from afferents.live.model_session import ModelSession
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
+from afferents.live.quality import Quality
+from afferents.live.session import Session
 
 LATE_S = 0.1
 """What lags more than this behind the quickest arrival tells of the past."""
@@ -17,26 +20,31 @@ _FORGET = 0.001
 
 
 class Sense:
-    """The models that feel by one channel.
+    """The models that feel by one channel; without any, it is looked at.
 
     Parameters
     ----------
     channel
         Which.
-    networks
-        The models.
     rate_hz
-        Frames or samples a second that they learnt from.
+        Frames or samples a second that models learnt from, or that the source gives.
+    networks
+        The models, if any.
+    quality
+        Figures of what comes in.
     """
 
-    def __init__(self, channel: Channel, networks: list[Network], rate_hz: float | None) -> None:
+    def __init__(
+        self, channel: Channel, rate_hz: float, networks: Sequence[Network], quality: Quality
+    ) -> None:
         """Begin with nothing."""
-        assert rate_hz is not None
         self.channel = channel
         self.rate_hz = rate_hz
         self.every_s = 1 / rate_hz
         self.counters = Counters()
-        self.sessions = [ModelSession(network, self.counters) for network in networks]
+        self.quality = quality
+        feeling = [ModelSession(network, self.counters, quality) for network in networks]
+        self.sessions: Sequence[Session] = feeling or [LookSession(channel, self.counters, quality)]
         self.now_s = 0.0
         self.speed = 1.0
         self._quickest: tuple[float, float] | None = None
@@ -44,6 +52,7 @@ class Sense:
     def begin(self, event: Begin) -> None:
         """Forget all but the counters: another recording begins."""
         self.now_s, self._quickest = event.time_s, None
+        self.quality.begin()
         for session in self.sessions:
             session.begin()
             session.truth = event.truth
@@ -51,7 +60,7 @@ class Sense:
     def skip(self) -> None:
         """Begin anew: what comes next does not follow what came before."""
         for session in self.sessions:
-            session.network.skip()
+            session.skip()
 
     def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Percept]:
         """Say what went wrong, and that nothing fresh is known."""

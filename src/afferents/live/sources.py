@@ -4,38 +4,46 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from afferents.core.errors import InputError
+from afferents.core.recording import Video
 from afferents.live.camera import Camera
 from afferents.live.events import Source, let_go
+from afferents.live.found_images import FoundImages, found_in
+from afferents.live.images import FrameByFrame, Images
 from afferents.live.microphone import Microphone
-from afferents.live.perceiver import Perceiver
 from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo, recorded
 from afferents.live.rig import RigShow, RigSound, RigVideo
+from afferents.live.wanted import Wanted
+from afferents.markers import Sensor, load_sensor, ordered_rest
 from afferents.pipeline.sensor_rig import rig_of
 from afferents.recordings import WavFile, open_video
-from afferents.recordings.session import AUDIO, VIDEO
+from afferents.recordings.published import AUDIO, VIDEO
 from afferents.rig import Rig
 
-VIDEO_SOURCES = "camera:0, replay:SESSION/3/50 or rig"
-AUDIO_SOURCES = "mic:default, replay:SESSION/3/50 or rig"
+VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file or rig"
+AUDIO_SOURCES = "mic:default, replay:SESSION/3/50, a sound file or rig"
+KINDS = ("camera", "mic", "replay", "rig")
+RIG_SENSOR = "tip_b"
+"""The rig's own fingertip."""
 
 
 def open_sources(
     video: str | None,
     audio: str | None,
-    perceiver: Perceiver,
+    wanted: Wanted,
     speed: float = 1.0,
     exposure_ms: float | None = None,
 ) -> Sequence[Source]:
-    """Open what the models feel by.
+    """Open what is felt by, or looked at.
 
     Parameters
     ----------
     video
-        ``camera:NUMBER``, ``replay:RECORDING`` or ``rig`` (``rig:TEXTURE/SPEED`` for one drum).
+        ``camera:NUMBER``, ``replay:RECORDING`` or ``rig`` (``rig:TEXTURE/SPEED`` for one drum); a
+        path alone is replayed.
     audio
         ``mic:NAME``, ``replay:RECORDING`` or ``rig``.
-    perceiver
-        Says which of them are needed, and at which rates.
+    wanted
+        Which of them are needed, and at which rates.
     speed
         Of replays; infinite for as fast as possible.
     exposure_ms
@@ -48,46 +56,99 @@ def open_sources(
     """
     opened: list[Source] = []
     try:
-        _open(opened, video, audio, perceiver, Pace(speed), exposure_ms)
+        _open(opened, video, audio, wanted, Pace(speed), exposure_ms)
     except BaseException:
         with let_go(opened):
             raise
     return opened
 
 
+def images_of(video: str | None, sensor: Sensor | None = None) -> FrameByFrame:
+    """Return what finds the markers in a source of images that is looked at without a model.
+
+    A recording is looked at first, so that what does not go with it is said before anything opens.
+
+    Parameters
+    ----------
+    video
+        As for `open_sources`.
+    sensor
+        The sensor as the user describes it; None to find its markers at rest, as `calibrate`
+        does (the rig's own fingertip is known).
+
+    Raises
+    ------
+    InputError
+        If the recording shows no markers, or not the sensor's.
+    """
+    kind, name = _parted(video) if video is not None else ("", "")
+    if kind == "rig":
+        return Images(sensor or load_sensor(RIG_SENSOR))
+    if kind != "replay":
+        return Images(sensor) if sensor else FoundImages()
+    clip = _clip(name)
+    images = Images(sensor) if sensor else FoundImages(found_in(clip))
+    assert images.sensor is not None
+    ordered_rest(clip, images.sensor)
+    return images
+
+
 def _open(
     opened: list[Source],
     video: str | None,
     audio: str | None,
-    perceiver: Perceiver,
+    wanted: Wanted,
     pace: Pace,
     exposure_ms: float | None,
 ) -> None:
     shows: dict[str, RigShow] = {}
-    if perceiver.video is not None and video is not None:
-        kind, _, name = video.partition(":")
-        sensor = perceiver.video.sensor
+    if "video" in wanted.channels and video is not None:
+        kind, name = _parted(video)
         if kind == "camera":
-            size = (sensor.width or 640, sensor.height or 480)
-            opened.append(Camera(name or "0", perceiver.video.rate_hz, *size, exposure_ms))
+            opened.append(_camera(name, wanted, exposure_ms))
         elif kind == "replay":
-            file = open_video(recorded(Path(name), VIDEO))
-            opened.append(ReplayedVideo(file, pace))
+            opened.append(ReplayedVideo(_clip(name), pace))
         elif kind == "rig":
-            opened.append(RigVideo(shows.setdefault(name, _show(name, rig_of(sensor)))))
+            rig = None if wanted.sensor is None else rig_of(wanted.sensor)
+            opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
         else:
             raise InputError("--video", VIDEO_SOURCES, f"'{video}'")
-    if perceiver.audio is not None and audio is not None:
-        kind, _, name = audio.partition(":")
+    if "audio" in wanted.channels and audio is not None:
+        kind, name = _parted(audio)
         if kind == "mic":
-            n_channels = perceiver.audio.sessions[0].card.shape[0]
-            opened.append(Microphone(name or "default", perceiver.audio.rate_hz, n_channels))
+            rate_hz, n_channels = wanted.sample_rate_hz, wanted.n_channels
+            opened.append(Microphone(name or "default", rate_hz, n_channels))
         elif kind == "replay":
-            opened.append(ReplayedSound(WavFile(recorded(Path(name), AUDIO)), pace))
+            opened.append(ReplayedSound(_wav(recorded(Path(name), AUDIO)), pace))
         elif kind == "rig":
             opened.append(RigSound(shows[name] if name in shows else _show(name)))
         else:
             raise InputError("--audio", AUDIO_SOURCES, f"'{audio}'")
+
+
+def _parted(source: str) -> tuple[str, str]:
+    """Return the kind of a source and its name; a path alone is one to replay."""
+    kind, _, name = source.partition(":")
+    if kind not in KINDS and source and Path(source).exists():
+        return "replay", source
+    return kind, name
+
+
+def _clip(name: str) -> Video:
+    return open_video(recorded(Path(name), VIDEO))
+
+
+def _wav(path: Path) -> WavFile:
+    """Return the sensor's channel: the second as published, or the only one."""
+    return WavFile(path, min(WavFile.channel, WavFile(path).n_channels - 1))
+
+
+def _camera(name: str, wanted: Wanted, exposure_ms: float | None) -> Camera:
+    """Open a camera, for a sensor at the size of pictures that its file holds for."""
+    size: tuple[int | None, int | None] = (None, None)
+    if (sensor := wanted.sensor) is not None:
+        size = (sensor.width or 640, sensor.height or 480)
+    return Camera(name or "0", wanted.fps_hz, *size, exposure_ms)
 
 
 def _show(name: str, rig: Rig | None = None) -> RigShow:

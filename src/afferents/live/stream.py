@@ -16,6 +16,7 @@ from afferents.live.network import Network
 from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense
+from afferents.live.senses import Senses
 
 SILENT_S = 0.5
 """A source that says nothing for so long is stalled; and nobody waits longer for a message."""
@@ -61,36 +62,36 @@ def stream(
         yield from run(sources, Perceiver(networks, audio_offset_s))
 
 
-def run(sources: Sequence[Source], perceiver: Perceiver) -> Iterator[Percept]:
-    """Feed sources to a perceiver; see `stream`."""
-    used = [source for source in sources if source.channel in perceiver.senses]
+def run(sources: Sequence[Source], senses: Senses) -> Iterator[Percept]:
+    """Feed sources to models (`Perceiver`), or to an onlooker (`Looker`); see `stream`."""
+    used = [source for source in sources if source.channel in senses.by_channel]
     with let_go(sources):
-        check_sources(sources, perceiver)
+        check_sources(sources, senses)
         for source in used:
-            perceiver.senses[source.channel].speed = source.speed
+            senses.by_channel[source.channel].speed = source.speed
         if any(math.isfinite(source.speed) for source in used):
-            yield from _as_it_comes(used, perceiver)
+            yield from _as_it_comes(used, senses)
         else:
             with ExitStack() as threads:
                 events = [threads.enter_context(read_ahead(source.events())) for source in used]
                 for event in heapq.merge(*events, key=attrgetter("time_s")):
-                    yield from perceiver.feed(event)
+                    yield from senses.feed(event)
 
 
-def check_sources(sources: Sequence[Source], perceiver: Perceiver) -> None:
-    """Refuse sources that the models can't feel by.
+def check_sources(sources: Sequence[Source], senses: Senses) -> None:
+    """Refuse sources that don't go with the senses.
 
     Raises
     ------
     InputError
         If a sense has no source or two, or the rate is another than the models learnt from.
     """
-    for channel, sense in perceiver.senses.items():
+    for channel, sense in senses.by_channel.items():
         fitting = [source for source in sources if source.channel == channel]
         if len(fitting) != 1:
-            models = ", ".join(session.card.model for session in sense.sessions)
+            listening = ", ".join(session.name for session in sense.sessions)
             found = f"{len(fitting) or 'none'}"
-            raise InputError(f"--{channel}", f"one source for {models}", found)
+            raise InputError(f"--{channel}", f"one source for {listening}", found)
         _check_rate(fitting[0], sense)
 
 
@@ -105,9 +106,9 @@ def _check_rate(source: Source, sense: Sense) -> None:
         )
 
 
-def _as_it_comes(sources: Sequence[Source], perceiver: Perceiver) -> Iterator[Percept]:
+def _as_it_comes(sources: Sequence[Source], senses: Senses) -> Iterator[Percept]:
     mailbox = Mailbox()
-    watches = {s.channel: _Watch(perceiver.senses[s.channel]) for s in sources}
+    watches = {s.channel: _Watch(senses.by_channel[s.channel]) for s in sources}
     for source in sources:
         mailbox.take_from(source)
     while True:
@@ -116,7 +117,7 @@ def _as_it_comes(sources: Sequence[Source], perceiver: Perceiver) -> Iterator[Pe
         except EOFError:
             return
         if event is not None:
-            percepts = perceiver.feed(event)
+            percepts = senses.feed(event)
             yield from percepts
             watches[event.channel].heard(percepts)
         for channel, watch in watches.items():

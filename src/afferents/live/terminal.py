@@ -1,31 +1,31 @@
 """Percepts in the terminal: for every model what it feels, as bars."""
 
-import time
-from collections.abc import Iterable
-
 from rich.console import Console, Group, RenderableType
-from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
 from afferents.live.percept import Percept
+from afferents.live.screen import counted
 
-EVERY_S = 0.1
 _BAR = 24
 _MOST = 13
 """Textures shown, the likeliest."""
 
 
-def show(percepts: Iterable[Percept]) -> None:
-    """Draw percepts as they come, until they end."""
-    latest: dict[str, Percept] = {}
-    drawn_s = 0.0
-    with Live(console=Console(highlight=False, markup=False), auto_refresh=False) as screen:
-        for percept in percepts:
-            latest[percept.model] = percept
-            if time.monotonic() - drawn_s > EVERY_S:
-                drawn_s = time.monotonic()
-                screen.update(Group(*map(_drawn, latest.values())), refresh=True)
+class Bars:
+    """Draws the evidence of every model as bars."""
+
+    def __init__(self) -> None:
+        """Nothing is felt yet."""
+        self._latest: dict[str, Percept] = {}
+
+    def take(self, percept: Percept) -> None:
+        """Keep a percept until the next of its model."""
+        self._latest[percept.model] = percept
+
+    def drawn(self, console: Console) -> RenderableType:
+        """Return the picture as it is now."""
+        return Group(*map(_drawn, self._latest.values()))
 
 
 def _drawn(percept: Percept) -> RenderableType:
@@ -38,7 +38,7 @@ def _drawn(percept: Percept) -> RenderableType:
         said = "" if now is None else f"{100 * now:3.0f}% now"
         bar = "█" * round(_BAR * all_in_all)
         table.add_row(texture, f"{bar:<{_BAR}}", f"{100 * all_in_all:3.0f}%", said)
-    return Group(table, Text(_counted(percept), style="dim"))
+    return Group(table, Text(counted(percept), style="dim"))
 
 
 def _title(percept: Percept) -> str:
@@ -46,14 +46,3 @@ def _title(percept: Percept) -> str:
     sure = "" if percept.sure_after_s is None else f", sure after {percept.sure_after_s:.1f} s"
     truth = f" (it is {percept.truth})" if percept.truth else ""
     return f"{percept.model}: {felt}{sure}{truth}"
-
-
-def _counted(percept: Percept) -> str:
-    counters = percept.counters
-    parts = [] if percept.latency_ms is None else [f"{percept.latency_ms:.1f} ms"]
-    parts += [
-        f"{count} {name.replace('_', ' ')}"
-        for name, count in vars(counters).items()
-        if count and name not in ("frames", "samples")
-    ]
-    return ", ".join([*parts, *percept.troubles])

@@ -1,11 +1,15 @@
 """From frames to percepts, by SA-I and RA-I."""
 
+from collections.abc import Sequence
+from typing import Self
+
 from afferents.core.errors import InputError
 from afferents.live.events import Begin, CameraFrame, Trouble
-from afferents.live.images import SHOWN, FrameImages, Images
+from afferents.live.images import SHOWN, FrameByFrame, FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense, require_alike
+from afferents.live.video_quality import VideoQuality
 from afferents.markers import Sensor
 
 MISSING = 1.7
@@ -15,40 +19,54 @@ DOUBLED = 0.25
 
 
 class VideoSense(Sense):
-    """Models of one sensor that feel by its camera.
+    """A sensor's camera: what models feel by it, or what is to be seen.
 
     Parameters
     ----------
+    images
+        Which follow the sensor's markers.
+    rate_hz
+        Frames a second.
     networks
-        One or more.
-
-    Raises
-    ------
-    InputError
-        If they learnt from different sensors or frame rates.
+        Models of this sensor; none to look only.
     """
 
-    def __init__(self, networks: list[Network]) -> None:
+    def __init__(
+        self, images: FrameByFrame, rate_hz: float, networks: Sequence[Network] = ()
+    ) -> None:
         """Wait for the rest frame."""
-        card = networks[0].card
-        super().__init__("video", networks, card.fps_hz)
-        require_alike(networks, ("sensor", "fps_hz"), "sensor and frame rate")
-        self.sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
+        self.picture_quality = VideoQuality(rate_hz)
+        super().__init__("video", rate_hz, networks, self.picture_quality)
         self.felt: FrameImages | None = None
         self.picture: CameraFrame | None = None
-        felt_by = {network.channel for network in networks}
-        self._images = Images(self.sensor, {*SHOWN, *felt_by})
+        self.images = images
         self._last_s: float | None = None
+
+    @classmethod
+    def of(cls, networks: Sequence[Network]) -> Self:
+        """Return the sense by which one or more models feel.
+
+        Raises
+        ------
+        InputError
+            If they learnt from different sensors or frame rates.
+        """
+        card = networks[0].card
+        require_alike(networks, ("sensor", "fps_hz"), "sensor and frame rate")
+        sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
+        felt_by = {network.channel for network in networks}
+        assert card.fps_hz is not None
+        return cls(Images(sensor, {*SHOWN, *felt_by}), card.fps_hz, networks)
 
     def begin(self, event: Begin) -> None:
         """Wait for the rest frame of another recording."""
-        self._images.begin()
-        self._last_s = None
+        self.images.begin()
+        self.felt = self._last_s = None
         super().begin(event)
 
     def skip(self) -> None:
         """Begin anew: frames are missing before the next one."""
-        self._images.skip()
+        self.images.skip()
         super().skip()
 
     def see(self, picture: CameraFrame) -> list[Percept]:
@@ -65,28 +83,24 @@ class VideoSense(Sense):
         self.now_s = picture.time_s + 1 / self.rate_hz
         self.picture = picture
         try:
-            felt = self.felt = self._images.feed(picture.frame)
+            felt = self.felt = self.images.feed(picture.frame)
         except InputError as error:
-            self._images.begin()
+            self.images.begin()
+            self.felt = None
+            self.picture_quality.take(picture, None)
             return self.interrupt(Trouble("video", picture.time_s, str(error)), "waiting")
+        self.picture_quality.take(picture, felt)
         late = self.is_late(picture.time_s, picture.arrived_s)
         if felt is None:
             return []
         if late:
             super().skip()  # the networks have not seen it; RA-I has
             return self.without("stalled")
-        return self._feel(felt, picture.arrived_s)
-
-    def _feel(self, felt: FrameImages, arrived_s: float) -> list[Percept]:
-        percepts = []
-        for session in self.sessions:
-            network = session.network
-            image = (felt.images if network.of_pixels else felt.markers).get(network.channel.name)
-            if image is not None:
-                found = float(felt.detected.mean())
-                percept = session.feel(image, self.now_s, self.every_s, arrived_s, found)
-                percepts += [percept] if percept else []
-        return percepts
+        said = [
+            session.see(felt, self.now_s, self.every_s, picture.arrived_s)
+            for session in self.sessions
+        ]
+        return [percept for percept in said if percept is not None]
 
     def _comes_twice(self, time_s: float) -> bool:
         """Tell whether a frame is the last once more; count those missing before it."""

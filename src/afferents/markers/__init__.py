@@ -1,11 +1,12 @@
 """Finding the markers in the picture, following them, and placing them in the sensor's grid."""
 
+from afferents.core.choices import Method
 from afferents.markers.detect import Positions, detect
 from afferents.markers.estimate import estimate_detector, recognise_sensor
 from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.lens import undistort, undistorted
 from afferents.markers.quality import TrackingQuality, describe, doubt_markers, measure_quality
-from afferents.markers.rest import Method, rest_image
+from afferents.markers.rest import check_size
 from afferents.markers.sensor import (
     BlobDetector,
     DiscDetector,
@@ -17,7 +18,6 @@ from afferents.markers.sensor import (
 from afferents.markers.track import (
     Tracked,
     Tracker,
-    check_size,
     ordered_rest,
     rest_positions,
     track,
@@ -46,7 +46,6 @@ __all__ = [
     "packaged_sensors",
     "published_grid",
     "recognise_sensor",
-    "rest_image",
     "rest_positions",
     "track",
     "undistort",

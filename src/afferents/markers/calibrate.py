@@ -1,60 +1,65 @@
-"""A sensor file from one clip at rest: how its markers look, and what layout they form."""
+"""A sensor file from clips at rest: how its markers look, and what layout they form."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect, without_loners
-from afferents.markers.estimate import estimate_detector
+from afferents.markers.clips import Clip, Followed, follow_on, look_at_rest, seen_in_most
+from afferents.markers.detect import Positions
 from afferents.markers.image_quality import ImageQuality, image_quality
 from afferents.markers.layout import FoundLayout, find_layout
 from afferents.markers.sensor import Sensor
 
-N_FRAMES = 9
-"""The picture is the median of so many frames: without noise, and without what flickers."""
 MADE_BY = "# Made by afferents calibrate; see the picture beside it."
 """First line of a sensor file that `calibrate` writes."""
-MOST_MOVED_PX = 0.5
-"""A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a clip shows of its sensor.
+    """What clips show of their sensor.
 
     Attributes
     ----------
     sensor
         Ready to be written.
     image
-        The median picture, (height, width).
+        The median picture of the first clip, (height, width).
     position
         Its markers, (n, 2), px.
+    suspects
+        What looks like markers there and is left out, (k, 2), px.
     found, picture
         Layout, light and focus.
-    n_still, n_looked
-        Frames from the first in which the skin did not move, of those looked at.
+    n_again, n_checked
+        Markers found again in most of the frames that were not used, and how many frames.
+    clips
+        What was looked at.
     """
 
     sensor: Sensor
     image: GreyImage
     position: Positions
+    suspects: Positions
     found: FoundLayout
     picture: ImageQuality
-    n_still: int
-    n_looked: int
+    n_again: int
+    n_checked: int
+    clips: tuple[Clip, ...]
 
 
-def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibration:
-    """Find out how a sensor's markers look and what layout they form, from a clip at rest.
+def calibrate(
+    video: Video | Sequence[Video], name: str, pitch_mm: float | None = None
+) -> Calibration:
+    """Find out how a sensor's markers look and what layout they form, from clips at rest.
 
     Parameters
     ----------
+    video
+        A clip, or several of the same sensor; markers are those that at least half of them show.
     name
         What the sensor is to be called.
     pitch_mm
@@ -63,17 +68,21 @@ def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibra
     Raises
     ------
     InputError
-        If the clip shows no markers.
+        If a clip shows no markers, or another sensor than the first.
     """
     if pitch_mm is not None and not 0 < pitch_mm < math.inf:
         raise InputError("--pitch-mm", "a distance above 0, mm", f"{pitch_mm:g}")
-    images = [frame.image for frame in islice(video.frames(), N_FRAMES)]
-    if not images:
-        raise InputError(video.path, "a clip of the skin at rest", "no frames")
-    n_still = _count_still(images, estimate_detector(images[0], video.path))
-    image = np.asarray(np.median(images[:n_still], axis=0), np.uint8)
-    detector = estimate_detector(image, video.path)
-    position = without_loners(detect(image, detector))
+    clips = tuple(
+        look_at_rest(each) for each in (video if isinstance(video, Sequence) else [video])
+    )
+    _of_one_size(clips)
+    first = clips[0]
+    position = seen_in_most(clips)
+    followed = [follow_on(clip, position) for clip in clips]
+    still = np.any([each.still for each in followed], axis=0)
+    again, n_checked = _found_again(followed)
+    suspects = np.concatenate([first.seen.suspects, position[still]])
+    position, again = position[~still], again[~still]
     found = find_layout(position)
     places: dict[str, object] = {"layout": found.layout, "n_markers": len(position)}
     if found.grid is not None:
@@ -83,20 +92,29 @@ def calibrate(video: Video, name: str, pitch_mm: float | None = None) -> Calibra
         order = np.lexsort((position[:, 0], position[:, 1]))
         position = position[order]
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
-    described = detector.model_dump() | places | {"name": name, "rest_frame": 0}
+    described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
-    picture = image_quality(image, position)
-    return Calibration(sensor, image, position, found, picture, n_still, len(images))
+    picture = image_quality(first.image, position)
+    return Calibration(
+        sensor, first.image, position, suspects, found, picture, int(again.sum()), n_checked, clips
+    )
 
 
-def _count_still(images: list[GreyImage], sensor: Sensor) -> int:
-    """Return how many frames, from the first on, show the skin where the first one does."""
-    first = detect(images[0], sensor)
-    for n, image in enumerate(images[1:], start=1):
-        found = detect(image, sensor)
-        if len(found) == 0 or np.median(cKDTree(found).query(first)[0]) > MOST_MOVED_PX:
-            return n
-    return len(images)
+def _of_one_size(clips: Sequence[Clip]) -> None:
+    """Refuse clips of another size than the first: lengths in px would not hold."""
+    for clip in clips[1:]:
+        height, width = clips[0].image.shape
+        if clip.image.shape != (height, width):
+            found = f"{clip.image.shape[1]} x {clip.image.shape[0]} px"
+            expected = f"{width} x {height} px, as in {clips[0].video.path.name}"
+            raise InputError(clip.video.path, expected, found, "calibrate each size by itself")
+
+
+def _found_again(followed: Sequence[Followed]) -> tuple[np.ndarray, int]:
+    """Return which markers are found in most of the frames that were not used, and these."""
+    n_frames = sum(each.n_frames for each in followed)
+    n_found = np.sum([each.n_found for each in followed], axis=0)
+    return 2 * n_found > n_frames, n_frames
 
 
 def sensor_toml(sensor: Sensor) -> str:

@@ -14,9 +14,6 @@ from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Senso
 Positions = NDArray[np.float64]
 """Shape (n, 2): x right and y down, px, pixel centres at integers."""
 
-COMPANY, NEAR, MOST_LONERS = 3, 2.2, 0.2
-"""See `without_loners`."""
-
 
 def detect(image: GreyImage, sensor: Sensor) -> Positions:
     """Find the markers in an image.
@@ -59,19 +56,6 @@ def spacing_px(position: Positions) -> float:
     """Return the median distance of a marker from its nearest neighbour, px."""
     distance, _ = cKDTree(position).query(position, k=2)
     return float(np.median(distance[:, 1]))
-
-
-def without_loners(position: Positions) -> Positions:
-    """Leave out what stands apart from the layout: reflections at the rim.
-
-    A marker has `COMPANY` others within `NEAR` times the distance of neighbours; where most
-    do not, as in a row of pins, all are kept.
-    """
-    if len(position) <= COMPANY:
-        return position
-    near = NEAR * spacing_px(position)
-    company = cKDTree(position).query(position, k=COMPANY + 1)[0][:, -1] <= near
-    return position[company] if company.mean() > 1 - MOST_LONERS else position
 
 
 @lru_cache(maxsize=8)

@@ -1,14 +1,15 @@
 """A detector for a sensor that nobody has described: guessed from one of its images."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect, find_blobs, spacing_px
+from afferents.markers.detect import Positions, detect, find_blobs, find_markers, spacing_px
 from afferents.markers.discs import find_discs
 from afferents.markers.image_quality import fault_of_light
-from afferents.markers.rest import rest_image
+from afferents.markers.rest import rest_images
 from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
 
 FEWEST = 6
@@ -20,6 +21,12 @@ LIKE_SIZE = (0.25, 3.0)
 towards the rim, reflections are larger."""
 MOST_DISCS = 0.8
 """Markers are described as discs where so many discs are found for the blobs."""
+FEWEST_BY_GREY, MORE = 400, 1.3
+"""Where fewer blobs are found by grey level, they are looked for in an evened picture too, which is
+taken if it shows so many times more."""
+EVEN_SHARE, EVEN_GREY, LEAST_SPREAD = 30.0, 50.0, 3.0
+"""Evened are parts of this share of the picture's height, to a spread of so many grey levels; less
+spread than the last is noise."""
 GATE_SHARE = 0.65
 """Gate as a share of the spacing. More than half of it, because one-to-one assignment keeps
 neighbours apart."""
@@ -48,9 +55,11 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
     InputError
         If there are fewer than `FEWEST` blobs of like size.
     """
-    found = {colour: _blobs_of_like_size(image, colour) for colour in (255, 0)}
-    colour = max(found, key=lambda key: len(found[key][0]))
-    centre, area = found[colour]
+    colour, centre, area = _blobs_of_a_layout(image)
+    if len(centre) < FEWEST_BY_GREY:
+        evened = _blobs_of_a_layout(_evened(image))
+        if len(evened[1]) > MORE * len(centre):
+            colour, centre, area = evened
     if len(centre) < FEWEST:
         raise InputError(
             where,
@@ -59,6 +68,9 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
             "give a sensor file that says what its markers look like",
         )
     detector = _discs(image, colour, centre, area)
+    markers, _ = find_markers(image, detector)
+    if len(markers) >= FEWEST:
+        centre = markers
     return Sensor(
         name="estimated",
         layout="free",
@@ -102,7 +114,7 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
         If the video is shorter than the rest frame, or shows no markers at all.
     """
     published = load_sensor("tip_b")
-    image = rest_image(video, published.rest_frame)
+    image = rest_images(video, published.rest_frame)[0]
     found = len(detect(image, published))
     if found == published.n_markers:
         return published, f"The published detector ({published.name}) finds its {found} markers."
@@ -120,6 +132,25 @@ def looks(detector: Detector) -> str:
     if isinstance(detector, DiscDetector):
         return f"discs of {detector.radius_px:g} px radius"
     return f"blobs of {detector.min_area_px2:g} to {detector.max_area_px2:g} px^2"
+
+
+def _blobs_of_a_layout(image: GreyImage) -> tuple[int, Positions, NDArray[np.float64]]:
+    """Return the colour with more blobs of like size, their centres and areas."""
+    found = {colour: _blobs_of_like_size(image, colour) for colour in (255, 0)}
+    colour = max(found, key=lambda key: len(found[key][0]))
+    return colour, *found[colour]
+
+
+def _evened(image: GreyImage) -> GreyImage:
+    """Return a picture whose brightness and contrast are everywhere alike, without its noise.
+
+    Small faint markers differ by fewer grey levels than the steps at which blobs are cut.
+    """
+    grey = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 1.0)
+    around = image.shape[0] / EVEN_SHARE
+    off = grey - cv2.GaussianBlur(grey, (0, 0), around)
+    spread = np.sqrt(cv2.GaussianBlur(off**2, (0, 0), around)) + LEAST_SPREAD
+    return np.asarray(np.clip(128 + EVEN_GREY * off / spread, 0, 255), np.uint8)
 
 
 def _blobs_of_like_size(image: GreyImage, colour: int) -> tuple[Positions, NDArray[np.float64]]:

@@ -20,6 +20,8 @@ REPEATED_SHARE = 0.2
 MOVING = 0.1
 """Change means motion where it is this share of the most that frames change (95%)."""
 
+FAINT, OVEREXPOSED, BLURRED_PX = 40.0, 0.5, 4.0
+"""Contrast in grey levels, share of saturated markers, and width of an edge that are named."""
 
 BLACK, WHITE = 12.0, 243.0
 """A picture whose mean grey level lies beyond these shows nothing."""
@@ -55,6 +57,29 @@ class ImageQuality:
     skin_grey: float
     saturated: float
     edge_px: float
+
+
+def doubts_of_light(picture: ImageQuality) -> dict[str, str]:
+    """Say what is wrong with light and focus, if anything.
+
+    Returns
+    -------
+    dict
+        A sentence for each of ``faint``, ``overexposed`` and ``blurred`` that it is.
+    """
+    disc, skin = picture.disc_grey, picture.skin_grey
+    doubts = {}
+    if abs(disc - skin) < FAINT:
+        doubts["faint"] = (
+            f"Faint: markers at grey level {disc:.0f} on skin at {skin:.0f}; give more light."
+        )
+    if picture.saturated > OVEREXPOSED:
+        doubts["overexposed"] = (
+            "Overexposed: most markers are at full white, so edges carry little; give less light."
+        )
+    if picture.edge_px > BLURRED_PX:
+        doubts["blurred"] = f"Out of focus: edges are {picture.edge_px:.1f} px wide."
+    return doubts
 
 
 def image_quality(image: GreyImage, position: Positions) -> ImageQuality:

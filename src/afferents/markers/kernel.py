@@ -249,6 +249,27 @@ def drop_strangers(position, found, rest, neighbours, farthest, strange):
 
 
 @_kernel
+def any_torn(position, rest, neighbours, limit):
+    """Return whether any two neighbours moved apart, or together, by more than allowed.
+
+    Parameters
+    ----------
+    neighbours
+        Shape (n, k).
+    limit
+        How far their ways from rest may differ, squared, px^2, shape (n, k).
+    """
+    for i in range(len(position)):
+        dx, dy = position[i, 0] - rest[i, 0], position[i, 1] - rest[i, 1]
+        for k in range(neighbours.shape[1]):
+            j = neighbours[i, k]
+            off_x, off_y = position[j, 0] - rest[j, 0] - dx, position[j, 1] - rest[j, 1] - dy
+            if off_x * off_x + off_y * off_y > limit[i, k]:  # never of a lost one: NaN
+                return True
+    return False
+
+
+@_kernel
 def share_blobs(position, found, predicted, neighbours, nearest):
     """Where two markers hold one blob, leave it to the one that was expected nearer to it.
 

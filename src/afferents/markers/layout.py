@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +9,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
+from afferents.core.choices import Layout
 from afferents.core.errors import InputError
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
-
-Layout = Literal["square", "hexagonal", "radial", "free"]
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
@@ -22,10 +20,13 @@ _ANGLE_STEP_DEG = 2.0
 _ICP_ROUNDS = 8
 _TRIED = 10
 """Turns that fit best at first, each of which is then fitted closely."""
-_GOOD, _ASIDE = 0.6, 2.0
+_GOOD, _ASIDE = 0.8, 2.0
 """With a fit below this the layout is also looked for so many spacings from the middle."""
 GATE_SHARE = 0.4
 """A marker is one of the layout's if it lies within this share of the spacing of its place."""
+_ANOTHER = 0.12
+"""Of another layout, markers lie off their places by more than this share of their spacing, in the
+median: at least 0.14 measured, at most 0.05 of a layout's own (fish-eye lens, other clips)."""
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
 
@@ -104,7 +105,11 @@ def _ray_order(position: Positions) -> float:
 
 
 def match_layout(
-    found: Positions, template: Positions, where: object
+    found: Positions,
+    template: Positions,
+    where: object,
+    faint: Positions | None = None,
+    needed: float = 1 - MOST_MISSING,
 ) -> tuple[Positions, NDArray[np.bool_]]:
     """Give each marker of a known layout its own blob, wherever the picture is shifted or rolled.
 
@@ -117,6 +122,11 @@ def match_layout(
         Blobs, shape (m, 2), px, in any order.
     template
         The layout's markers, shape (n, 2), px.
+    faint
+        Fainter blobs, shape (k, 2), px, which are taken where the layout expects a marker and
+        nothing better is near; None for none.
+    needed
+        Share of the markers that must be there.
 
     Returns
     -------
@@ -127,28 +137,47 @@ def match_layout(
     Raises
     ------
     InputError
-        If more than a fifth of the markers are missing.
+        If more are missing, by default more than a fifth; or if the layout is another one.
     """
     gate = GATE_SHARE * spacing_px(template)
     tree = cKDTree(found)
     placed = _placed(template, found, tree, gate, [(0.0, 0.0)])
     if _fit(placed, tree, gate) < _GOOD:  # false blobs on one side shift the middle
         aside = np.arange(-_ASIDE, _ASIDE + 0.1, 0.5) * spacing_px(template)
-        placed = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
-    cost = cdist(placed, found)
-    own, blob = linear_sum_assignment(np.minimum(cost, gate))
-    good = cost[own, blob] < gate
+        wider = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
+        placed = max(placed, wider, key=lambda place: _fit(place, tree, gate))
+    own, blob = _assigned(placed, found, gate)
+    off = np.hypot(*(placed[own] - found[blob]).T) / spacing_px(template)
+    if needed and len(own) >= needed * len(template) and np.median(off) > _ANOTHER:
+        do = "give the sensor file of this sensor, or calibrate it"
+        expected = "markers where the sensor's layout has them"
+        raise InputError(where, expected, f"{len(found)} in another layout", do)
     present = np.zeros(len(template), dtype=bool)
-    present[own[good]] = True
-    if present.mean() < 1 - MOST_MISSING:
+    present[own] = True
+    placed[own] = found[blob]
+    if faint is not None and len(faint):
+        lost = np.flatnonzero(~present)
+        free = faint[cKDTree(placed[present]).query(faint)[0] > gate] if present.any() else faint
+        at, its = _assigned(placed[lost], free, gate / 2)
+        placed[lost[at]], present[lost[at]] = free[its], True
+    if present.mean() < needed:
         raise InputError(
             where,
             f"the {len(template)} markers of the sensor's layout",
             f"{int(present.sum())} of them",
             "check the picture, or calibrate this sensor",
         )
-    placed[own[good]] = found[blob[good]]
     return placed, present
+
+
+def _assigned(
+    placed: Positions, found: Positions, gate: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which places have a blob of their own within the gate, and which blob."""
+    cost = cdist(placed, found)
+    own, blob = linear_sum_assignment(np.minimum(cost, gate))
+    good = cost[own, blob] < gate
+    return own[good], blob[good]
 
 
 def _fit_closely(
@@ -171,19 +200,23 @@ def _placed(
     gate: float,
     aside: Sequence[tuple[float, float]],
 ) -> Positions:
-    """Return the template as turned and shifted from the middle of what was found, fits best."""
+    """Return the template where it fits best: as filed, or turned and shifted from the middle.
+
+    As filed first: false and missing blobs move the middle, and the camera is mostly where it was.
+    """
     centred, middle = template - template.mean(axis=0), found.mean(axis=0)
     tried = []
     for angle in np.arange(-180.0, 180.0, _ANGLE_STEP_DEG):
         turned = turn(centred, angle) + middle
         tried += [(turned + np.array(shift), angle) for shift in aside]
+    as_filed = (_fit_closely(template, template, found, tree, gate), 0.0)
 
     def how_well(turned: tuple[Positions, float]) -> float:
         return _fit(turned[0], tree, gate) - 1e-4 * abs(turned[1])
 
     rough = sorted(tried, key=how_well)[-_TRIED:]
     close = [(_fit_closely(template, place, found, tree, gate), angle) for place, angle in rough]
-    return max(close, key=how_well)[0]
+    return max([as_filed, *close], key=how_well)[0]
 
 
 def _fit(placed: Positions, tree: cKDTree, gate: float) -> float:
@@ -200,3 +233,16 @@ def _similar(template: Positions, source: Positions, target: Positions) -> Posit
     moved = (centred[:, 0] + 1j * centred[:, 1]) * as_complex
     placed: Positions = np.stack([moved.real, moved.imag], axis=1) + target.mean(axis=0)
     return placed
+
+
+def put_back(points: Positions, seen: Positions, filed: Positions) -> Positions:
+    """Carry points from the picture in which markers were seen to the one they were filed in.
+
+    Parameters
+    ----------
+    points
+        Shape (m, 2), px.
+    seen, filed
+        The same markers in both pictures, shape (n, 2), px.
+    """
+    return _similar(points, seen, filed)

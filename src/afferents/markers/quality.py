@@ -1,6 +1,6 @@
 """What can be said of a tracked video in plain words, for `inspect`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import xarray as xr
@@ -10,7 +10,13 @@ from afferents.core import dims
 from afferents.core.doubt import Doubt
 from afferents.core.sliding import lasting, sliding_part, span_text
 from afferents.markers.detect import Positions
-from afferents.markers.image_quality import dropped_frames, repeated_frames
+from afferents.markers.end import AtEnd, at_end, lasting_jumps
+from afferents.markers.image_quality import (
+    ImageQuality,
+    doubts_of_light,
+    dropped_frames,
+    repeated_frames,
+)
 
 Lengths = NDArray[np.float64]
 STILL_PX = 0.5
@@ -25,8 +31,6 @@ longer than this, s. Simulated recordings show 0.92 of them in any frame, encode
 real clips, pushed far, 0.71 in 95% of the frames and 0.55 in the worst."""
 MANY_REPEATED = 0.01
 """Share of frames that seem repeated beyond which it is said."""
-FAINT, OVEREXPOSED, BLURRED_PX = 40.0, 0.5, 4.0
-"""Contrast in grey levels, share of saturated markers, and width of an edge that are named."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +47,8 @@ class TrackingQuality:
         Markers not seen in the rest frame.
     n_often_lost
         Markers not detected in more than half of these frames.
-    n_found_at_end
-        Markers detected at least once in the last five frames.
+    at_end
+        Where the markers are in the last frames.
     n_shared
         Positions that two or more markers claim in the same frame, over all frames.
     n_repeated
@@ -60,8 +64,6 @@ class TrackingQuality:
         Longest way of a marker from one frame to the next.
     largest_displacement_px
         Farthest a marker was from its rest position.
-    return_px
-        Median distance from rest in the last five frames, NaN if all were lost.
     """
 
     n_markers: int
@@ -69,7 +71,7 @@ class TrackingQuality:
     share_lost: float
     n_missing: int
     n_often_lost: int
-    n_found_at_end: int
+    at_end: AtEnd
     n_shared: int
     n_repeated: int
     n_dropped: int
@@ -77,7 +79,6 @@ class TrackingQuality:
     jitter_px: float
     largest_step_px: float
     largest_displacement_px: float
-    return_px: float
 
 
 def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
@@ -100,7 +101,7 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
         share_lost=float(1 - detected.mean()),
         n_missing=int((~detected[0]).sum()),
         n_often_lost=int((detected.mean(axis=0) < 0.5).sum()),
-        n_found_at_end=int(detected[-5:].any(axis=0).sum()),
+        at_end=at_end(tracks),
         n_shared=sum(_n_shared(frame) for frame in position),
         n_repeated=int(repeated_frames(tracks[dims.FRAME_CHANGE].values).sum()),
         n_dropped=dropped_frames(tracks[dims.TIME].values),
@@ -108,7 +109,6 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
         n_still=int((farthest < STILL_PX).sum()) if np.any(farthest >= STILL_PX) else 0,
         largest_step_px=_largest(step),
         largest_displacement_px=_largest(away),
-        return_px=_median(away[-5:]),
     )
 
 
@@ -147,9 +147,10 @@ def describe(tracks: xr.Dataset) -> list[str]:
     """
     quality = measure_quality(tracks)
     return [
-        f"{quality.n_markers} markers in the rest frame (frame {tracks.attrs['rest_frame']}), "
-        f"followed through {quality.n_frames} frames by {tracks.attrs['method']} linking.",
-        f"Lost for {quality.share_lost:.1%} of the time; {_at_the_end(quality)}.",
+        f"{quality.n_markers} markers, lost for {quality.share_lost:.1%} of the time; "
+        f"{_at_the_end(quality)}.",
+        f"Followed from frame {tracks.attrs['rest_frame']}, the rest frame, through "
+        f"{quality.n_frames} frames by {tracks.attrs['method']} linking.",
         f"Largest displacement {quality.largest_displacement_px:.1f} px, largest step "
         f"{quality.largest_step_px:.1f} px from one frame to the next.",
         *_at_rest(quality),
@@ -162,12 +163,14 @@ def describe(tracks: xr.Dataset) -> list[str]:
 
 
 def _at_the_end(quality: TrackingQuality) -> str:
-    """Say how many markers are left and how far they are from rest."""
-    if quality.n_found_at_end == 0:
-        return f"none of the {quality.n_markers} is found at the end"
+    """Say how many markers are back at rest, elsewhere, and lost."""
+    end = quality.at_end
+    if end.n_lost == quality.n_markers:
+        return "at the end none is found"
+    lost = f", {end.n_lost} are lost" if end.n_lost else ""
     return (
-        f"{quality.n_found_at_end} of {quality.n_markers} are found at the end, at a median of "
-        f"{quality.return_px:.2f} px from their rest positions"
+        f"at the end {end.n_back} are back within half a spacing of rest, {end.n_elsewhere} ended "
+        f"elsewhere{lost} (median {end.away_px:.2f} px from rest)"
     )
 
 
@@ -179,45 +182,51 @@ def _at_rest(quality: TrackingQuality) -> list[str]:
 
 
 def _audit(tracks: xr.Dataset) -> list[str]:
-    """Say how often identities were in danger, if ever."""
+    """Say how often identities were in danger, if ever, and what was done."""
     found = {
         "two markers on one blob": tracks.attrs["audit_shared"],
         "a marker apart from its neighbours' motion": tracks.attrs["audit_strangers"],
         "a jump of all markers": tracks.attrs["audit_jumps"],
         "the whole picture searched": tracks.attrs["audit_searches"],
     }
-    said = [f"{what} ({count} times)" for what, count in found.items() if count]
-    return [f"Identities were in danger, and kept: {', '.join(said)}."] if said else []
+    counted = [f"{what} ({count} times)" for what, count in found.items() if count]
+    said = []
+    if counted:
+        danger = ", ".join(counted)
+        said.append(f"Identities were in danger; a marker in doubt counts as lost: {danger}.")
+    checks, slips = tracks.attrs.get("audit_checks", 0), tracks.attrs.get("audit_slips", 0)
+    if checks:
+        said.append(f"All names were checked by the layout's order {checks} times{_slips(slips)}.")
+    return said
+
+
+def _slips(count: int) -> str:
+    if count == 0:
+        return " and stood"
+    return (
+        f"; {count} times some had slipped together to their neighbours' places, and were put "
+        "right (lost in the frames before)"
+    )
 
 
 def _knocks(tracks: xr.Dataset) -> list[str]:
-    """Say when all markers jumped together, and where the video stopped."""
-    times = np.atleast_1d(tracks.attrs["jumps_s"])
+    """Say when all markers jumped together for good, and where the video stopped."""
+    times = lasting_jumps(tracks)
     said = [f"The video stopped early: {tracks.attrs['stopped']}"] * bool(tracks.attrs["stopped"])
     if len(times):
         when = ", ".join(f"{t:.2f}" for t in times[:3])
         said.append(
-            f"All markers jumped together {len(times)} times, first at {when} s: was the camera or "
-            "the fingertip knocked? SA-I after it still counts from the old rest position."
+            f"All markers jumped together {len(times)} times, first at {when} s, and did not come "
+            "back: was the camera or the fingertip knocked? SA-I after it still counts from the "
+            "old rest position."
         )
     return said
 
 
 def _light(tracks: xr.Dataset) -> list[str]:
     """Say what is wrong with light and focus, if anything."""
-    disc, skin = tracks.attrs["disc_grey"], tracks.attrs["skin_grey"]
-    hints = []
-    if abs(disc - skin) < FAINT:
-        hints.append(
-            f"Faint: markers at grey level {disc:.0f} on skin at {skin:.0f}; give more light."
-        )
-    if tracks.attrs["saturated"] > OVEREXPOSED:
-        hints.append(
-            "Overexposed: most markers are at full white, so edges carry little; give less light."
-        )
-    if tracks.attrs["edge_px"] > BLURRED_PX:
-        hints.append(f"Out of focus: edges are {tracks.attrs['edge_px']:.1f} px wide.")
-    return hints
+    measured = {field.name: tracks.attrs[field.name] for field in fields(ImageQuality)}
+    return list(doubts_of_light(ImageQuality(**measured)).values())
 
 
 def _layout(tracks: xr.Dataset) -> str:

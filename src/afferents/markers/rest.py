@@ -1,7 +1,8 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
+from collections.abc import Sequence
 from itertools import islice
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,31 +10,40 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
+from afferents.core.choices import Method
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect, without_loners
+from afferents.markers.detect import Positions, detect, find_markers
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
+from afferents.markers.suspects import beyond_layout
 
-Method = Literal["windowed", "one-to-one", "published"]
 """How markers are followed; see `Tracker`."""
 
+N_FRAMES = 9
+"""The picture at rest is the median of so many frames: without noise, without what flickers."""
+MOST_MOVED_PX = 0.5
+"""A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
-def rest_image(video: Video, rest_frame: int) -> GreyImage:
-    """Decode a video up to its rest frame and return that frame.
+
+def rest_images(video: Video, rest_frame: int) -> list[GreyImage]:
+    """Decode a video up to its rest frame; return that frame and up to `N_FRAMES` - 1 after it.
 
     Raises
     ------
     InputError
         If the video ends before it.
     """
-    frames = list(islice(video.frames(), rest_frame + 1))
-    if len(frames) <= rest_frame:
-        raise too_short(video, rest_frame, len(frames))
-    return frames[rest_frame].image
+    n_read, images = 0, []
+    for n_read, frame in enumerate(islice(video.frames(), rest_frame + N_FRAMES), start=1):
+        if n_read > rest_frame:
+            images.append(frame.image)
+    if not images:
+        raise too_short(video, rest_frame, n_read)
+    return images
 
 
 def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
@@ -42,13 +52,91 @@ def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
     return InputError(video.path, expected, f"{n_frames}")
 
 
-def find_rest_markers(
-    image: GreyImage, sensor: Sensor, where: object, method: Method = "published"
-) -> Positions:
-    """Find the markers of the rest frame, sorted by x (the published order).
+def count_still(images: Sequence[GreyImage], sensor: Sensor) -> int:
+    """Return how many frames, from the first on, show the skin where the first one does."""
+    first = detect(images[0], sensor)
+    for n, image in enumerate(images[1:], start=1):
+        found = detect(image, sensor)
+        if len(found) == 0 or len(first) == 0:
+            return n
+        if np.median(cKDTree(found).query(first)[0]) > MOST_MOVED_PX:
+            return n
+    return len(images)
+
+
+def still_picture(images: Sequence[GreyImage], sensor: Sensor) -> tuple[GreyImage, int]:
+    """Return the median of the frames in which the skin is still at rest, and their number.
 
     Parameters
     ----------
+    images
+        The rest frame and those after it, each (height, width), uint8.
+    sensor
+        Says what markers look like.
+    """
+    n_still = count_still(images, sensor)
+    return median_picture(images[:n_still]), n_still
+
+
+def median_picture(images: Sequence[GreyImage]) -> GreyImage:
+    """Return the median of pictures, each (height, width), uint8; of one, itself."""
+    return images[0] if len(images) == 1 else np.asarray(np.median(images, axis=0), np.uint8)
+
+
+class SeenAtRest(NamedTuple):
+    """What a picture at rest shows.
+
+    Attributes
+    ----------
+    position
+        What is taken for markers, (n, 2), px.
+    faint
+        What may be one where a layout expects it, (m, 2), px.
+    suspects
+        What lies beyond the layout, (k, 2), px: specks and reflections at the rim.
+    """
+
+    position: Positions
+    faint: Positions
+    suspects: Positions
+
+
+def seen_at_rest(picture: GreyImage, sensor: Sensor) -> SeenAtRest:
+    """Find markers in a picture at rest; `calibrate` and `track` both look by this."""
+    found = detect(picture, sensor)
+    beyond = beyond_layout(found)
+    faint, _ = find_markers(picture, sensor.detector.generous())
+    return SeenAtRest(found[~beyond], faint, found[beyond])
+
+
+class AtRest(NamedTuple):
+    """Markers as found in the frames at rest.
+
+    Attributes
+    ----------
+    found, faint
+        Shapes (n, 2) and (m, 2), px; faint ones count where a layout expects them.
+    n_still
+        In the median of how many frames.
+    """
+
+    found: Positions
+    faint: Positions
+    n_still: int = 1
+
+
+def find_rest_markers(
+    images: Sequence[GreyImage], sensor: Sensor, where: object, method: Method = "published"
+) -> AtRest:
+    """Find the markers of the rest frame, sorted by x (the published order).
+
+    They are looked for in the rest frame, as the paper did; where it does not show all that the
+    sensor file declares, in the median of the frames at rest.
+
+    Parameters
+    ----------
+    images
+        The rest frame and those after it (`rest_images`).
     method
         ``published`` wants all that the sensor file declares; to the others some may be
         missing where it says where they are.
@@ -57,8 +145,8 @@ def find_rest_markers(
 
     Returns
     -------
-    Positions
-        Shape (n, 2), px; markers beyond `sensor.radius_px` of the centroid are left out
+    AtRest
+        Markers beyond `sensor.radius_px` of the centroid are left out
         (preprocess/afferent_response.py).
 
     Raises
@@ -66,12 +154,21 @@ def find_rest_markers(
     InputError
         If there are none, or fewer or more than the sensor file declares.
     """
-    found = detect(image, sensor)
-    if sensor.radius_px is not None and len(found):
-        offset = found - found.mean(axis=0)
-        found = found[np.hypot(offset[:, 0], offset[:, 1]) <= sensor.radius_px]
-    if sensor.layout != "square" and (sensor.n_markers is None or sensor.markers is not None):
-        found = without_loners(found)
+    image, faint, n_still = images[0], np.zeros((0, 2)), 1
+    by_layout = sensor.n_markers is None or sensor.markers is not None
+    if sensor.layout != "square" and by_layout and method != "published":
+        seen = seen_at_rest(image, sensor)
+        if len(images) > 1 and not _shows_all(seen, sensor):
+            image, n_still = still_picture(images, sensor)
+            seen = seen_at_rest(image, sensor)
+        found, faint = _within(seen.position, sensor), seen.faint
+    else:
+        found = _within(detect(image, sensor), sensor)
+        if method != "published" and len(found) != sensor.n_markers and len(images) > 1:
+            median, n_median = still_picture(images, sensor)
+            again = _within(detect(median, sensor), sensor)
+            if _plausible(len(again), sensor, method):
+                found, image, n_still = again, median, n_median
     if len(found) == 0 or not _plausible(len(found), sensor, method):
         raise InputError(
             where,
@@ -80,7 +177,24 @@ def find_rest_markers(
             f"{len(found)}{fault_of_light(image)}",
             "check the picture, or give a sensor file that fits it",
         )
-    return found[np.argsort(found[:, 0], kind="stable")]
+    return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
+
+
+def _shows_all(seen: SeenAtRest, sensor: Sensor) -> bool:
+    """Say whether a picture shows every marker of a layout that the sensor file describes."""
+    if sensor.markers is None or len(seen.position) < len(sensor.markers):
+        return False
+    layout = np.array(sensor.markers)
+    return bool(match_layout(seen.position, layout, "", needed=0.0)[1].all())
+
+
+def _within(found: Positions, sensor: Sensor) -> Positions:
+    """Leave out what lies beyond the sensor's radius from the middle of all."""
+    if sensor.radius_px is None or len(found) == 0:
+        return found
+    offset = found - found.mean(axis=0)
+    near: Positions = found[np.hypot(offset[:, 0], offset[:, 1]) <= sensor.radius_px]
+    return near
 
 
 def _plausible(n_found: int, sensor: Sensor, method: Method) -> bool:
@@ -111,7 +225,7 @@ class RestMarkers(NamedTuple):
 
 
 def order_markers(
-    found: Positions,
+    at_rest: AtRest,
     sensor: Sensor,
     method: Method,
     reference: Positions | None,
@@ -129,8 +243,8 @@ def order_markers(
 
     Parameters
     ----------
-    found
-        Shape (n, 2), px.
+    at_rest
+        As `find_rest_markers` gives them.
     reference
         The reference video's rest markers in their order, shape (n, 2), px, or None.
 
@@ -139,6 +253,7 @@ def order_markers(
     InputError
         If the markers do not form the grid, or do not match the reference in number.
     """
+    found = at_rest.found
     if method == "published":
         kept = found if reference is None else found[cKDTree(found).query(reference)[1]]
         return RestMarkers(kept, np.ones(len(kept), bool), _published_places(kept, sensor))
@@ -150,7 +265,7 @@ def order_markers(
     if sensor.markers is not None:
         layout = np.array(sensor.markers)
         places = Grid(*image_places(layout, sensor.image), float("nan"))
-        return RestMarkers(*match_layout(found, layout, where), places)
+        return RestMarkers(*match_layout(found, layout, where, at_rest.faint), places)
     order = np.lexsort((found[:, 0], found[:, 1]))
     if reference is not None:
         order = _match_reference(found, reference, where)
@@ -170,3 +285,23 @@ def _match_reference(found: Positions, reference: Positions, where: object) -> N
         raise InputError(where, expected, f"{len(found)}")
     _, own = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
     return np.asarray(own, dtype=np.intp)
+
+
+def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
+    """Refuse pictures (width, height) to which the lengths in the sensor file do not apply.
+
+    Raises
+    ------
+    InputError
+        Naming both sizes.
+    """
+    declared = (sensor.width or size[0], sensor.height or size[1])
+    if size != declared:
+        raise InputError(
+            where,
+            f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
+            f"{size[0]} x {size[1]} px",
+            "turn the video, or calibrate anew"
+            if size == declared[::-1]
+            else "give a sensor file for this size",
+        )

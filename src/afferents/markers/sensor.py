@@ -1,5 +1,6 @@
 """What is known of a sensor before its video is read: layout, detector, limits."""
 
+import math
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -11,13 +12,17 @@ from pydantic import (
     Field,
     PositiveFloat,
     Tag,
+    field_validator,
     model_validator,
 )
 
+from afferents.core.choices import Layout
 from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
 
 ImageSide = Annotated[int, Field(ge=2, le=200)]
+GENEROUS = 0.6
+"""Share of a detector's limits that a marker must reach where a layout expects it."""
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 
@@ -64,6 +69,10 @@ class BlobDetector(BaseModel):
             raise ValueError("min_threshold to max_threshold must hold min_repeatability steps")
         return self
 
+    def generous(self) -> Self:
+        """Return itself: its limits are the user's."""
+        return self
+
 
 class DiscDetector(BaseModel):
     """How `afferents calibrate` describes markers: discs, whatever the light; see `find_discs`.
@@ -86,6 +95,14 @@ class DiscDetector(BaseModel):
     radius_px: float = Field(ge=1.0, le=100.0)
     min_correlation: float = Field(default=0.6, gt=0, lt=1)
     min_contrast: float = Field(default=0.3, ge=0, lt=1)
+
+    def generous(self) -> Self:
+        """Return one that takes fainter markers too, for where a layout expects them."""
+        looser = {
+            "min_correlation": GENEROUS * self.min_correlation,
+            "min_contrast": GENEROUS * self.min_contrast,
+        }
+        return self.model_copy(update=looser)
 
 
 def _kind(detector: object) -> str:
@@ -163,7 +180,7 @@ class Sensor(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = Field(min_length=1)
-    layout: Literal["square", "hexagonal", "radial", "free"]
+    layout: Layout
     markers: tuple[tuple[float, float], ...] | None = None
     # Left out of what is written down where it is not given: stores and cards agree as before.
     image: tuple[ImageSide, ImageSide] | None = Field(
@@ -180,6 +197,12 @@ class Sensor(BaseModel):
     rest_frame: int = Field(default=10, ge=0)
     lens: Lens | None = None
     detector: Detector
+
+    @field_validator("radius_px")
+    @classmethod
+    def _infinite_is_no_limit(cls, radius_px: float | None) -> float | None:
+        """TOML says ``inf``, having no null; stores and cards are JSON, which has no ``inf``."""
+        return None if radius_px == math.inf else radius_px
 
     @model_validator(mode="after")
     def _count_fits_layout(self) -> Self:

@@ -1,6 +1,7 @@
 """Following every marker through a video."""
 
 from collections.abc import Iterator
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -8,22 +9,26 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.core import dims
+from afferents.core.choices import Method
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.recording import Frame, GreyImage, Video, as_grey
 from afferents.markers import kernel
+from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.image_quality import image_quality
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
-    Method,
+    N_FRAMES,
+    check_size,
     find_rest_markers,
+    median_picture,
     order_markers,
-    rest_image,
+    rest_images,
     too_short,
 )
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Windowed, nearest_markers
+from afferents.markers.windowed import Windowed, nearest_markers
 
 KNOCK_PX = 5.0
 """A common step beyond this within a frame is told: something was knocked, or let go."""
@@ -120,6 +125,11 @@ class Tracker:
         return self._windowed.jump_px if self._windowed else 0.0
 
     @property
+    def renamed(self) -> Renamed | None:
+        """Markers that the last step found slipped, and put right; None but for ``windowed``."""
+        return self._windowed.renamed if self._windowed else None
+
+    @property
     def audit(self) -> Audit:
         """How often identities were in danger; all zero but for ``windowed``."""
         return self._windowed.audit if self._windowed else Audit()
@@ -128,7 +138,7 @@ class Tracker:
         """Find the markers of the first frame, which is taken for the skin at rest."""
         where, grey = "the first frame", as_grey(image, self._levels)
         first = self.sensor.model_copy(update={"rest_frame": 0})
-        found = find_rest_markers(grey, first, where, self.method)
+        found = find_rest_markers([grey], first, where, self.method)
         rest = order_markers(found, first, self.method, None, where)
         self._present, self.grid = rest.present, rest.grid
         self._begin(rest.position, image)
@@ -183,7 +193,7 @@ def rest_positions(video: Video, sensor: Sensor) -> Positions:
         As `track` does.
     """
     check_size(video.path, (video.width, video.height), sensor)
-    return find_rest_markers(rest_image(video, sensor.rest_frame), sensor, video.path)
+    return find_rest_markers(rest_images(video, sensor.rest_frame), sensor, video.path).found
 
 
 def ordered_rest(video: Video, sensor: Sensor) -> Positions:
@@ -195,10 +205,11 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
         As `track` does.
     """
     check_size(video.path, (video.width, video.height), sensor)
-    image = rest_image(video, sensor.rest_frame)
-    found = find_rest_markers(image, sensor, video.path, "windowed")
+    images = rest_images(video, sensor.rest_frame)
+    found = find_rest_markers(images, sensor, video.path, "windowed")
     rest = order_markers(found, sensor, "windowed", None, video.path)
-    return Tracker(sensor, rest.position, "windowed", image, None, rest.present).rest_position
+    still = median_picture(images[: found.n_still])
+    return Tracker(sensor, rest.position, "windowed", still, None, rest.present).rest_position
 
 
 def track(
@@ -256,22 +267,29 @@ def track(
     sample: GreyImage | None = None
     jumps: list[float] = []
     stopped: list[str] = []
-    for index, frame in enumerate(_until_stopped(video, stopped)):
+    coming = _until_stopped(video, stopped)
+    early = list(islice(coming, sensor.rest_frame + N_FRAMES))
+    for index, frame in enumerate(chain(early, coming)):
         time_s.append(frame.time_s)
         if sample is None:
             sample = kernel.sampled(frame.luma)
         change.append(kernel.changed(frame.luma, sample) if index else np.nan)
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
+            if (renamed := tracker.renamed) is not None:
+                renamed.lose(tracked)
             if tracker.jump_px > KNOCK_PX:
                 jumps.append(frame.time_s)
         elif index == sensor.rest_frame:
-            found = find_rest_markers(frame.image, sensor, video.path, method)
+            at_rest = early[sensor.rest_frame :]
+            images = [each.image for each in at_rest]
+            found = find_rest_markers(images, sensor, video.path, method)
             rest = order_markers(found, sensor, method, reference, video.path)
-            tracker = Tracker(sensor, rest.position, method, frame.luma, frame.levels, rest.present)
+            still = median_picture([each.luma for each in at_rest[: found.n_still]])
+            tracker = Tracker(sensor, rest.position, method, still, frame.levels, rest.present)
             there = np.where(rest.present[:, None], tracker.rest_position, np.nan)
             tracked.append(Tracked(there, rest.present))
-            picture = image_quality(frame.image, rest.position[rest.present])
+            picture = image_quality(images[0], rest.position[rest.present])
             grid = rest.grid
     if stopped and (tracker is None or not keep_partial):
         raise AfferentsError(stopped[0])
@@ -300,26 +318,6 @@ def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
         yield from video.frames()
     except AfferentsError as error:
         stopped.append(str(error))
-
-
-def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
-    """Refuse pictures (width, height) to which the lengths in the sensor file do not apply.
-
-    Raises
-    ------
-    InputError
-        Naming both sizes.
-    """
-    declared = (sensor.width or size[0], sensor.height or size[1])
-    if size != declared:
-        raise InputError(
-            where,
-            f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
-            f"{size[0]} x {size[1]} px",
-            "turn the video, or calibrate anew"
-            if size == declared[::-1]
-            else "give a sensor file for this size",
-        )
 
 
 def _label(

@@ -7,8 +7,6 @@ not found, the whole picture is searched for blobs. So a frame costs a fraction 
 kept for each marker and follow the light.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -16,9 +14,11 @@ from scipy.spatial import cKDTree
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, as_grey
 from afferents.markers import kernel
+from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, find_markers
 from afferents.markers.link import NO_BLOB, link_one_to_one
 from afferents.markers.sensor import Sensor
+from afferents.markers.slip import SlipCheck
 
 N_NEIGHBOURS = 8
 """Markers around a marker that say where it must be when it is lost."""
@@ -44,28 +44,8 @@ _FAR_RADII = 8.0
 """Markers farther apart than this many radii are as good as alone."""
 _ENOUGH = 0.5
 """Below this share of markers found the whole picture is searched."""
-
-
-@dataclass
-class Audit:
-    """How often identities were in danger.
-
-    Attributes
-    ----------
-    shared
-        Two markers held one blob; the one farther from its expected place was lost.
-    strangers
-        A marker did not move with its neighbours and was lost.
-    jumps
-        Frames whose common shift had to be searched.
-    searches
-        Frames in which the whole picture was searched for blobs.
-    """
-
-    shared: int = 0
-    strangers: int = 0
-    jumps: int = 0
-    searches: int = 0
+_CHECK, _LONGEST = 4, 64
+"""Frames between two checks of names in doubt: at first, and at most while they prove right."""
 
 
 class Windowed:
@@ -120,6 +100,10 @@ class Windowed:
         self._rest_dark, self._rest_bright = self._dark.copy(), self._bright.copy()
         self._expected = self.rest_position.copy()
         self._step = np.zeros((n, 2))
+        there = np.ones(n, np.bool_) if present is None else present
+        self._slips = SlipCheck(self.rest_position, self._neighbours, there)
+        self._unchecked, self._wait, self._due = 0, _CHECK, 0
+        self.renamed: Renamed | None = None
 
     def _refine(self, position: Positions, image: GreyImage) -> Positions:
         """Return the centroids in the rest frame; a blob's centre stands where there is none."""
@@ -170,6 +154,7 @@ class Windowed:
             self._look_where_neighbours_are(image, position, found)
             if found.mean() < _ENOUGH:
                 self._search(image, predicted, position, found)
+        self._check_names(image, position, found)
         kernel.remember(
             image,
             position,
@@ -185,6 +170,58 @@ class Windowed:
         if not found.all():
             self._follow_others_light(found)
         return position, found
+
+    def _check_names(self, image: GreyImage, position: Positions, found: NDArray[np.bool_]) -> None:
+        """Where names are in doubt, look whether markers slipped to their neighbours' blobs."""
+        self.renamed = None
+        self._unchecked += 1
+        self._due -= 1
+        if not self._slips.suspicious(position):
+            self._unchecked = 0
+            return
+        if self.jump_px > FAR * self._reach:
+            self._due, self._wait = 0, _CHECK
+        if self._due <= 0:
+            self._settle_names(image, position, found)
+        off = self._slips.torn_off(position)
+        position[off], found[off] = np.nan, False
+
+    def _settle_names(
+        self, image: GreyImage, position: Positions, found: NDArray[np.bool_]
+    ) -> None:
+        """Check names by the whole picture and the layout's order, and take better ones over."""
+        self.audit.checks += 1
+        blobs, _ = find_markers(as_grey(image, self._levels), self._sensor.detector)
+        better = self._slips.settle(position, blobs, lambda expected: self._seen(image, expected))
+        self._wait = _CHECK if better is not None else min(2 * self._wait, _LONGEST)
+        self._due = self._wait
+        if better is not None:
+            self._rename(better, position, found)
+        self._unchecked = 0
+
+    def _rename(self, better: Positions, position: Positions, found: NDArray[np.bool_]) -> None:
+        """Take better names over; the grey levels are those of rest in the others' light."""
+        kept = np.hypot(*(better - position).T) < EDGE_PX
+        which = found & ~kept
+        self.audit.slips += int(which.any())
+        self.renamed = Renamed(which, self._unchecked)
+        position[:], found[:] = better, ~np.isnan(better[:, 0])
+        for now, rest in ((self._dark, self._rest_dark), (self._bright, self._rest_bright)):
+            now[which] = rest[which] + np.median(now - rest)
+        self._step[:] = 0
+        self._expected[found] = position[found]
+
+    def _seen(self, image: GreyImage, expected: Positions) -> Positions:
+        """Return the markers seen near where they are expected, by the light that is there."""
+        somewhere = np.where(np.isnan(expected), self.rest_position, expected)
+        dark, bright = np.empty_like(self._dark), np.empty_like(self._bright)
+        kernel.levels(image, somewhere, self._half, dark, bright)
+        contrast = self._sign * (self._bright - self._dark)
+        stands_out = self._sign * (bright - dark) > FAINT * np.median(contrast)
+        position, found = np.empty_like(expected), np.empty(len(expected), np.bool_)
+        wanted = np.where(stands_out[:, None], expected, np.nan)
+        self._take_centroids(image, wanted, dark, bright, position, found)
+        return position
 
     def _follow_others_light(self, found: NDArray[np.bool_]) -> None:
         """Let the grey levels of lost markers go as those of the others went since rest."""

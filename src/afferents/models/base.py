@@ -77,6 +77,10 @@ class Classifier(nn.Module, ABC):
     novelty_of_scores
         Whether novelty is measured on the scores of the textures, and not on what enters the
         last layer.
+    needs_speed
+        Whether it can't learn from recordings whose speed is not known.
+    learns_parts
+        Whether, of a fusion, each part learns on its own.
     """
 
     name: ClassVar[str]
@@ -84,6 +88,8 @@ class Classifier(nn.Module, ABC):
     deployable: ClassVar[bool] = True
     exportable: ClassVar[bool] = True
     novelty_of_scores: ClassVar[bool] = False
+    needs_speed: ClassVar[bool] = False
+    learns_parts: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod

@@ -26,6 +26,7 @@ class LateFusion(Classifier):
 
     name = "late-fusion"
     deployable = False
+    learns_parts = True
 
     def __init__(self, parts: dict[str, Classifier], weights: list[float]) -> None:
         """Take the parts."""

@@ -67,6 +67,7 @@ class OrderSearch(Solved):
     name = "orders"
     takes = (dims.FEATURE, dims.FREQUENCY)
     deployable = False
+    needs_speed = True
     penalties = (30.0,)  # for each channel; chosen on inner folds of a tuning session
     mean: Tensor
     sd: Tensor

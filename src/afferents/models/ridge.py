@@ -181,10 +181,13 @@ def log_probabilities(scores: Tensor, temperature: Tensor | float) -> Tensor:
     return logs
 
 
-def equal_weights(labels: Tensor, speed_mm_s: Tensor) -> Tensor:
-    """Return weights, mean 1, under which every texture at every speed counts the same."""
+def equal_weights(labels: Tensor, groups: Tensor) -> Tensor:
+    """Return weights, mean 1, under which every texture counts the same in every group.
+
+    Groups are numbers, such as the speeds.
+    """
     _, condition, count = torch.unique(
-        torch.stack([labels.double(), speed_mm_s.double()]),
+        torch.stack([labels.double(), groups.double()]),
         dim=1, return_inverse=True, return_counts=True,
     )  # fmt: skip
     weight = 1 / count[condition].double()

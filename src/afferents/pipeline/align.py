@@ -12,7 +12,7 @@ from afferents.core.errors import InputError
 from afferents.core.progress import Progress
 from afferents.markers import Sensor, track
 from afferents.recordings import WavFile, open_video
-from afferents.recordings.session import AUDIO, VIDEO
+from afferents.recordings.published import AUDIO, VIDEO
 
 
 class Alignment(NamedTuple):

@@ -14,7 +14,7 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.own import in_a_sentence
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session, require_distinct
-from afferents.core.responses import Responses, check_responses, conditions
+from afferents.core.responses import Responses, check_responses, conditions, speed_of
 from afferents.encodings import Encodings
 from afferents.pipeline.copies import with_fingerprint
 from afferents.pipeline.extract import responses_of
@@ -123,6 +123,8 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
             session = data_set.recordings()
             responses, failed = _read(session, data_set.title, keep_going, progress)
             fingerprint = session.checksum
+            if config:  # the same files may be read in another way
+                fingerprint = hashlib.sha256(json.dumps([config, fingerprint]).encode()).hexdigest()
     names = Counter(str(r.attrs["name"]) for r in responses)
     if twice := [name for name, n in names.items() if n > 1]:
         raise InputError(source, "recordings of different names", f"several '{twice[0]}'")
@@ -201,7 +203,7 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
                     f"recording {name}", "a recording of its own", f"a copy of {other}",
                     "remove one from its session and extract again",
                 )  # fmt: skip
-    speeds = [(f"{v:.10g}", v) for v in (float(r.attrs[dims.SPEED]) for r in recordings)]
+    speeds = [(f"{v:.10g}", v) for r in recordings if (v := speed_of(r)) is not None]
     require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
 
 

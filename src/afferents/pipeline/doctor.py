@@ -16,7 +16,7 @@ from afferents.core.version import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""
-EXTRAS = ("live", "lsl", "cluster", "baselines")
+EXTRAS = ("live", "record", "dynamixel", "lsl", "cluster", "baselines")
 NATIVE = ("cv2", "soundfile")
 """Modules that need libraries of the system, so that one that is installed may still not work."""
 
@@ -95,7 +95,7 @@ def _extra(extra: str) -> str:
     absent = [name for name in needed if _installed(name) is None]
     if absent:
         return f"not there ({', '.join(absent)}); pip install 'afferents[{extra}]'"
-    if extra == "live" and find_library("portaudio") is None:
+    if extra in ("live", "record") and find_library("portaudio") is None:
         return "there, but for microphones (no PortAudio library)"
     return "there"
 

@@ -11,10 +11,11 @@ from afferents.core.cut import Cut
 from afferents.core.errors import InputError, reason_of
 from afferents.core.model import BEST, MODELS, Model, own_of
 from afferents.core.progress import Progress
-from afferents.core.responses import Responses, check_values
+from afferents.core.responses import Responses, check_values, speed_of
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encoding, Encodings, options
 from afferents.evaluation.ablation import Ablation
+from afferents.models import classifier_of
 
 
 class Source(NamedTuple):
@@ -45,7 +46,16 @@ def lacking(model: Model, recordings: Sequence[Responses]) -> Responses | None:
             return responses
         if between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2:
             return responses
+        if _learns_speeds(model) and speed_of(responses) is None:
+            return responses
     return None
+
+
+def _learns_speeds(model: Model) -> bool:
+    """Tell whether a model, or a part of it that learns on its own, needs to be told speeds."""
+    kind = classifier_of(model.classifier)
+    parts = model.parts if kind.learns_parts else ()
+    return kind.needs_speed or any(_learns_speeds(MODELS[name]) for name in parts)
 
 
 def require_support(
@@ -76,7 +86,7 @@ def require_support(
         raise InputError(
             "--models",
             f"some that these data support ({', '.join(possible) or 'none'})",
-            f"{refused.name}, for which {without.attrs['name']} lacks {_needs(refused)}",
+            f"{refused.name}, for which {without.attrs['name']} lacks {_needs(refused, without)}",
         )
     for model in able:
         for source in sources_of(model, Encodings()):
@@ -84,7 +94,9 @@ def require_support(
     return able
 
 
-def _needs(model: Model) -> str:
+def _needs(model: Model, lacking: Responses) -> str:
+    if _learns_speeds(model) and speed_of(lacking) is None:
+        return "a speed"
     if model.speed_from == "fingertip":
         return "several vibration channels to measure the speed between"
     channels = (source.channel.name for source in sources_of(model, Encodings()))
@@ -111,6 +123,23 @@ def require_used(models: Sequence[Model], encodings: Encodings) -> None:
             flag = every[field].flag if field in every else field
             names = ", ".join(model.name for model in models)
             raise InputError(flag, f"models that it is for ({able})", names, "leave it out")
+
+
+def require_speeds_known(
+    models: Sequence[Model], encodings: Encodings, recordings: Sequence[Responses]
+) -> None:
+    """Refuse encodings that need a speed where a recording has none.
+
+    Raises
+    ------
+    InputError
+        Naming the model and the recording.
+    """
+    unknown = [str(r.attrs["name"]) for r in recordings if speed_of(r) is None]
+    for model in models if unknown else ():
+        if any(source.encoding.needs_speed for source in sources_of(model, encodings)):
+            found, do = f"none of {unknown[0]}", "leave out the lines in /mm"
+            raise InputError("--mask", f"the speed of every recording for {model.name}", found, do)
 
 
 def best_of(recordings: Sequence[Responses]) -> Model:

@@ -15,7 +15,9 @@ from afferents.core.lock import writing_alone
 from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
-from afferents.core.responses import Responses, speeds_of, textures_of
+from afferents.core.responses import Responses, textures_of
+from afferents.core.split import Group, Split, key_of
+from afferents.core.steady import require_within
 from afferents.core.version import __version__
 from afferents.core.waves import unseen_waves
 from afferents.encodings import Encodings
@@ -28,13 +30,14 @@ from afferents.evaluation import (
     plan,
     summarise,
 )
-from afferents.evaluation.ablation import require_speeds
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
+from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
     read_whole,
+    require_speeds_known,
     require_support,
     require_used,
     sources_of,
@@ -59,7 +62,8 @@ class Evaluation:
     keep_going
         Whether recordings that can't be encoded are skipped instead of refused.
     held_out
-        Speeds that are held out in turn, mm/s; none for all. The others are trained on still.
+        Groups, by default speeds, that are held out in turn; none for all. The others are trained
+        on still.
     options
         The command's further options, for the report to name.
     workers
@@ -74,15 +78,15 @@ class Evaluation:
     seeds: Sequence[int]
     may_leave_out: bool = False
     keep_going: bool = False
-    held_out: Sequence[float] = ()
+    held_out: Sequence[Group] = ()
     options: Sequence[str] = ()
     workers: int | None = None
     cluster: str | None = None
 
     @property
     def recordings(self) -> list[Responses]:
-        """Return the recordings of the textures and speeds that are used."""
-        return self.recipe.ablation.recordings(recordings_in(self.data))
+        """Return the recordings that are used, with the part of them that is."""
+        return self.recipe.recordings(self.data)
 
 
 def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
@@ -103,12 +107,15 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, recipe.encodings)
+    require_speeds_known(able, recipe.encodings, everything)
+    recipe.split.groups_of(everything)
     if recipe.ablation.markers != 1:
         _require_images(able, recipe.encodings)
     _note_limits(evaluation, able, textures_of(everything), progress)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
+    require_trainable(able, recordings, recipe.encodings, recipe.cut)
     tested = recipe.ablation.tested(recordings_in(evaluation.data))
     recipe = replace(recipe, skipped=skipped, tested=tested)
     evaluation = replace(evaluation, recipe=recipe)
@@ -169,46 +176,64 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
     if len(textures) < 2:
         found = ", ".join(textures) or "none"
         raise InputError("the data", "at least 2 textures to tell apart", found)
-    speeds = speeds_of(recordings)
+    split = evaluation.recipe.split
+    groups = split.groups_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
     solved = not all(learns_in_a_loop(model) for model in evaluation.recipe.models)
     needed = 3 if nested or solved else 2
-    if len(speeds) < needed:
+    if len(groups) < needed:
         raise InputError(
             "the data",
-            f"at least {needed} speeds, to hold one out{' under nested' if nested else ''}",
-            f"{len(speeds)} ({', '.join(f'{v:g}' for v in speeds)} mm/s)",
-            "record more speeds, or use --protocol published with models of Table 1"
-            if len(speeds) == 2
-            else "with one speed no model can be tested at another; record more",
+            f"at least {needed} {split.many}, to hold one out{' under nested' if nested else ''}",
+            f"{len(groups)} ({', '.join(map(key_of, groups))}{split.unit})",
+            f"record more {split.many}, or use --protocol published with models of Table 1"
+            if len(groups) == 2
+            else f"with one {split.name} no model can be tested at another; record more",
         )  # fmt: skip
+    _require_shared_textures(split, recordings)
+
+
+def _require_shared_textures(split: Split, recordings: Sequence[Responses]) -> None:
+    """Refuse a texture of one group: held out, nothing like it would have been learnt from."""
+    for texture in textures_of(recordings):
+        its = [r for r in recordings if str(r.attrs[dims.TEXTURE]) == texture]
+        groups = split.groups_of(its)
+        if len(groups) == 1:
+            raise InputError(
+                "the data",
+                f"each texture in at least 2 {split.many}, so that it is learnt from when one is "
+                "held out",
+                f"{texture} in {split.printed(groups[0])} alone",
+                "record it again, leave it out with --textures, or hold out something else",
+            )
 
 
 def planned(
     evaluation: Evaluation, models: Sequence[Model], recordings: Sequence[Responses]
 ) -> list[FoldKey]:
-    """Name the folds of all models, protocols, seeds and speeds to be held out."""
-    speeds = held_out_speeds(evaluation, recordings)
+    """Name the folds of all models, protocols, seeds and groups to be held out."""
+    groups, split = held_out_groups(evaluation, recordings), evaluation.recipe.split
     return [
-        FoldKey(model.name, protocol.name, seed, speed)
+        FoldKey(model.name, protocol.name, seed, group, split)
         for model in models
         for protocol in evaluation.protocols
         for seed in evaluation.seeds
-        for speed in speeds
+        for group in groups
     ]
 
 
-def held_out_speeds(evaluation: Evaluation, recordings: Sequence[Responses]) -> list[float]:
-    """Return the speeds that are held out in turn, mm/s.
+def held_out_groups(evaluation: Evaluation, recordings: Sequence[Responses]) -> list[Group]:
+    """Return the groups, by default speeds, that are held out in turn.
 
     Raises
     ------
     InputError
-        If one is asked for that no recording has.
+        If one is asked for that no recording is of.
     """
-    there = speeds_of(recordings)
-    require_speeds(evaluation.held_out, there, "--held-out")
-    return [speed for speed in there if speed in evaluation.held_out or not evaluation.held_out]
+    split, wanted = evaluation.recipe.split, evaluation.held_out
+    there = split.groups_of(recordings)
+    split.require(wanted, there, "--held-out")
+    return [group for group in there if group in wanted or not wanted]
 
 
 def skipped_recordings(
@@ -228,6 +253,7 @@ def skipped_recordings(
     sources = dict.fromkeys(source for model in models for source in sources_of(model, encodings))
     for responses, source in itertools.product(recordings, sources):
         try:
+            require_within(responses, source.channel.made_of, evaluation.recipe.steady_s)
             kept_part(responses, source, evaluation.recipe.cut)
             if source.encoding.of_vibration:
                 read_whole(responses, source.channel.made_of)
@@ -256,7 +282,7 @@ def evaluate_group(
         mark(done)
         for key in outcomes:
             done += 1
-            mark(done, f"{key.protocol}, {key.held_out_mm_s:g} mm/s held out")
+            mark(done, f"{key.protocol}, {key.split.printed(key.held_out)} held out")
 
 
 def run_jobs(
@@ -295,11 +321,11 @@ def summarise_folder(
 ) -> dict[str, Any]:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
-    Folds of other speeds than those to be held out are not looked at.
+    Folds of other groups than those to be held out are not looked at.
     """
-    recipe, speeds = evaluation.recipe, held_out_speeds(evaluation, recordings)
+    recipe, groups = evaluation.recipe, held_out_groups(evaluation, recordings)
     textures = textures_of(recordings)
-    keys = [key for key in finished_keys(recipe.out) if key.held_out_mm_s in speeds]
+    keys = [key for key in finished_keys(recipe.out) if key.held_out in groups]
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,
@@ -308,11 +334,12 @@ def summarise_folder(
         "options": list(evaluation.options),
         "cut": recipe.cut,
         "preset": recipe.preset,
-        "speeds_mm_s": speeds,
+        recipe.split.groups: groups,
         "chance": 1 / len(textures),
         "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
         **({"titles": titles} if (titles := titles_kept(recipe.out)) else {}),
+        **recipe.choices,
     }
-    complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(speeds)]
+    complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(groups)]
     return summarise(recipe.out, complete, textures, about)

@@ -22,7 +22,8 @@ from afferents.core.responses import Responses
 from afferents.core.store import open_responses
 from afferents.core.version import __version__
 from afferents.markers import load_sensor
-from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.extract import extract
+from afferents.pipeline.extraction import Extraction
 from afferents.pipeline.simulate import simulate_session
 from afferents.rig import AUDIO, VIDEO
 from afferents.rig.simulation import simulation_of

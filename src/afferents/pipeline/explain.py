@@ -22,6 +22,8 @@ from afferents.core.progress import Progress
 from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, textures_of
 from afferents.core.samples import Samples, concatenate
+from afferents.core.split import order
+from afferents.core.steady import with_steady
 from afferents.encodings import ImageEncoding, encoding_of, images_of
 from afferents.evaluation import Predict, bands, losses, neighbourhoods, patches
 from afferents.models import Deployed
@@ -87,7 +89,7 @@ def explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progre
 
     Squares of three by three markers stand still; a wave, or a band of a spectrum, is as it is in
     the mean of all that is asked. The loss is that of the true texture's log-odds, nats. Speeds
-    that the model has not learnt from are asked, where the data have any.
+    (or groups of the model's split) that it has not learnt from are asked, where there are any.
 
     Parameters
     ----------
@@ -102,18 +104,19 @@ def explain(model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progre
     require_picture_folder(out, FACTS)
     card, deployed = load_model(model)
     asked = _asked(card, data, cut, progress)
-    speeds = np.unique(asked.samples[dims.SPEED].values)
-    unseen = not set(speeds) & set(card.learnt_from_mm_s)
+    split = card.held_out
+    groups = sorted(np.unique(split.of(asked.samples)).tolist(), key=order)
+    unseen = not set(groups) & set(card.groups)
     right = float((_predictor(deployed)(asked.samples.values).argmax(1) == asked.labels).mean())
     found = Explanation(
         [
-            f"{len(asked.labels)} samples at {', '.join(f'{v:g}' for v in speeds)} mm/s, "
+            f"{len(asked.labels)} samples {split.at(groups)}, "
             f"{'not learnt from' if unseen else 'learnt from'}: {100 * right:.1f}% named rightly."
         ],
         facts={
             "model": card.model,
             "data": data.origin.describe(),
-            "speeds_mm_s": speeds.tolist(),
+            split.groups: groups,
             "not_learnt_from": unseen,
             "n_samples": len(asked.labels),
             "accuracy": right,
@@ -144,11 +147,12 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
     InputError
         If there is none, or samples have another form than those learnt from.
     """
-    known = [r for r in data.responses if str(r.attrs[dims.TEXTURE]) in card.textures]
+    everything, split = with_steady(data.responses, card.steady_s), card.held_out
+    known = [r for r in everything if str(r.attrs[dims.TEXTURE]) in card.textures]
     if not known:
         found = ", ".join(textures_of(data.responses))
         raise InputError(data.origin.source, f"some of {', '.join(card.textures)}", found)
-    unseen = [r for r in known if float(r.attrs[dims.SPEED]) not in card.learnt_from_mm_s]
+    unseen = [r for r in known if split.groups_of([r])[0] not in card.groups]
     recordings, source = unseen or known, _source(card)
     _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
@@ -156,7 +160,7 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
         _some(responses, source, cut, each)
         for responses in progress.track(recordings, "encoding", len(recordings))
     ]
-    samples = concatenate([part for part, _ in parts])
+    samples = split.labelled(concatenate([part for part, _ in parts]), recordings)
     if samples.shape[1:] != card.shape:
         raise InputError(
             data.origin.source, f"samples of the form {card.shape}, as {card.model} learnt from",

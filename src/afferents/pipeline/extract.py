@@ -1,21 +1,22 @@
 """From a session's videos and audio to a store of responses."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
 
 import cv2
+import numpy as np
 import xarray as xr
 
 from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
-from afferents.core.doubt import Doubt, Kind, accepted
+from afferents.core.choices import Rest
+from afferents.core.doubt import Doubt, accepted
 from afferents.core.errors import AfferentsError, InputError
-from afferents.core.files import remove_partials
+from afferents.core.files import remove_partials, size_of
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
-from afferents.core.recording import Recording, Session
+from afferents.core.recording import Recording
 from afferents.core.responses import Responses, label, with_doubts
 from afferents.core.store import (
     create_parents,
@@ -26,7 +27,6 @@ from afferents.core.store import (
     responses_there,
     write_responses,
 )
-from afferents.core.version import __version__
 from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster, require_same_file
 from afferents.execution.local import side_by_side
 from afferents.markers import (
@@ -40,63 +40,16 @@ from afferents.markers import (
 )
 from afferents.pipeline.copies import notes_of, with_fingerprint
 from afferents.pipeline.doubts import doubts_of, watched
+from afferents.pipeline.extraction import Extraction, origin_of
+from afferents.pipeline.sensors import Sensors, sensors_of
 from afferents.recordings import (
+    Session,
     SessionFile,
-    check_files,
     check_recording,
     read_session,
     require_own_files,
-    session_file,
+    require_rates_that_agree,
 )
-
-Rest = Literal["own", "reference"]
-"""Whether displacement counts from each recording's own rest frame or the reference clip's."""
-
-
-@dataclass(frozen=True)
-class Extraction:
-    """What is extracted and how.
-
-    Attributes
-    ----------
-    cluster
-        Address of a Dask scheduler whose workers extract; None for this machine.
-    accept
-        Kinds of what may be wrong with a recording that is kept nevertheless, and marked.
-    """
-
-    session: Path
-    out: Path
-    sensor: Sensor
-    method: Method
-    keep_going: bool = False
-    workers: int | None = None
-    vibration: bool = True
-    rest: Rest = "own"
-    cluster: str | None = None
-    accept: frozenset[Kind] = frozenset()
-
-    def as_found_anywhere(self) -> "Extraction":
-        """Return it with paths that a cluster's workers find, wherever they were started."""
-        if self.cluster is None:
-            return self
-        return replace(self, session=self.session.resolve(), out=self.out.resolve())
-
-    def config(self, session: Session, declared: SessionFile) -> dict[str, Any]:
-        """Return what must agree for recordings to stand in one store.
-
-        `recordings` names all that the store is to hold, so that half a store is known as one.
-        """
-        return {
-            "afferents": __version__,
-            "session": self.session.resolve().name,
-            "declared": declared.model_dump(mode="json", exclude={"checksums"}),
-            "recordings": [recording.name for recording in session.recordings],
-            "sensor": self.sensor.model_dump(mode="json"),
-            "method": self.method,
-            **({} if self.vibration else {"vibration": False}),
-            **({} if self.rest == "own" else {"rest": self.rest}),
-        }
 
 
 def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
@@ -115,19 +68,21 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
         If a recording is not what it should be (without `keep_going`), or a process died.
     """
     extraction = extraction.as_found_anywhere()
-    session = read_session(extraction.session)
-    declared = session_file(extraction.session)
-    reference = _reference(session, extraction)
+    given = extraction.session
+    session = given if isinstance(given, Session) else read_session(given)
+    sensors = sensors_of(session, extraction.sensor)
+    reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
+    require_rates_that_agree(session, session.declared)
     require_no_store(extraction.out)
     with writing_alone(extraction.out, "extract") as token:
-        create_store(extraction.out, extraction.config(session, declared))
+        create_store(extraction.out, extraction.config(session, sensors))
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
         outcomes = (
-            _outcomes_here(session, declared, reference, extraction, progress)
+            _outcomes_here(session, sensors, reference, extraction, progress)
             if extraction.cluster is None
-            else _outcomes_there(session, declared, reference, extraction, token)
+            else _outcomes_there(session, sensors, reference, extraction, token)
         )
         return _failures(session, outcomes, extraction, progress)
 
@@ -153,22 +108,31 @@ def _failures(
 
 def _outcomes_here(
     session: Session,
-    declared: SessionFile,
+    sensors: Sensors,
     reference: Positions | None,
     extraction: Extraction,
     progress: Progress,
 ) -> Iterator[tuple[str, str | None]]:
     """Extract on this machine; yield each recording's name, and what is wrong with it."""
     jobs = (
-        (recording, declared.of(recording.name), reference, extraction)
-        for recording in session.recordings
+        (recording, session.declared.of(recording.name), reference, one)
+        for recording, one in _jobs(session, sensors, extraction)
     )
     return side_by_side(_try_one, jobs, extraction.workers, progress.note)
 
 
+def _jobs(
+    session: Session, sensors: Sensors, extraction: Extraction
+) -> Iterator[tuple[Recording, Extraction]]:
+    """Yield each recording, and how it is extracted: with its own sensor."""
+    light = replace(extraction, session=session.root)  # what goes to each process
+    for recording in session.recordings:
+        yield recording, replace(light, sensor=sensors.of(recording))
+
+
 def _outcomes_there(
     session: Session,
-    declared: SessionFile,
+    sensors: Sensors,
     reference: Positions | None,
     extraction: Extraction,
     token: str,
@@ -178,14 +142,14 @@ def _outcomes_there(
     jobs = (
         (
             recording,
-            {path: path.stat().st_size for path in recording.files},
-            declared.of(recording.name),
+            {path: size_of(path) for path in recording.files},
+            session.declared.of(recording.name),
             reference,
-            extraction,
+            one,
             output,
             responses_there(extraction.out, recording.name),
         )
-        for recording in session.recordings
+        for recording, one in _jobs(session, sensors, extraction)
     )
     packages = SAME + OF_RECORDINGS
     for name, fault, found in on_cluster(_try_far, jobs, extraction.cluster or "", packages):
@@ -194,7 +158,7 @@ def _outcomes_there(
         yield name, fault
 
 
-def _reference(session: Session, extraction: Extraction) -> Positions | None:
+def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Positions | None:
     """Return the marker order of the published tracker, or the rest positions to count from.
 
     Raises
@@ -209,10 +173,10 @@ def _reference(session: Session, extraction: Extraction) -> Positions | None:
                 "a session with throw_away.mp4 and a tracker other than 'published'",
                 "none" if session.reference is None else "the published tracker",
             )
-        return ordered_rest(session.reference, extraction.sensor)
+        return ordered_rest(session.reference, sensor)
     if session.reference is None or extraction.method != "published":
         return None
-    return rest_positions(session.reference, extraction.sensor)
+    return rest_positions(session.reference, sensor)
 
 
 def _try_one(
@@ -261,7 +225,7 @@ def _try_far(
     cv2.setNumThreads(1)
     try:
         doubts = check_recording(recording, declared, extraction.accept)
-        made_of = _made_of(recording, declared)
+        made_of = origin_of(recording, declared, extraction)
         if there is not None and is_of_same_files(output.folder / recording.name, there, made_of):
             return recording.name, None, None
         found = _new_responses(recording, made_of, reference, extraction, doubts)
@@ -277,16 +241,10 @@ def _extract_one(
     extraction: Extraction,
     doubts: list[Doubt],
 ) -> None:
-    made_of = _made_of(recording, declared)
+    made_of = origin_of(recording, declared, extraction)
     if not has_responses(extraction.out, recording.name, *made_of):
         found = _new_responses(recording, made_of, reference, extraction, doubts)
         write_responses(extraction.out, found)
-
-
-def _made_of(recording: Recording, declared: SessionFile) -> tuple[str, str]:
-    """Return the checksum of a recording's files, and what is declared of them that matters."""
-    matters = declared.model_dump_json(include={"sensor_channel", "steady_s", "direction"})
-    return check_files(recording, declared), matters
 
 
 def _new_responses(
@@ -332,11 +290,32 @@ def responses_of(
     if recording.video is not None and sensor is not None:
         order, count_from = (None, reference) if rest == "reference" else (reference, None)
         tracks = track(recording.video, sensor, method, order, count_from=count_from)
+        _require_times_that_go_on(tracks, recording.video.path)
         parts.append(marker_responses(undistorted(tracks, sensor.lens)))
     if recording.audio is not None:
         parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
     merged = xr.merge(parts, combine_attrs="no_conflicts")
     return label(merged, recording)
+
+
+def _require_times_that_go_on(tracks: xr.Dataset, path: Path) -> None:
+    """Refuse a video whose frames are not in order of time, such as some H.264 in avi.
+
+    Raises
+    ------
+    InputError
+        Naming the first frame that isn't.
+    """
+    time_s = tracks[dims.TIME].values
+    back = np.flatnonzero(~(np.diff(time_s) > 0))
+    if len(back):
+        before, after = time_s[back[0]], time_s[back[0] + 1]
+        raise InputError(
+            path,
+            "frame times of which each is after the one before",
+            f"{after:.3f} s after {before:.3f} s",
+            "write its true fps_hz into session.toml; times then count from it",
+        )
 
 
 def marker_responses(tracks: xr.Dataset) -> xr.Dataset:

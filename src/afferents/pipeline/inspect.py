@@ -11,7 +11,7 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.outputs import require_free, require_pictures_free
 from afferents.core.own import in_a_sentence
 from afferents.core.progress import Progress
-from afferents.core.recording import Recording
+from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses
 from afferents.execution.local import side_by_side
 from afferents.markers import Sensor
@@ -26,7 +26,7 @@ from afferents.pipeline.inspect_files import (
     inspect_video,
     inspect_wav,
 )
-from afferents.recordings import DataSet, data_set_of, facts
+from afferents.recordings import DataSet, data_set_of, facts, is_described
 from afferents.reporting import is_overlay
 
 MOST_LOST = 0.01
@@ -66,7 +66,7 @@ def inspect(
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION)
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
-    if not isinstance(source, DataSet) and path.is_file():
+    if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
         return (
             inspect_wav(path, out)
             if is_wav
@@ -115,12 +115,7 @@ def inspect_recordings(source: str, data_set: DataSet, out: Path, progress: Prog
     with in_a_sentence(source):
         session = data_set.recordings()
     found = Inspection(source)
-    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
-    found.sentences += [
-        f"{len(session.recordings)} recordings of {len(session.textures)} textures "
-        f"({', '.join(session.textures)}) at {len(session.speeds_mm_s)} speeds ({speeds} mm/s).",
-        *data_set.describe(session),
-    ]
+    found.sentences += [grid_sentence(session), *data_set.describe(session)]
     jobs = [(n, recording, data_set) for n, recording in enumerate(session.recordings)]
     # Sound alone is read sooner than processes begin.
     workers = None if any(r.video for r in session.recordings) else 1
@@ -137,6 +132,16 @@ def inspect_recordings(source: str, data_set: DataSet, out: Path, progress: Prog
         assert first.audio is not None
         found.pictures = [draw_vibration(first.audio.read(), f"{source}, {first.name}", out)]
     return found
+
+
+def grid_sentence(session: Session) -> str:
+    """Say of how many textures and speeds there are recordings."""
+    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
+    at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
+    return (
+        f"{len(session.recordings)} recordings of {len(session.textures)} textures "
+        f"({', '.join(session.textures)}) at {at}."
+    )
 
 
 def length_sentences(rows: list[dict[str, Any]]) -> list[str]:

@@ -24,12 +24,14 @@ from afferents.core.protocol import PROTOCOLS
 from afferents.core.responses import Responses
 from afferents.core.results import SCHEMA
 from afferents.core.samples import Samples, textures_of
+from afferents.core.split import SPEED, Split
+from afferents.core.steady import Steady, with_steady
 from afferents.encodings import Encoding, Encodings
 from afferents.evaluation import (
     PLAN,
     FoldKey,
     Leaks,
-    LeaveOneSpeedOut,
+    LeaveOneGroupOut,
     at_work,
     claim_results_folder,
     digest_of,
@@ -76,6 +78,10 @@ class Recipe:
         Conditions of recordings that are left out.
     ablation
         What of the data is used.
+    split
+        What is held out.
+    steady_s
+        Start and end of constant speed, s, of all recordings; None for what each says of its own.
     compute
         What the networks run on, and in which precision.
     skipped
@@ -92,6 +98,8 @@ class Recipe:
     encodings: Encodings
     without: Mapping[str, str] = field(default_factory=dict)
     ablation: Ablation = field(default_factory=Ablation)
+    split: Split = SPEED
+    steady_s: Steady | None = None
     compute: Compute = field(default_factory=Compute)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
@@ -113,7 +121,18 @@ class Recipe:
             **self.encodings.describe(),
             "training": training,
             **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
+            **self.choices,
         }
+
+    @property
+    def choices(self) -> dict[str, Any]:
+        """Return what is held out, and the steady part, ready for JSON, where they were chosen."""
+        split = {} if self.split == SPEED else {"split": self.split.name}
+        return split | ({} if self.steady_s is None else {"steady_s": list(self.steady_s)})
+
+    def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
+        """Return the recordings that are used, with the part of them that is."""
+        return with_steady(self.ablation.recordings(recordings_in(data)), self.steady_s)
 
     def located(self) -> "Recipe":
         """Return it with a results folder that any process finds, wherever it was started."""
@@ -266,8 +285,8 @@ def fold_of(recipe: Recipe, key: FoldKey, samples: Samples, of_vibration: bool) 
     Published halves of spectra are drawn at random.
     """
     protocol = PROTOCOLS[key.protocol]
-    splitter = LeaveOneSpeedOut(protocol, random_halves=of_vibration, seed=key.seed)
-    rank, fold = splitter.fold(samples, key.held_out_mm_s)
+    splitter = LeaveOneGroupOut(protocol, of_vibration, key.seed, recipe.split)
+    rank, fold = splitter.fold(samples, key.held_out)
     return rank, recipe.ablation.fold(fold, samples, recipe.tested)
 
 
@@ -278,9 +297,10 @@ def encoded(
     progress: Progress,
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from."""
-    return tuple(
+    samples = (
         encode_all(recordings, source, recipe.cut, progress, recipe.ablation) for source in sources
     )
+    return tuple(recipe.split.labelled(one, recordings) for one in samples)
 
 
 @lru_cache(maxsize=1)
@@ -292,7 +312,7 @@ def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ..
     InputError
         As `opened_again`.
     """
-    everything = recipe.ablation.recordings(recordings_in(opened_again(recipe)))
+    everything = recipe.recordings(opened_again(recipe))
     recordings = [r for r in everything if r.attrs["name"] not in recipe.skipped]
     return encoded(recipe, sources, recordings, Progress(quiet=True))
 

@@ -15,7 +15,7 @@ from afferents.core.documents import as_form
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import write_text
 from afferents.core.progress import Progress
-from afferents.core.responses import Responses, conditions
+from afferents.core.responses import Responses, conditions, speed_of
 from afferents.core.results import (
     CONFIG,
     Results,
@@ -24,6 +24,7 @@ from afferents.core.results import (
     texture_summaries,
 )
 from afferents.core.samples import Samples, concatenate
+from afferents.core.steady import with_steady
 from afferents.encodings import SpectralEncoding, covered, spatial_samples, stretch_spectrum
 from afferents.evaluation import reliability_of
 from afferents.evaluation.ablation import Ablation
@@ -142,8 +143,10 @@ def _read_data(results: Results, progress: Progress) -> FigureData:
         raise InputError(", ".join(sources), "the data that were evaluated", "changed data")
     left_out = {entry["recording"] for entry in results.summary["skipped"]}
     ablation = Ablation(**config.get("ablation", {}))
-    everything = ablation.recordings(recordings_in(opened))
-    recordings = [r for r in everything if r.attrs["name"] not in left_out]
+    everything = with_steady(ablation.recordings(recordings_in(opened)), config.get("steady_s"))
+    recordings = [r for r in everything if r.attrs["name"] not in left_out and speed_of(r)]
+    if not recordings:
+        raise InputError("the data", "recordings whose speed is known, to show by it", "none")
     spectra = _spectra(recordings, config, progress)
     example = stretch_example(spectra) if spectra is not None else None
     return FigureData(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from afferents.core.card import Card
+from afferents.core.choices import Preset, Size
 from afferents.core.cut import Cut
 from afferents.core.model import BEST, MODELS, TABLE1, Model
 from afferents.core.progress import Progress
@@ -21,14 +22,14 @@ from afferents.pipeline.data import OpenedData, open_data, origins_of, recording
 from afferents.pipeline.encode import best_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
 from afferents.pipeline.export import export_model
-from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.extract import extract
+from afferents.pipeline.extraction import Extraction
 from afferents.pipeline.job import Recipe
 from afferents.pipeline.report import write_report
 from afferents.pipeline.sensor_rig import rig_of
 from afferents.pipeline.simulate import simulate_session
 from afferents.pipeline.train import Training, train
-from afferents.rig.simulation import SimulationPreset, simulation_of
-from afferents.training import Preset
+from afferents.rig.simulation import simulation_of
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
@@ -58,7 +59,7 @@ class Reproduction:
     session: Path | None
     sensor: Sensor
     preset: Preset
-    size: SimulationPreset = "quick"
+    size: Size = "quick"
     protocols: tuple[Protocol, ...] = (PROTOCOLS["nested"],)
     cut: Cut = "all"
     seed: int = 0

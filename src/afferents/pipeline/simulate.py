@@ -23,7 +23,7 @@ from afferents.core.progress import Progress
 from afferents.core.recording import require_distinct
 from afferents.execution.dask import OF_RECORDINGS, SAME, Output, on_cluster
 from afferents.execution.local import side_by_side
-from afferents.recordings.session import NOT_TEXTURES
+from afferents.recordings.published import NOT_TEXTURES
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig import (
     AUDIO,

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,7 @@ def status(results: Path) -> Status:
     facts = {
         "counts": {state: counts[state] for state in STATES},
         "seconds_left": left,
-        "jobs": [{**asdict(s.key), "state": s.state, "why": s.why} for s in found],
+        "jobs": [{**s.key.describe(), "state": s.state, "why": s.why} for s in found],
     }
     return Status(_rows(found), _sentences(found, counts, left, cluster), facts)
 

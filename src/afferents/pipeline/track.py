@@ -10,12 +10,12 @@ from afferents.markers import (
     Method,
     Sensor,
     describe,
-    load_sensor,
     recognise_sensor,
     track,
     undistorted,
 )
-from afferents.pipeline.extract import Extraction, extract, marker_responses
+from afferents.pipeline.extract import extract, marker_responses
+from afferents.pipeline.extraction import Extraction
 from afferents.recordings import VideoWithProgress, open_video
 
 
@@ -34,7 +34,8 @@ def track_into(
     Parameters
     ----------
     sensor
-        None for ``tip_b`` of a session; of a video it is recognised or estimated.
+        None for what a session's file says, else ``tip_b``; of a video it is recognised or
+        estimated.
     force
         Whether a video's tracks that were written there before may be replaced.
     workers, cluster
@@ -48,8 +49,7 @@ def track_into(
         As `track_video`.
     """
     if source.is_dir():
-        whose = sensor or load_sensor("tip_b")
-        track_session(source, out, whose, method, workers, progress, cluster)
+        track_session(source, out, sensor, method, workers, progress, cluster)
         return []
     if cluster is not None:
         raise InputError("--cluster", "a session, whose videos go side by side", "one video")
@@ -97,7 +97,7 @@ def track_video(
 def track_session(
     session: Path,
     out: Path,
-    sensor: Sensor,
+    sensor: Sensor | None,
     method: Method,
     workers: int | None,
     progress: Progress,

@@ -22,13 +22,17 @@ from afferents.core.own import reference_of
 from afferents.core.progress import Progress
 from afferents.core.results import load_results
 from afferents.core.samples import Samples, textures_of
+from afferents.core.split import SPEED, Split, order, split_of
+from afferents.core.steady import Steady, require_within, with_steady
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.models import Deployed, classifier_of
+from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     Source,
     encode_all,
+    require_speeds_known,
     require_support,
     require_used,
     sources_of,
@@ -59,6 +63,10 @@ class Training:
     ----------
     results
         Results folder whose scores the card is to carry; None for 'not evaluated'.
+    split
+        Of what one group is not learnt from, and calibrates the model.
+    steady_s
+        Start and end of constant speed, s, of all recordings; None for what each says of its own.
     """
 
     data: list[OpenedData]
@@ -69,14 +77,16 @@ class Training:
     seed: int = 0
     results: Path | None = None
     compute: Compute = field(default_factory=Compute)
+    split: Split = SPEED
+    steady_s: Steady | None = None
 
 
 def train(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
     """Train a model and write its folder, whole or not at all; return its card.
 
-    The weights learn from all speeds but the middle one, which stops the training, sets the
-    temperature, how much evidence a second of touch is, and from where on a touch is unknown:
-    what a speed never learnt from needs, not what was learnt by heart.
+    The weights learn from all speeds (or groups of another split) but the middle one, which stops
+    the training, sets the temperature, how much evidence a second of touch is, and from where on a
+    touch is unknown: what a speed never learnt from needs, not what was learnt by heart.
 
     Parameters
     ----------
@@ -94,18 +104,24 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     _require_deployable(training.model)
     reads = [data.origin.data_set.path for data in training.data]
     require_free(out, "a model", is_model_folder, force=force, reads=reads)
-    recordings = recordings_in(training.data)
+    recordings = with_steady(recordings_in(training.data), training.steady_s)
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
+    require_speeds_known([training.model], training.encodings, recordings)
+    training.split.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
     if source.encoding.step != 1:
         found = f"one of {source.encoding.step}"
         raise InputError("encodings", "every frame, as live feels them", found)
+    for responses in recordings:
+        require_within(responses, source.channel.made_of, training.steady_s)
+    require_trainable([training.model], recordings, training.encodings, training.cut)
     scores = scores_of(training) if training.results else ()
     model = training.model
     classifier = _reference(model.classifier)
     samples = encode_all(recordings, source, training.cut, progress)
-    fold = all_but_the_middle(samples)
+    samples = training.split.labelled(samples, recordings)
+    fold = all_but_the_middle(samples, training.split)
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
         mark(1)
@@ -124,8 +140,8 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         scale=learnt.scale,
         preset=training.preset if learns_in_a_loop(model) else None,
         seed=training.seed,
-        learnt_from_mm_s=_speeds_of(samples, fold.train),
-        validated_on_mm_s=fold.validation_mm_s,
+        **_groups_of(samples, fold),
+        steady_s=training.steady_s,
         data=tuple(data.origin.describe() for data in training.data),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
@@ -172,33 +188,39 @@ def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 
 
-def all_but_the_middle(samples: Samples) -> Fold:
-    """Return the fold that trains on all speeds but the middle one, and tests nothing.
+def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
+    """Return the fold that trains on all groups, by default speeds, but the middle one.
+
+    It tests nothing.
 
     Raises
     ------
     InputError
-        If there is one speed only, or a texture at the middle one alone.
+        If there is one group only, or a texture in the middle one alone.
     """
-    speed = samples[dims.SPEED].values
-    speeds = np.unique(speed)
-    if len(speeds) < 2:
-        raise InputError(
-            "the data", "at least 2 speeds, one of them to validate with", f"{len(speeds)}"
-        )
-    middle = float(speeds[len(speeds) // 2])
-    train, validation = np.flatnonzero(speed != middle), np.flatnonzero(speed == middle)
+    group = split.of(samples)
+    groups = sorted(np.unique(group).tolist(), key=order)
+    if len(groups) < 2:
+        expected = f"at least 2 {split.many}, one of them to validate with"
+        raise InputError("the data", expected, f"{len(groups)}")
+    middle = groups[len(groups) // 2]
+    train, validation = np.flatnonzero(group != middle), np.flatnonzero(group == middle)
     texture = samples[dims.TEXTURE].values
     only_there = sorted(set(texture[validation]) - set(texture[train]))
     if only_there:
         found = f"none of {', '.join(map(str, only_there))}"
-        raise InputError("the data", f"every texture at another speed than {middle:g} mm/s", found)
-    return Fold(middle, middle, train, validation, np.empty(0, dtype=np.int64))
+        expected = f"every texture at another {split.name} than {split.printed(middle)}"
+        raise InputError("the data", expected, found)
+    return Fold(middle, middle, train, validation, np.empty(0, dtype=np.int64), split)
 
 
-def _speeds_of(samples: Samples, index: Indices) -> tuple[float, ...]:
-    """Return the speeds of some samples, ascending, mm/s."""
-    return tuple(float(v) for v in np.unique(samples[dims.SPEED].values[index]))
+def _groups_of(samples: Samples, fold: Fold) -> dict[str, Any]:
+    """Return what the card says of the groups learnt from, and of the one that calibrates."""
+    split = fold.split
+    learnt = tuple(sorted(np.unique(split.of(samples)[fold.train]).tolist(), key=order))
+    if split == SPEED:
+        return {"learnt_from_mm_s": learnt, "validated_on_mm_s": fold.validated_by}
+    return {"split": split.name, "learnt_from": learnt, "validated_on": fold.validated_by}
 
 
 def scores_of(training: Training) -> tuple[Score, ...]:
@@ -220,7 +242,7 @@ def scores_of(training: Training) -> tuple[Score, ...]:
             f"of {', '.join(summary['models']) or 'nothing'}",
             "evaluate it there, or leave out --results",
         )
-    same = _same_data(training, results.config)
+    same, split = _same_data(training, results.config), split_of(summary)
     return tuple(
         Score(
             protocol=protocol,
@@ -228,12 +250,19 @@ def scores_of(training: Training) -> tuple[Score, ...]:
             seeds=tuple(entry["seeds"]),
             mean_accuracy=entry["mean_accuracy"],
             ci95=tuple(entry["ci95"]),
-            worst_accuracy=entry["by_speed"][entry["worst_speed"]],
-            worst_mm_s=float(entry["worst_speed"]),
+            worst_accuracy=entry[split.by][entry[split.worst]],
             same_data=same,
+            **_worst(split, entry[split.worst]),
         )
         for protocol, entry in sorted(found.items())
     )
+
+
+def _worst(split: Split, group: str) -> dict[str, Any]:
+    """Return what a score says of the worst group."""
+    if split == SPEED:
+        return {"worst_mm_s": float(group)}
+    return {"split": split.name, "worst_group": group}
 
 
 def _same_data(training: Training, config: dict[str, Any]) -> bool:
@@ -244,6 +273,7 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
         fingerprints == [data.origin.fingerprint for data in training.data]
         and "ablation" not in config
         and config["cut"] == training.cut
+        and config.get("steady_s") == (training.steady_s and list(training.steady_s))
         and config.get(encoding.name) == encoding.model_dump(mode="json")
     )
 
@@ -265,5 +295,9 @@ def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
         raise InputError(data[0].origin.source, "data that name their sensor", "none named")
     if any(sensor != sensors[0] for sensor in sensors):
         raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
+    several = data[0].origin.data_set.config().get("sensors", [])
+    if len(several) > 1:
+        do = "make a session and a store of each sensor"
+        raise InputError("STORE", "recordings of one sensor", f"of {', '.join(several)}", do)
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
     return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}

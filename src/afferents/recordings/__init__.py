@@ -1,28 +1,50 @@
 """Reading recordings: the published session layout and other data sets."""
 
 from afferents.recordings.audio import WavFile
-from afferents.recordings.check import check_files, check_recording, require_own_files
+from afferents.recordings.check import (
+    RATE_TOLERANCE,
+    check_files,
+    check_recording,
+    require_own_files,
+)
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.fabricslide import FabricSlide, TaxelFile, read_fabricslide
+from afferents.recordings.data_set_file import DataSetFile, read_data_set_file
+from afferents.recordings.described import PACKAGED, Described, is_described
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.footage import Footage
+from afferents.recordings.grid import require_rates_that_agree
+from afferents.recordings.guess import Guess, guess_pattern, guess_recordings
+from afferents.recordings.images import ImageFolder
 from afferents.recordings.levels import clipped_share, doubt_loudness, require_finite
-from afferents.recordings.session import PublishedSession, read_session
-from afferents.recordings.session_file import SessionFile, session_file
+from afferents.recordings.listed import sensor_named
+from afferents.recordings.media import is_sound, media_in, named
+from afferents.recordings.published import NOT_TEXTURES, published
+from afferents.recordings.series import SeriesFile
+from afferents.recordings.session import PublishedSession, Session, read_session
+from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile, session_file
 from afferents.recordings.stored import Stored
 from afferents.recordings.table import DATA_SETS, data_set_of, source_of
 from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, open_video
 
 __all__ = [
     "DATA_SETS",
+    "NOT_TEXTURES",
+    "PACKAGED",
+    "RATE_TOLERANCE",
+    "SESSION_FILE",
+    "SESSION_TOML",
     "DataSet",
-    "FabricSlide",
+    "DataSetFile",
+    "Described",
     "Facts",
     "Footage",
+    "Guess",
+    "ImageFolder",
     "PublishedSession",
+    "SeriesFile",
+    "Session",
     "SessionFile",
     "Stored",
-    "TaxelFile",
     "VibrationFacts",
     "VideoFacts",
     "VideoFile",
@@ -34,12 +56,21 @@ __all__ = [
     "data_set_of",
     "doubt_loudness",
     "facts",
+    "guess_pattern",
+    "guess_recordings",
+    "is_described",
+    "is_sound",
     "luma_of",
+    "media_in",
+    "named",
     "open_video",
-    "read_fabricslide",
+    "published",
+    "read_data_set_file",
     "read_session",
     "require_finite",
     "require_own_files",
+    "require_rates_that_agree",
+    "sensor_named",
     "session_file",
     "source_of",
     "video_facts",

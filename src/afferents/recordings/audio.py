@@ -40,8 +40,8 @@ class WavFile:
     path
         A wav, or another format that libsndfile reads.
     channel
-        Which channel is the sensor, from 0. In the published recordings it is the second
-        (vibrotactile/process_vibration.ipynb, cell 3).
+        Which channel is the sensor, from 0; -1 for the last. In the published recordings it is
+        the second (vibrotactile/process_vibration.ipynb, cell 3).
     """
 
     path: Path
@@ -119,7 +119,7 @@ class WavFile:
         InputError
             As `read`, but for the samples themselves.
         """
-        if not 0 <= self.channel < self.n_channels:
+        if not -1 <= self.channel < self.n_channels:
             raise InputError(
                 self.path,
                 f"the sensor on channel {self.channel + 1}",

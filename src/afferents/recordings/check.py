@@ -7,18 +7,24 @@ from pathlib import Path
 
 from afferents.core.doubt import Doubt, Kind, accepted
 from afferents.core.errors import InputError
-from afferents.core.files import checksum
-from afferents.core.recording import Recording, Session
+from afferents.core.files import checksum, size_of
+from afferents.core.recording import EDGE_S, Recording, Session
 from afferents.recordings.audio import WavFile
-from afferents.recordings.session_file import SESSION_FILE, SessionFile
+from afferents.recordings.images import ImageFolder
+from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import VideoFile
 
+ClipFile = VideoFile | ImageFolder
+"""What a camera leaves on disk."""
+
 SHORTER_AUDIO_S = 0.5
-"""How much shorter than the video the audio may be, s."""
+"""How much shorter than the video the audio may be, s, whatever is cut off."""
 LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
 """How much longer, s and as a share of the video: recorders are started and stopped one after the
 other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
 
+SHORT = 4
+"""Of a short recording, at most one part in so many is cut off at an end."""
 RATE_TOLERANCE = 0.1
 """How far a video's nominal frame rate may lie from the declared one, as a share of it."""
 
@@ -51,7 +57,7 @@ def require_own_files(session: Session) -> None:
 
 def _size(path: Path) -> int:
     try:
-        return path.stat().st_size
+        return size_of(path)
     except OSError as error:
         raise InputError(path, "a readable file", f"{error.strerror}") from error
 
@@ -82,7 +88,7 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
         if expected.get(path.name, found[path.name]) != found[path.name]:
             raise InputError(
                 path,
-                f"the file whose checksum {SESSION_FILE} declares",
+                f"the file whose checksum {declared.file} declares",
                 "another",
                 "bring it back, or take its checksum out if it was changed on purpose",
             )
@@ -102,53 +108,62 @@ def check_recording(
     ------
     InputError
         If a file is unreadable, the video of another size or frame rate than declared, the
-        audio of another rate or with other channels, or (unless `length` is accepted) more than
-        0.5 s shorter than the video, or more than 1 s and 5% longer.
+        audio of another rate or with other channels, or (unless `length` is accepted) so much
+        shorter than the video that the part at constant speed lacks some, or more than 1 s and 5%
+        longer.
     """
     video, audio = recording.video, recording.audio
-    if isinstance(video, VideoFile):
+    if isinstance(video, ClipFile):
         _check_video(video, declared)
     if isinstance(audio, WavFile):
         _check_audio(audio, declared)
-    if isinstance(video, VideoFile) and isinstance(audio, WavFile):
-        return accepted(_doubt_lengths(video, audio), accept)
+    if isinstance(video, ClipFile) and isinstance(audio, WavFile):
+        return accepted(_doubt_lengths(video, audio, recording.steady_s), accept)
     return []
 
 
-def _check_video(video: VideoFile, declared: SessionFile) -> None:
-    expected = (declared.frame_width, declared.frame_height)
-    if (video.width, video.height) != expected:
+def _check_video(video: ClipFile, declared: SessionFile) -> None:
+    found = (video.width, video.height)
+    width, height = declared.frame_width or found[0], declared.frame_height or found[1]
+    if found != (width, height):
         raise InputError(
             video.path,
-            f"frames of {expected[0]}x{expected[1]} px",
-            f"{video.width}x{video.height}",
-            f"declare frame_width and frame_height in {SESSION_FILE}",
+            f"frames of {width}x{height} px",
+            f"{found[0]}x{found[1]}",
+            f"declare frame_width and frame_height in {declared.file}",
         )
-    if abs(video.fps_hz - declared.fps_hz) > RATE_TOLERANCE * declared.fps_hz:
+    expected_hz = declared.fps_hz
+    if expected_hz is None or (isinstance(video, VideoFile) and video.rate_hz is not None):
+        return
+    if abs(video.fps_hz - expected_hz) > RATE_TOLERANCE * expected_hz:
         raise InputError(
             video.path,
-            f"about {declared.fps_hz:g} frames a second",
+            f"about {expected_hz:g} frames a second",
             f"{video.fps_hz:g}",
-            f"declare fps_hz in {SESSION_FILE}",
+            f"declare fps_hz in {declared.file}; if the container is wrong, write "
+            "fps_overrules = true beside it",
         )
 
 
 def _check_audio(audio: WavFile, declared: SessionFile) -> None:
-    if (audio.sample_rate_hz, audio.n_channels) != (
-        declared.sample_rate_hz,
-        declared.audio_channels,
-    ):
+    rate, channels = audio.sample_rate_hz, audio.n_channels
+    expected = (declared.sample_rate_hz or rate, declared.audio_channels or channels)
+    if (rate, channels) != expected:
         raise InputError(
             audio.path,
-            f"{declared.audio_channels} channel(s) at {declared.sample_rate_hz:g} Hz",
-            f"{audio.n_channels} at {audio.sample_rate_hz:g} Hz",
-            f"declare audio_channels and sample_rate_hz in {SESSION_FILE}",
+            f"{expected[1]} channel(s) at {expected[0]:g} Hz",
+            f"{channels} at {rate:g} Hz",
+            f"declare audio_channels and sample_rate_hz in {declared.file}",
         )
 
 
-def _doubt_lengths(video: VideoFile, audio: WavFile) -> list[Doubt]:
+def _doubt_lengths(
+    video: ClipFile, audio: WavFile, steady_s: tuple[float, float] | None
+) -> list[Doubt]:
+    """Compare the lengths; audio need not go on after the part that is used has ended."""
     video_s, audio_s = video.duration_s, audio.n_samples / audio.sample_rate_hz
-    least_s = video_s - SHORTER_AUDIO_S
+    used_s = steady_s[1] if steady_s else video_s - min(EDGE_S, video_s / SHORT)
+    least_s = min(video_s - SHORTER_AUDIO_S, used_s)
     most_s = video_s * (1 + LONGER_AUDIO) + LONGER_AUDIO_S
     if least_s <= audio_s and (audio_s <= most_s or video_s == 0):  # 0: none is declared
         return []

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from afferents.core.doubt import Doubt
@@ -50,15 +51,18 @@ class DataSet(ABC):
         In sentences.
     encodings
         Options of encodings that suit it, by name of the encoding; those not named are as ever.
+    chooses_encodings
+        Whether options that `encodings` does not name are chosen to suit rate, lengths and speeds.
     extracted_first
         Whether its recordings are extracted into a store before anything learns from them.
     path
         The folder or file that holds it.
     """
 
-    name: ClassVar[str]
-    title: ClassVar[str]
-    encodings: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    name: str
+    title: str
+    encodings: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
+    chooses_encodings: ClassVar[bool] = False
     extracted_first: ClassVar[bool] = False
 
     def __init__(self, path: str | Path) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from afferents.core.recording import Recording, Vibration
-from afferents.recordings.video import VideoFile
+from afferents.recordings.check import ClipFile
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Facts:
 
     name: str
     texture: str
-    speed_mm_s: float
+    speed_mm_s: float | None
     video: VideoFacts | None
     vibration: VibrationFacts | None
 
@@ -50,12 +50,12 @@ def facts(recording: Recording) -> Facts:
         recording.name,
         recording.texture,
         recording.speed_mm_s,
-        video_facts(recording.video) if isinstance(recording.video, VideoFile) else None,
+        video_facts(recording.video) if isinstance(recording.video, ClipFile) else None,
         _vibration_facts(recording.audio) if recording.audio is not None else None,
     )
 
 
-def video_facts(video: VideoFile) -> VideoFacts:
+def video_facts(video: ClipFile) -> VideoFacts:
     """Return what a video's container declares."""
     return VideoFacts(video.width, video.height, video.fps_hz, video.n_frames, video.duration_s)
 

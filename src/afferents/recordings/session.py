@@ -1,39 +1,107 @@
-"""The session folder: ``<texture>/<speed>/video.mp4`` and ``audio.wav``, as published.
+"""The session folder: recordings that belong together, in the published layout or as it says."""
 
-Layout (preprocess/process.ipynb, cells 2-3; vibrotactile/process_vibration.ipynb, cells 2-3):
-texture folders ``0 0.5 ... 6`` (bump spacing, mm), speed folders ``10 20 ... 100`` (mm/s),
-the marker reference ``throw_away.mp4`` in the first of them, ``0/10``.
-"""
-
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from afferents.core import recording as core
+from afferents.core.documents import as_form
 from afferents.core.doubt import KINDS, Doubt
 from afferents.core.errors import InputError
-from afferents.core.recording import (
-    Recording,
-    Session,
-    Vibration,
-    Video,
-    natural_order,
-    require_distinct,
-)
-from afferents.recordings.audio import WavFile
+from afferents.core.recording import Recording, natural_order
 from afferents.recordings.check import check_recording
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.session_file import SESSION_FILE, SessionFile, session_file
-from afferents.recordings.video import VideoFile
+from afferents.recordings.grid import require_grid
+from afferents.recordings.listed import listed
+from afferents.recordings.listed_recording import ListedRecording
+from afferents.recordings.media import media_in, named
+from afferents.recordings.published import (
+    AUDIO,
+    NOT_TEXTURES,
+    VIDEO,
+    published,
+    reference_in,
+)
+from afferents.recordings.session_file import SESSION_TOML, SessionFile, declared_by, session_file
 
-VIDEO, AUDIO, REFERENCE = "video.mp4", "audio.wav", "throw_away.mp4"
-NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"})
-"""Folders that the published code writes beside the textures."""
+if TYPE_CHECKING:
+    import pandas as pd
 
-_POSITIVE = re.compile(r"\d+(\.\d+)?")
+
+@dataclass(frozen=True)
+class Session(core.Session):
+    """Recordings that belong together, and what is declared of them.
+
+    `afferents.read_session` reads one from a folder, `from_table` makes one of a table.
+    `afferents.extract` takes either.
+    """
+
+    declared: SessionFile = field(default_factory=SessionFile)
+
+    @property
+    def unused(self) -> list[Path]:
+        """Videos, sound and folders of images that lie in the folder and are not used."""
+        used = {path.resolve() for recording in self.recordings for path in recording.files}
+        if self.reference is not None:
+            used.add(self.reference.path.resolve())
+        there = media_in(self.root, NOT_TEXTURES)
+        return [path for path in there if path.resolve() not in used]
+
+    @classmethod
+    def from_table(
+        cls, table: "pd.DataFrame", root: str | Path = ".", **declared: object
+    ) -> "Session":
+        """Make a session of a table with a row a recording.
+
+        Parameters
+        ----------
+        table
+            Columns as the keys of a recording in ``session.toml``: `video` or `audio` or both
+            (paths, from `root`), `texture`, and where they are known `speed_mm_s`, `repetition`,
+            `id`, `fps_hz`, `steady_s`, `rest_frame`, `sensor`. All other columns are conditions.
+            Cells may be empty (NaN or None).
+        root
+            The folder that paths count from.
+        declared
+            What else ``session.toml`` may say of all, such as ``steady_s=(0.5, 2.5)``.
+
+        Raises
+        ------
+        InputError
+            Naming the row and column that are not what they should be.
+        """
+        folder = Path(root).resolve()
+        rows = [_row(row) for row in table.to_dict("records")]
+        if not rows:
+            raise InputError("the table", "a row for each recording", "none")
+        for number, row in enumerate(rows):
+            as_form(row, ListedRecording, f"row {number} of the table", "a recording")
+        content = {**declared, "recordings": rows}
+        return _session(folder, declared_by(content, "the table"))
+
+
+def _row(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return a row as a session file would say it."""
+    cells = {str(name): _plain(value) for name, value in row.items()}
+    given = {name: value for name, value in cells.items() if value is not None and value == value}
+    known = {name: given[name] for name in ListedRecording.model_fields if name in given}
+    others = {name: value for name, value in given.items() if name not in known}
+    known["conditions"] = {**known.get("conditions", {}), **others}
+    if isinstance(known.get("rest_frame"), float):  # an empty cell makes a column one of floats
+        known["rest_frame"] = int(known["rest_frame"])
+    return known
+
+
+def _plain(value: Any) -> Any:
+    """Return a cell as Python has it."""
+    if isinstance(value, Path):
+        return str(value)
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 class PublishedSession(DataSet):
-    """A session folder in the published layout: see `read_session`."""
+    """A session folder: see `read_session`."""
 
     name, title = "session", "A session"
     extracted_first = True
@@ -51,123 +119,78 @@ class PublishedSession(DataSet):
         """Return what differs from the session's own declaration."""
         return check_recording(recording, session_file(self.path), KINDS)
 
-    def describe(self, session: Session) -> list[str]:
-        """Say what the order of the markers comes from."""
-        return [
-            "The order of markers comes from throw_away.mp4."
-            if session.reference
-            else "There is no throw_away.mp4; it is needed only by the published tracker."
-        ]
+    def describe(self, session: core.Session) -> list[str]:
+        """Say what the order of the markers comes from, and what was found but is not used."""
+        assert isinstance(session, Session)
+        sentences = []
+        if session.reference:
+            sentences.append("The order of markers comes from throw_away.mp4.")
+        elif not session.declared.names_files:
+            sentences.append(
+                "There is no throw_away.mp4; it is needed only by the published tracker."
+            )
+        if unused := session.unused:
+            sentences.append(f"Found but not used: {named(session.root, unused)}.")
+        return sentences
 
 
 def read_session(root: str | Path) -> Session:
     """Read a session folder; no video or audio is opened until it is asked for.
 
-    A condition is a folder two levels down that holds `video.mp4` or `audio.wav`; folders
-    without conditions, hidden ones and `NOT_TEXTURES` are ignored. Only the grid is checked
-    here; `check_recording` checks one recording.
+    Where ``session.toml`` or ``session.json`` names files, by a list or a pattern, these are the
+    recordings. Else a condition is a folder two levels down, or of a repetition three, that holds
+    a `video` of any kind or `audio.wav`; folders without conditions, hidden ones and
+    `NOT_TEXTURES` are ignored. Only the grid is checked here; `check_recording` checks one
+    recording.
 
     Returns
     -------
     Session
-        Recordings named ``<texture>/<speed>``, by texture in natural order, then by speed.
+        Recordings named ``<texture>/<speed>``, ``<texture>/<speed>/<repetition>`` or by their id,
+        by texture in natural order, then by speed.
 
     Raises
     ------
     InputError
         If the folder is missing or unreadable, holds no condition, has a condition whose
-        folder is not named by a speed, its grid has a hole that `session.json` does not
+        folder is not named by a speed, its grid has a hole that the session file does not
         declare, or some conditions have a video (or audio) and others have none.
     """
     root = Path(root)
     if not root.is_dir():
         raise InputError(root, "a session folder", "a file" if root.exists() else "no such folder")
-    declared = session_file(root)
+    return _session(root, session_file(root))
+
+
+def _session(root: Path, declared: SessionFile) -> Session:
     try:
-        folders = list(_conditions(root))
+        found = listed(root, declared) if declared.names_files else published(root, declared)
+        if not found:
+            raise _nothing(root, declared)
     except OSError as error:
         raise InputError(
             error.filename or root, "a readable folder", f"{error.strerror}"
         ) from error
-    if not folders:
-        raise InputError(
-            root, f"conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}", "none of them"
-        )
-    recordings = sorted((_recording(folder, declared) for folder in folders), key=_grid_order)
-    _check_grid(root, recordings, declared)
-    return Session(root, tuple(recordings), _video(recordings[0].source / REFERENCE))
+    recordings = tuple(sorted(found, key=_grid_order))
+    require_grid(root, recordings, declared)
+    return Session(root, recordings, reference_in(recordings[0]), declared)
 
 
-def _conditions(root: Path) -> Iterator[Path]:
-    for texture in _folders(root):
-        if texture.name not in NOT_TEXTURES:
-            yield from (
-                speed
-                for speed in _folders(texture)
-                if (speed / VIDEO).is_file() or (speed / AUDIO).is_file()
-            )
-
-
-def _folders(parent: Path) -> list[Path]:
-    return [path for path in parent.iterdir() if path.is_dir() and not path.name.startswith(".")]
-
-
-def _recording(folder: Path, declared: SessionFile) -> Recording:
-    texture, speed = folder.parent.name, folder.name
-    if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
-        raise InputError(folder, "a folder named by its speed in mm/s", f"'{speed}'")
-    return Recording(
-        name=f"{texture}/{speed}",
-        texture=texture,
-        speed_mm_s=float(speed),
-        source=folder,
-        video=_video(folder / VIDEO),
-        audio=_audio(folder / AUDIO, declared.sensor_channel),
-        steady_s=declared.steady_s,
-        conditions={"direction": declared.direction},
+def _nothing(root: Path, declared: SessionFile) -> InputError:
+    """Say what was found where no recording was, and what a session needs."""
+    there = media_in(root, NOT_TEXTURES)
+    conditions = f"conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}"
+    if not there:
+        return InputError(root, conditions, "none of them")
+    return InputError(
+        root,
+        f"{conditions}, or a {SESSION_TOML} that says which files are recordings",
+        named(root, there),
+        f"'afferents init {root}' writes a first {SESSION_TOML}",
     )
 
 
-def _video(path: Path) -> Video | None:
-    return VideoFile(path) if path.is_file() else None
-
-
-def _audio(path: Path, channel: int) -> Vibration | None:
-    return WavFile(path, channel) if path.is_file() else None
-
-
-def _grid_order(recording: Recording) -> tuple[tuple[float, str], float]:
-    return natural_order(recording.texture), recording.speed_mm_s
-
-
-def _check_grid(root: Path, recordings: Sequence[Recording], declared: SessionFile) -> None:
-    folders = {(r.source.name, r.speed_mm_s) for r in recordings}
-    require_distinct(root, (r.texture for r in recordings), folders)
-    present = {(r.texture, r.speed_mm_s) for r in recordings}
-    expected = {(texture, speed) for texture, _ in present for _, speed in present}
-    missing = sorted(
-        expected - present - set(declared.holes), key=lambda c: (natural_order(c[0]), c[1])
-    )
-    if missing:
-        names = ", ".join(f"{texture}/{speed:g}" for texture, speed in missing)
-        raise InputError(
-            root,
-            "a recording of every texture at every speed",
-            f"none in {names}",
-            f"record what is missing or declare it in {SESSION_FILE} as 'holes'",
-        )
-    _check_all_or_none(root, VIDEO, {r.name: r.video is not None for r in recordings})
-    _check_all_or_none(root, AUDIO, {r.name: r.audio is not None for r in recordings})
-
-
-def _check_all_or_none(root: Path, file: str, has: Mapping[str, bool]) -> None:
-    """Refuse a file that only some conditions have: models would be left out for all."""
-    lacking = [name for name, there in has.items() if not there]
-    if 0 < len(lacking) < len(has):
-        raise InputError(
-            root,
-            f"{file} in every condition or in none",
-            f"none in {', '.join(lacking)}",
-            "record what is missing, or move these folders away and declare them in "
-            f"{SESSION_FILE} as 'holes'",
-        )
+def _grid_order(recording: Recording) -> tuple[tuple[float, str], float, list[tuple[float, str]]]:
+    speed = float("inf") if recording.speed_mm_s is None else recording.speed_mm_s
+    parts = [natural_order(part) for part in recording.name.split("/")]
+    return natural_order(recording.texture), speed, parts

@@ -1,33 +1,77 @@
-"""`session.json`: what a session folder declares of its recordings."""
+"""`session.toml`, which people write, and `session.json`, which programs write: one form.
+
+They say what a session folder holds: how it was recorded, and, where it is not in the published
+layout, which files are which recordings.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
-from afferents.core.documents import as_form, read_json
+from afferents.core.documents import as_form, read_json, read_toml
+from afferents.core.errors import InputError
+from afferents.recordings.listed_recording import (
+    Conditions,
+    ListedRecording,
+    require_interval,
+    require_label,
+    text_of,
+)
 
-SESSION_FILE = "session.json"
+SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
+
+_UNKNOWN = ("sample_rate_hz", "audio_channels", "sensor_channel", "fps_hz", "frame_width",
+            "frame_height")  # fmt: skip
+"""What is not checked where the files are named one by one and nothing is declared of them."""
+_WHAT = "a session file"
+_LAYOUT = ("pattern", "recordings")
 
 
 class SessionFile(BaseModel):
-    """What `session.json` declares; the defaults are the published recordings.
+    """What a session file declares; the defaults are the published recordings.
 
-    Other fields (sensor, versions) may stand in the file and are not looked at.
+    Where it names files, by `pattern` or `recordings`, rates, sizes and channels have no default:
+    the files' own are taken, and must agree with one another.
 
     Attributes
     ----------
+    pattern
+        Where the files are, as ``{texture}/{speed}_{trial}.avi``: a name in braces stands for a
+        part of a path, ``*`` for anything. Names other than texture and speed are conditions. A
+        pattern that ends in ``/`` is of folders of numbered images.
+    audio_pattern
+        The same for the sound that belongs to each.
+    recordings
+        The recordings one by one, instead.
     sample_rate_hz, audio_channels
-        Rate and channels of every `audio.wav`.
+        Rate and channels of every sound file.
     sensor_channel
-        The sensor's channel, from 0 (published: the second).
+        The sensor's channel, from 0 (published: the second; where files are named: the last).
     fps_hz
-        Nominal frame rate of every `video.mp4`, within 10 %; the true frame times are the
-        container's.
+        Nominal frame rate of every video, within 10 %; the true frame times are the container's.
+        Of images, their rate.
+    fps_overrules
+        Whether the containers' frame rate is wrong: times then count from `fps_hz`.
     frame_width, frame_height
-        Size of every `video.mp4`, px.
+        Size of every video, px.
     steady_s
         Start and end of constant speed in each recording, s; null where unknown.
+    rest_frame
+        Index of the frame that shows the skin at rest; null for the one of the sensor file.
+    sensor
+        Sensor file, from the session's folder, or the name of a packaged sensor.
+    conditions
+        Of all recordings.
     holes
         ``[texture, speed]`` of each condition of the grid that was never recorded.
     direction
@@ -40,22 +84,52 @@ class SessionFile(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
-    sample_rate_hz: float = Field(44100, gt=0)
-    audio_channels: int = Field(2, ge=1)
-    sensor_channel: int = Field(1, ge=0, validate_default=True)
-    fps_hz: float = Field(90, gt=0)
-    frame_width: int = Field(640, ge=1)
-    frame_height: int = Field(480, ge=1)
+    sample_rate_hz: float | None = Field(44100, gt=0)
+    audio_channels: int | None = Field(2, ge=1)
+    sensor_channel: int | None = Field(1, ge=0, validate_default=True)
+    fps_hz: float | None = Field(90, gt=0)
+    frame_width: int | None = Field(640, ge=1)
+    frame_height: int | None = Field(480, ge=1)
     steady_s: tuple[float, float] | None = None
     holes: tuple[tuple[str, float], ...] = ()
     direction: str = Field("+x", pattern=r"^[+-][xy]$")
     simulated: bool = False
     checksums: Mapping[str, Mapping[str, str]] = Field(default_factory=dict)
+    # Left out of what is written down where they are not given: stores agree as before.
+    pattern: str | None = Field(None, min_length=1, exclude_if=lambda given: not given)
+    audio_pattern: str | None = Field(None, min_length=1, exclude_if=lambda given: not given)
+    recordings: tuple[ListedRecording, ...] = Field((), exclude_if=lambda given: not given)
+    fps_overrules: bool = Field(False, exclude_if=lambda given: not given)
+    rest_frame: int | None = Field(None, ge=0, exclude_if=lambda given: given is None)
+    sensor: str | None = Field(None, min_length=1, exclude_if=lambda given: given is None)
+    conditions: Conditions = Field(default_factory=dict, exclude_if=lambda given: not given)
+
+    _file: str = PrivateAttr(default=SESSION_TOML)
+
+    @property
+    def file(self) -> str:
+        """The name of the file that says so, or should."""
+        return self._file
+
+    @property
+    def names_files(self) -> bool:
+        """Whether it says which files are recordings; else they are in the published layout."""
+        return self.pattern is not None or bool(self.recordings)
 
     def of(self, name: str) -> "SessionFile":
         """Return what it says of one recording, light enough to be sent along with it."""
         sums = {name: self.checksums[name]} if name in self.checksums else {}
-        return self.model_copy(update={"checksums": sums, "holes": ()})
+        return self.model_copy(update={"checksums": sums, "holes": (), "recordings": ()})
+
+    @model_validator(mode="after")
+    def _has_one_layout(self) -> "SessionFile":
+        if self.pattern is not None and self.recordings:
+            raise ValueError("a pattern or a list of recordings, not both")
+        if self.audio_pattern is not None and self.pattern is None:
+            raise ValueError("audio_pattern goes with a pattern of the videos")
+        if self.fps_overrules and self.fps_hz is None:
+            raise ValueError("fps_overrules needs fps_hz, the true frame rate")
+        return self
 
     @field_validator("holes", mode="before")
     @classmethod
@@ -66,36 +140,74 @@ class SessionFile(BaseModel):
 
     @field_validator("sensor_channel")
     @classmethod
-    def _sensor_is_on_a_channel(cls, channel: int, info: ValidationInfo) -> int:
-        if channel >= info.data.get("audio_channels", channel + 1):
+    def _sensor_is_on_a_channel(cls, channel: int | None, info: ValidationInfo) -> int | None:
+        channels = info.data.get("audio_channels")
+        if channel is not None and channels is not None and channel >= channels:
             raise ValueError("counted from 0, below audio_channels")
         return channel
 
     @field_validator("steady_s")
     @classmethod
     def _steady_is_an_interval(cls, steady: tuple[float, float] | None) -> object:
-        if steady is not None and not 0 <= steady[0] < steady[1]:
-            raise ValueError("steady_s is [start, stop] with 0 <= start < stop")
-        return steady
+        return require_interval(steady)
+
+    @field_validator("conditions")
+    @classmethod
+    def _conditions_have_names(cls, given: Conditions) -> Conditions:
+        for name in given:
+            require_label(name)
+        return given
+
+
+class _Strict(SessionFile):
+    """The same, where an unknown key is a slip of the pen."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def _named(hole: object) -> object:
     """Return ``[texture, speed]`` with the texture as a folder name."""
     if isinstance(hole, list | tuple) and len(hole) == 2:
-        texture, speed = hole
-        return (f"{texture:g}" if type(texture) in (int, float) else texture, speed)
+        return (text_of(hole[0]), hole[1])
     return hole
 
 
 def session_file(root: Path) -> SessionFile:
-    """Read `session.json`, or return the published defaults where there is none.
+    """Read `session.toml` or `session.json`; return the published defaults where there is none.
+
+    In `session.toml` unknown keys are refused; `session.json` may hold what other programs note.
 
     Raises
     ------
     InputError
-        If it is not JSON, or a field is not what it should be.
+        If both are there, or the file is damaged, or a field is not what it should be.
     """
-    path = root / SESSION_FILE
-    if not path.exists():
+    toml, json = root / SESSION_TOML, root / SESSION_FILE
+    if toml.exists() and json.exists():
+        found = f"{SESSION_TOML} and {SESSION_FILE}"
+        raise InputError(root, "one session file", found, "put what counts into one of them")
+    if toml.exists():
+        return declared_by(read_toml(toml, _WHAT), toml, _Strict)
+    if not json.exists():
         return SessionFile()
-    return as_form(read_json(path, "a session file"), SessionFile, path, "a session file")
+    content = read_json(json, _WHAT)
+    if not isinstance(content.get("sensor"), str):  # what some programs note of theirs
+        content.pop("sensor", None)
+    declared = declared_by(content, json)
+    declared._file = SESSION_FILE
+    return declared
+
+
+def declared_by(
+    content: Mapping[str, Any], where: object, form: type[SessionFile] = SessionFile
+) -> SessionFile:
+    """Return what a session file says.
+
+    Raises
+    ------
+    InputError
+        Naming the first key that is not what it should be.
+    """
+    if any(content.get(key) for key in _LAYOUT):
+        content = {**dict.fromkeys(_UNKNOWN), **content}
+    return as_form(content, form, where, _WHAT)

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from afferents.core.errors import InputError
+from afferents.core.groups import is_group
 from afferents.core.recording import Session
 from afferents.core.responses import Responses
-from afferents.core.store import is_group, open_responses, store_config
+from afferents.core.store import open_responses, store_config
 from afferents.recordings.data_set import DataSet
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from afferents.core.errors import InputError
 from afferents.core.own import named, reference_of
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.fabricslide import FabricSlide
+from afferents.recordings.described import PACKAGED, Described
 from afferents.recordings.session import PublishedSession
 from afferents.recordings.stored import Stored
 
 DATA_SETS: dict[str, type[DataSet]] = {
-    kind.name: kind for kind in (Stored, FabricSlide, PublishedSession)
+    kind.name: kind for kind in (Stored, Described, PublishedSession)
 }
 """A path that comes without a name is of the first that knows it, else of the last."""
 
@@ -25,8 +25,9 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     Parameters
     ----------
     wanted
-        A path, ``NAME:PATH`` with a name in `DATA_SETS`, a `DataSet` of one's own, or where one is:
-        ``file.py:NAME``, ``package.module:NAME``, or, of a class, ``file.py:NAME:PATH``.
+        A path, ``NAME:PATH`` with a name in `DATA_SETS` or `PACKAGED`, a `DataSet` of one's own,
+        or where one is: ``file.py:NAME``, ``package.module:NAME``, or, of a class,
+        ``file.py:NAME:PATH``.
 
     Raises
     ------
@@ -38,11 +39,14 @@ def data_set_of(wanted: str | Path | DataSet) -> DataSet:
     name, colon, path = str(wanted).partition(":")
     if colon and name in DATA_SETS:
         return DATA_SETS[name](path)
+    if colon and name in PACKAGED:
+        return Described(path, PACKAGED[name])
     there = Path(wanted)
     if (own := _OWN.fullmatch(str(wanted))) and not there.exists():
         return _own(own["where"], own["path"])
-    kind = next((kind for kind in DATA_SETS.values() if kind.is_at(there)), PublishedSession)
-    return kind(there)
+    *others, last = DATA_SETS.values()
+    kind = next((kind for kind in others if kind.is_at(there)), None)
+    return kind(there) if kind else _packaged(there) or last(there)
 
 
 def source_of(wanted: str | Path | DataSet) -> str:
@@ -53,6 +57,14 @@ def source_of(wanted: str | Path | DataSet) -> str:
         return f"{reference_of(type(wanted))}:{wanted.path}"
     except InputError:  # made in a script or a notebook
         return str(wanted)
+
+
+def _packaged(path: Path) -> DataSet | None:
+    """Return the data set that the package describes and whose files lie in a folder."""
+    if not path.is_dir():
+        return None
+    described = (Described(path, description) for description in PACKAGED.values())
+    return next((one for one in described if one.matching(look=True)), None)
 
 
 def _own(where: str, path: str | None) -> DataSet:

@@ -1,9 +1,9 @@
 """Video files, decoded frame by frame, with the frame times that the container holds."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -33,6 +33,7 @@ _AHEAD = 4
 """Frames decoded in a row: decoder and caller each find their code and data in the processor's
 cache then, which is a tenth of the time of both."""
 _END = "the end"
+_COLOURS = 3
 
 
 class _Header(NamedTuple):
@@ -52,9 +53,18 @@ class VideoFile:
 
     Implements `afferents.core.recording.Video`. Anything that FFmpeg reads will do: mp4 with
     H.264, avi with MJPEG or MPEG-4, colour or grey, 8 bit or more.
+
+    Parameters
+    ----------
+    path
+        The file.
+    rate_hz
+        True frame rate, where the container's is wrong: times then count from it, 0 at the first
+        frame. None to take the container's own times.
     """
 
     path: Path
+    rate_hz: float | None = None
 
     @cached_property
     def header(self) -> _Header:
@@ -71,7 +81,7 @@ class VideoFile:
     @cached_property
     def fps_hz(self) -> float:
         """Nominal (average) frame rate, Hz; the true times come with the frames."""
-        return self.header.fps_hz
+        return self.rate_hz or self.header.fps_hz
 
     @cached_property
     def width(self) -> int:
@@ -88,17 +98,22 @@ class VideoFile:
         """Frames as declared; duration times rate where the container declares no count."""
         if self.header.n_frames is not None:
             return self.header.n_frames
-        return round(self.duration_s * self.fps_hz)
+        return round(self._container_s * self.header.fps_hz)
 
     @cached_property
     def duration_s(self) -> float:
-        """Duration as declared, s; 0 where the container declares none.
+        """Duration as declared, s; 0 where the container declares none."""
+        return self.n_frames / self.rate_hz if self.rate_hz else self._container_s
+
+    @cached_property
+    def _container_s(self) -> float:
+        """Duration by the container's own rate, s.
 
         Number of frames / average rate where there is a count: of an avi that was cut off,
         FFmpeg shortens the duration to fit, but leaves the count.
         """
         if self.header.n_frames is not None:
-            return self.header.n_frames / self.fps_hz
+            return self.header.n_frames / self.header.fps_hz
         return self.header.container_s or 0.0
 
     def frames(self) -> Iterator[Frame]:
@@ -125,8 +140,9 @@ class VideoFile:
                 ahead, fault = _read_ahead(frames)
                 for frame in ahead:
                     time_s, duration_s = self._times_s(frame, n)
+                    shown_s = n / self.rate_hz if self.rate_hz else time_s
                     n, end_s = n + 1, time_s + duration_s
-                    yield Frame(time_s, *luma_of(frame))
+                    yield Frame(shown_s, *luma_of(frame), _in_colour(frame))
         if fault != _END:
             raise self._stopped(n, end_s, f"decoding stops ({fault})")
         if self._ends_early(n, end_s):
@@ -137,7 +153,7 @@ class VideoFile:
         ticks, base = frame.pts if frame.pts is not None else frame.dts, frame.time_base
         if ticks is None or base is None:
             raise InputError(self.path, "a presentation time for every frame", f"none for {n}")
-        duration_s = _seconds(frame.duration, base) if frame.duration else 1 / self.fps_hz
+        duration_s = _seconds(frame.duration, base) if frame.duration else 1 / self.header.fps_hz
         return _seconds(ticks, base), duration_s
 
     def _ends_early(self, n: int, end_s: float) -> bool:
@@ -149,14 +165,14 @@ class VideoFile:
         if n == 0:
             return True
         if self.header.n_frames is None:
-            return end_s < self.duration_s - _END_TOLERANCE_S
-        declared_end_s = self.header.start_s + self.duration_s
-        return n < self.header.n_frames and end_s < declared_end_s - 0.5 / self.fps_hz
+            return end_s < self._container_s - _END_TOLERANCE_S
+        declared_end_s = self.header.start_s + self._container_s
+        return n < self.header.n_frames and end_s < declared_end_s - 0.5 / self.header.fps_hz
 
     def _stopped(self, n: int, end_s: float, how: str) -> InputError:
         return InputError(
             self.path,
-            f"{self.n_frames} frames ({self.duration_s:.2f} s) as the container declares",
+            f"{self.n_frames} frames ({self._container_s:.2f} s) as the container declares",
             f"{how} at {end_s:.2f} s after {n} frames",
             "copy or record the file again",
         )
@@ -211,6 +227,18 @@ def luma_of(frame: VideoFrame) -> tuple[GreyImage, GreyImage | None]:
     if layout.is_rgb or not layout.is_planar or layout.components[0].bits != 8:
         return np.asarray(frame.reformat(format="gray").to_ndarray(), dtype=np.uint8), None
     return _luma(frame.planes[0]), None if _is_full_range(frame) else _EXPANDED
+
+
+def _in_colour(frame: VideoFrame) -> Callable[[], GreyImage] | None:
+    """Return what makes a decoded frame's picture in colour; None where it holds none."""
+    if len(frame.format.components) < _COLOURS:
+        return None
+    return partial(_bgr, frame)
+
+
+def _bgr(frame: VideoFrame) -> GreyImage:
+    """Return the picture in colour, (height, width, 3), blue, green, red."""
+    return np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
 
 
 def _luma(plane: VideoPlane) -> GreyImage:

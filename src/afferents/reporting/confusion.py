@@ -16,12 +16,12 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from afferents.core.results import Results
+from afferents.core.split import SPEED, order, split_of
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
     model_title,
     source_line,
-    speed_key,
     texture_axis,
 )
 from afferents.reporting.published import (
@@ -80,7 +80,7 @@ def percent_of_true(counts: NDArray[np.int64]) -> NDArray[np.float64]:
 
 @styled
 def confusion_figure(results: Results, model: str, protocol: str) -> Figure | None:
-    """Draw a matrix for every held-out speed and one over all; None if it was not evaluated.
+    """Draw a matrix for every group held out and one over all; None if it was not evaluated.
 
     Where the textures are the paper's, its own mean matrix is drawn last for comparison.
     """
@@ -89,7 +89,7 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
     if rows.empty:
         return None
     textures = results.textures
-    panels = [*_own_panels(rows, textures), *_paper_panel(model, textures)]
+    panels = [*_own_panels(rows, results), *_paper_panel(model, results)]
     n_columns = _columns(len(panels))
     n_rows = -(-len(panels) // n_columns)
     height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.04 * max(map(len, textures))
@@ -102,25 +102,28 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
 
 def confusion_title(model: str, protocol: str, summary: Summary) -> str:
     """Return the number that the figure has in the paper, the model and the protocol."""
-    number = f"{FIGURE_OF[model]}. " if model in FIGURE_OF else ""
+    of_paper = model in FIGURE_OF and split_of(summary) == SPEED
+    number = f"{FIGURE_OF[model]}. " if of_paper else ""
     return f"{number}{model_title(model, summary)}, {PROTOCOL_TITLES[protocol]}"
 
 
-def _own_panels(rows: pd.DataFrame, textures: list[str]) -> list[Panel]:
-    speeds = rows["held_out_speed_mm_s"].to_numpy(dtype=np.float64)
-    by_speed = [
-        (f"{speed_key(speed)} mm/s held out", count_confusion(rows[speeds == speed], textures))
-        for speed in np.unique(speeds)
+def _own_panels(rows: pd.DataFrame, results: Results) -> list[Panel]:
+    textures, split = results.textures, results.split
+    held_out = rows[split.column]
+    by_group = [
+        (f"{split.printed(group)} held out", count_confusion(rows[held_out == group], textures))
+        for group in sorted(held_out.unique().tolist(), key=order)
     ]
-    everything = ("all held-out speeds", count_confusion(rows, textures))
+    everything = (f"all held-out {split.many}", count_confusion(rows, textures))
     return [
         Panel(f"{title}: {_accuracy(counts):.0f} %", percent_of_true(counts))
-        for title, counts in (*by_speed, everything)
+        for title, counts in (*by_group, everything)
     ]
 
 
-def _paper_panel(model: str, textures: list[str]) -> list[Panel]:
-    if model not in published_families() or tuple(textures) != published_textures():
+def _paper_panel(model: str, results: Results) -> list[Panel]:
+    same = results.split == SPEED and tuple(results.textures) == published_textures()
+    if model not in published_families() or not same:
         return []
     mean = published_families()[model].mean_percent
     return [Panel(f"paper, its own recordings: {mean} %", published_confusion(model))]

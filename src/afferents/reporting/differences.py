@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from afferents.core.model import MODELS, TABLE1
+from afferents.core.split import split_of
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
+    groups_in,
     model_order,
     model_title,
     outcome,
@@ -20,6 +22,7 @@ def differences(summary: Summary) -> Table | None:
     Of the paper's families those pairs that differ in one thing (afferent, encoding or
     stretching) are shown, of other models all; the summary holds every pair.
     """
+    split = split_of(summary)
     rows = [
         (
             Cell(" over ".join(model_title(found[one], summary) for one in ("model", "than"))),
@@ -33,7 +36,9 @@ def differences(summary: Summary) -> Table | None:
     rows.sort(key=lambda row: pairs.index(row[0].text))
     rows += [
         (
-            Cell(f"{model_title(model, summary)}: what selection on the held-out speed adds"),
+            Cell(
+                f"{model_title(model, summary)}: what selection on the held-out {split.name} adds"
+            ),
             Cell("published over nested"),
             Cell(_points(found)),
         )
@@ -43,9 +48,9 @@ def differences(summary: Summary) -> Table | None:
         return None
     return Table(
         "Differences",
-        "Percentage points, mean over held-out speeds, with 95% interval in brackets: bootstrap "
-        "over recordings and seeds, both sides on the same recordings. An interval that holds 0 "
-        "shows no difference.",
+        f"Percentage points, mean over held-out {split.many}, with 95% interval in brackets: "
+        "bootstrap over recordings and seeds, both sides on the same recordings. An interval that "
+        "holds 0 shows no difference.",
         ("", "Protocol", "Difference"),
         tuple(rows),
         n_headers=2,
@@ -74,9 +79,10 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> Table:
         for protocol, title in PROTOCOL_TITLES.items()
         if any(each := [outcome(run, name, protocol) for run in runs.values()])
     ]
+    many = " or ".join(dict.fromkeys(split_of(run).many for run in runs.values()))
     return Table(
-        "Accuracy at speeds held out of training, run by run",
-        f"Percent of test samples, mean over held-out speeds, with 95% interval in brackets. "
+        f"Accuracy at {many} held out of training, run by run",
+        f"Percent of test samples, mean over held-out {many}, with 95% interval in brackets. "
         f"{'. '.join(f'{name}: {_what(run)}' for name, run in runs.items())}.",
         ("Model", "Protocol", *runs),
         tuple(rows),
@@ -101,4 +107,5 @@ def _what(run: Summary) -> str:
     """Say in a few words what was evaluated."""
     n = len(run["textures"])
     options = f", {' '.join(run['options'])}" if run.get("options") else ""
-    return f"{n} textures, {len(run['speeds_mm_s'])} speeds, preset {run['preset']}{options}"
+    split = split_of(run)
+    return f"{n} textures, {len(groups_in(run))} {split.many}, preset {run['preset']}{options}"

@@ -12,17 +12,19 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from afferents.core.files import write_text
 from afferents.core.model import BEST
 from afferents.core.results import Results
+from afferents.core.split import SPEED, key_of, split_of
+from afferents.core.steady import written
 from afferents.reporting.differences import differences
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
     data_line,
+    groups_in,
     model_order,
     model_title,
     outcome,
     outcomes,
     percent,
-    speed_key,
 )
 from afferents.reporting.pictures import ReportFigure
 from afferents.reporting.published import CITATION
@@ -75,7 +77,9 @@ def render_report(
 ) -> str:
     """Return the page as text; see `write_report`."""
     summary = results.summary
+    split = split_of(summary)
     return template(TEMPLATE).render(
+        held_out=split,
         headline=headline(summary),
         facts=facts(summary),
         simulated=[data for data in summary["data"] if data["simulated"]],
@@ -131,29 +135,33 @@ def headline(summary: Summary) -> str:
 
 
 def _sentence(summary: Summary, model: str, why: str, protocol: str, title: str) -> str:
-    found = summary["models"][model][protocol]
-    worst = found["worst_speed"]
+    found, split = summary["models"][model][protocol], split_of(summary)
+    worst = found[split.worst]
     interval = "; 95% interval in brackets" if found.get("ci95") else ""
     return (
         f"{model_title(model, summary)}, {why}, names {mean_and_interval(found)} % of the "
-        f"samples rightly at speeds that it never learnt from ({title}{interval}), "
-        f"where guessing gives {percent(summary['chance'])} %. It did worst at {worst} mm/s, with "
-        f"{percent(found['by_speed'][worst])} %."
+        f"samples rightly at {split.many} that it never learnt from ({title}{interval}), "
+        f"where guessing gives {percent(summary['chance'])} %. It did worst "
+        f"{split.at([worst])}, with {percent(found[split.by][worst])} %."
     )
 
 
 def facts(summary: Summary) -> list[tuple[str, str]]:
     """Return what was evaluated, as pairs of name and value."""
-    textures, speeds = summary["textures"], summary["speeds_mm_s"]
+    textures, split = summary["textures"], split_of(summary)
+    groups = [key_of(group) for group in groups_in(summary)]
+    title = "Speeds" if split == SPEED else f"Held out: {split.name}"
+    steady = summary.get("steady_s")
     run = {protocol for _, protocol, _ in outcomes(summary)}
     protocols = [name for name in PROTOCOL_TITLES if name in run]
     return [
         ("Data", data_line(summary)),
         ("Textures", f"{len(textures)}: {shortened(textures)}"),
-        ("Speeds", f"{len(speeds)}: {shortened([speed_key(v) for v in speeds])} mm/s"),
+        (title, f"{len(groups)}: {shortened(groups)}{split.unit}"),
         ("Models", ", ".join(model_title(name, summary) for name in model_order(summary))),
         ("Protocol", " and ".join(protocols) or "none"),
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
+        *([("Steady part", f"{written(steady)} s (--steady)")] if steady else []),
         ("Chance", f"{percent(summary['chance'])} %"),
     ]
 

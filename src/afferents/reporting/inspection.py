@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from afferents.core import dims
@@ -32,6 +33,8 @@ def markers_figure(
     detected: NDArray[np.bool_],
     source: str,
     trails: NDArray[np.float64] | None = None,
+    title: str | None = None,
+    suspects: NDArray[np.float64] | None = None,
 ) -> Figure:
     """Draw the markers over a frame.
 
@@ -47,10 +50,14 @@ def markers_figure(
         The line that says what the picture was made from.
     trails
         Positions over time, shape (time, n, 2), px, drawn as lines.
+    title
+        None to say how many are detected.
+    suspects
+        What looks like a marker and is left out, shape (k, 2), px.
     """
     height, width = image.shape
     seen = np.asarray(detected, dtype=bool)
-    title = f"Markers: {int(seen.sum())} of {len(seen)} detected"
+    title = title or f"Markers: {int(seen.sum())} of {len(seen)} detected"
     figure = new_figure(7.6, 7.0 * height / width + 1.0, title, source)
     axes = figure.subplots()
     axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
@@ -58,6 +65,10 @@ def markers_figure(
         axes.plot(trails[..., 0], trails[..., 1], color=ORANGE, lw=0.5, alpha=0.45)
         axes.plot([], [], color=ORANGE, lw=1.2, label="track")
     draw_markers(axes, position, seen)
+    if suspects is not None and len(suspects):
+        x, y = suspects.T
+        axes.scatter(x, y, s=34, marker="D", facecolors="none", edgecolors=VERMILION, lw=1.2,
+                     label="suspect, left out")  # fmt: skip
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.07), ncols=3, borderaxespad=0)
     axes.set(xlabel="x (px) →", ylabel="← y (px)", xlim=(-0.5, width - 0.5))
     axes.set_ylim(height - 0.5, -0.5)
@@ -150,6 +161,8 @@ def draw_bands(axes: Axes, response: xr.DataArray, label: str, colour: str) -> N
     """Draw the mean over markers and the bands of `QUANTILES`, of a response (time, marker)."""
     time = response[dims.TIME].values
     alive = response.dropna(dims.TIME, how="all")
+    if len(alive) == 0:  # a still, or nothing seen
+        return
     for (low, high), alpha in zip(QUANTILES, (0.18, 0.32), strict=True):
         band = alive.quantile([low, high], dim=dims.MARKER)
         axes.fill_between(
@@ -205,6 +218,9 @@ def _draw_spectra(axes: Axes, values: NDArray[np.float32], rate: float) -> None:
         axes.loglog(frequency, amplitude, color=GREY, lw=0.4, alpha=0.6)
     axes.loglog(frequency, amplitude.mean(axis=1), color=INK, lw=0.7)
     axes.set_xlim(frequency[0], frequency[-1])
+    for axis in (axes.xaxis, axes.yaxis):  # the usual labels are formulas, which the style has not
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _numbers(values: NDArray[np.float32]) -> list[str]:

@@ -5,6 +5,8 @@ from typing import Any
 
 from afferents.core.model import MODELS
 from afferents.core.recording import LETTERS, spacing_mm
+from afferents.core.split import SPEED, Group, split_of
+from afferents.core.steady import written
 from afferents.reporting.published import published_textures
 
 ABSENT = "—"
@@ -63,6 +65,11 @@ def texture_axis(textures: Sequence[str]) -> str:
     return "texture (bump spacing, mm)" if numbered else "texture"
 
 
+def groups_in(summary: Summary) -> list[Group]:
+    """Return the groups that were held out in turn: speeds in mm/s, or names."""
+    return list(summary[split_of(summary).groups])
+
+
 def speed_key(speed_mm_s: float) -> str:
     """Return a speed as the summary spells it: `10`, `12.5`."""
     return f"{speed_mm_s:g}"
@@ -84,10 +91,21 @@ def source_line(summary: Summary) -> str:
         (
             f"Data: {data_line(summary)}",
             f"cut {summary['cut']}",
+            *choices(summary),
             f"preset {summary['preset']}",
             f"afferents {summary['afferents']}",
         )
     )
+
+
+def choices(summary: Summary) -> list[str]:
+    """Return what was held out, and the part of the recordings, where these were chosen."""
+    said, split = [], split_of(summary)
+    if split != SPEED:
+        said.append(f"held out: {split.name}")
+    if summary.get("steady_s"):
+        said.append(f"steady part {written(summary['steady_s'])} s")
+    return said
 
 
 def preset_note(summary: Summary) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import lru_cache
 from pathlib import Path
 
 import av
@@ -16,7 +17,9 @@ from afferents.core.recording import Frame, GreyImage
 ENLARGED = 2
 """So that names can be read between markers 20 px apart."""
 TRAIL_FRAMES = 20
-_RED, _ORANGE, _WHITE = (40, 40, 255), (0, 159, 230), (255, 255, 255)
+_QUICK = {"crf": "20", "preset": "ultrafast"}
+"""Of x264: encoding is most of the work, and the file is only to be looked at."""
+_RED, _ORANGE, _WHITE, _BLACK = (40, 40, 255), (0, 159, 230), (255, 255, 255), (0, 0, 0)
 """Blue, green, red."""
 _TICKS_HZ = 90_000
 _COMMENT = f"{MARK}: a video with its markers drawn in"
@@ -54,11 +57,12 @@ def write_overlay(
         av.open(f"file:{partial}", "w", format="mp4") as container,
     ):
         container.metadata["comment"] = _COMMENT
-        stream = container.add_stream("libx264", rate=max(1, round(fps_hz)), options={"crf": "20"})
+        stream = container.add_stream("libx264", rate=max(1, round(fps_hz)), options=_QUICK)
         stream.pix_fmt = "yuv420p"
         stream.time_base = stream.codec_context.time_base = Fraction(1, _TICKS_HZ)
         for index, frame in enumerate(frames):
-            picture = draw_overlay(frame.image, last, detected, index)
+            image = frame.in_colour() if frame.in_colour else frame.image
+            picture = draw_overlay(image, last, detected, index)
             if index == 0:
                 stream.height, stream.width = picture.shape[:2]
             drawn = av.VideoFrame.from_ndarray(picture, format="bgr24")
@@ -85,27 +89,40 @@ def draw_overlay(
 
     Parameters
     ----------
+    image
+        Grey, shape (height, width), or in colour, (height, width, 3), blue, green, red.
     position
         Where each marker was last seen, shape (n_frames, n, 2), px.
     """
-    picture = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
-    picture = cv2.cvtColor(picture[: picture.shape[0] // 2 * 2], cv2.COLOR_GRAY2BGR)
-    trails = _points(position[max(0, index - TRAIL_FRAMES) : index + 1])
-    for n in range(position.shape[1]):
-        if np.isnan(position[index, n, 0]):
-            continue
+    large = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
+    large = large[: large.shape[0] // 2 * 2]
+    if large.ndim == 2:  # grey
+        large = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
+    picture: Picture = np.ascontiguousarray(large, np.uint8)
+    shown = np.flatnonzero(~np.isnan(position[index, :, 0]))
+    way = position[max(0, index - TRAIL_FRAMES) : index + 1]
+    points = _points(way)
+    trails = [points[~np.isnan(way[:, n, 0]), n] for n in shown]
+    cv2.polylines(picture, trails, False, _ORANGE, 1, cv2.LINE_8, _SUBPIXEL_BITS)
+    for n in shown:
         seen = bool(detected[index, n])
-        trail = trails[:, n][~np.isnan(position[max(0, index - TRAIL_FRAMES) : index + 1, n, 0])]
-        cv2.polylines(picture, [trail], False, _ORANGE, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
-        where = (int(trail[-1, 0]), int(trail[-1, 1]))
+        where = (int(points[-1, n, 0]), int(points[-1, n, 1]))
         radius = 5 << _SUBPIXEL_BITS
         colour = _colour(n) if seen else _RED
-        cv2.circle(picture, where, radius, colour, 1 if seen else 2, cv2.LINE_AA, _SUBPIXEL_BITS)
+        cv2.circle(picture, where, radius, colour, 1 if seen else 2, cv2.LINE_8, _SUBPIXEL_BITS)
         place = ((where[0] >> _SUBPIXEL_BITS) + 6, (where[1] >> _SUBPIXEL_BITS) - 5)
-        cv2.putText(picture, f"{n}", place, cv2.FONT_HERSHEY_SIMPLEX, 0.3, colour, 1, cv2.LINE_AA)
+        _write(picture, f"{n}", place, 0.3, colour)
     said = f"{int(detected[index].sum())} of {detected.shape[1]}, frame {index}"
-    cv2.putText(picture, said, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.55, _WHITE, 1, cv2.LINE_AA)
-    return np.asarray(picture, np.uint8)
+    _write(picture, said, (8, 20), 0.55, _WHITE)
+    return picture
+
+
+def _write(
+    picture: Picture, text: str, place: tuple[int, int], size: float, colour: Colour
+) -> None:
+    """Write on a dark rim, which makes it legible on whatever lies behind."""
+    for ink, width in ((_BLACK, 3), (colour, 1)):
+        cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, ink, width, cv2.LINE_8)
 
 
 def _last_seen(position: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,6 +138,7 @@ def _points(position: NDArray[np.float64]) -> NDArray[np.int32]:
     return np.asarray(np.nan_to_num(np.rint(enlarged * (1 << _SUBPIXEL_BITS))), np.int32)
 
 
+@lru_cache(maxsize=4096)
 def _colour(n: int) -> Colour:
     """Return a colour for a marker, far from its neighbours' and from red."""
     hue = 25 + (n * 47) % 130

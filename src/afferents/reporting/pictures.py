@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from afferents.core.files import write_aside
 from afferents.core.results import Results
 from afferents.core.samples import Samples
+from afferents.core.split import SPEED
 from afferents.reporting.confusion import confusion_figure, confusion_title
 from afferents.reporting.figure07 import StretchExample, figure07
 from afferents.reporting.figure12 import figure12
 from afferents.reporting.images import figure08, figure10
 from afferents.reporting.labels import outcomes, percent, source_line
-from afferents.reporting.reliability import SCALED, has_reliability, reliability_figure
+from afferents.reporting.reliability import has_reliability, reliability_figure, scaled
 from afferents.reporting.speeds import speed_figure
 from afferents.reporting.style import png_bytes
 
@@ -89,14 +90,16 @@ def draw_pictures(results: Results, data: FigureData) -> list[ReportFigure]:
 
 
 def _speed_picture(results: Results) -> Iterator[ReportFigure]:
+    split = results.split
+    crosses = "Crosses: the paper, measured on its own recordings. "
     yield ReportFigure(
-        "accuracy-by-speed",
-        "Accuracy by held-out speed",
-        "Filled: nested protocol, where nothing of the held-out speed was seen. Open: published "
-        "protocol, where the other half of that speed picked the model. Crosses: "
-        "the paper, measured on its own recordings. The dashed line is chance.",
-        "Line chart of accuracy in percent against held-out speed, a panel for each model. The "
-        "same numbers stand in the table above.",
+        f"accuracy-by-{split.leaks}",
+        f"Accuracy by held-out {split.name}",
+        f"Filled: nested protocol, where nothing of the held-out {split.name} was seen. Open: "
+        f"published protocol, where the other half of that {split.name} picked the model. "
+        f"{crosses if split == SPEED else ''}The dashed line is chance.",
+        f"Line chart of accuracy in percent against held-out {split.name}, a panel for each model. "
+        "The same numbers stand in the table above.",
         speed_figure(results.summary),
     )
 
@@ -109,7 +112,8 @@ def _reliability_picture(results: Results) -> Iterator[ReportFigure]:
             "Reliability diagram: test samples gathered by confidence, the probability of what "
             "they are named, in bins of equal width. The area of a mark is its share of the "
             "samples. On the dashed line a model is right as often as it says; below it is too "
-            f"sure, above too modest. ECE: expected calibration error. {SCALED}",
+            "sure, above too modest. ECE: expected calibration error. "
+            f"{scaled(results.summary)}",
             "Line chart of accuracy against confidence, both in percent, a panel for each model. "
             "The calibration errors stand in the table above.",
             reliability_figure(results.summary),
@@ -125,10 +129,10 @@ def _confusion_pictures(results: Results) -> Iterator[ReportFigure]:
         yield ReportFigure(
             f"confusion-{model}-{protocol}",
             title,
-            "Confusion matrices, one a held-out speed: x true, y predicted texture. Every "
-            "column is in percent of that texture's own test samples, so it sums to 100 %; grey "
-            "columns have none. Titles give the accuracy.",
-            f"Confusion matrices. {title}. Mean accuracy over held-out speeds "
+            f"Confusion matrices, one a held-out {results.split.name}: x true, y predicted "
+            "texture. Every column is in percent of that texture's own test samples, so it sums to "
+            "100 %; grey columns have none. Titles give the accuracy.",
+            f"Confusion matrices. {title}. Mean accuracy over held-out {results.split.many} "
             f"{percent(found['mean_accuracy'])} percent.",
             figure,
         )

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from afferents.core.split import split_of
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
@@ -27,12 +28,17 @@ from afferents.reporting.style import (
 )
 from afferents.reporting.table import Cell, Table
 
-SCALED = (
-    "Models that are solved at once have a temperature, set at speeds left out inside the fold; "
+_SCALED = (
+    "Models that are solved at once have a temperature, set at {many} left out inside the fold; "
     "networks are taken as they come out of training."
 )
 _LARGEST, _SMALLEST = 15.0, 1.7
 """Diameters, points, of the marks of bins that hold all samples, and hardly any."""
+
+
+def scaled(summary: Summary) -> str:
+    """Return what stands behind the confidences."""
+    return _SCALED.format(many=split_of(summary).many)
 
 
 def has_reliability(summary: Summary) -> bool:
@@ -65,9 +71,10 @@ def reliability_table(summary: Summary) -> Table:
     ]
     return Table(
         "Confidence and accuracy",
-        "Percent of test samples, all speeds held out together. Confidence is the mean probability "
-        "of what a sample is named; ECE, the expected calibration error, the mean difference "
-        f"between confidence and accuracy over {_n_bins(summary)} bins of confidence. {SCALED}",
+        f"Percent of test samples, all {split_of(summary).many} held out together. Confidence is "
+        "the mean probability of what a sample is named; ECE, the expected calibration error, the "
+        f"mean difference between confidence and accuracy over {_n_bins(summary)} bins of "
+        f"confidence. {scaled(summary)}",
         ("Model", "Protocol", "Confidence", "Accuracy", "ECE"),
         tuple(rows),
         n_headers=2,

@@ -1,13 +1,15 @@
-"""Accuracy against held-out speed, a panel for each model: how well texture carries over."""
+"""Accuracy against what was held out, a panel for each model: how well texture carries over."""
 
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from afferents.core.split import SPEED, key_of, split_of
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
+    groups_in,
     model_order,
     model_title,
     outcome,
@@ -26,14 +28,14 @@ from afferents.reporting.style import (
 
 @styled
 def speed_figure(summary: Summary) -> Figure:
-    """Draw accuracy in percent by held-out speed under the protocols that were run."""
+    """Draw accuracy in percent by held-out speed, or group, under the protocols that were run."""
+    split = split_of(summary)
     models = model_order(summary)
-    figure, heading, grid = model_panels(
-        len(models), "Accuracy by held-out speed", source_line(summary)
-    )
+    title = f"Accuracy by held-out {split.name}"
+    figure, heading, grid = model_panels(len(models), title, source_line(summary))
     for axes, model in zip(grid.flat, models, strict=False):
         _draw_model(axes, summary, model)
-    finish_panels(heading, grid, len(models), "held-out speed (mm/s)", "accuracy (%)")
+    finish_panels(heading, grid, len(models), f"held-out {split.axis}", "accuracy (%)")
     return figure
 
 
@@ -42,21 +44,45 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
     axes.set_ylim(0, 103)
     axes.set_yticks(range(0, 101, 20))
     axes.grid(axis="y", color=LINE, lw=0.4)
-    _draw_paper(axes, summary, model)
+    split = split_of(summary)
+    if split == SPEED:
+        _draw_paper(axes, summary, model)
+    else:
+        _name_groups(axes, summary)
     for protocol, title in PROTOCOL_TITLES.items():
         found = outcome(summary, model, protocol)
         if found is not None:
-            _draw_protocol(axes, found, protocol, title)
+            line = "-" if split.ordered else ""
+            _draw_protocol(axes, _points(summary, found), protocol, title, line)
     axes.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
-def _draw_protocol(axes: Axes, found: dict[str, Any], protocol: str, title: str) -> None:
+def _points(summary: Summary, found: dict[str, Any]) -> list[tuple[float, float]]:
+    """Return where the groups lie, speeds in mm/s and others one after the other, and percents."""
+    split = split_of(summary)
+    place = {
+        key_of(group): float(group) if split.ordered else float(number)
+        for number, group in enumerate(groups_in(summary))
+    }
+    tested = {group: value for group, value in found[split.by].items() if value is not None}
+    return sorted((place[group], 100 * value) for group, value in tested.items())
+
+
+def _name_groups(axes: Axes, summary: Summary) -> None:
+    """Name the groups beneath their places."""
+    names = [key_of(group) for group in groups_in(summary)]
+    turned = 90 if max(map(len, names)) > 4 else 0
+    axes.set_xticks(range(len(names)), names, rotation=turned)
+
+
+def _draw_protocol(
+    axes: Axes, points: list[tuple[float, float]], protocol: str, title: str, line: str
+) -> None:
     colour, marker, filling = PROTOCOL_MARKS[protocol]
-    tested = {speed: value for speed, value in found["by_speed"].items() if value is not None}
-    points = sorted((float(speed), 100 * value) for speed, value in tested.items())
     axes.plot(
         *zip(*points, strict=True),
         color=colour,
+        ls=line,
         marker=marker,
         markerfacecolor=filling,
         markersize=4,

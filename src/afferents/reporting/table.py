@@ -4,27 +4,22 @@ from dataclasses import dataclass
 from typing import Any
 
 from afferents.core.model import MODELS, TABLE1
+from afferents.core.split import SPEED, Group, key_of, split_of
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
     Summary,
+    groups_in,
     model_order,
     model_title,
     outcome,
     outcomes,
     percent,
     preset_note,
-    speed_key,
 )
 from afferents.reporting.published import published_families, published_speeds, published_textures
 
-TABLE1_COLUMNS = (
-    "Model",
-    "Paper, its own recordings",
-    "Here, nested protocol",
-    "Here, published protocol",
-    "Worst speed here",
-)
+PAPER_COLUMN = "Paper, its own recordings"
 OTHER_RECORDINGS = (
     "The paper's column was measured on other recordings (Pestell & Lepora 2022, published "
     "protocol): this is no reproduction of it, and a difference is no failure to reproduce."
@@ -65,47 +60,59 @@ def table1(summary: Summary) -> Table:
     All six families have a row, also where nothing was evaluated; other models follow.
     """
     others = [name for name in model_order(summary) if name not in TABLE1]
+    split = split_of(summary)
+    paper = (PAPER_COLUMN,) if split == SPEED else ()
+    here = (f"Here, {title}" for title in PROTOCOL_TITLES.values())
     return Table(
-        "Table 1. Accuracy at speeds held out of training",
-        f"Percent of test samples, mean over held-out speeds, with 95% interval in brackets. "
+        f"Table 1. Accuracy at {split.many} held out of training",
+        f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets. "
         f"Chance: {percent(summary['chance'])}. {comparison_note(summary)} "
         f"{preset_note(summary)}".rstrip(),
-        TABLE1_COLUMNS,
+        ("Model", *paper, *here, f"Worst {split.name} here"),
         tuple(_table1_row(summary, name) for name in (*TABLE1, *others)),
     )
 
 
 def accuracy_by_speed(summary: Summary) -> Table:
-    """Return the accuracy of every model at every held-out speed, the paper's beneath ours."""
-    speeds = summary["speeds_mm_s"]
+    """Return the accuracy of every model by group held out, the paper's beneath ours by speed."""
+    groups, split = groups_in(summary), split_of(summary)
     rows = [
         row
         for name in model_order(summary)
-        for row in (*_own_speed_rows(summary, name), *_paper_speed_row(speeds, name))
+        for row in (*_own_rows(summary, name), *_paper_speed_row(groups, name))
     ]
+    of_paper = (
+        "columns are held-out speeds in mm/s. The paper's figures stand where it has the same "
+        "speed; they were measured on its own recordings, under the published protocol. "
+    )
     return Table(
-        "Accuracy by held-out speed (mm/s)",
-        "Percent of test samples; columns are held-out speeds in mm/s. The paper's figures stand "
-        "where it has the same speed; they "
-        "were measured on its own recordings, under the published protocol. "
+        f"Accuracy by held-out {split.axis}",
+        "Percent of test samples; "
+        f"{of_paper if split == SPEED else f'columns are held-out {split.many}. '}"
         f"{preset_note(summary)}".rstrip(),
-        ("Model", "Protocol", *map(speed_key, speeds)),
+        ("Model", "Protocol", *map(key_of, groups)),
         tuple(rows),
         n_headers=2,
     )
 
 
 def touches_table(summary: Summary) -> Table:
-    """Return how well samples and whole recordings are named, between the speeds and beyond."""
-    speeds = [speed_key(speed) for speed in summary["speeds_mm_s"]]
+    """Return how well samples and whole recordings are named, between the speeds and beyond.
+
+    Of groups that lie on no scale: over all of them, and in the worst.
+    """
+    split = split_of(summary)
+    if not split.ordered:
+        return _touches_of_groups(summary)
+    speeds = [key_of(speed) for speed in groups_in(summary)]
     rows = [
         (
             Cell(model_title(model, summary)),
             Cell(PROTOCOL_TITLES[protocol]),
             Cell(unit),
             Cell(mean_and_interval(found.get("inside"))),
-            Cell(_worst_of(found.get("inside"))),
-            *(_accuracy_cell(found["by_speed"].get(end)) for end in (speeds[0], speeds[-1])),
+            Cell(_worst_of(summary, found.get("inside"))),
+            *(_accuracy_cell(found[split.by].get(end)) for end in (speeds[0], speeds[-1])),
         )
         for model, protocol, result in outcomes(summary)
         for unit, found in (("a sample", result), ("a recording", result.get("recordings")))
@@ -125,34 +132,63 @@ def touches_table(summary: Summary) -> Table:
     )  # fmt: skip
 
 
+def _touches_of_groups(summary: Summary) -> Table:
+    split = split_of(summary)
+    rows = [
+        (
+            Cell(model_title(model, summary)),
+            Cell(PROTOCOL_TITLES[protocol]),
+            Cell(unit),
+            Cell(mean_and_interval(found)),
+            Cell(_worst_of(summary, found)),
+        )
+        for model, protocol, result in outcomes(summary)
+        for unit, found in (("a sample", result), ("a recording", result.get("recordings")))
+        if found is not None
+    ]
+    return Table(
+        "Samples and whole recordings",
+        "Percent named rightly. A recording is named by the sum of its samples' log-probabilities; "
+        f"95% interval in brackets. {preset_note(summary)}".rstrip(),
+        ("Model", "Protocol", "Of", f"Over all {split.many}", "Worst"),
+        tuple(rows),
+        n_headers=3,
+    )
+
+
 def leak_table(summary: Summary) -> Table:
-    """Return what each model saw of the held-out speed before its final test, as counted."""
+    """Return what each model saw of the group held out before its final test, as counted."""
+    split, heads = split_of(summary), leaks_of(summary)
     rows = tuple(
         (
             Cell(model_title(model, summary)),
             Cell(PROTOCOL_TITLES[protocol]),
             Cell(f"{found['n_test']:,}"),
-            *(_leak_cell(found["leaks"].get(name)) for name in LEAKS),
+            *(_leak_cell(found["leaks"].get(name)) for name in heads),
         )
         for model, protocol, found in outcomes(summary)
     )
     return Table(
-        "What was seen of the held-out speed before the final test",
-        "Counted over all held-out speeds and seeds.",
-        ("Model", "Protocol", "Test samples", *LEAKS.values()),
+        f"What was seen of the held-out {split.name} before the final test",
+        f"Counted over all held-out {split.many} and seeds.",
+        ("Model", "Protocol", "Test samples", *heads.values()),
         rows,
         n_headers=2,
     )
 
 
-LEAKS = {
-    "test_samples_of_a_speed_seen_in_training": "… of a speed trained on",
-    "test_samples_of_a_speed_seen_in_validation": "… of a speed that picked the model",
-    "test_samples_overlapping_validation": "… overlapping validation in time",
-    "test_samples_overlapping_training": "… overlapping training in time",
-    "scale_saw_held_out_speed": "Scale saw the held-out speed",
-}
-"""Leaks as `summary.json` names them, and the heads of their columns."""
+def leaks_of(summary: Summary) -> dict[str, str]:
+    """Return leaks as the summary names them, and the heads of their columns."""
+    split = split_of(summary)
+    return {
+        f"test_samples_of_a_{split.leaks}_seen_in_training": f"… of {split.one} trained on",
+        f"test_samples_of_a_{split.leaks}_seen_in_validation": (
+            f"… of {split.one} that picked the model"
+        ),
+        "test_samples_overlapping_validation": "… overlapping validation in time",
+        "test_samples_overlapping_training": "… overlapping training in time",
+        f"scale_saw_held_out_{split.leaks}": f"Scale saw the held-out {split.name}",
+    }
 
 
 def leak_sentences(summary: Summary) -> list[str]:
@@ -161,12 +197,16 @@ def leak_sentences(summary: Summary) -> list[str]:
     for protocol in PROTOCOL_TITLES:
         found = [result for _, name, result in outcomes(summary) if name == protocol]
         if found:
-            sentences.append(f"{PROTOCOL_TITLES[protocol].capitalize()}: {_leak_sentence(found)}")
+            sentences.append(
+                f"{PROTOCOL_TITLES[protocol].capitalize()}: {_leak_sentence(summary, found)}"
+            )
     return sentences
 
 
 def run_table(summary: Summary) -> Table:
     """Return how each model was run: seeds, epochs, time, macro-F1 and what validated it."""
+    split = split_of(summary)
+    of_groups = "Speeds are in mm/s" if split == SPEED else split.many.capitalize()
     rows = tuple(
         (
             Cell(model_title(model, summary)),
@@ -174,15 +214,23 @@ def run_table(summary: Summary) -> Table:
             Cell(f"{found['macro_f1']:.3f}"),
             Cell(", ".join(map(str, found["seeds"]))),
             Cell(_epochs(found)),
-            Cell(_validation(found)),
+            Cell(_validation(summary, found)),
             Cell(f"{found['seconds']:,.0f}"),
         )
         for model, protocol, found in outcomes(summary)
     )
     return Table(
         "How the models were trained",
-        "Speeds are in mm/s: held out → validated by.",
-        ("Model", "Protocol", "Macro-F1", "Seeds", "Epochs", "Validation speed", "Time (s)"),
+        f"{of_groups}: held out → validated by.",
+        (
+            "Model",
+            "Protocol",
+            "Macro-F1",
+            "Seeds",
+            "Epochs",
+            f"Validation {split.name}",
+            "Time (s)",
+        ),
         rows,
         n_headers=2,
     )
@@ -190,8 +238,11 @@ def run_table(summary: Summary) -> Table:
 
 def comparison_note(summary: Summary) -> str:
     """Return the sentence that says how far the paper's column may be compared with ours."""
+    split = split_of(summary)
+    if split != SPEED:
+        return f"The paper holds out speeds: its figures are not comparable with {split.many}."
     same_grid = tuple(summary["textures"]) == published_textures() and tuple(
-        summary["speeds_mm_s"]
+        groups_in(summary)
     ) == tuple(published_speeds())
     simulated = any(data["simulated"] for data in summary["data"])
     return SAME_GRID if same_grid and not simulated else OTHER_RECORDINGS
@@ -207,50 +258,51 @@ def mean_and_interval(found: dict[str, Any] | None) -> str:
 
 def _table1_row(summary: Summary, name: str) -> tuple[Cell, ...]:
     paper = published_families().get(name)
+    of_paper = Cell(str(paper.mean_percent)) if paper else Cell(ABSENT)
     return (
         Cell(model_title(name, summary)),
-        Cell(str(paper.mean_percent)) if paper else Cell(ABSENT),
+        *([of_paper] if split_of(summary) == SPEED else []),
         *(Cell(mean_and_interval(outcome(summary, name, key))) for key in PROTOCOL_TITLES),
-        Cell(_worst_speed(summary, name)),
+        Cell(_worst(summary, name)),
     )
 
 
-def _worst_speed(summary: Summary, name: str) -> str:
-    """Return the worst held-out speed under the strictest protocol that was run."""
+def _worst(summary: Summary, name: str) -> str:
+    """Return the worst group held out, under the strictest protocol that was run."""
     for protocol in PROTOCOL_TITLES:
         found = outcome(summary, name, protocol)
         if found is not None:
-            worst = found["worst_speed"]
-            return f"{worst} mm/s: {percent(found['by_speed'][worst])}"
+            return _worst_of(summary, found)
     return ABSENT
 
 
-def _worst_of(found: dict[str, Any] | None) -> str:
+def _worst_of(summary: Summary, found: dict[str, Any] | None) -> str:
     if found is None:
         return ABSENT
-    worst = found["worst_speed"]
-    return f"{worst} mm/s: {percent(found['by_speed'][worst])}"
+    split = split_of(summary)
+    worst = found[split.worst]
+    return f"{split.printed(worst)}: {percent(found[split.by][worst])}"
 
 
-def _own_speed_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
-    keys = [speed_key(speed) for speed in summary["speeds_mm_s"]]
+def _own_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
+    keys, by = [key_of(group) for group in groups_in(summary)], split_of(summary).by
     found = [(title, outcome(summary, name, key)) for key, title in PROTOCOL_TITLES.items()]
     return [
         (
             Cell(model_title(name, summary)),
             Cell(title),
-            *(_accuracy_cell(result["by_speed"].get(key)) for key in keys),
+            *(_accuracy_cell(result[by].get(key)) for key in keys),
         )
         for title, result in found
         if result is not None
     ]
 
 
-def _paper_speed_row(speeds: list[float], name: str) -> list[tuple[Cell, ...]]:
+def _paper_speed_row(groups: list[Group], name: str) -> list[tuple[Cell, ...]]:
     paper = published_families().get(name)
-    if paper is None or not set(speeds) & set(paper.by_speed):
+    if paper is None or not set(groups) & set(paper.by_speed):
         return []
-    values = (paper.by_speed.get(speed) for speed in speeds)
+    values = (paper.by_speed.get(float(group)) for group in groups)
     cells = (Cell(ABSENT) if value is None else Cell(f"{value:.1f}", value) for value in values)
     return [(Cell(MODELS[name].title), Cell("paper"), *cells)]
 
@@ -265,18 +317,19 @@ def _leak_cell(value: bool | int | None) -> Cell:
     return Cell(("yes" if value else "no") if isinstance(value, bool) else f"{value:,}")
 
 
-def _leak_sentence(found: list[dict[str, Any]]) -> str:
-    counts = [sum(result["leaks"].get(name) or 0 for result in found) for name in LEAKS]
-    trained, of_speed, validation, training, scale = counts
+def _leak_sentence(summary: Summary, found: list[dict[str, Any]]) -> str:
+    name = split_of(summary).name
+    counts = [sum(one["leaks"].get(leak) or 0 for one in found) for leak in leaks_of(summary)]
+    trained, of_group, validation, training, scale = counts
     if not any(counts):
-        return "nothing of a held-out speed was seen before its one final test."
-    scaled = "; scaling constants had seen the held-out speed" if scale else ""
+        return f"nothing of a held-out {name} was seen before its one final test."
+    scaled = f"; scaling constants had seen the held-out {name}" if scale else ""
     return (
-        f"{of_speed:,} of {sum(result['n_test'] for result in found):,} test samples are of a "
-        f"speed that picked the model and {trained:,} of one trained on; {validation:,} overlap "
-        f"validation samples in time and "
+        f"{of_group:,} of {sum(result['n_test'] for result in found):,} test samples are of "
+        f"{split_of(summary).one} that picked the model and {trained:,} of one trained on; "
+        f"{validation:,} overlap validation samples in time and "
         f"{training:,} overlap training samples{scaled}. Its accuracy is not that of an unseen "
-        f"speed."
+        f"{name}."
     )
 
 
@@ -288,8 +341,9 @@ def _epochs(found: dict[str, Any]) -> str:
     return f"{low}" if low == high else f"{low} to {high}"
 
 
-def _validation(found: dict[str, Any]) -> str:
-    speeds = found["validation_speeds"]
-    if all(float(held_out) == float(speed) for held_out, speed in speeds.items()):
-        return "the held-out speed itself"
-    return ", ".join(f"{held_out} → {speed:g}" for held_out, speed in speeds.items())
+def _validation(summary: Summary, found: dict[str, Any]) -> str:
+    split = split_of(summary)
+    groups = {held_out: key_of(group) for held_out, group in found[split.validations].items()}
+    if all(held_out == group for held_out, group in groups.items()):
+        return f"the held-out {split.name} itself"
+    return ", ".join(f"{held_out} → {group}" for held_out, group in groups.items())

@@ -12,7 +12,6 @@ from afferents.rig.microphone import Microphone
 from afferents.rig.skin import Skin
 from afferents.rig.surface import Drum
 
-
 DEEPEST_MM = 2.0
 """No fingertip is pressed deeper."""
 

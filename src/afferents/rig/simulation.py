@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from afferents.core.choices import Nodules, Remount, Size
 from afferents.core.errors import InputError
 from afferents.core.recording import LETTERS, natural_order
 from afferents.core.version import __version__
@@ -15,14 +16,12 @@ from afferents.rig.drums import height_map, texture_name
 from afferents.rig.run import draw
 from afferents.rig.surface import Surface
 
-SimulationPreset = Literal["quick", "paper"]
-
-_SPEEDS: dict[SimulationPreset, tuple[float, ...]] = {
+_SPEEDS: dict[Size, tuple[float, ...]] = {
     # No two neighbours more than a factor 2 apart, which stretching spectra can bridge.
     "quick": (10, 20, 40, 70, 100),
     "paper": tuple(range(10, 101, 10)),
 }
-_SECONDS: dict[SimulationPreset, float] = {"quick": 7.5, "paper": 65.0}
+_SECONDS: dict[Size, float] = {"quick": 7.5, "paper": 65.0}
 RIGS_OWN = "tip_b"
 """Sensor whose pins the rig has if no other is asked for."""
 RUNS = "runs"
@@ -90,19 +89,19 @@ class Simulation:
 
 def simulation_of(
     session: Path,
-    preset: SimulationPreset,
+    preset: Size,
     textures: Sequence[str] = LETTERS,
     speeds_mm_s: Sequence[float] | None = None,
     seconds: float | None = None,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Literal["run", "drum"] = "drum",
+    remount: Remount = "drum",
     seed: int = 0,
     rig: Rig | None = None,
     sensor: str = RIGS_OWN,
     reprint: int | None = None,
     indentation_mm: float | None = None,
-    nodules: Literal["on", "off"] = "on",
+    nodules: Nodules = "on",
 ) -> Simulation:
     """Return the simulation that a user's words describe.
 
@@ -153,10 +152,10 @@ def simulation_of(
 
 def _as_asked(
     rig: Rig,
-    remount: Literal["run", "drum"],
+    remount: Remount,
     prints: int,
     indentation_mm: float | None,
-    nodules: Literal["on", "off"],
+    nodules: Nodules,
 ) -> Rig:
     """Return the rig with the switches of a session."""
     if prints < 0:

@@ -175,8 +175,8 @@ class Skin(BaseModel):
     def nodules(self) -> NDArray[np.bool_]:
         """Return which pins stand on a nodule, (n_nodes,).
 
-        None where the skin is flat. Of the lattice every second one, chequered; of other layouts all, as on the fingerprint of
-        Cramphorn, Ward-Cherrier & Lepora (Soft Robotics 2017).
+        None where the skin is flat. Of the lattice every second one, chequered; of other layouts
+        all, as on the fingerprint of Cramphorn, Ward-Cherrier & Lepora (Soft Robotics 2017).
         """
         if not self.nodular:
             return np.zeros(self.n_nodes, bool)

@@ -108,12 +108,11 @@ class Surface:
 
         That of the highest point within 10 x 10 mm under the middle of the tip.
         """
-        n_along, n_across = self.height_mm.shape
+        n_across = self.height_mm.shape[1]
         touched = round(_TOUCHED_MM / self.pitch_mm[1] / 2)
         middle = self.height_mm[:, n_across // 2 - touched : n_across // 2 + touched]
         parts = np.array_split(middle, max(1, round(self.length_mm / _TOUCHED_MM)))
         return float(np.mean([part.max() for part in parts]))
-
 
     @cached_property
     def slope(self) -> float:

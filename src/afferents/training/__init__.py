@@ -1,16 +1,16 @@
 """Fitting a model on a fold: one training loop for all networks, and what is solved at once."""
 
+from afferents.core.choices import Preset
 from afferents.training.calibrate import Calibration, best_evidence, calibrate_model
 from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import (
     RECIPES,
     Compute,
-    Preset,
     TrainingConfig,
     training_config,
 )
 from afferents.training.estimator_file import own_types
-from afferents.training.fitted import Fitted, Part
+from afferents.training.fitted import Fitted, Part, require_buildable
 from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
 from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.history import Epoch
@@ -46,6 +46,7 @@ __all__ = [
     "own_types",
     "predict",
     "recipe_of",
+    "require_buildable",
     "save_model",
     "save_weights",
     "train",

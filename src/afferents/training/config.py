@@ -1,14 +1,11 @@
 """How a network is trained: frozen, and by name for the presets."""
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from afferents.core.choices import Device, Precision, Preset
 from afferents.core.errors import InputError
-
-Preset = Literal["quick", "fast", "paper"]
-Precision = Literal["auto", "float32", "bfloat16"]
-Device = Literal["auto", "cpu", "cuda"]
 
 
 class Compute(NamedTuple):

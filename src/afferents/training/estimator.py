@@ -23,7 +23,7 @@ def fit_estimator(
     samples, fold = part.samples, part.fold
     check([fold.train])
     labels, estimator = labels_of(samples), new_solved(model, samples, part.encoding)
-    learn(estimator, samples, labels, fold.train, seed, 0.0)
+    learn(estimator, samples, labels, fold.train, seed, 0.0, fold.split)
     validated = scores_of(estimator, samples, fold.validation).argmax(1).numpy()
     accuracy = float((validated == labels[fold.validation]).mean())
     probabilities = scores_of(estimator, samples, fold.test).exp().numpy()

@@ -37,7 +37,7 @@ def own_types(classifier: Classifier) -> tuple[str, ...] | None:
         return None
     content = _stored(classifier.fitted)
     own = [name for name in _untrusted(content) if not name.startswith("sklearn.")]
-    found = [imported(":".join(name.rpartition(".")[::2])) for name in own]
+    found = [_of_name(name) for name in own]
     references = tuple(reference_of(one) for one in found)
     _load(content, references, "classifier")
     return references
@@ -98,10 +98,15 @@ def _load(content: bytes, own: Sequence[str], where: object) -> Any:
 
 def _of_sklearn(name: str) -> type:
     """Return a class of scikit-learn by its name, not one that it has imported from elsewhere."""
-    found = imported(":".join(name.rpartition(".")[::2]))
+    found = _of_name(name)
     if not isinstance(found, type) or not found.__module__.startswith("sklearn."):
         raise InputError("estimator", _WHAT, name)
     return found
+
+
+def _of_name(name: str) -> Any:
+    """Return what skops names ``module.NAME``."""
+    return imported(":".join(name.rpartition(".")[::2]))
 
 
 def _untrusted(content: bytes) -> list[str]:

@@ -11,7 +11,7 @@ from afferents.core import dims
 from afferents.core.fold import Fold
 from afferents.core.model import Model
 from afferents.core.samples import Samples, textures_of
-from afferents.models import Classifier, Task, build_for, classifier_of
+from afferents.models import Classifier, Network, Task, build_for, classifier_of
 
 
 class Part(NamedTuple):
@@ -48,7 +48,7 @@ class Fitted:
 def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:
     """Return what stands in the record of a fold that was learnt without epochs."""
     return {
-        "validation_mm_s": fold.validation_mm_s,
+        fold.split.validation: fold.validated_by,
         "validation_accuracy": validation_accuracy,
         "n_train": n_train,
         "n_validation": len(fold.validation),
@@ -63,14 +63,44 @@ def new_classifier(
     model: Model, samples: Samples, encoding: Any, sample_shape: tuple[int, ...], seed: int = 0
 ) -> Classifier:
     """Return a model's classifier for such samples, nothing learnt yet; see `models.build`."""
-    frequency = samples[dims.FREQUENCY].values if dims.FREQUENCY in samples.coords else None
-    task = Task(
-        len(textures_of(samples)),
+    n_classes = len(textures_of(samples))
+    task = _task(model, samples, encoding, sample_shape, n_classes, seed)
+    return build_for(classifier_of(model.classifier), task)
+
+
+def _task(
+    model: Model,
+    samples: Samples,
+    encoding: Any,
+    sample_shape: tuple[int, ...],
+    n_classes: int,
+    seed: int,
+) -> Task:
+    return Task(
+        n_classes,
         tuple(sample_shape),
         tuple(map(str, samples.dims[1:])),
         encoding,
-        frequency,
+        samples[dims.FREQUENCY].values if dims.FREQUENCY in samples.coords else None,
         model.speed_from,
         seed,
     )
-    return build_for(classifier_of(model.classifier), task)
+
+
+def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
+    """Refuse samples that a model's network is not made for; nothing of one's own is tried.
+
+    Parameters
+    ----------
+    samples
+        Of any recording.
+
+    Raises
+    ------
+    InputError
+        Saying what the network needs.
+    """
+    kind = classifier_of(model.classifier)
+    if isinstance(model.classifier, str) and issubclass(kind, Network):
+        shape = encoding.seen(samples.values[:1]).shape[1:]
+        build_for(kind, _task(model, samples, encoding, shape, n_classes=2, seed=0))

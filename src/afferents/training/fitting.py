@@ -95,7 +95,8 @@ def fit_once(
         fit_network(network, learnt, config, seed)
         return network, learnt
     solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
-    learn(solved, part.samples, labels, part.fold.train, seed, solved.penalties[0])
+    fold, penalty = part.fold, solved.penalties[0]
+    learn(solved, part.samples, labels, fold.train, seed, penalty, fold.split)
     values = torch.from_numpy(part.samples.values)
     numbers = torch.from_numpy(labels)
     return solved, LearningSet(values, numbers, part.fold.train, part.fold.validation)
@@ -120,7 +121,7 @@ def _fit_network(
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
     probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
     facts = {
-        "validation_mm_s": fold.validation_mm_s,
+        fold.split.validation: fold.validated_by,
         "n_train": len(learnt.train),
         "n_validation": len(learnt.validation),
         "n_test": len(fold.test),

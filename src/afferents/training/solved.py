@@ -14,6 +14,7 @@ from afferents.core.errors import InputError
 from afferents.core.fold import Fold
 from afferents.core.model import MODELS, Model
 from afferents.core.samples import Samples, labels_of, textures_of
+from afferents.core.split import SPEED, Split
 from afferents.models import (
     Classifier,
     FitData,
@@ -39,14 +40,14 @@ _BATCH = 256
 
 @dataclass(frozen=True)
 class Learnt:
-    """One model that has learnt from a fold: once without each of its speeds, then from all.
+    """One model that has learnt from a fold: once without each of its groups, then from all.
 
     Attributes
     ----------
     learnt_from
         Samples that it has learnt from.
     unseen
-        Their log-probabilities, from the model that had not learnt from their speed.
+        Their log-probabilities, from the model that had not learnt from their group.
     tested
         Log-probabilities of the test's samples.
     accuracy
@@ -74,10 +75,10 @@ def fit_solved(
     parts
         Samples and folds of each of the model's sources.
     nested
-        Whether the validation speed is a training speed, and is learnt from as the others are.
+        Whether the validation group is a training group, and is learnt from as the others are.
         Nothing is stopped or picked here: what temperatures and weights need to know of unseen
-        speeds is had by leaving out each of the training speeds in turn. Under `published` it is
-        half of the held-out speed, and is not touched.
+        groups is had by leaving out each of the training groups in turn. Under `published` it is
+        half of the group held out, and is not touched.
     seed
         Of whatever is drawn.
     check
@@ -110,19 +111,20 @@ def _learnt_from(fold: Fold, nested: bool) -> Indices:
 def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt:
     """Learn one model.
 
-    Each of its speeds is left out in turn: that sets the temperature, and where there are several
+    Each of its groups is left out in turn: that sets the temperature, and where there are several
     penalties to choose from, the penalty.
     """
     samples, labels = part.samples, labels_of(part.samples)
     classifier = new_solved(model, samples, part.encoding)
     tried = [
-        _unseen(classifier, samples, labels, learnt_from, seed, penalty)
+        _unseen(classifier, part, labels, learnt_from, seed, penalty)
         for penalty in classifier.penalties
     ]
     losses = [cross_entropy(logs, labels[learnt_from]) for _, logs in tried]
     best = int(np.argmin(losses))
     temperature, unseen = tried[best]
-    learn(classifier, samples, labels, learnt_from, seed, classifier.penalties[best])
+    split = part.fold.split
+    learn(classifier, samples, labels, learnt_from, seed, classifier.penalties[best], split)
     classifier.temperature = torch.tensor(temperature)
     tested = _at_temperature(scores_of(classifier, samples, part.fold.test), temperature)
     accuracy = _accuracy(unseen, labels[learnt_from])
@@ -138,29 +140,30 @@ def new_solved(model: Model, samples: Samples, encoding: Any) -> Solved:
 
 def _unseen(
     classifier: Solved,
-    samples: Samples,
+    part: Part,
     labels: Indices,
     learnt_from: Indices,
     seed: int,
     penalty: float,
 ) -> tuple[float, Floats]:
-    """Return a temperature, and log-probabilities of samples learnt without their own speed."""
-    speed = samples[dims.SPEED].values[learnt_from]
-    if len(np.unique(speed)) < 2:
+    """Return a temperature, and log-probabilities of samples learnt without their own group."""
+    samples, split = part.samples, part.fold.split
+    group, many = split.of(samples)[learnt_from], split.many
+    if len(np.unique(group)) < 2:
         raise InputError(
-            "the data", "at least 2 speeds to learn from, as each is left out in its turn", "1",
-            "use more speeds, or a model of Table 1",
+            "the data", f"at least 2 {many} to learn from, as each is left out in its turn", "1",
+            f"use more {many}, or a model of Table 1",
         )  # fmt: skip
     scores: list[tuple[Indices, Tensor]] = []
-    for left_out in np.unique(speed):
-        its = np.flatnonzero(speed == left_out)
-        learn(classifier, samples, labels, np.delete(learnt_from, its), seed, penalty)
+    for left_out in np.unique(group):
+        its = np.flatnonzero(group == left_out)
+        learn(classifier, samples, labels, np.delete(learnt_from, its), seed, penalty, split)
         scores.append((its, scores_of(classifier, samples, learnt_from[its])))
 
     def unseen_at(temperature: float) -> Floats:
         logs = np.empty((len(learnt_from), len(textures_of(samples))))
-        for its, of_speed in scores:
-            logs[its] = _at_temperature(of_speed, temperature)
+        for its, of_group in scores:
+            logs[its] = _at_temperature(of_group, temperature)
         return logs
 
     temperature = fit_temperature(unseen_at, labels[learnt_from])
@@ -174,11 +177,16 @@ def learn(
     index: Indices,
     seed: int,
     penalty: float,
+    split: Split = SPEED,
 ) -> None:
-    """Let a classifier learn from some samples, in place; `seed` is of what it draws."""
+    """Let a classifier learn from some samples, in place; `seed` is of what it draws.
+
+    Every texture counts the same in each group of the split.
+    """
     values, named = torch.from_numpy(samples.values[index]), torch.from_numpy(labels[index])
     speed = torch.from_numpy(samples[dims.SPEED].values[index])
-    data = FitData(values, named, equal_weights(named, speed), speed)
+    _, group = np.unique(split.of(samples)[index], return_inverse=True)
+    data = FitData(values, named, equal_weights(named, torch.from_numpy(group)), speed)
     classifier.solve(data, np.random.default_rng(seed), penalty)
 
 
@@ -200,9 +208,9 @@ def _at_temperature(scores: Tensor, temperature: float) -> Floats:
 def _fused(
     learnt: Sequence[Learnt], parts: Sequence[Part], names: Sequence[str]
 ) -> tuple[Floats, float, Classifier, dict[str, Any]]:
-    """Join log-probabilities by the weights that suit speeds not learnt from best.
+    """Join log-probabilities by the weights that suit groups not learnt from best.
 
-    Returns those of the test, the accuracy at speeds not learnt from, the fusion, and facts of its
+    Returns those of the test, the accuracy in groups not learnt from, the fusion, and facts of its
     parts. The first part's windows set when a decision is made; another part's samples count for
     the window that they end in, by the mean of their log-probabilities.
     """
@@ -235,7 +243,8 @@ def _joined(parts: Sequence[Part]) -> Part:
         flat = other.values.reshape(len(other), -1).astype(np.float64)
         columns.append(mean_within(lead.samples, everything, other, np.arange(len(other)), flat))
     joined = np.concatenate(columns, axis=1).astype(np.float32)
-    coords = {name: lead.samples[name] for name in dims.SAMPLE_COORDS}
+    there = lead.samples.coords
+    coords = {name: there[name] for name in there if there[name].dims == (dims.SAMPLE,)}
     return lead._replace(samples=Samples(joined, dims=(dims.SAMPLE, dims.FEATURE), coords=coords))
 
 

@@ -43,7 +43,7 @@ def test_an_unseen_radial_layout_is_found_and_followed(name):
     tracks = track(video, sensor)
     assert 100 <= tracks.sizes[dims.MARKER] <= 165
     assert tracks[dims.DETECTED][10:].mean() > 0.85
-    assert any("markers in the rest frame" in sentence for sentence in describe(tracks))
+    assert any("back within half a spacing of rest" in sentence for sentence in describe(tracks))
 
 
 def test_a_clean_round_layout_is_found_whole():

@@ -11,14 +11,14 @@ TEN = tuple(float(v) for v in range(10, 101, 10))
 
 
 def test_validation_speeds_of_the_papers_ten_are_these():
-    chosen = [NESTED.validation_speed(TEN, held_out) for held_out in TEN]
+    chosen = [NESTED.validation_group(TEN, held_out) for held_out in TEN]
     assert chosen == [60, 70, 80, 90, 90, 20, 20, 30, 40, 50]
 
 
 @given(st.sets(st.floats(1, 500), min_size=3, max_size=30), st.data())
 def test_nested_never_validates_on_the_held_out_speed(speeds, data):
     held_out = data.draw(st.sampled_from(sorted(speeds)))
-    chosen = NESTED.validation_speed(tuple(speeds), held_out)
+    chosen = NESTED.validation_group(tuple(speeds), held_out)
     assert chosen in speeds
     assert chosen != held_out
 
@@ -26,16 +26,16 @@ def test_nested_never_validates_on_the_held_out_speed(speeds, data):
 @given(st.sets(st.floats(1, 500), min_size=4, max_size=30), st.data())
 def test_nested_keeps_the_slowest_and_fastest_for_training(speeds, data):
     held_out = data.draw(st.sampled_from(sorted(speeds)))
-    assert min(speeds) < NESTED.validation_speed(tuple(speeds), held_out) < max(speeds)
+    assert min(speeds) < NESTED.validation_group(tuple(speeds), held_out) < max(speeds)
 
 
 def test_published_validates_on_the_held_out_speed():
-    assert PROTOCOLS["published"].validation_speed(TEN, 40.0) == 40.0
+    assert PROTOCOLS["published"].validation_group(TEN, 40.0) == 40.0
 
 
 def test_two_speeds_are_too_few_for_nested():
     with pytest.raises(InputError, match="at least 3 speeds"):
-        NESTED.validation_speed((10.0, 20.0), 10.0)
+        NESTED.validation_group((10.0, 20.0), 10.0)
 
 
 @pytest.mark.parametrize("wrong", [{"validation": "held-out-speed"}, {"scale_from": "everything"}])

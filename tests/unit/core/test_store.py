@@ -72,6 +72,7 @@ def test_a_recording_that_fails_half_way_is_not_there(tmp_path):
 def test_a_store_of_another_configuration_is_refused(tmp_path):
     create_store(tmp_path / "s.zarr", {"method": "published"})
     create_store(tmp_path / "s.zarr", {"method": "published"})
+    write_responses(tmp_path / "s.zarr", responses())
     with pytest.raises(InputError, match=r"method one-to-one.*found responses of another"):
         create_store(tmp_path / "s.zarr", {"method": "one-to-one"})
 

@@ -55,9 +55,9 @@ def save_all(root, data, accuracy_of):
     """Save a fold a speed; `accuracy_of[speed]` of the samples are named rightly."""
     keys = []
     for fold in LeaveOneSpeedOut().folds(data):
-        key = FoldKey("vib-te", "nested", 0, fold.held_out_mm_s)
+        key = FoldKey("vib-te", "nested", 0, fold.held_out)
         true = (data["texture"].values[fold.test] == "b").astype(int)
-        right = np.arange(len(true)) < accuracy_of[fold.held_out_mm_s] * len(true)
+        right = np.arange(len(true)) < accuracy_of[fold.held_out] * len(true)
         probabilities = np.eye(2, dtype=np.float32)[np.where(right, true, 1 - true)]
         predictions = predictions_table(key, data, fold, probabilities, ["a", "b"])
         save_fold(root, key, predictions, FACTS, LEAKS, b"w")

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ KEYS = [FoldKey("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40
 
 def finish(results: Path, key: FoldKey, seconds: float) -> None:
     took = {"seconds": seconds, "job_seconds": seconds}
-    write_json(key.folder(results) / "fold.json", {**asdict(key), **FACTS, **took})
+    write_json(key.folder(results) / "fold.json", {**key.describe(), **FACTS, **took})
 
 
 def states(results: Path) -> list[str]:

@@ -29,17 +29,17 @@ def test_published_leaks_are_counted(samples):
     data = samples((10, 20, 30), n=6, overlap=0.5)
     fold = folds(data, "published")[0]
     leaks = find_leaks(data, fold, np.arange(len(data)))
-    assert leaks.test_samples_of_a_speed_seen_in_validation == 6
+    assert leaks.test_samples_of_a_group_seen_in_validation == 6
     assert leaks.test_samples_overlapping_validation == 6
     assert leaks.test_samples_overlapping_training == 0
-    assert leaks.scale_saw_held_out_speed
+    assert leaks.scale_saw_held_out_group
 
 
 def test_windows_that_only_touch_do_not_overlap(samples):
     data = samples((10, 20, 30), overlap=0.0)
     leaks = find_leaks(data, folds(data, "published")[0], NONE)
     assert leaks.test_samples_overlapping_validation == 0
-    assert leaks.test_samples_of_a_speed_seen_in_validation == 6
+    assert leaks.test_samples_of_a_group_seen_in_validation == 6
 
 
 def test_a_scaler_that_saw_the_held_out_speed_is_refused(samples):

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from afferents.evaluation.metrics import (
-    accuracy_by_speed,
+    accuracy_by_group,
     confusion,
     macro_f1,
 )
@@ -20,6 +20,6 @@ def test_by_hand():
         [(10, "a/10", "a", "a"), (10, "a/10", "a", "a"), (10, "b/10", "b", "b"),
          (10, "b/10", "b", "a"), (20, "a/20", "a", "b"), (20, "b/20", "b", "b")]
     )  # fmt: skip
-    assert accuracy_by_speed(predictions) == {10.0: 0.75, 20.0: 0.5}
+    assert accuracy_by_group(predictions) == {10.0: 0.75, 20.0: 0.5}
     np.testing.assert_array_equal(confusion(predictions, ["a", "b"]), [[2, 1], [1, 2]])
     assert macro_f1(predictions, ["a", "b"]) == pytest.approx(2 / 3)

@@ -14,11 +14,11 @@ def test_nested_keeps_three_sets_of_whole_speeds(samples):
     data = samples((10, 20, 30, 40, 50))
     speed = data["speed_mm_s"].values
     for fold in LeaveOneSpeedOut(NESTED).folds(data):
-        assert set(speed[fold.test]) == {fold.held_out_mm_s}
-        assert set(speed[fold.validation]) == {fold.validation_mm_s}
+        assert set(speed[fold.test]) == {fold.held_out}
+        assert set(speed[fold.validation]) == {fold.validated_by}
         assert set(speed[fold.train]) == {10, 20, 30, 40, 50} - {
-            fold.held_out_mm_s,
-            fold.validation_mm_s,
+            fold.held_out,
+            fold.validated_by,
         }
         everything = np.concatenate([fold.train, fold.validation, fold.test])
         assert sorted(everything) == list(range(len(data)))
@@ -69,7 +69,7 @@ def test_one_speed_can_not_be_held_out(samples):
 
 
 def test_splitting_without_speeds_is_refused():
-    with pytest.raises(InputError, match="the speed of every sample"):
+    with pytest.raises(InputError, match="the group of every sample"):
         LeaveOneSpeedOut().get_n_splits()
 
 

@@ -22,7 +22,9 @@ def main(files, limits):
     resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
     image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
     sight = SimpleNamespace(counters=SimpleNamespace(frames=0), felt=None, picture=None)
-    perceiver = SimpleNamespace(senses={}, video=sight, audio=None)
+    sight.images = SimpleNamespace(describe=str)
+    sight.quality = SimpleNamespace(figures=list)
+    senses = SimpleNamespace(sessions=[], video=sight, audio=None)
 
     def percepts():
         while True:
@@ -32,7 +34,7 @@ def main(files, limits):
             yield Percept("counting", "texture", float(sight.counters.frames))
 
     try:
-        serve(percepts(), perceiver, "127.0.0.1", 0, None, Limits(**limits))
+        serve(percepts(), senses, "127.0.0.1", 0, None, Limits(**limits))
     except KeyboardInterrupt:
         sys.exit(130)
 

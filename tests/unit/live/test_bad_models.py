@@ -10,6 +10,7 @@ import soundfile
 
 from afferents.core.card import METADATA
 from afferents.core.errors import InputError
+from afferents.devices import SampleClock
 from afferents.live import (
     Microphone,
     Network,
@@ -20,7 +21,6 @@ from afferents.live import (
     open_sources,
     stream,
 )
-from afferents.live.microphone import SampleClock
 from afferents.recordings import WavFile, read_session
 
 
@@ -122,7 +122,10 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        ({"video": "film:x"}, "--video: expected camera:0, replay:SESSION/3/50 or rig"),
+        (
+            {"video": "film:x"},
+            "--video: expected camera:0, replay:SESSION/3/50, a video file or rig",
+        ),
         ({"audio": "ear:0"}, "--audio: expected mic:default"),
         ({"video": "camera:99"}, "camera /dev/video99: expected a camera that is plugged in"),
         ({"video": "replay:nowhere"}, "nowhere: expected a recording to replay"),
@@ -135,7 +138,7 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
 def test_sources_that_are_not_there(models, asked, sentence):
     perceiver = Perceiver([Network(models["sa-se"]), Network(models["vib-te-aug"])])
     with pytest.raises(InputError, match=sentence):
-        open_sources(**{"video": None, "audio": None, **asked}, perceiver=perceiver)
+        open_sources(**{"video": None, "audio": None, **asked}, wanted=perceiver.wanted)
 
 
 def test_a_microphone_that_is_not_there():

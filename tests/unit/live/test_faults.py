@@ -232,3 +232,11 @@ def test_a_camera_that_is_slow_vanishes_and_comes_back():
     times = np.diff([p.time_s for p in pictures[:15]])
     np.testing.assert_allclose(times, 1 / 15, atol=0.03)
     assert pictures[-1].frame.luma.shape == (480, 640)
+
+
+def test_a_camera_that_is_asked_for_nothing_gives_what_it_has():
+    camera = Camera("testsrc2=size=320x240:rate=25:duration=0.2", driver="lavfi")
+    assert camera.rate_hz == 25
+    picture = next(camera.events())
+    camera.close()
+    assert picture.frame.luma.shape == (240, 320)

@@ -14,15 +14,14 @@ from afferents.live.lsl import published
 
 
 def test_another_program_gets_probabilities_and_percepts(models):
-    network = Network(models["sa-se"])
-    names = network.card.textures
+    names = Network(models["sa-se"]).card.textures
     felt = dict(zip(names, (0.7, 0.2, 0.1), strict=True))
     even = dict.fromkeys(names, 1 / 3)
     percepts = [
         Percept("sa-se", "texture", 1.0, texture="1", probabilities=felt, evidence=felt),
         Percept("sa-se", "stalled", 1.0, evidence=even, troubles=("camera: lost",)),
     ]
-    stream = published(iter([percepts[0], *percepts]), [network])
+    stream = published(iter([percepts[0], *percepts]), {"sa-se": names})
     next(stream)  # opens the outlets
     inlets = {}
     for kind in ("Touch", "Markers"):
@@ -41,3 +40,16 @@ def test_another_program_gets_probabilities_and_percepts(models):
     assert all(math.isnan(n) for n in numbers)
     words, _ = inlets["Markers"].pull_sample(timeout=10)
     assert json.loads(words[0])["fresh"] is False
+
+
+def test_who_looks_without_a_model_gives_percepts_and_no_probabilities():
+    looked = Percept("camera", "looking", 1.0, markers_found=1.0)
+    stream = published(iter([looked, looked]), {"camera": ()})
+    next(stream)
+    (info,) = pylsl.resolve_byprop("source_id", "afferents-camera-json", timeout=10)
+    inlet = pylsl.StreamInlet(info)
+    inlet.open_stream(timeout=10)
+    assert next(stream) is looked
+    words, _ = inlet.pull_sample(timeout=10)
+    assert json.loads(words[0])["markers_found"] == 1
+    assert not pylsl.resolve_byprop("source_id", "afferents-camera", timeout=0.2)

@@ -277,6 +277,30 @@ def test_the_page_in_a_browser(launch, browser, recording, models, tmp_path):
         running.stop()
 
 
+def test_the_page_of_who_only_looks(launch, browser, recording, tmp_path):
+    """On a wide screen and on a telephone's: nothing of models, nothing beyond the edge."""
+    running = Running(launch, recording)
+    try:
+        for width, height in ((1280, 900), (390, 844)):
+            page = visit(browser, running.url)
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_function(
+                "document.querySelector('#comb').textContent.includes('20.0 Hz')"
+            )
+            said = page.locator("#quality").text_content()
+            assert all(word in said for word in ("361 of 361", "frames/s", "dBFS", "clipped"))
+            assert "361 bright markers were found" in page.locator("#sensor").text_content()
+            assert page.locator("#title").text_content() == "What the sensor shows"
+            assert page.locator("#models").is_hidden()
+            assert "px" in page.locator("#ra1-scale").text_content()
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            page.screenshot(path=tmp_path / f"{width}.png", full_page=True)
+            assert page.faults == []
+            page.close()
+    finally:
+        running.stop()
+
+
 @pytest.fixture(scope="module")
 def hundred(models, tmp_path_factory):
     """A model of a hundred textures that has learnt nothing."""

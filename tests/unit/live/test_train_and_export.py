@@ -8,7 +8,9 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import afferents
 from afferents.core.card import read_card
+from afferents.core.errors import InputError
 from afferents.core.evidence import MEMORY_S, Evidence
 from afferents.encodings import log_waves, wave_spectra
 from afferents.live import Network
@@ -49,6 +51,22 @@ def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
             probabilities, novelty = deployed(waves[None])
         np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
         assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4)
+
+
+def test_from_python_a_model_says_what_its_file_says(models, stores):
+    path = models["sa-se"]
+    model = afferents.load_model(path.with_suffix(""))
+    samples = afferents.samples(stores["video"], "sa1", "spatial", quiet=True)[::20]
+    felt = model.predict(samples)
+    network = Network(path)
+    for i in range(len(samples)):
+        outcome = network.feel(samples.values[i])
+        np.testing.assert_allclose(felt.probability[i], outcome.probabilities, atol=1e-5)
+        assert float(felt.novelty[i]) == pytest.approx(outcome.novelty, rel=1e-3)
+    assert list(felt.texture.values) == list(model.card.textures)
+    assert list(felt.recording.values) == list(samples.recording.values)
+    with pytest.raises(InputError, match=r"samples: expected \(sample, ...\) of the form"):
+        model.predict(samples[:, :5])
 
 
 @pytest.mark.parametrize("kind", ["video", "audio"])

@@ -35,7 +35,7 @@ def test_a_square_sensor_is_described_whole(draw, video, grid, tmp_path):
     sensor = written(found, tmp_path)
     assert (sensor.layout, sensor.rows, sensor.columns) == ("square", 6, 8)
     assert (sensor.name, sensor.pitch_mm, sensor.n_markers) == ("mine", 1.4, 48)
-    assert sensor == found.sensor.model_copy(update={"radius_px": float("inf")})
+    assert sensor == found.sensor
     tracks = track(video([draw(grid + np.array([t, 0])) for t in range(4)]), sensor)
     assert tracks[dims.DETECTED].all()
 
@@ -50,7 +50,7 @@ def test_a_square_sensor_with_a_broken_pin_is_square_still(draw, video, grid, tm
 def test_only_the_frames_at_rest_are_looked_at(draw, video, grid):
     clip = video([draw(grid + np.array([max(0, t - 3), 0])) for t in range(9)])
     found = calibrate(clip, "mine")
-    assert (found.n_still, found.n_looked) == (4, 9)
+    assert (found.clips[0].n_still, found.clips[0].n_looked) == (4, 9)
     order = np.lexsort((found.position[:, 0].round(), found.position[:, 1].round()))
     np.testing.assert_allclose(found.position[order], grid, atol=0.1)
 
@@ -97,3 +97,70 @@ def test_a_clip_that_shows_no_sensor_at_rest_is_refused(images, sentence, draw, 
 def test_a_pitch_that_is_none_is_refused(draw, video, grid, pitch_mm):
     with pytest.raises(InputError, match="--pitch-mm: expected a distance above 0, mm"):
         calibrate(video([draw(grid)] * 9), "s", pitch_mm)
+
+
+def shaken(draw, position, spots, n_frames=24):
+    """Return frames at rest, and then shaken to and fro by more than a spacing."""
+    away = np.concatenate([np.zeros(10), 34 * np.sin(np.linspace(0, 2 * np.pi, n_frames))])
+    return [draw(np.concatenate([position + np.array([x, 0]), spots])) for x in away]
+
+
+def test_specks_beyond_the_layout_are_left_out_and_counted(draw, video, rings):
+    specks = np.array([[20, 20], [296, 210], [300, 120]])
+    found = calibrate(video([draw(np.concatenate([rings, specks]))] * 12), "mine")
+    assert len(found.position) == 37
+    order = np.argsort(found.suspects[:, 0])
+    np.testing.assert_allclose(found.suspects[order], specks, atol=0.5)
+    assert (found.n_again, found.n_checked) == (37, 3)
+
+
+def test_spots_that_stay_while_all_round_them_moves_are_left_out(draw, video, grid):
+    spots = grid[[9, 28]] + 14
+    found = calibrate(video(shaken(draw, grid, spots)), "mine")
+    np.testing.assert_allclose(found.suspects, spots, atol=0.5)
+    assert (found.sensor.layout, found.sensor.n_markers) == ("square", 48)
+    assert found.n_again == 48
+
+
+def test_a_marker_that_others_hide_is_no_suspect(draw, video, grid):
+    assert len(calibrate(video(shaken(draw, grid, np.zeros((0, 2)))), "mine").suspects) == 0
+
+
+def test_what_one_clip_hides_another_shows(draw, video, rings):
+    shown = [np.delete(rings, k, axis=0) for k in ([5, 30], [12], [20, 21])]
+    clips = [video([draw(each + np.array([3 * k, -2 * k]))] * 9) for k, each in enumerate(shown)]
+    found = calibrate(clips, "mine")
+    assert found.sensor.n_markers == 37
+    order = np.lexsort((rings[:, 0].round(), rings[:, 1].round()))
+    ours = np.lexsort((found.position[:, 0].round(), found.position[:, 1].round()))
+    np.testing.assert_allclose(found.position[ours], rings[order], atol=0.5)
+
+
+def test_a_sensor_file_fits_a_clip_in_other_light(draw, video, rings, tmp_path):
+    """One side lies in the dark: its markers stand out by a fifth of what the others do."""
+    sensor = written(calibrate(video([draw(rings)] * 9), "mine"), tmp_path)
+    dark = draw(rings).astype(float)
+    dark[:, 200:] = 20 + 0.2 * (dark[:, 200:] - 20)
+    tracks = track(video([np.rint(dark).astype(np.uint8)] * 12), sensor)
+    assert tracks[dims.DETECTED][0].all()
+    np.testing.assert_allclose(tracks[dims.REST_POSITION], np.array(sensor.markers), atol=0.5)
+
+
+def test_a_flash_in_the_first_frame_hides_no_marker(draw, video, rings, tmp_path):
+    """What one frame does not show, the median of those at rest does, for both commands."""
+    images = [draw(rings) for _ in range(12)]
+    images[0][60:180, 60:150] = 255
+    sensor = written(calibrate(video(images), "mine"), tmp_path)
+    assert sensor.n_markers == 37
+    assert track(video(images), sensor)[dims.DETECTED][3:].mean() > 0.99
+
+
+def test_clips_of_two_sensors_are_refused(draw, video, rings, grid):
+    with pytest.raises(InputError, match=r"expected the 37 markers of .*found \d+ of them"):
+        calibrate([video([draw(rings)] * 9), video([draw(grid)] * 9)], "mine")
+
+
+def test_clips_of_two_sizes_are_refused(draw, video, rings):
+    small = [draw(rings, shape=(230, 320))] * 9
+    with pytest.raises(InputError, match=r"expected 320 x 240 px, as in drawn\.mp4"):
+        calibrate([video([draw(rings)] * 9), video(small)], "mine")

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from afferents.core.errors import InputError
+from afferents.markers import load_sensor
 from afferents.markers.layout import find_layout, match_layout
 
 MIDDLE = (320.0, 240.0)
@@ -124,3 +125,15 @@ def test_missing_pins_and_false_blobs_cost_no_names():
 def test_another_layout_is_refused():
     with pytest.raises(InputError, match=r"a video: expected the 64 markers .* calibrate"):
         match_layout(square(5, 5), scattered(), "a video")
+
+
+@pytest.mark.parametrize("name", ["hex127", "hex331", "radial127"])
+def test_a_layout_that_has_a_marker_near_most_places_is_refused_too(name):
+    layouts = {"square": square(19, 19)}
+    layouts |= {n: np.array(load_sensor(n).markers) for n in ("hex127", "hex331", "radial127")}
+    for other, seen in layouts.items():
+        if other == name:
+            assert match_layout(turned(seen, 20), layouts[name], "a video")[1].all()
+            continue
+        with pytest.raises(InputError, match=r"a video: expected (markers where|the \d+ markers)"):
+            match_layout(seen, layouts[name], "a video")

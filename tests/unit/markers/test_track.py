@@ -152,18 +152,18 @@ def test_quality_counts_what_was_drawn(draw, video, free):
     assert quality.share_lost == pytest.approx(1 / 60)
     assert quality.n_repeated == 2
     assert quality.largest_step_px == pytest.approx(3, abs=0.1)
-    assert quality.n_found_at_end == 12
+    assert quality.at_end[:3] == (12, 0, 0)
 
 
 def test_description_is_plain_and_names_only_what_occurred(draw, video, free, square):
     still = describe(track(video([draw(grid_3x4())] * 3), square))
-    assert any("12 markers" in s for s in still)
+    assert still[0].startswith("12 markers, lost for 0.0% of the time; at the end 12 are back")
     assert any("grid of 3 x 4" in s for s in still)
     assert not any("repeat" in s or "claimed" in s or "not move" in s for s in still)
     dark = describe(track(video([draw(grid_3x4()), *[draw(np.zeros((0, 2)))] * 6]), free))
     assert any("No sensor file says" in s for s in dark)
     assert any("more than half of the time: 12" in s for s in dark)
-    assert any("none of the 12 is found at the end" in s for s in dark)
+    assert any("at the end none is found" in s for s in dark)
     assert not any("nan" in s for s in dark)
 
 

@@ -23,7 +23,8 @@ OWN = Path(__file__).with_name("own_parts.py")
 def stored(session, tmp_path_factory):
     from afferents.core.progress import Progress
     from afferents.markers import load_sensor
-    from afferents.pipeline.extract import Extraction, extract
+    from afferents.pipeline.extract import extract
+    from afferents.pipeline.extraction import Extraction
 
     store = tmp_path_factory.mktemp("own") / "s.zarr"
     extract(Extraction(session, store, load_sensor("tip_b"), "windowed"), Progress(quiet=True))

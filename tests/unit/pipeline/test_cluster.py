@@ -12,7 +12,7 @@ from pathlib import Path
 import dask.base
 import pandas as pd
 import pytest
-from distributed import LocalCluster
+from distributed import Client, LocalCluster
 
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import write_aside
@@ -241,3 +241,6 @@ def die():
 def test_a_job_that_kills_its_workers_is_named(cluster):
     with pytest.raises(AfferentsError, match="killed its worker several times"):
         list(on_cluster(die, [()], cluster.scheduler_address))
+    # A cluster that is closed while its workers are started again fails at closing.
+    with Client(cluster) as client:
+        client.wait_for_workers(2, timeout=60)

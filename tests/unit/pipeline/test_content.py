@@ -11,7 +11,8 @@ import xarray as xr
 
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
-from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.extract import extract
+from afferents.pipeline.extraction import Extraction
 from afferents.pipeline.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 

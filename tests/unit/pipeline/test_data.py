@@ -7,7 +7,8 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.progress import Progress
 from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data
-from afferents.pipeline.extract import Extraction, extract
+from afferents.pipeline.extract import extract
+from afferents.pipeline.extraction import Extraction
 
 QUIET = Progress(quiet=True)
 

@@ -36,7 +36,7 @@ def spectra():
 
 def learn(spectra, augmented, protocol, held_out=40.0, kept=None):
     folds = LeaveOneSpeedOut(protocol, random_halves=True).folds(spectra)
-    fold = next(f for f in folds if f.held_out_mm_s == held_out)
+    fold = next(f for f in folds if f.held_out == held_out)
     rng = np.random.default_rng(0)
     config = TrainingConfig(learning_rate=1e-3, patience=3, training_samples=kept)
     return fold, learning_set(spectra, SPECTRA, augmented, protocol, fold, config, rng)

@@ -1,7 +1,5 @@
 """What a run says of itself while it is at work."""
 
-from dataclasses import asdict
-
 from afferents.core.errors import AfferentsError
 from afferents.core.files import write_json
 from afferents.evaluation import FoldKey, at_work, plan
@@ -15,7 +13,7 @@ SHORT, LONG = (
 
 def finish(results, key, seconds):
     facts = {"validation_mm_s": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
-    content = {**asdict(key), **facts, "seconds": seconds}
+    content = {**key.describe(), **facts, "seconds": seconds}
     write_json(key.folder(results) / "fold.json", content)
 
 
@@ -58,7 +56,7 @@ def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
     monkeypatch.setattr(
         fitting,
         "learning_set",
-        lambda *a: fail() if a[4].held_out_mm_s == 20 else learning_set(*a),
+        lambda *a: fail() if a[4].held_out == 20 else learning_set(*a),
     )
     assert run("evaluate", stores["audio"], "--out", tmp_path / "r", *asked)[0] == 2
     done = [n for n in range(30, 100) if (tmp_path / f"r/folds/vib-te/nested/seed-0/{n}").is_dir()]

@@ -134,6 +134,7 @@ def test_a_knock_is_told_with_its_time(run, tmp_path, clip):
     [
         (("calibrate", "none.mp4", "--out", "s.toml"), "none.mp4: expected a video file"),
         (("calibrate", "none.mp4", "--out", "s.json"), "a name that ends in .toml"),
+        (("calibrate", "a.mp4", "a.mp4", "--out", "s.toml"), "a.mp4: expected each clip once"),
         (("inspect", ".", "--overlay", "o.mp4"), "--overlay: expected a video"),
     ],
 )

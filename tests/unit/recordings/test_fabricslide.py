@@ -1,4 +1,4 @@
-"""FabricSlide: files written here, and the real ones where they are."""
+"""FabricSlide by its description: files written here, and the real ones where they are."""
 
 from pathlib import Path
 
@@ -6,14 +6,22 @@ import numpy as np
 import pytest
 
 from afferents.core.errors import InputError
-from afferents.recordings import TaxelFile, facts, read_fabricslide
-from afferents.recordings.fabricslide import COLUMNS, SAMPLE_RATE_HZ
+from afferents.recordings import PACKAGED, Described, SeriesFile, facts, read_data_set_file
 
-HEADER = ", ".join(COLUMNS)
+SIGNAL = read_data_set_file(PACKAGED["fabricslide"]).signal
+HEADER = ", ".join(SIGNAL.columns)
 REAL = Path(__file__).resolve().parents[3] / "../shared/datasets/fabricslide"
 needs_real = pytest.mark.skipif(
     not REAL.is_dir(), reason="FabricSlide is not at ../shared/datasets/fabricslide"
 )
+
+
+def taxel_file(path: Path) -> SeriesFile:
+    return SeriesFile(path, SIGNAL)
+
+
+def read_fabricslide(path: Path):
+    return Described(path, PACKAGED["fabricslide"]).recordings()
 
 
 def _row(timestamp_ms: int, first: int) -> str:
@@ -31,11 +39,11 @@ ROWS += [_row(1084 + 28 * i, 50) for i in range(1, 33)]
 
 
 def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
-    taxels = TaxelFile(_write(tmp_path / "a.csv", ROWS))
+    taxels = taxel_file(_write(tmp_path / "a.csv", ROWS))
     response = taxels.read()
     assert response.dims == ("audio_time", "channel")
     assert response.dtype == np.float32
-    assert response.attrs == {"sample_rate_hz": SAMPLE_RATE_HZ, "units": "counts"}
+    assert response.attrs == {"sample_rate_hz": 1000 / 28, "units": "counts"}
     np.testing.assert_array_equal(response.sel(channel="channel1")[:5], [10, 20, 30, 40, 50])
     np.testing.assert_array_equal(response.sel(channel="channel16")[:4], [25, 35, 45, 55])
     assert taxels.n_samples == 36
@@ -43,7 +51,7 @@ def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
 
 
 def test_a_row_written_twice_counts_once(tmp_path: Path) -> None:
-    taxels = TaxelFile(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
+    taxels = taxel_file(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
     assert taxels.n_samples == len(taxels.read()) == 36
 
 
@@ -65,21 +73,21 @@ def test_a_bad_row_is_named(tmp_path: Path, line: int, row: str, found: str) -> 
     rows[line - 2] = row
     path = _write(tmp_path / "a.csv", rows)
     with pytest.raises(InputError) as caught:
-        TaxelFile(path).read()
+        taxel_file(path).read()
     assert f"{path}, line {line}: " in str(caught.value)
     assert found in str(caught.value)
 
 
 def test_no_rows_other_header_no_file(tmp_path: Path) -> None:
-    few = TaxelFile(_write(tmp_path / "few.csv", ROWS[:35]))
-    with pytest.raises(InputError, match=r"at least 36 rows of data .* a second, found 35"):
+    few = taxel_file(_write(tmp_path / "few.csv", ROWS[:35]))
+    with pytest.raises(InputError, match=r"at least 36 rows of data .* 1 s, found 35"):
         few.read()
     with pytest.raises(InputError, match="rows of data"):
-        TaxelFile(_write(tmp_path / "a.csv", [])).read()
+        taxel_file(_write(tmp_path / "a.csv", [])).read()
     with pytest.raises(InputError, match="line 1: expected the columns timestamp"):
-        TaxelFile(_write(tmp_path / "b.csv", ROWS, header="time,value")).read()
-    with pytest.raises(InputError, match="readable CSV"):
-        TaxelFile(tmp_path / "absent.csv").read()
+        taxel_file(_write(tmp_path / "b.csv", ROWS, header="time,value")).read()
+    with pytest.raises(InputError, match="readable CSV file, found no such file"):
+        taxel_file(tmp_path / "absent.csv").read()
 
 
 def test_names_say_the_condition(tmp_path: Path) -> None:

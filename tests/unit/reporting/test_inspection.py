@@ -51,3 +51,7 @@ def test_vibration_spectrum_has_the_amplitude_of_the_tone_at_its_frequency(n_cha
     assert frequency[amplitude.argmax()] == pytest.approx(50)
     assert amplitude.max() == pytest.approx(0.3, rel=1e-5)
     assert "full scale" in figure.axes[1].get_ylabel()
+    figure.draw_without_rendering()
+    labels = [label.get_text() for label in figure.axes[1].get_xticklabels()]
+    assert "10" in labels
+    assert not any("$" in label for label in labels)  # a formula, which the style does not set

@@ -59,3 +59,24 @@ def test_nothing_is_left_of_a_film_that_fails(frames, tracks, tmp_path):
     with pytest.raises(InputError, match="no space left"):
         write_overlay(tmp_path / "o.mp4", broken(), *tracks, 90.0)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_film_is_in_colour_where_the_camera_is(frames, tracks, tmp_path):
+    green = np.zeros((120, 160, 3), np.uint8)
+    green[..., 1] = 180
+    coloured = [frame._replace(in_colour=lambda: green) for frame in frames]
+    path = write_overlay(tmp_path / "o.mp4", coloured, *tracks, 90.0)
+    with av.open(str(path)) as container:
+        drawn = next(container.decode(video=0)).to_ndarray(format="bgr24")
+    blue, level, red = np.median(drawn.reshape(-1, 3), axis=0)
+    assert level > 150
+    assert max(blue, red) < 40
+
+
+@pytest.mark.parametrize("grey", [0, 128, 255])
+def test_text_is_legible_on_any_background(grey):
+    nothing = np.full((1, 1, 2), np.nan)
+    image = np.full((60, 200), grey, np.uint8)
+    picture = draw_overlay(image, nothing, np.zeros((1, 1), bool), 0)
+    assert (picture == 255).all(axis=2).any()
+    assert (picture == 0).all(axis=2).any()

@@ -15,8 +15,8 @@ from urllib.parse import quote, urlsplit
 
 from afferents.core.extras import import_extra
 from afferents.core.stopping import STREAM, stop_later
-from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
+from afferents.live.senses import Senses
 from afferents.live.web.door import check_address, is_loopback, open_door
 from afferents.live.web.limits import Limits
 from afferents.live.web.quiet import one_line_errors
@@ -32,7 +32,7 @@ LAST_S = 2.0
 
 def serve(
     percepts: Iterator[Percept],
-    perceiver: Perceiver,
+    senses: Senses,
     host: str,
     port: int,
     token: str | None,
@@ -44,8 +44,8 @@ def serve(
     ----------
     percepts
         Taken by a thread of its own.
-    perceiver
-        That makes them.
+    senses
+        That make them.
     host, port
         Where; port 0 for any that is free.
     token
@@ -66,7 +66,7 @@ def serve(
     from afferents.live.web.guard import OneRequest, Onlooker
 
     limits = limits or Limits()
-    snapshots = Snapshots(perceiver)
+    snapshots = Snapshots(senses)
     door = open_door(host, port, limits.places)
     config = uvicorn.Config(
         application(snapshots, host, token),

@@ -9,14 +9,18 @@ import cv2
 import numpy as np
 
 from afferents.core.dims import RA1, SA1
-from afferents.encodings import SpectralEncoding
 from afferents.live.events import CameraFrame
-from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
+from afferents.live.quality import Quality
+from afferents.live.senses import Senses
+from afferents.markers import Positions
+from afferents.markers.detect import spacing_px
 
 _QUALITY = 70
 """Of the JPEG, per cent."""
 _DIGITS = 4
+_RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
+"""Of the distance of neighbouring markers, and at least, px."""
 FRESH_S = 0.025
 """What is drawn up serves all visitors for so long."""
 
@@ -42,13 +46,13 @@ class Snapshots:
 
     Parameters
     ----------
-    perceiver
+    senses
         Written by the stream's thread; only read here.
     """
 
-    def __init__(self, perceiver: Perceiver) -> None:
+    def __init__(self, senses: Senses) -> None:
         """Nothing is felt yet."""
-        self._perceiver = perceiver
+        self._senses = senses
         self._percepts: dict[str, tuple[Percept, float]] = {}
         self._frames, self._samples = Rate(), Rate()
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
@@ -61,19 +65,12 @@ class Snapshots:
         self._percepts[percept.model] = percept, time.monotonic()
 
     def hello(self) -> dict[str, Any]:
-        """Return what does not change: the models."""
+        """Return what does not change: who says something, models or an onlooker."""
         return {
             "type": "hello",
             "models": [
-                {
-                    "model": session.card.model,
-                    "title": session.card.title,
-                    "textures": session.card.textures,
-                    "description": session.card.describe(),
-                    "channel": channel,
-                }
-                for channel, sense in self._perceiver.senses.items()
-                for session in sense.sessions
+                {**session.introduction(), "channel": channel}
+                for channel, session in self._senses.sessions
             ],
         }
 
@@ -100,37 +97,41 @@ class Snapshots:
         }
 
     def _video(self) -> dict[str, Any] | None:
-        video = self._perceiver.video
+        video = self._senses.video
         if video is None:
             return None
         felt, picture = video.felt, video.picture
-        content: dict[str, Any] = {"rate_hz": round(self._frames.seen(video.counters.frames), 1)}
+        content: dict[str, Any] = {
+            "rate_hz": round(self._frames.seen(video.counters.frames), 1),
+            "sensor": video.images.describe(),
+            "quality": _in_words(video.quality),
+        }
         if felt is not None and picture is not None:
             content |= {
                 "size": picture.frame.luma.shape[::-1],
                 "markers": _numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
+                "ring_px": _ring_px(felt.position[felt.detected]),
                 "sa1": _numbers(felt.images[SA1], _DIGITS),
                 "ra1": _numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
             }
         return content
 
     def _audio(self) -> dict[str, Any] | None:
-        audio = self._perceiver.audio
+        audio = self._senses.audio
         if audio is None:
             return None
-        content: dict[str, Any] = {"rate_hz": round(self._samples.seen(audio.counters.samples))}
-        encoding = audio.encoding
-        if audio.newest is not None and isinstance(encoding, SpectralEncoding):
-            points = encoding.fft_points or encoding.window_s * audio.rate_hz
-            content |= {
-                "amplitude": [float(f"{a:.4g}") for a in audio.newest.values.mean(axis=0)],
-                "step_hz": audio.rate_hz / points,
-            }
+        content: dict[str, Any] = {
+            "rate_hz": round(self._samples.seen(audio.counters.samples)),
+            "quality": _in_words(audio.quality),
+        }
+        if (spectrum := audio.spectrum()) is not None:
+            amplitude, step_hz = spectrum
+            content |= {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
         return content
 
     def jpeg(self) -> bytes | None:
         """Return the newest camera picture; None before there is one."""
-        video = self._perceiver.video
+        video = self._senses.video
         if video is None or video.picture is None:
             return None
         picture = video.picture
@@ -143,3 +144,12 @@ class Snapshots:
 
 def _numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
     return list(np.round(values.astype(float), digits).tolist())
+
+
+def _ring_px(found: Positions) -> float:
+    """Return the radius of the rings drawn round markers, px: they do not touch."""
+    return round(max(_LEAST_RING_PX, _RING_SHARE * spacing_px(found)), 1) if len(found) > 1 else 9.0
+
+
+def _in_words(quality: Quality) -> list[dict[str, str]]:
+    return [figure._asdict() for figure in quality.figures()]

@@ -18,10 +18,16 @@ from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
+from afferents.core.split import SPEED
 from afferents.core.version import __version__
 from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN, classifier_of
-from afferents.pipeline.encode import encode_all, require_support, sources_of
+from afferents.pipeline.encode import (
+    encode_all,
+    require_speeds_known,
+    require_support,
+    sources_of,
+)
 from afferents.pipeline.evaluate import Evaluation, skipped_recordings
 from afferents.pipeline.held_out_texture.roughness import ask_mm, can_ask_mm, summarise_mm
 from afferents.pipeline.held_out_texture.unknown import ask_unknown
@@ -49,6 +55,8 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     torch.set_num_threads(1)
     recipe, everything = evaluation.recipe, evaluation.recordings
     require_support(recipe.models, everything, may_leave_out=False)
+    require_speeds_known(recipe.models, recipe.encodings, everything)
+    SPEED.groups_of(everything)
     skipped = skipped_recordings(evaluation, recipe.models, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     textures = textures_of(recordings)
@@ -85,6 +93,7 @@ def _about(
         "preset": "none: solved at once",
         "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
+        **evaluation.recipe.choices,
     }
 
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from afferents.core.errors import InputError
 from afferents.core.recording import natural_order
 from afferents.core.results import Results
+from afferents.core.split import SPEED, column_of, group_in, order, split_of
 from afferents.reporting.confusion import (
     OF_TRUE,
     Panel,
@@ -22,7 +23,7 @@ from afferents.reporting.plot.basics import COLOURS, axes_of
 from afferents.reporting.style import GREY, LINE, styled
 
 _TEXTURES = ["true_texture", "predicted_texture"]
-_ACCURACY = ("model", "protocol", "held_out_speed_mm_s", "accuracy")
+_ACCURACY = ("model", "protocol", "accuracy")
 
 
 @styled
@@ -32,6 +33,7 @@ def confusion(
     model: str | None = None,
     protocol: str | None = None,
     held_out_mm_s: float | None = None,
+    held_out: str | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw a confusion matrix: which texture is taken for which, in percent.
@@ -44,6 +46,8 @@ def confusion(
         Which of those evaluated; may be left out where there is one.
     held_out_mm_s
         Speed held out, mm/s; None for all of them together.
+    held_out
+        Group held out, of results of another split; None for all of them together.
     ax
         Where to draw; None for a figure of its own.
 
@@ -70,6 +74,9 @@ def confusion(
     if held_out_mm_s is not None:
         rows, _ = _chosen(rows, "held_out_speed_mm_s", held_out_mm_s)
         title.append(f"{speed_key(held_out_mm_s)} mm/s held out")
+    if held_out is not None:
+        rows, _ = _chosen(rows, "held_out_group", held_out)
+        title.append(f"{split_of(summary).printed(held_out) if summary else held_out} held out")
     counts = count_confusion(rows, textures)
     accuracy = 100 * np.trace(counts) / counts.sum()
     ax = axes_of(ax, 4.6, 4.0)
@@ -88,6 +95,8 @@ def accuracy_by_speed(
 ) -> Axes:
     """Draw how many samples are named rightly at each speed held out, a line for each model.
 
+    Of results of another split, in each group held out.
+
     Parameters
     ----------
     results
@@ -100,8 +109,8 @@ def accuracy_by_speed(
     Returns
     -------
     matplotlib.axes.Axes
-        Held-out speed in mm/s; accuracy in percent. Open marks: the published protocol. Of
-        `Results`, a dashed line is chance.
+        Held-out speed in mm/s, or the group's name; accuracy in percent. Open marks: the published
+        protocol. Of `Results`, a dashed line is chance.
 
     Raises
     ------
@@ -110,23 +119,26 @@ def accuracy_by_speed(
     """
     table = results.accuracy if isinstance(results, Results) else results
     _require_columns(table, _ACCURACY)
+    held_out = column_of(table) if column_of(table) in table else SPEED.column
+    _require_columns(table, [held_out])
     summary = results.summary if isinstance(results, Results) else {}
     there = list(dict.fromkeys(table["model"]))
     for name in models or ():
         if name not in there:
             raise InputError("models", f"some of {', '.join(there)}", f"'{name}'")
     ax = axes_of(ax, 6.4, 3.0)
-    tested = table.dropna(subset=["held_out_speed_mm_s", "accuracy"])
+    tested = table.dropna(subset=[held_out, "accuracy"])
+    groups = sorted({group_in(value) for value in tested[held_out]}, key=order)
     several = len(set(tested["protocol"])) > 1
     for number, name in enumerate(models or there):
         for protocol, rows in tested[tested["model"] == name].groupby("protocol"):
-            line = rows.sort_values("held_out_speed_mm_s")
+            line = rows.sort_values(held_out, key=lambda column: column.map(groups.index))
             colour, open_mark = COLOURS[number % len(COLOURS)], protocol == "published"
             ax.plot(
-                line["held_out_speed_mm_s"],
+                line[held_out],
                 100 * line["accuracy"],
                 color=colour,
-                ls="--" if open_mark else "-",
+                ls=("--" if open_mark else "-") if held_out == SPEED.column else "",
                 marker="s" if open_mark else "o",
                 markersize=4,
                 markerfacecolor="white" if open_mark else colour,
@@ -134,7 +146,8 @@ def accuracy_by_speed(
             )
     if "chance" in summary:
         ax.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
-    ax.set(xlabel="held-out speed (mm/s)", ylabel="accuracy (%)", ylim=(0, 103))
+    axis = split_of(summary).axis if held_out != SPEED.column else SPEED.axis
+    ax.set(xlabel=f"held-out {axis}", ylabel="accuracy (%)", ylim=(0, 103))
     ax.grid(axis="y", color=LINE, lw=0.4)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax

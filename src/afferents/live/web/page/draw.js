@@ -17,6 +17,8 @@ const scales = new WeakMap();
 export function drawMap(canvas, image) {
   const most = Math.max(...image.flat(), 0.99 * (scales.get(canvas) ?? 0), 0.5);
   scales.set(canvas, most);
+  const shape = Math.round((canvas.width * image.length) / image[0].length);
+  if (canvas.height !== shape) canvas.height = shape; // pixels are squares, whatever the layout
   const context = canvas.getContext("2d");
   const height = canvas.height / image.length, width = canvas.width / image[0].length;
   image.forEach((line, y) => line.forEach((value, x) => {

@@ -18,7 +18,11 @@ const models = new Map();
 
 function greet(hello) {
   models.clear();
-  $("models").replaceChildren(...hello.models.map((model) => {
+  const feeling = hello.models.filter((model) => model.textures.length);
+  document.body.classList.toggle("looking", !feeling.length); // nobody feels: pictures take the page
+  $("models").hidden = !feeling.length;
+  $("title").textContent = feeling.length ? "What the fingertip feels" : "What the sensor shows";
+  $("models").replaceChildren(...feeling.map((model) => {
     const view = modelView(model);
     models.set(model.model, view);
     return view.article;
@@ -95,10 +99,10 @@ function showModel(view, percept) {
   return `${view.model.title}: ${felt} ${how}`;
 }
 
-function counted(percept) {
+function counted(percept, moment = true) {
   const { frames, samples, ...faults } = percept.counters;
-  const parts = percept.latency_ms === null ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to percept`];
-  if (percept.markers_found !== null) parts.push(`${Math.round(100 * percept.markers_found)}% of the markers seen`);
+  const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to percept`];
+  if (percept.markers_found !== null && moment) parts.push(`${Math.round(100 * percept.markers_found)}% of the markers seen`);
   for (const [name, n] of Object.entries(faults)) if (n) parts.push(`${n} ${name.replace("_", " ")}`);
   return parts.join(" · ");
 }
@@ -118,10 +122,11 @@ function showVideo(video) {
   $("camera").hidden = $("maps").hidden = !video;
   if (!video) return;
   $("frames").textContent = `${video.rate_hz} frames/s`;
+  $("sensor").textContent = models.size ? "" : video.sensor;
   if (!video.sa1) return;
   for (const name of ["sa1", "ra1"]) {
     const most = video[name] ? drawMap($(name), video[name]) : 0;
-    $(`${name}-scale`).textContent = video[name] ? `0 to ${most.toFixed(1)} px` : "";
+    $(`${name}-scale`).textContent = video[name] ? `0 to ${most.toFixed(1)} px` : "none yet";
   }
 }
 
@@ -135,11 +140,12 @@ async function showPicture() {
   if (!marked || !state?.video?.markers) return;
   context.strokeStyle = "#ffb000";
   context.lineWidth = 1.5;
+  const ring = state.video.ring_px;
   context.beginPath();
   for (const [x, y] of state.video.markers) {
     if (x < 0) continue;
-    context.moveTo(x + 9, y);
-    context.arc(x, y, 9, 0, 7);
+    context.moveTo(x + ring, y);
+    context.arc(x, y, ring, 0, 7);
   }
   context.stroke();
 }
@@ -154,11 +160,38 @@ function showAudio(audio) {
   $("comb").textContent = comb ? `harmonics of ${comb.toFixed(1)} Hz are marked ▾` : "no clear harmonics";
 }
 
+function showQuality(percepts) {
+  const figures = [...(state.video?.quality ?? []), ...(state.audio?.quality ?? [])];
+  const troubles = models.size ? [] : percepts.flatMap(troublesOf);
+  const doubts = [...troubles, ...figures.map((figure) => figure.doubt).filter(Boolean)];
+  $("quality").hidden = !figures.length && !doubts.length;
+  $("quality").querySelector("dl").replaceChildren(...figures.map((figure) => make("div",
+    { className: figure.doubt ? "doubted" : "" },
+    make("dt", { textContent: figure.name }), make("dd", { textContent: figure.value }))));
+  $("quality").querySelector("ul").replaceChildren(
+    ...[...new Set(doubts)].map((doubt) => make("li", { textContent: doubt })));
+  const faults = models.size ? [] : percepts.map((percept) => [percept.model, counted(percept, false)]);
+  $("faults").textContent = faults.filter(([, counts]) => counts)
+    .map(([name, counts]) => `${name} since the start: ${counts}`).join("; ");
+}
+
+// What went wrong with a sense that is looked at; the newest is kept until something comes again.
+const troubled = new Map();
+function troublesOf(percept) {
+  const fresh = percept.fresh && percept.age_s < STALE_S;
+  if (percept.troubles.length) troubled.set(percept.model, percept.troubles.at(-1));
+  else if (fresh) troubled.delete(percept.model);
+  const said = [troubled.get(percept.model)];
+  if (!fresh && !state.ended) said.unshift(`Nothing fresh from the ${percept.model}: ${percept.state}.`);
+  return said.filter(Boolean);
+}
+
 function show() {
   if (!state || paused) return;
   const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
+  showQuality(state.percepts);
   const truth = state.percepts.map((p) => p.truth).find(Boolean);
   $("truth").textContent = truth ? `the simulated rig now turns drum ${truth}` : "";
   if (state.ended) $("link").textContent = state.ended;

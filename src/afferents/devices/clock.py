@@ -35,3 +35,36 @@ class HostClock:
             delay_s = min(delay_s, forgiven)
         self._least_s, self._at_s = delay_s, arrived_s
         return device_s + delay_s
+
+
+LOST_S = 0.02
+"""A clock that is off by more than this from the count tells of lost samples."""
+FOLLOW = 0.01
+"""Share by which the count of samples follows the clock of the converter, a chunk."""
+
+
+class SampleClock:
+    """When samples were taken: counted at their rate, after the converter's clock.
+
+    Converters say when a chunk was taken to some ms only; counted samples are regular.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        """Begin at the first chunk."""
+        self._rate_hz = rate_hz
+        self._clock = HostClock()
+        self.next_s = 0.0
+        self._taken_s: float | None = None
+
+    def read(self, n: int, taken_s: float, arrived_s: float) -> float:
+        """Return when the first of the next n samples was taken, on the monotonic clock, s."""
+        first = self._taken_s is None
+        if self._taken_s is None or taken_s > self._taken_s:
+            stamp = self._clock.read(taken_s, arrived_s)
+        else:  # a converter without a clock
+            stamp = self.next_s
+        self._taken_s = taken_s
+        off_s = stamp - self.next_s
+        begin_s = stamp if first or abs(off_s) >= LOST_S else self.next_s + FOLLOW * off_s
+        self.next_s = begin_s + n / self._rate_hz
+        return begin_s

@@ -1,0 +1,107 @@
+"""Commands that record."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from afferents.cli.errors import fail_if_skipped
+from afferents.cli.printing import say
+from afferents.cli.shared import Json, Quiet
+from afferents.core.errors import InputError
+
+
+def record(
+    plan: Annotated[Path, typer.Argument(help="Plan (TOML): what is recorded, and with what.")],
+    session: Annotated[
+        Path | None, typer.Argument(help="Session folder to write; runs in it are kept.")
+    ] = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option(
+            "--dry-run", help="Record the simulated rig instead, four times as fast as in truth."
+        ),
+    ] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Check devices, light, sound, disk and drive alone.")
+    ] = False,
+    example: Annotated[
+        bool, typer.Option("--example", help="Write a plan to begin with, and record nothing.")
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Record a session: camera, microphone and drum on one clock.
+
+    Each run is checked; one that lost frames or missed its speed is kept aside and recorded again.
+    Stopped or broken off, the same command goes on where it was.
+    """
+    from afferents import commands
+
+    if example:
+        from afferents.pipeline.record.plan import write_example
+
+        write_example(plan)
+        return say(as_json, {"plan": str(plan)}, f"Plan: {plan}")
+    if check:
+        return _check(plan, session, dry_run, as_json)
+    if session is None:
+        raise InputError("SESSION", "a folder to write", "none", "name one, or give --check")
+    done = commands.record(plan, session, dry_run, quiet=quiet or as_json)
+    say(
+        as_json,
+        {
+            **asdict(done),
+            "session": str(session),
+            "preflight": [line.as_json() for line in done.preflight],
+        },
+        *(f"Aside: {place} ({why})" for place, why in done.attempts_aside),
+        f"Recorded {len(done.recorded)} runs; {len(done.remaining)} of the plan are missing.",
+        f"Session{' (simulated)' if dry_run else ''}: {session}",
+    )
+    return fail_if_skipped(done.kept_aside)
+
+
+def _check(plan: Path, session: Path | None, dry_run: bool, as_json: bool) -> None:
+    """Make the preflight alone; exit code 2 if it says no."""
+    from afferents.commands.record import ask_in_terminal
+    from afferents.pipeline.record.record import check, recording_of
+
+    found = check(recording_of(plan, dry_run, ask_in_terminal), session or Path())
+    say(as_json, [line.as_json() for line in found], *(line.describe() for line in found))
+    if not all(line.passes for line in found):
+        raise typer.Exit(2)
+
+
+def import_(
+    video: Annotated[Path, typer.Argument(help="Video; its frames are not encoded again.")],
+    audio: Annotated[Path | None, typer.Argument(help="Sound that belongs to it.")] = None,
+    *,
+    times: Annotated[
+        Path,
+        typer.Option(help="CSV with a row a frame: time_s, and sequence if frames are numbered."),
+    ],
+    session: Annotated[Path, typer.Option(help="Session folder to write, or to add to.")],
+    texture: Annotated[str, typer.Option(help="Texture that was recorded.")],
+    speed: Annotated[float, typer.Option(help="Its sliding speed, mm/s.")],
+    audio_start: Annotated[
+        float | None,
+        typer.Option(
+            help="Time of the first sample on the clock of the times, s (default: with the first "
+            "frame)."
+        ),
+    ] = None,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Import it although frames are missing.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Bring a recording made elsewhere into a session, with its own time stamps."""
+    from afferents import commands
+
+    checks = commands.import_recording(
+        video, audio, times, session, texture, speed, audio_start, keep
+    )
+    said = {"session": str(session), "checks": [line.as_json() for line in checks]}
+    say(as_json, said, *(line.describe() for line in checks), f"Session: {session}")

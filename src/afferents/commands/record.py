@@ -1,0 +1,117 @@
+"""Commands that record: a session from a plan, and files recorded elsewhere."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from afferents.commands.given import Place
+from afferents.core.errors import InputError
+from afferents.core.progress import Progress
+
+if TYPE_CHECKING:
+    from afferents.pipeline.record.gate import Check
+    from afferents.pipeline.record.record import Recorded
+
+
+def record(
+    plan: Place,
+    session: Place,
+    dry_run: bool = False,
+    ask: Callable[[str], None] | None = None,
+    quiet: bool = False,
+) -> "Recorded":
+    """Record a session: camera, microphone and drum on one clock, run after run of a plan.
+
+    Parameters
+    ----------
+    plan
+        A ``PLAN.toml``; ``afferents record --example PLAN.toml`` writes one.
+    session
+        Folder to write, in the published layout; runs that are in it are kept.
+    dry_run
+        Record the simulated rig instead of the plan's devices, four times as fast as in truth.
+    ask
+        Shows a person a sentence, such as ``change the drum to 4``, and returns when it is done;
+        None for a line in the terminal.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Recorded
+        Names of the runs that were recorded, and what was refused and why.
+
+    Raises
+    ------
+    InputError
+        If the plan or a device is not what it should be, the session is of another plan, or the
+        disk is full. What is finished is kept.
+    """
+    from afferents.pipeline.record.record import record as run
+    from afferents.pipeline.record.record import recording_of
+
+    wanted = recording_of(Path(plan), dry_run, ask or ask_in_terminal)
+    with Progress(quiet) as progress:
+        return run(wanted, Path(session), progress)
+
+
+def import_recording(
+    video: Place,
+    audio: Place | None,
+    times: Place,
+    session: Place,
+    texture: str,
+    speed_mm_s: float,
+    audio_start_s: float | None = None,
+    keep: bool = False,
+) -> "list[Check]":
+    """Bring a recording made elsewhere into a session, with its own time stamps.
+
+    Parameters
+    ----------
+    video, audio
+        Files; `audio` may be None. The frames are not encoded again.
+    times
+        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames.
+    session
+        Folder to write, or to add to.
+    texture, speed_mm_s
+        What was recorded.
+    audio_start_s
+        When the first sample was taken, on the clock of `times`; None for with the first frame.
+    keep
+        Whether it is imported although frames are missing.
+
+    Returns
+    -------
+    list
+        What the gate says of the frames, a `Check` each.
+
+    Raises
+    ------
+    InputError
+        If a file or its times are not what they should be.
+    """
+    from afferents.pipeline.record.importing import Import
+    from afferents.pipeline.record.importing import import_recording as run
+
+    sound = None if audio is None else Path(audio)
+    return run(
+        Import(
+            Path(video), sound, Path(times), Path(session), texture, speed_mm_s, audio_start_s, keep
+        )
+    )
+
+
+def ask_in_terminal(sentence: str) -> None:
+    """Show a sentence and wait for enter.
+
+    Raises
+    ------
+    InputError
+        If nobody is there to press it.
+    """
+    print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
+    if not sys.stdin.readline():
+        raise InputError("stdin", "somebody who changes drums and presses enter", "nobody")

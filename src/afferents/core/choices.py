@@ -1,0 +1,22 @@
+"""What may be chosen by name, spelled once for commands in the shell and in Python."""
+
+from typing import Literal
+
+Device = Literal["auto", "cpu", "cuda"]
+"""Where networks learn; ``auto`` takes a GPU if there is one."""
+Precision = Literal["auto", "float32", "bfloat16"]
+"""Numbers that networks learn in."""
+Preset = Literal["quick", "fast", "paper"]
+"""Training recipes of networks."""
+Method = Literal["windowed", "one-to-one", "published"]
+"""How markers are matched from frame to frame."""
+Rest = Literal["own", "reference"]
+"""Where SA-I counts from: each recording's own rest frame, or the reference clip's."""
+Layout = Literal["square", "hexagonal", "radial", "free"]
+"""How markers are arranged."""
+Size = Literal["quick", "paper"]
+"""Of a simulated session."""
+Remount = Literal["run", "drum"]
+"""How often the simulated fingertip is mounted anew."""
+Nodules = Literal["on", "off"]
+"""Whether the simulated skin has its fingerprint."""

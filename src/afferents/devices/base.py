@@ -1,0 +1,267 @@
+"""What a camera, a microphone and a drive are to whoever records: one clock, nothing hidden.
+
+All times are seconds of the monotonic clock (``time.monotonic()``), so that picture, sound
+and drum can be laid on one another.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core.errors import AfferentsError
+
+
+class DeviceError(AfferentsError):
+    """A device went away or no longer answers while it was in use: one sentence."""
+
+
+class Frame(NamedTuple):
+    """One buffer of a camera, as it came.
+
+    Attributes
+    ----------
+    sequence
+        The driver's number; gaps are lost frames.
+    time_s
+        Capture time by the driver, s on the monotonic clock.
+    damaged
+        The driver's error flag: the data may be torn.
+    data
+        As it came: a JPEG, or raw pixels in `CameraSettings.format`.
+    """
+
+    sequence: int
+    time_s: float
+    damaged: bool
+    data: bytes
+
+
+class Block(NamedTuple):
+    """Some samples of a microphone.
+
+    Attributes
+    ----------
+    time_s
+        Capture time of the first sample, s on the monotonic clock.
+    samples
+        (n, channel).
+    overflowed
+        Samples were lost before this block.
+    """
+
+    time_s: float
+    samples: NDArray[np.int16]
+    overflowed: bool
+
+
+class DriveState(NamedTuple):
+    """Where the drum is and how fast it turns.
+
+    Attributes
+    ----------
+    time_s
+        When it was read, s on the monotonic clock.
+    position_mm
+        Way of the drum's surface since its index (or since the drive was opened), mm.
+    speed_mm_s
+        Speed of the surface, mm/s.
+    fault
+        What the drive complains of; None when it does not.
+    """
+
+    time_s: float
+    position_mm: float
+    speed_mm_s: float
+    fault: str | None
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """How a camera is set, all as read back from it.
+
+    Attributes
+    ----------
+    name
+        What it calls itself.
+    format
+        ``MJPG``, ``GREY``, ``YUYV``...: four characters as V4L2 has them.
+    width, height
+        Size, px.
+    fps_hz
+        Frames a second that it says it gives.
+    controls
+        Name of each control to its value, in the driver's units.
+    unknown
+        What this way of reading a camera can't tell, a phrase each.
+    """
+
+    name: str
+    format: str
+    width: int
+    height: int
+    fps_hz: float
+    controls: Mapping[str, float] = field(default_factory=dict)
+    unknown: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MicrophoneSettings:
+    """How a microphone is set, as read back.
+
+    Attributes
+    ----------
+    name
+        What it calls itself.
+    rate_hz
+        Samples a second.
+    channels
+        Their number.
+    """
+
+    name: str
+    rate_hz: float
+    channels: int
+
+
+@dataclass(frozen=True)
+class DriveLimits:
+    """Speeds that a drive can hold.
+
+    Attributes
+    ----------
+    lowest_mm_s, highest_mm_s
+        Of the drum's surface, mm/s.
+    """
+
+    lowest_mm_s: float
+    highest_mm_s: float
+
+
+class Device(ABC):
+    """Something that is opened by ``with`` and let go at its end, whatever happens.
+
+    It is made of its options without being touched; `open` touches it.
+    """
+
+    @abstractmethod
+    def open(self) -> None:
+        """Open it and set it as its options say.
+
+        Raises
+        ------
+        InputError
+            If there is none, it is busy, or it can't be set so.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let it go; closing twice is no error."""
+
+    def __enter__(self) -> Self:
+        """Open it."""
+        self.open()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Let it go."""
+        self.close()
+
+
+class Camera(Device):
+    """Gives frames as the driver gave them.
+
+    Attributes
+    ----------
+    settings
+        As read back; there once it is open.
+    """
+
+    settings: CameraSettings
+
+    @abstractmethod
+    def frames(self) -> Iterator[Frame]:
+        """Yield frames until `end` is called; sequence numbers begin anew with each call.
+
+        Raises
+        ------
+        DeviceError
+            When it is unplugged or gives no more frames.
+        """
+
+    @abstractmethod
+    def end(self) -> None:
+        """Let `frames` end soon; may be called from another thread. `close` it afterwards."""
+
+
+class Microphone(Device):
+    """Gives blocks of sound.
+
+    Attributes
+    ----------
+    settings
+        As read back; there once it is open.
+    """
+
+    settings: MicrophoneSettings
+
+    @abstractmethod
+    def blocks(self) -> Iterator[Block]:
+        """Yield blocks from now on, until `end` is called.
+
+        Raises
+        ------
+        DeviceError
+            When it is unplugged or gives no more sound.
+        """
+
+    @abstractmethod
+    def end(self) -> None:
+        """Let `blocks` end soon; may be called from another thread. `close` it afterwards."""
+
+
+class Drive(Device):
+    """Turns the drum; `close` stops it first.
+
+    Attributes
+    ----------
+    limits
+        Speeds that it can hold; there once it is open.
+    """
+
+    limits: DriveLimits
+
+    @abstractmethod
+    def start(self, speed_mm_s: float) -> None:
+        """Turn at this speed, mm/s, until another is asked for or `stop`.
+
+        Raises
+        ------
+        InputError
+            If the speed is outside `limits`.
+        DeviceError
+            If the drive does not take it.
+        """
+
+    @abstractmethod
+    def read(self) -> DriveState:
+        """Return where the drum is and how fast it turns.
+
+        Raises
+        ------
+        DeviceError
+            If the drive no longer answers.
+        """
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop the drum; never raises. Called on any way out."""

@@ -1,0 +1,236 @@
+"""A drive on a serial line, spoken to by a template."""
+
+import atexit
+import re
+import threading
+import time
+from contextlib import suppress
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from afferents.core.errors import InputError
+from afferents.devices.base import DeviceError, Drive, DriveLimits, DriveState
+from afferents.devices.drives.guard import Guard
+from afferents.devices.drives.line import ANSWER_S, Line, framed
+from afferents.devices.drives.loop import SpeedFromPosition, SpeedLoop
+from afferents.devices.drives.template import read_template
+from afferents.devices.options import Options
+
+TIMES = 3
+"""A stop is sent so often where nothing says that it was taken."""
+
+Amount = Annotated[float, Field(gt=0, lt=1e6)]
+
+
+class SerialOptions(Options):
+    """A drive on a serial line.
+
+    Attributes
+    ----------
+    port
+        Such as ``/dev/ttyACM0`` or ``COM3``.
+    template
+        A preset, or a TOML file of one's own.
+    baud
+        Another speed of the line than the template's.
+    diameter_mm
+        Of the drum, where the drive counts turns.
+    gear
+        Turns of the motor for one of the drum.
+    reversed
+        Whether the drum is to turn the other way.
+    lowest_mm_s, highest_mm_s
+        Speeds that it can hold.
+    duty_a_mm_s
+        For our loop: share of full drive (0 to 1) that turns the drum at 1 mm/s, roughly.
+    wait_s
+        How long it may take to answer first: many boards restart when their port is opened.
+    """
+
+    kind: Literal["serial"] = "serial"
+    port: str
+    template: str
+    baud: Annotated[int, Field(gt=0)] | None = None
+    diameter_mm: Amount | None = None
+    gear: Amount = 1.0
+    reversed: bool = False
+    lowest_mm_s: Annotated[float, Field(ge=0)] = 1.0
+    highest_mm_s: Amount = 200.0
+    duty_a_mm_s: Amount = 0.005
+    wait_s: Annotated[float, Field(ge=0, le=60)] = 5.0
+
+
+class SerialDrive(Drive):
+    """A drive on a serial line; reading it keeps it turning.
+
+    Where it is only given a duty, the loop over its speed is closed at each `read`, which must
+    then come at least 20 times a second.
+    """
+
+    Options = SerialOptions
+
+    def __init__(self, options: SerialOptions) -> None:
+        """Read the template; touch nothing yet.
+
+        Raises
+        ------
+        InputError
+            If the template is missing or wrong, or needs the drum's diameter.
+        """
+        self.options = options
+        self.template = read_template(options.template)
+        sign = -1.0 if options.reversed else 1.0
+        self._mm = sign * self.template.mm_a_unit(options.diameter_mm, options.gear)
+        if options.lowest_mm_s >= options.highest_mm_s:
+            raise InputError(
+                "[drive]", f"highest_mm_s above lowest_mm_s ({options.lowest_mm_s:g})",
+                f"{options.highest_mm_s:g}",
+            )  # fmt: skip
+        self._line: Line | None = None
+        self._guard: Guard | None = None
+        self._turning, self._value = False, "0"
+        # Read in one thread, stopped from another: one speaks on the line at a time.
+        self._speaking = threading.RLock()
+        self._loop = SpeedLoop(options.duty_a_mm_s) if self.template.control == "duty" else None
+
+    @property
+    def again(self) -> int:
+        """How often a line was sent again since it was opened, for want of a whole answer."""
+        return self._line.again if self._line is not None else 0
+
+    def open(self) -> None:
+        """Open the port, prepare the drive, and see that it answers.
+
+        Raises
+        ------
+        InputError
+            If there is no such port, it is in use, or what is there does not answer.
+        """
+        options, template = self.options, self.template
+        self._line = Line(options.port, options.baud or template.baud, template.checksum)
+        self.limits = DriveLimits(options.lowest_mm_s, options.highest_mm_s)
+        atexit.register(self.stop)
+        try:
+            first = template.read[0]
+            self._line.ask(first.send, first.reply, tries=1 + round(options.wait_s / ANSWER_S))
+            stop = b"".join(framed(line, template.checksum) for line in template.stop)
+            self._guard = Guard(self._line.fd, stop)
+            self._say(template.open)
+            self._say(template.stop)
+            self._measured = SpeedFromPosition()
+            self.read()
+        except DeviceError as error:
+            self.close()
+            raise InputError(
+                f"drive at {options.port}", f"one that speaks as {template.name}",
+                "none that answers so", "look at its port, power, baud and template",
+            ) from error  # fmt: skip
+        except BaseException:
+            self.close()
+            raise
+
+    def start(self, speed_mm_s: float) -> None:
+        """Turn at this speed."""
+        if not self.limits.lowest_mm_s <= speed_mm_s <= self.limits.highest_mm_s:
+            raise InputError(
+                "speed", f"{self.limits.lowest_mm_s:g} to {self.limits.highest_mm_s:g} mm/s, "
+                "the drive's limits", f"{speed_mm_s:g} mm/s",
+            )  # fmt: skip
+        with self._speaking:
+            self._turning = True
+            self._beat()
+            self._say(self.template.prepare)
+            self._set(self._loop.aim(speed_mm_s) if self._loop else speed_mm_s)
+
+    def read(self) -> DriveState:
+        """Return its state; feed its watchdog, and our loop."""
+        with self._speaking:
+            return self._read()
+
+    def _read(self) -> DriveState:
+        self._beat()
+        line = self._opened()
+        if self._turning:
+            for text in self.template.feed:
+                line.tell(text.replace("{value}", self._value))
+        found: dict[str, str] = {}
+        for question in self.template.read:
+            before_s = time.monotonic()
+            groups = line.ask(question.send, question.reply).groupdict()
+            if "position" in groups:
+                time_s = (before_s + time.monotonic()) / 2
+            found |= groups
+        state = self._state(found, time_s)
+        if self._loop and self._turning and state.fault is None:
+            self._set(self._loop.step(state.time_s, state.speed_mm_s))
+        return state
+
+    def stop(self) -> None:
+        """Stop the drum; never raises."""
+        self._turning = False
+        if self._line is not None:
+            with suppress(Exception):  # at once, whoever else speaks
+                for text in self.template.stop:
+                    self._line.tell(text)
+            with self._speaking:
+                for _ in range(1 if self.template.taken else TIMES):
+                    with suppress(Exception):
+                        self._say(self.template.stop)
+        if self._guard is not None:
+            self._guard.beat(False)
+
+    def close(self) -> None:
+        """Stop the drum and let the port go."""
+        self.stop()
+        atexit.unregister(self.stop)
+        if self._line is not None:
+            with suppress(Exception):
+                self._say(self.template.close)
+            self._line.close()
+            self._line = None
+        if self._guard is not None:
+            self._guard.close()
+            self._guard = None
+
+    def _opened(self) -> Line:
+        if self._line is None:
+            raise DeviceError(f"drive at {self.options.port}: it is not open")
+        return self._line
+
+    def _beat(self) -> None:
+        if self._guard is not None:
+            self._guard.beat(self._turning)
+
+    def _set(self, speed_or_duty: float) -> None:
+        value = speed_or_duty / self._mm if self._loop is None else speed_or_duty
+        if self._loop is not None and self._mm < 0:
+            value = -value
+        self._value = f"{value:.5f}"
+        self._say([line.replace("{value}", self._value) for line in self.template.start])
+
+    def _say(self, lines: list[str] | tuple[str, ...]) -> None:
+        line = self._opened()
+        for text in lines:
+            if self.template.taken is None:
+                line.tell(text)
+            else:
+                line.ask(text, self.template.taken)
+
+    def _state(self, found: dict[str, str], time_s: float) -> DriveState:
+        try:
+            position_mm = float(found["position"]) * self._mm
+            measured = self._measured.read(time_s, position_mm)
+            speed_mm_s = float(found["speed"]) * self._mm if "speed" in found else measured
+        except ValueError as error:
+            raise DeviceError(
+                f"drive at {self.options.port}: its answer is no number "
+                f"({re.sub(r'.*: ', '', str(error))}); correct the template"
+            ) from error
+        fault = found.get("fault")
+        return DriveState(
+            time_s,
+            position_mm,
+            speed_mm_s,
+            None if fault in (None, self.template.no_fault) else fault,
+        )

@@ -1,0 +1,116 @@
+"""What is plugged in: cameras with formats and rates, microphones, serial ports."""
+
+import sys
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from afferents.core.errors import AfferentsError, InputError
+from afferents.devices.drives.template import presets
+from afferents.devices.portaudio import import_portaudio
+from afferents.devices.v4l2.modes import Mode, modes
+from afferents.devices.v4l2.node import Node
+
+
+@dataclass(frozen=True)
+class FoundCamera:
+    """A camera: its path, its name, and what it offers."""
+
+    device: str
+    name: str
+    modes: tuple[Mode, ...]
+
+
+@dataclass(frozen=True)
+class FoundMicrophone:
+    """A microphone: its number and name, channels, and usual rate."""
+
+    device: str
+    name: str
+    channels: int
+    rate_hz: float
+
+
+@dataclass(frozen=True)
+class FoundPort:
+    """A serial port, and what says to be behind it."""
+
+    port: str
+    name: str
+
+
+@dataclass
+class Found:
+    """What was found, and a sentence for each thing that couldn't be looked at.
+
+    Attributes
+    ----------
+    drives
+        Kinds of drives that can be used, with their templates.
+    """
+
+    cameras: list[FoundCamera] = field(default_factory=list)
+    microphones: list[FoundMicrophone] = field(default_factory=list)
+    ports: list[FoundPort] = field(default_factory=list)
+    drives: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def find_devices(folder: Path = Path("/dev")) -> Found:
+    """Look at what is plugged in; what can't be looked at is said, and no error.
+
+    Parameters
+    ----------
+    folder
+        Where the system keeps its cameras.
+    """
+    drives = [*(f"serial ({name})" for name in presets()), "dynamixel", "none"]
+    found = Found(drives=drives)
+    _look_at_cameras(found, folder)
+    try:
+        found.microphones += _microphones()
+    except InputError as error:
+        found.notes.append(str(error))
+    try:
+        found.ports += _ports()
+    except ImportError:
+        found.notes.append("serial ports: pip install 'afferents[record]' to see them")
+    return found
+
+
+def _look_at_cameras(found: Found, folder: Path) -> None:
+    if sys.platform != "linux":
+        found.notes.append(f"cameras: they can be listed on Linux only, not on {sys.platform}")
+        return
+    for path in sorted(folder.glob("video*"), key=_number):
+        try:
+            node = Node(str(path))
+        except AfferentsError as error:
+            found.notes.append(str(error))
+            continue
+        try:
+            found.cameras.append(FoundCamera(str(path), node.name, tuple(modes(node))))
+        finally:
+            node.close()
+
+
+def _number(path: Path) -> tuple[int, str]:
+    digits = "".join(filter(str.isdigit, path.name))
+    return int(digits or 0), path.name
+
+
+def _microphones() -> list[FoundMicrophone]:
+    listed: Any = import_portaudio().query_devices()
+    return [
+        FoundMicrophone(
+            str(number), one["name"], one["max_input_channels"], one["default_samplerate"]
+        )
+        for number, one in enumerate(listed)
+        if one["max_input_channels"]
+    ]
+
+
+def _ports() -> list[FoundPort]:
+    listed: Any = import_module("serial.tools.list_ports").comports()
+    return [FoundPort(one.device, one.description) for one in sorted(listed)]

@@ -1,0 +1,181 @@
+"""A microphone through PortAudio (sounddevice)."""
+
+import threading
+import time
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from afferents.core.errors import InputError
+from afferents.devices.base import Block, DeviceError, Microphone, MicrophoneSettings
+from afferents.devices.clock import HostClock
+from afferents.devices.options import Options
+from afferents.devices.ring import Ring
+
+SILENT_S = 2.0
+"""One that gives nothing for so long has vanished: sound cards never pause."""
+LOOK_S = 0.1
+
+
+class PortAudioOptions(Options):
+    """A microphone.
+
+    Attributes
+    ----------
+    device
+        ``default``, or a number or part of the name as PortAudio lists them.
+    rate_hz
+        Samples a second.
+    channels
+        Their number; the paper's sensor is the second of two.
+    block_s
+        Length of a block, s.
+    buffer_s
+        How long the writer may be busy elsewhere before sound is lost, s.
+    """
+
+    kind: Literal["portaudio"] = "portaudio"
+    device: str = "default"
+    rate_hz: Annotated[float, Field(ge=1000, le=400_000)] = 44_100.0
+    channels: Annotated[int, Field(ge=1, le=64)] = 2
+    block_s: Annotated[float, Field(ge=0.001, le=1)] = 0.01
+    buffer_s: Annotated[float, Field(ge=0.1, le=60)] = 5.0
+
+
+class PortAudioMicrophone(Microphone):
+    """A microphone; its blocks carry the converter's time on the monotonic clock.
+
+    Parameters
+    ----------
+    options
+        Which, and how.
+    portaudio
+        The module `sounddevice`, or what stands in for it; None imports it.
+    """
+
+    Options = PortAudioOptions
+
+    def __init__(self, options: PortAudioOptions, portaudio: ModuleType | None = None) -> None:
+        """Touch nothing yet."""
+        self.options = options
+        self._portaudio = portaudio
+        self._stream: Any = None
+        self._opened = False
+        self._ended = threading.Event()
+
+    @property
+    def overflows(self) -> int:
+        """How often samples were lost since it was opened."""
+        return self._ring.overflows
+
+    def open(self) -> None:
+        """Open it; PortAudio is told to look for devices again if it was open before.
+
+        Raises
+        ------
+        InputError
+            If PortAudio is missing, or there is no such microphone, or not of that rate.
+        """
+        portaudio = self._portaudio = self._portaudio or import_portaudio()
+        if self._opened:
+            portaudio._terminate()
+            portaudio._initialize()
+        self._ended.clear()
+        options = self.options
+        size = round(options.block_s * options.rate_hz)
+        self._ring = Ring(max(2, round(options.buffer_s / options.block_s)), size, options.channels)
+        self._clock, self._next_s = HostClock(), 0.0
+        self._stream = self._started(portaudio, size)
+        self._opened = True
+        name = _name_of(portaudio, self._stream.device)
+        self.settings = MicrophoneSettings(
+            name, float(self._stream.samplerate), int(self._stream.channels)
+        )
+
+    def end(self) -> None:
+        """Let `blocks` end within a tenth of a second."""
+        self._ended.set()
+
+    def close(self) -> None:
+        """Let it go."""
+        self.end()
+        if self._stream is not None:
+            self._stream.close(ignore_errors=True)
+            self._stream = None
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield its sound from now on."""
+        if self._stream is None:
+            raise self._lost("it is not open")
+        self._ended.clear()
+        self._ring.clear()
+        last_s = time.monotonic()
+        while not self._ended.is_set():
+            block = self._ring.get(LOOK_S)
+            if block is not None:
+                last_s = time.monotonic()
+                yield block
+            elif time.monotonic() - last_s > SILENT_S:
+                raise self._lost("it gives no sound")
+
+    def _lost(self, why: str) -> DeviceError:
+        return DeviceError(f"microphone {self.options.device}: lost ({why}); plug it in again")
+
+    def _started(self, portaudio: ModuleType, size: int) -> Any:
+        options = self.options
+        device: int | str | None = None if options.device == "default" else options.device
+        if options.device.isdigit():
+            device = int(options.device)
+        try:
+            stream = portaudio.InputStream(
+                samplerate=options.rate_hz, device=device, channels=options.channels,
+                blocksize=size, dtype="int16", callback=self._hear,
+            )  # fmt: skip
+            stream.start()
+        except (portaudio.PortAudioError, ValueError) as error:
+            there = [d["name"] for d in portaudio.query_devices() if d["max_input_channels"]]
+            raise InputError(
+                f"microphone {options.device}",
+                f"one of {options.rate_hz:g} Hz with {options.channels} channel(s)",
+                f"{error} (there are: {', '.join(there) or 'none'})",
+            ) from error
+        return stream
+
+    def _hear(self, samples: NDArray[np.int16], n: int, times: Any, status: Any) -> None:
+        """Take samples in PortAudio's own thread: copy, go."""
+        arrived_s = time.monotonic()
+        if times.inputBufferAdcTime > 0 and times.currentTime > 0:
+            ago_s = times.currentTime - times.inputBufferAdcTime
+            time_s = self._clock.read(times.currentTime, arrived_s) - ago_s
+        else:  # a converter without a clock: samples are counted from the first
+            time_s = self._next_s or arrived_s - n / self.options.rate_hz
+        self._next_s = time_s + n / self.options.rate_hz
+        self._ring.put(samples, time_s, bool(status.input_overflow))
+
+
+def import_portaudio() -> ModuleType:
+    """Return the module `sounddevice`.
+
+    Raises
+    ------
+    InputError
+        If it or the PortAudio library is missing.
+    """
+    try:
+        import sounddevice
+    except (ImportError, OSError) as error:  # OSError: the PortAudio library is not there
+        raise InputError(
+            "microphone",
+            "sounddevice and the PortAudio library",
+            str(error),
+            "pip install 'afferents[record]'; on Debian also apt-get install libportaudio2",
+        ) from error
+    return sounddevice  # type: ignore[no-any-return]
+
+
+def _name_of(portaudio: ModuleType, device: Any) -> str:
+    return str(portaudio.query_devices(device)["name"])

@@ -1,0 +1,91 @@
+"""Kinds of devices by name; nothing else asks which kind one is."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol, TypeVar
+
+from afferents.core.documents import as_form
+from afferents.core.errors import InputError
+from afferents.devices.base import Camera, Device, Drive, Microphone
+from afferents.devices.drives.by_hand import ByHand
+from afferents.devices.drives.dynamixel import DynamixelDrive
+from afferents.devices.drives.serial_drive import SerialDrive
+from afferents.devices.options import Options
+from afferents.devices.portable import PortableCamera
+from afferents.devices.portaudio import PortAudioMicrophone
+from afferents.devices.v4l2.camera import V4l2Camera
+
+Made = TypeVar("Made", bound=Device, covariant=True)
+
+
+class Kind(Protocol[Made]):
+    """A class of devices with the form of its options."""
+
+    @property
+    def Options(self) -> type[Options]:  # noqa: N802  # a class
+        """The form."""
+        ...
+
+    def __call__(self, options: Any) -> Made:
+        """Make one, without touching it."""
+        ...
+
+
+CAMERAS: dict[str, Kind[Camera]] = {"v4l2": V4l2Camera, "portable": PortableCamera}
+MICROPHONES: dict[str, Kind[Microphone]] = {"portaudio": PortAudioMicrophone}
+DRIVES: dict[str, Kind[Drive]] = {
+    "serial": SerialDrive,
+    "dynamixel": DynamixelDrive,
+    "none": ByHand,
+}
+
+
+def device_of(kinds: Mapping[str, Kind[Made]], table: Mapping[str, Any], where: object) -> Made:
+    """Return the device that a table of a plan describes, unopened.
+
+    Parameters
+    ----------
+    kinds
+        `CAMERAS`, `MICROPHONES` or `DRIVES`, perhaps with more.
+    table
+        ``kind``, and the options of that kind.
+    where
+        What the table is of, for an error: ``PLAN.toml, [camera]``.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind, or an option is missing, unknown or wrong.
+
+    Examples
+    --------
+    A drive of one's own is a class with a form of its options:
+
+    >>> import time
+    >>> from afferents.devices import Drive, DriveLimits, DriveState, Options, device_of
+    >>> class Belt(Drive):
+    ...     class Options(Options):
+    ...         kind: str = "belt"
+    ...         highest_mm_s: float = 100.0
+    ...     def __init__(self, options):
+    ...         self.options, self.speed = options, 0.0
+    ...     def open(self):
+    ...         self.limits = DriveLimits(1.0, self.options.highest_mm_s)
+    ...     def start(self, speed_mm_s):
+    ...         self.speed = speed_mm_s
+    ...     def read(self):
+    ...         return DriveState(time.monotonic(), 0.0, self.speed, None)
+    ...     def stop(self):
+    ...         self.speed = 0.0
+    ...     def close(self):
+    ...         self.stop()
+    >>> with device_of({"belt": Belt}, {"kind": "belt"}, "[drive]") as belt:
+    ...     belt.start(20.0)
+    ...     belt.read().speed_mm_s
+    20.0
+    """
+    kind = table.get("kind")
+    if kind not in kinds:
+        found = "none" if kind is None else repr(kind)
+        raise InputError(where, f"kind = one of {', '.join(kinds)}", found)
+    made = kinds[str(kind)]
+    return made(as_form(table, made.Options, where, f"options of {kind}"))

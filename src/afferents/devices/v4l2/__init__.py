@@ -1,0 +1,1 @@
+"""A camera of Linux, by its own interface."""

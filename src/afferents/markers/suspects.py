@@ -1,0 +1,131 @@
+"""What looks like a marker and is none: spots of light, specks at the rim, dust."""
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
+
+from afferents.core.recording import GreyImage
+from afferents.markers.detect import Positions, find_markers, spacing_px
+from afferents.markers.sensor import Sensor
+
+AROUND, AROUND_MOVED = 3.5, 0.7
+"""Only where a quarter of the markers within so many spacings moved by this share of one can a spot
+be told from a marker: next to the rim, which holds the skin, pins move little."""
+STAYED = 0.2
+"""A spot is seen again within this share of the spacing of where it was."""
+LINK, BESIDE, LEAST_SHARE, FEWEST = 1.7, 1.2, 0.6, 8
+"""See `beyond_layout`: spacings to the next of a group and from its outline, share of the largest
+group, and how many there must be for one."""
+MOST_FRAMES, FEWEST_FRAMES = 12, 3
+"""Frames, of those where the skin moved most, in which spots are looked for."""
+MOSTLY = 0.7
+"""A spot stays in more than this share of them."""
+
+
+@dataclass
+class MovedFrames:
+    """The frames of a clip in which the skin was farthest from rest, and the markers in them."""
+
+    frames: list[tuple[float, GreyImage, Positions]] = field(default_factory=list)
+
+    def add(self, image: GreyImage, position: Positions, rest: Positions) -> None:
+        """Keep a frame if the skin moved farther in it than in one of those kept."""
+        away = np.hypot(*(position - rest).T)
+        if np.isnan(away).all():
+            return
+        farthest = float(np.nanquantile(away, 0.75))
+        if len(self.frames) == MOST_FRAMES:
+            least = min(range(MOST_FRAMES), key=lambda k: self.frames[k][0])
+            if farthest <= self.frames[least][0]:
+                return
+            del self.frames[least]
+        self.frames.append((farthest, image.copy(), position.copy()))
+
+
+def stay_still(moved: MovedFrames, rest: Positions, sensor: Sensor) -> NDArray[np.bool_]:
+    """Say which markers stay where they are while all round them move: spots of light.
+
+    A marker that its neighbours leave behind is lost to the tracker, and so is one that a
+    reflection hides; the spot alone is still there to be seen at its place.
+
+    Parameters
+    ----------
+    rest
+        The markers at rest, shape (n, 2), px.
+
+    Returns
+    -------
+    NDArray
+        Shape (n,).
+    """
+    spacing = spacing_px(rest)
+    near = cdist(rest, rest) < AROUND * spacing
+    np.fill_diagonal(near, False)
+    asked, stayed = np.zeros(len(rest), int), np.zeros(len(rest), int)
+    for _, image, position in moved.frames:
+        away = np.hypot(*(position - rest).T)
+        around = _upper_quarter(np.where(near, away, np.nan))
+        blobs, _ = find_markers(image, sensor.detector)
+        if len(blobs) == 0:
+            continue
+        there = cKDTree(blobs).query(rest)[0] < STAYED * spacing
+        telling = around > AROUND_MOVED * spacing
+        asked += telling
+        gone = away > STAYED * spacing
+        stayed += telling & there & ~gone & ~_others_there(position, rest, spacing)
+    still: NDArray[np.bool_] = (asked >= FEWEST_FRAMES) & (stayed > MOSTLY * asked)
+    return still
+
+
+def _others_there(position: Positions, rest: Positions, spacing: float) -> NDArray[np.bool_]:
+    """Say at which places another marker, one that moved, has come to stand."""
+    came = np.hypot(*(position - rest).T) > AROUND_MOVED * spacing
+    if not came.any():
+        return np.zeros(len(rest), dtype=bool)
+    near: NDArray[np.bool_] = cKDTree(position[came]).query(rest)[0] < STAYED * spacing
+    return near
+
+
+def _upper_quarter(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what a quarter of each row exceeds, NaN left out; 0 where there is nothing."""
+    seen = np.sort(values, axis=1)  # NaN last
+    n = (~np.isnan(seen)).sum(axis=1)
+    at = (3 * n // 4).clip(0, max(seen.shape[1] - 1, 0))
+    return np.nan_to_num(np.take_along_axis(seen, at[:, None], axis=1)[:, 0])
+
+
+def beyond_layout(position: Positions) -> NDArray[np.bool_]:
+    """Say which of what was found lies beyond the layout, apart from it: specks at the rim.
+
+    The layout is the largest group in which each has another within `LINK` spacings. What is of
+    another group belongs to it if it lies inside its outline or near to it, as behind a reflection.
+
+    Parameters
+    ----------
+    position
+        Shape (n, 2), px.
+
+    Returns
+    -------
+    NDArray
+        Shape (n,); all False where no group holds most.
+    """
+    none = np.zeros(len(position), dtype=bool)
+    if len(position) < FEWEST:
+        return none
+    spacing = spacing_px(position)
+    tree = cKDTree(position)
+    links = tree.sparse_distance_matrix(tree, LINK * spacing)
+    _, group = connected_components(links, directed=False)
+    main = group == np.bincount(group).argmax()
+    if main.mean() < LEAST_SHARE:
+        return none
+    outline = cv2.convexHull(position[main].astype(np.float32))
+    outside = [cv2.pointPolygonTest(outline, (x, y), True) for x, y in position]
+    beyond: NDArray[np.bool_] = ~main & (np.array(outside) < -BESIDE * spacing)
+    return beyond

@@ -1,0 +1,94 @@
+"""The devices of a plan: real ones, or those of a dry run."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from afferents.core.errors import InputError
+from afferents.devices import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.pipeline.record import simulated
+from afferents.pipeline.record.bench import Bench
+from afferents.pipeline.record.clock import Clock
+from afferents.pipeline.record.plan import Plan
+from afferents.pipeline.record.run import Devices
+
+
+def devices_of(plan: Plan, path: Path) -> Devices:
+    """Return the devices that a plan names, unopened.
+
+    Raises
+    ------
+    InputError
+        If a kind or an option is unknown or wrong, or a speed is outside the drive's limits.
+    """
+    sound = plan.microphone
+    return Devices(
+        device_of(CAMERAS, plan.camera, f"{path}, [camera]"),
+        None if sound is None else device_of(MICROPHONES, sound, f"{path}, [microphone]"),
+        device_of(DRIVES, plan.drive, f"{path}, [drive]"),
+        Clock(),
+    )
+
+
+def simulated_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
+    """Return devices of a dry run in place of those that a plan names.
+
+    Tables of the kind ``simulated`` keep their options, with the faults that they ask for; the
+    others are checked, and replaced.
+    """
+    _check_real(plan, path)
+    sound = plan.microphone
+    return Devices(
+        device_of(simulated.cameras(bench), _simulated(plan.camera), f"{path}, [camera]"),
+        None
+        if sound is None
+        else device_of(simulated.microphones(bench), _simulated(sound), f"{path}, [microphone]"),
+        device_of(simulated.drives(bench), _simulated(plan.drive), f"{path}, [drive]"),
+        bench.clock,
+    )
+
+
+def _check_real(plan: Plan, path: Path) -> None:
+    """Check what a plan says of real devices, which a dry run replaces."""
+    if not _is_simulated(plan.camera):
+        device_of(CAMERAS, plan.camera, f"{path}, [camera]")
+    if plan.microphone is not None and not _is_simulated(plan.microphone):
+        device_of(MICROPHONES, plan.microphone, f"{path}, [microphone]")
+    if not _is_simulated(plan.drive):
+        device_of(DRIVES, plan.drive, f"{path}, [drive]")
+
+
+def _is_simulated(table: Mapping[str, Any]) -> bool:
+    return table.get("kind") == simulated.NAME
+
+
+def _simulated(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what a table says of a simulated device; of a real one, that one stands in."""
+    return table if _is_simulated(table) else {"kind": simulated.NAME}
+
+
+@contextmanager
+def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
+    """Open the devices, and let them go whatever happens; the drive stops first.
+
+    Raises
+    ------
+    InputError
+        If one can't be opened or set, or a speed is outside the drive's limits.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(devices.camera)
+        if devices.microphone is not None:
+            stack.enter_context(devices.microphone)
+        stack.enter_context(devices.drive)
+        limits = devices.drive.limits
+        for speed in plan.speeds_mm_s:
+            if not limits.lowest_mm_s <= speed <= limits.highest_mm_s:
+                raise InputError(
+                    path,
+                    f"speeds from {limits.lowest_mm_s:g} to {limits.highest_mm_s:g} mm/s, as the "
+                    "drive can hold",
+                    f"{speed:g}",
+                )
+        yield devices

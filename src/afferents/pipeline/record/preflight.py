@@ -1,0 +1,189 @@
+"""Before a plan: whether devices, light, sound, disk and drive are fit for it."""
+
+import shutil
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from afferents.core.errors import AfferentsError
+from afferents.core.recording import GreyImage, as_grey
+from afferents.devices import Block, Frame, picture_of
+from afferents.markers import Sensor, detect
+from afferents.markers.image_quality import image_quality
+from afferents.pipeline.record.gate import Check
+from afferents.pipeline.record.plan import Plan
+from afferents.pipeline.record.run import FIRST_S, WARM_UP, Devices
+
+LOOKED_S = 1.5
+RATE = 0.02
+"""How far a measured rate may lie from the one that was read back, as a share."""
+MARGIN = 1.2
+SHARPEST_PX = 4.0
+"""A marker's edge is not wider than this in a picture in focus."""
+_SATURATED = 0.5
+_REACHED_S = 2.0
+_FULL = 32768
+_BYTES = 2
+
+
+def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> list[Check]:
+    """Look at everything for a moment, and turn the drum at every speed.
+
+    Raises
+    ------
+    DeviceError
+        If a device goes away.
+    InputError
+        If one refuses what it is asked for.
+    """
+    frames, blocks = _taken(devices)
+    checks = [_rate(devices, frames), _picture(devices, frames, sensor)]
+    if devices.microphone is not None:
+        checks += _sound(devices, blocks, plan)
+    checks.append(_disk(devices, frames, plan, session))
+    return [*checks, *(_reaches(devices, speed, plan) for speed in sorted(plan.speeds_mm_s))]
+
+
+def _taken(devices: Devices) -> tuple[list[Frame], list[Block]]:
+    """Take frames and sound for a while, side by side."""
+    frames: list[Frame] = []
+    blocks: list[Block] = []
+    faults: list[AfferentsError] = []
+
+    def take(works: Callable[[], None]) -> None:
+        try:
+            works()
+        except AfferentsError as error:
+            faults.append(error)
+
+    works: list[Callable[[], None]] = [lambda: frames.extend(devices.camera.frames())]
+    if (microphone := devices.microphone) is not None:
+        works.append(lambda: blocks.extend(microphone.blocks()))
+    threads = [threading.Thread(target=take, args=(work,), daemon=True) for work in works]
+    for thread in threads:
+        thread.start()
+    devices.clock.wait(LOOKED_S, threading.Event())
+    devices.camera.end()
+    if microphone is not None:
+        microphone.end()
+    for thread in threads:
+        thread.join(FIRST_S)
+    if faults:
+        raise faults[0]
+    return frames, blocks
+
+
+def _rate(devices: Devices, frames: list[Frame]) -> Check:
+    settings = devices.camera.settings
+    said = f"{settings.width} x {settings.height} {settings.format} at {settings.fps_hz:g} frames/s"
+    frames = frames[WARM_UP:]
+    if len(frames) < 3:
+        return Check(
+            "camera", False, f"{said}, but it gave {len(frames)} frames", "look at its plug"
+        )
+    numbers = frames[-1].sequence - frames[0].sequence
+    rate = numbers / (frames[-1].time_s - frames[0].time_s)
+    lost = numbers + 1 - len(frames)
+    passes = abs(rate / settings.fps_hz - 1) <= RATE and lost == 0
+    unknown = f"; not known: {'; '.join(settings.unknown)}" if settings.unknown else ""
+    found = f"{said}, measured {rate:.2f}, {lost} lost{unknown}"
+    return Check("camera", passes, found, "more light, a shorter exposure, or another USB port")
+
+
+def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
+    image = next(
+        (as_grey(*p) for f in frames[5:] if (p := picture_of(f.data, devices.camera.settings))),
+        None,
+    )
+    if image is None:
+        return Check("picture", False, "none that can be decoded", "look at the camera's format")
+    return judged(image, sensor)
+
+
+def judged(image: GreyImage, sensor: Sensor) -> Check:
+    """Judge light, focus and markers of a picture of the skin at rest."""
+    found = detect(image, sensor)
+    usual = sensor.n_markers or len(found)
+    if len(found) < max(4, 0.9 * usual):
+        said = f"{len(found)} markers of {usual}, mean grey level {image.mean():.0f}"
+        return Check("picture", False, said, "see to light, focus, and the sensor file")
+    quality = image_quality(image, found)
+    said = (
+        f"{len(found)} markers of {usual}, edges {quality.edge_px:.1f} px, "
+        f"{quality.saturated:.0%} saturated"
+    )
+    passes = quality.edge_px <= SHARPEST_PX and quality.saturated <= _SATURATED
+    do = "less light or gain" if quality.saturated > _SATURATED else "turn the focus"
+    return Check("picture", passes, said, do)
+
+
+def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
+    assert devices.microphone is not None
+    settings = devices.microphone.settings
+    if len(blocks) < 3:
+        return [Check("microphone", False, "it gave no sound", "look at its plug")]
+    n = sum(len(block.samples) for block in blocks[:-1])
+    rate = n / (blocks[-1].time_s - blocks[0].time_s)
+    lost = sum(block.overflowed for block in blocks)
+    drift = 1e6 * (rate / settings.rate_hz - 1)
+    channel = -1 if plan.sensor_channel is None else plan.sensor_channel
+    peak = max(int(np.abs(b.samples[:, channel].astype(np.int32)).max()) for b in blocks) / _FULL
+    loud = peak < 1 - 1 / _FULL
+    return [
+        Check(
+            "microphone",
+            lost == 0 and abs(rate / settings.rate_hz - 1) <= RATE,
+            f"{settings.rate_hz:g} Hz x {settings.channels}, its clock {drift:+.0f} ppm from this "
+            f"machine's, {lost} overflows",
+            "close other programs, or name another in [microphone]",
+        ),
+        Check(
+            "level of the sound",
+            loud and peak > plan.tolerance.silent,
+            f"peak {peak:.2%} of full scale",
+            "look at plug and channel" if loud else "turn the gain down",
+        ),
+    ]
+
+
+def _disk(devices: Devices, frames: list[Frame], plan: Plan, session: Path) -> Check:
+    sound = devices.microphone.settings if devices.microphone else None
+    a_second = devices.camera.settings.fps_hz * (
+        sum(len(frame.data) for frame in frames) / max(1, len(frames))
+    )
+    if sound is not None:
+        a_second += sound.rate_hz * sound.channels * _BYTES
+    needed = MARGIN * a_second * plan.total_s * len(plan.entries())
+    there = next(folder for folder in (session, *session.resolve().parents) if folder.exists())
+    free = shutil.disk_usage(there).free
+    found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"
+    return Check("disk", free > needed, found, "make room, or record to another disk")
+
+
+def _reaches(devices: Devices, speed_mm_s: float, plan: Plan) -> Check:
+    """Turn the drum at a speed until it is reached."""
+    drive, clock, ended = devices.drive, devices.clock, threading.Event()
+    name = f"speed {speed_mm_s:g} mm/s"
+    begun_s, speeds = clock.now(), []
+    try:
+        drive.start(speed_mm_s)
+        while clock.now() - begun_s < plan.settle_s + _REACHED_S:
+            state = drive.read()
+            if state.fault is not None:
+                return Check(name, False, f"the drive reports {state.fault}", "see to the drive")
+            if not np.isfinite(state.speed_mm_s):
+                return Check(name, True, "unknown: nothing reads the drum")
+            speeds.append(state.speed_mm_s)
+            reached = abs(np.mean(speeds[-5:]) / speed_mm_s - 1) <= plan.tolerance.speed
+            if len(speeds) >= 5 and reached:
+                seconds = clock.now() - begun_s
+                late = seconds > plan.settle_s
+                said = f"reached after {seconds:.2f} s"
+                return Check(name, not late, said, "a longer settle_s")
+            clock.wait(0.02, ended)
+    finally:
+        drive.stop()
+    said = f"{np.mean(speeds[-5:]):.2f} mm/s at last"
+    return Check(name, False, said, "see to the drive, or leave the speed out")

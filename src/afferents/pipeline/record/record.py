@@ -1,0 +1,243 @@
+"""A whole plan: preflight, every run, its gate, and what became of it."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from afferents.core.errors import AfferentsError, InputError
+from afferents.core.lock import writing_alone
+from afferents.core.progress import Progress
+from afferents.devices import Drive
+from afferents.markers import Sensor, load_sensor
+from afferents.pipeline.record.bench import Bench
+from afferents.pipeline.record.devices import devices_of, opened, simulated_devices
+from afferents.pipeline.record.gate import Check, count, gate
+from afferents.pipeline.record.plan import Entry, Plan, read_plan
+from afferents.pipeline.record.preflight import preflight
+from afferents.pipeline.record.run import Devices, Run, RunFailedError
+from afferents.pipeline.record.session import RecordedSession
+from afferents.pipeline.sensor_rig import rig_of
+
+
+class Crew(Protocol):
+    """Who puts the drum of a run in its place."""
+
+    def __call__(self, entry: Entry, attempt: int) -> None:
+        """Return when it is there; attempt 0 is the preflight."""
+        ...
+
+
+@dataclass
+class Recorded:
+    """What came of a plan.
+
+    Attributes
+    ----------
+    session
+        The folder.
+    preflight
+        Its checks.
+    recorded
+        Names of the runs that were recorded and accepted now.
+    kept_aside
+        Runs that were refused or broke off in every attempt, and why.
+    attempts_aside
+        Where each refused attempt lies, and why.
+    remaining
+        Runs of the plan that are not in the session.
+    """
+
+    session: Path
+    preflight: list[Check] = field(default_factory=list)
+    recorded: list[str] = field(default_factory=list)
+    kept_aside: dict[str, str] = field(default_factory=dict)
+    attempts_aside: list[tuple[str, str]] = field(default_factory=list)
+    remaining: list[str] = field(default_factory=list)
+
+
+class Person:
+    """Asks a person to change the drum, and to turn it where no motor does.
+
+    Parameters
+    ----------
+    ask
+        Shows a sentence and waits until it is done.
+    """
+
+    def __init__(self, ask: Callable[[str], None], plan: Plan, drive: Drive) -> None:
+        """Nothing is mounted yet."""
+        self._ask, self._plan, self._drive, self._texture = ask, plan, drive, ""
+
+    def __call__(self, entry: Entry, attempt: int) -> None:
+        """Ask, if there is something to do; the drive is open."""
+        if entry.texture != self._texture:
+            self._ask(f"change the drum to {entry.texture}, then press enter")
+            self._texture = entry.texture
+        if attempt and math.isinf(self._drive.limits.highest_mm_s):  # it takes any speed: no motor
+            self._ask(
+                f"press enter, let the drum stand for {self._plan.rest_s:g} s, then turn it at "
+                f"{entry.speed_mm_s:g} mm/s until {self._plan.total_s:g} s are over"
+            )
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A plan, the devices it is recorded with, and who changes drums."""
+
+    plan: Plan
+    path: Path
+    sensor: Sensor
+    devices: Devices
+    crew: Crew
+    simulated: bool
+
+
+def recording_of(
+    path: Path, dry_run: bool, ask: Callable[[str], None], speed: float = 4.0
+) -> Recording:
+    """Read a plan and find what it needs; nothing is touched or moved.
+
+    Parameters
+    ----------
+    ask
+        Shows a person what to do and waits until it is done.
+    speed
+        How much faster than in truth a dry run goes.
+
+    Raises
+    ------
+    InputError
+        If the plan is not what it should be.
+    """
+    plan = read_plan(path)
+    sensor = load_sensor(plan.sensor)
+    if not dry_run:
+        devices = devices_of(plan, path)
+        return Recording(plan, path, sensor, devices, Person(ask, plan, devices.drive), False)
+    bench = Bench(rig_of(sensor), plan, speed)
+    return Recording(plan, path, sensor, simulated_devices(plan, path, bench), bench.mount, True)
+
+
+def check(recording: Recording, session: Path) -> list[Check]:
+    """Make the preflight alone."""
+    with opened(recording.devices, recording.plan, recording.path) as devices:
+        recording.crew(recording.plan.entries()[0], 0)
+        return preflight(devices, recording.plan, recording.sensor, session)
+
+
+def record(recording: Recording, session: Path, progress: Progress) -> Recorded:
+    """Record every run of the plan that the session does not hold yet.
+
+    Raises
+    ------
+    InputError
+        If the folder is not this plan's; if the preflight says no; if the disk is full. Runs that
+        are finished stay.
+    """
+    kept = RecordedSession(session, recording.plan, recording.simulated)
+    todo = [entry for entry in recording.plan.entries() if entry.name not in kept.finished]
+    outcome = Recorded(session)
+    if not todo:
+        return outcome
+    with (
+        writing_alone(session, "record"),
+        opened(recording.devices, recording.plan, recording.path) as devices,
+    ):
+        recording.crew(todo[0], 0)
+        outcome.preflight = preflight(devices, recording.plan, recording.sensor, session)
+        _require(outcome.preflight, recording.path, progress)
+        kept.begin(devices)
+        for entry in progress.track(todo, "recording", len(todo)):
+            _record_one(recording, kept, entry, outcome, progress)
+    outcome.remaining = [entry.name for entry in todo if entry.name not in kept.finished]
+    return outcome
+
+
+def _require(checks: Sequence[Check], path: Path, progress: Progress) -> None:
+    """Refuse to begin where the preflight says no."""
+    for line in checks:
+        progress.note(line.describe())
+    failed = [line for line in checks if not line.passes]
+    if failed:
+        raise InputError(
+            path,
+            "devices that are ready",
+            "; ".join(f"{line.name}: {line.found}" for line in failed),
+            "; ".join(line.do for line in failed if line.do),
+        )
+
+
+def _record_one(
+    recording: Recording,
+    kept: RecordedSession,
+    entry: Entry,
+    outcome: Recorded,
+    progress: Progress,
+) -> None:
+    """Record a run until the gate accepts it, or there are no attempts left."""
+    why = ""
+    for attempt in range(1, recording.plan.redo + 2):
+        recording.crew(entry, attempt)
+        why = _attempt(recording, kept, entry, outcome)
+        if not why:
+            outcome.recorded.append(entry.name)
+            return
+        again = "recorded again" if attempt <= recording.plan.redo else "kept aside"
+        progress.note(f"{entry.name}: {why}; {again}")
+    outcome.kept_aside[entry.name] = why
+
+
+def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome: Recorded) -> str:
+    """Make a run once; return why it is not kept, or nothing.
+
+    Raises
+    ------
+    InputError
+        If the disk is full, or a device that went away does not come back.
+    """
+    devices, plan = recording.devices, recording.plan
+    folder = kept.running(entry)
+    try:
+        log = Run(devices, plan, folder, entry.speed_mm_s).make()
+    except AfferentsError as error:
+        _put_aside(kept, folder, entry, str(error), [], outcome)
+        if isinstance(error, RunFailedError) and error.ends_plan:
+            raise InputError(
+                kept.root, "room for what is recorded", str(error),
+                "the same command then goes on; what is finished is kept",
+            ) from error  # fmt: skip
+        _open_again(devices)
+        return str(error)
+    except BaseException:
+        _put_aside(kept, folder, entry, "stopped while it was recorded", [], outcome)
+        raise
+    camera = devices.camera.settings
+    sound = devices.microphone.settings if devices.microphone else None
+    checks = gate(log, folder, plan, entry.speed_mm_s, camera, sound, recording.sensor)
+    why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
+    if why:
+        _put_aside(kept, folder, entry, why, checks, outcome)
+    else:
+        kept.accept(folder, entry, checks, count(log, camera, plan.total_s))
+    return why
+
+
+def _put_aside(
+    kept: RecordedSession,
+    folder: Path,
+    entry: Entry,
+    why: str,
+    checks: list[Check],
+    outcome: Recorded,
+) -> None:
+    outcome.attempts_aside.append((str(kept.refuse(folder, entry, why, checks)), why))
+
+
+def _open_again(devices: Devices) -> None:
+    """Let go of the devices and open them again: one may have been unplugged."""
+    for device in (devices.camera, devices.microphone, devices.drive):
+        if device is not None:
+            device.close()
+            device.open()

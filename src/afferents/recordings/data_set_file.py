@@ -1,0 +1,196 @@
+"""What a `dataset.toml` says of a data set of time series: where files are, and what is in them."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
+
+from afferents.core.documents import as_form, read_toml
+
+_PLACEHOLDER = re.compile(r"\{(\w+)\}")
+_SPEED = r"[-+]?\d+(?:\.\d+)?"
+_MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0}
+_MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Files(_Part):
+    """Which files are recordings, and what their names say.
+
+    Attributes
+    ----------
+    folders
+        Where files are looked for, relative to the data set; the first with files that match.
+        ``**`` is any folder.
+    pattern
+        Their path from there, such as ``{texture}/{speed}_{trial}.csv``: `texture` and `speed`,
+        and conditions of any name.
+    regex
+        The same as a regular expression with named groups, for all of the path.
+    texture, speed_mm_s
+        Of all recordings, where names don't say. Without a speed, models that need none can be
+        asked with ``--split trial``, or another condition.
+    speed_unit
+        Of the speed in names.
+    words
+        What texts in names stand for, by placeholder.
+    """
+
+    folders: tuple[str, ...] = Field(default=(".",), min_length=1)
+    pattern: str = ""
+    regex: str = ""
+    texture: str = ""
+    speed_mm_s: PositiveFloat | None = None
+    speed_unit: Literal["mm/s", "cm/s", "m/s"] = "mm/s"
+    words: dict[str, dict[str, str]] = {}
+
+    @property
+    def expression(self) -> re.Pattern[str]:
+        """What a path must match."""
+        return re.compile(self.regex or _expression(self.pattern))
+
+    @property
+    def depth(self) -> int:
+        """Of how many names a path consists: as many as there are slashes, and one."""
+        return re.sub(r"\[[^\]]*\]", "", self.regex or self.pattern).count("/") + 1
+
+    @property
+    def mm_s(self) -> float:
+        """A unit of speed in mm/s."""
+        return _MM[self.speed_unit]
+
+    @model_validator(mode="after")
+    def _says_what_is_needed(self) -> Self:
+        if bool(self.pattern) == bool(self.regex):
+            raise ValueError("either a pattern or a regex")
+        try:
+            groups = self.expression.groupindex
+        except re.error as error:
+            raise ValueError(f"no pattern: {error}") from None
+        if ("texture" in groups) == bool(self.texture):
+            raise ValueError("texture must be in the pattern, or texture be given, not both")
+        if "speed" in groups and self.speed_mm_s:
+            raise ValueError("speed must be in the pattern, or speed_mm_s be given, not both")
+        if unknown := sorted(set(self.words) - set(groups)):
+            raise ValueError(f"words of '{unknown[0]}', which is not in the pattern")
+        return self
+
+
+def _expression(pattern: str) -> str:
+    """Return a pattern with placeholders as a regular expression."""
+    names = _PLACEHOLDER.findall(pattern)
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"'{{{twice[0]}}}' stands twice in the pattern")
+    if "}{" in pattern:
+        raise ValueError("two placeholders with nothing between them match in more ways than one")
+    parts = _PLACEHOLDER.split(pattern)
+    texts = [re.escape(part) for part in parts[::2]]
+    groups = [f"(?P<{n}>{_SPEED if n == 'speed' else '[^/]+?'})" for n in parts[1::2]]
+    return "".join(text + group for text, group in zip(texts, [*groups, ""], strict=True))
+
+
+class Signal(_Part):
+    """What is in a file.
+
+    Attributes
+    ----------
+    format
+        Of all files; by suffix if not given.
+    channels
+        Columns that are channels, by name (``taxel*`` for several) or number from 0; all but the
+        time, if not given.
+    columns
+        All columns of a CSV in their order, where another header is to be refused.
+    arrays
+        Of NPZ and HDF5 files, those that are read; all if not given.
+    header, separator
+        Of a CSV: whether its first line names columns, and what stands between fields.
+    integers
+        Whether a CSV holds integers alone.
+    sample_rate_hz, period_ms
+        The clock, either as a rate or as its step.
+    time, time_unit
+        Column that says when each row was taken. Without a rate that of the first file is used.
+    jitter_ms
+        By how much a step may differ from the clock's; half a step if not given.
+    duplicates
+        Whether a row that repeats the one before, time included, is refused or counts once.
+    least_s
+        Shorter recordings are refused.
+    units
+        Of the channels.
+    steady_s
+        Start and stop of constant speed in every file, s, or ``all``; 2.5 s are cut off each end if
+        not given.
+    """
+
+    format: Literal["csv", "parquet", "npy", "npz", "wav", "flac", "h5", "hdf5"] | None = None
+    channels: tuple[str | int, ...] = ()
+    columns: tuple[str, ...] = ()
+    arrays: tuple[str, ...] = ()
+    header: bool = True
+    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
+    integers: bool = False
+    sample_rate_hz: PositiveFloat | None = None
+    period_ms: PositiveFloat | None = None
+    time: str | int | None = None
+    time_unit: Literal["s", "ms", "us", "ns"] = "s"
+    jitter_ms: Annotated[float, Field(ge=0)] | None = None
+    duplicates: Literal["refuse", "once"] = "refuse"
+    least_s: Annotated[float, Field(ge=0)] = 0.0
+    units: str = "counts"
+    steady_s: Literal["all"] | tuple[Annotated[float, Field(ge=0)], PositiveFloat] | None = None
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The sample rate that is declared, Hz."""
+        return self.sample_rate_hz if self.period_ms is None else 1000 / self.period_ms
+
+    @property
+    def time_ms(self) -> float:
+        """A unit of the time column in ms."""
+        return _MS[self.time_unit]
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        if self.sample_rate_hz and self.period_ms:
+            raise ValueError("sample_rate_hz or period_ms, not both")
+        if isinstance(self.steady_s, tuple) and self.steady_s[0] >= self.steady_s[1]:
+            raise ValueError("steady_s must start before it stops")
+        return self
+
+
+class DataSetFile(_Part):
+    """A `dataset.toml`.
+
+    Attributes
+    ----------
+    title
+        In sentences.
+    simulated
+        Stated in every report.
+    encodings
+        Options of encodings, by name; others are chosen to suit rate, lengths and speeds.
+    """
+
+    title: str = ""
+    simulated: bool = False
+    files: Files
+    signal: Signal = Signal()
+    encodings: dict[str, dict[str, Any]] = {}
+
+
+def read_data_set_file(path: Path) -> DataSetFile:
+    """Read a `dataset.toml`.
+
+    Raises
+    ------
+    InputError
+        Naming the first key that is missing, unknown or wrong.
+    """
+    what = "the description of a data set"
+    return as_form(read_toml(path, what), DataSetFile, path, what, "see docs/your-data.md")

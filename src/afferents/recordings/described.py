@@ -1,0 +1,187 @@
+"""Data sets of time series that a file describes: `dataset.toml`, or one of the package's own."""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from afferents.core.errors import InputError
+from afferents.core.recording import Recording, Session
+from afferents.recordings.data_set import DataSet
+from afferents.recordings.data_set_file import DataSetFile, Signal, read_data_set_file
+from afferents.recordings.series import SeriesFile
+
+DATA_SET_FILE = "dataset.toml"
+PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
+"""Descriptions of public data sets, by name."""
+
+
+class Described(DataSet):
+    """A data set as its `dataset.toml` describes it; see docs/your-data.md.
+
+    Parameters
+    ----------
+    path
+        The TOML file, or a folder that holds ``dataset.toml``. With a description, the folder of
+        the data.
+    description
+        A TOML file that lies elsewhere, as those of the package.
+
+    Raises
+    ------
+    InputError
+        If the file is not what it should be; it names the key.
+    """
+
+    name = "dataset"
+    chooses_encodings = True
+
+    def __init__(self, path: str | Path, description: Path | None = None) -> None:
+        super().__init__(path)
+        self.description = description
+        if description is None and self.path.is_dir():
+            self.path = self.path / DATA_SET_FILE
+        self.form: DataSetFile = read_data_set_file(description or self.path)
+        self.name = self.name if description is None else description.stem
+        self.title = self.form.title or self.path.parent.name or "the data set"
+        self.encodings = self.form.encodings
+
+    @classmethod
+    def is_at(cls, path: Path) -> bool:
+        """Tell whether it is a TOML file, or a folder that holds one of the expected name."""
+        if path.is_dir():
+            return (path / DATA_SET_FILE).is_file()
+        return path.suffix.lower() == ".toml"
+
+    @property
+    def root(self) -> Path:
+        """Folder that files are looked for in."""
+        return self.path if self.description else self.path.parent
+
+    def config(self) -> Mapping[str, Any]:
+        """Return what a file that may change says of the signals."""
+        if self.description is not None:
+            return {}
+        said = self.form.model_dump(mode="json", include={"files", "signal"})
+        return {"described": said, "declared": {"simulated": self.form.simulated}}
+
+    def matching(self, look: bool = False) -> list[tuple[Path, re.Match[str]]]:
+        """Return the files that match, of the first folder that has any.
+
+        Parameters
+        ----------
+        look
+            Whether it is a quick look that searches no folders of unknown names.
+        """
+        folders = self.form.files.folders
+        for folder in (one for one in folders if not (look and "*" in one)):
+            if found := sorted(self._matching_in(folder), key=lambda one: one[0]):
+                return found
+        return []
+
+    def recordings(self) -> Session:
+        """Return a recording a file; a file's fault shows when it is read."""
+        if not self.root.is_dir():
+            raise InputError(self.root, f"a folder of {self.title}", "no such folder")
+        found = self.matching()
+        if not found:
+            raise self._nothing_matches()
+        recordings, rate_hz = [], self.form.signal.rate_hz
+        for path, match in found:
+            series = SeriesFile(path, self.form.signal, rate_hz)
+            if rate_hz is None:
+                with suppress(InputError):
+                    rate_hz = series.sample_rate_hz
+            recordings.append(self._recording(series, match))
+        self._require_distinct(recordings)
+        return Session(self.root, tuple(recordings))
+
+    def _matching_in(self, folder: str) -> Iterator[tuple[Path, re.Match[str]]]:
+        """Yield files whose path from a folder matches all of the pattern."""
+        expression = self.form.files.expression
+        places = [self.root / folder] if "*" not in folder else self.root.glob(folder)
+        for place in (place for place in places if place.is_dir()):
+            for path in place.glob("/".join(["*"] * self.form.files.depth)):
+                match = expression.fullmatch(path.relative_to(place).as_posix())
+                if match and path.is_file():
+                    yield path, match
+
+    def _nothing_matches(self) -> InputError:
+        files = self.form.files
+        seen = [path.relative_to(self.root).as_posix() for path in _some_files(self.root)]
+        found = f"none of them ({', '.join(seen)}, ...)" if seen else "none of them"
+        wanted = files.pattern or files.regex
+        return InputError(self.root, f"files that match {wanted}", found)
+
+    def _recording(self, series: SeriesFile, match: re.Match[str]) -> Recording:
+        files, said = self.form.files, match.groupdict(default="")
+        for name, words in files.words.items():
+            said[name] = words.get(said[name], said[name])
+        speed = files.speed_mm_s
+        if "speed" in said:
+            speed = self._speed(series.path, said.pop("speed"))
+        texture = files.texture or said.pop("texture")
+        return Recording(
+            name=self._name(series.path),
+            texture=texture,
+            speed_mm_s=speed,
+            source=series.path,
+            audio=series,
+            steady_s=_steady(series, self.form.signal),
+            conditions={name: _value(text) for name, text in said.items()},
+        )
+
+    def _speed(self, path: Path, text: str) -> float:
+        try:
+            speed = abs(float(text)) * self.form.files.mm_s
+        except ValueError:
+            raise InputError(path, "a speed in its name", f"'{text}'") from None
+        if speed == 0:
+            raise InputError(path, "a slide faster than 0 mm/s", f"'{text}' in its name")
+        return speed
+
+    def _name(self, path: Path) -> str:
+        if self.description is not None:
+            return path.stem
+        return path.relative_to(self.root).with_suffix("").as_posix()
+
+    def _require_distinct(self, recordings: list[Recording]) -> None:
+        """Refuse files that the pattern does not tell apart: it matches something twice."""
+        seen: dict[Any, Recording] = {}
+        for one in recordings:
+            said = (one.texture, one.speed_mm_s, tuple(sorted(one.conditions.items())))
+            other = seen.setdefault(said, one)
+            if other is not one:
+                raise InputError(
+                    self.path, "files that their names tell apart",
+                    f"{other.source.name} and {one.source.name}, both {one.texture} at "
+                    f"{one.speed_mm_s:g} mm/s",
+                    "name what differs in the pattern, such as {trial}",
+                )  # fmt: skip
+
+
+def is_described(path: Path) -> bool:
+    """Tell whether a file describes a data set, and is no recording itself."""
+    return Described.is_at(path)
+
+
+def _some_files(root: Path) -> list[Path]:
+    return sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".toml")[:3]
+
+
+def _steady(series: SeriesFile, signal: Signal) -> tuple[float, float] | None:
+    """Return the part of constant speed; None where a file can't be read, as reading it says."""
+    if signal.steady_s != "all":
+        return signal.steady_s
+    try:
+        return (0.0, series.n_samples / series.sample_rate_hz)
+    except InputError:
+        return None
+
+
+def _value(text: str) -> str | float:
+    """Return a condition as a number where it is one."""
+    if re.fullmatch(r"-?\d+", text):
+        return int(text)
+    return float(text) if re.fullmatch(r"-?\d+\.\d+", text) else text

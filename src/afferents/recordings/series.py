@@ -1,0 +1,194 @@
+"""Channels of one file of a data set of time series, checked against its clock."""
+
+import fnmatch
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.recordings.data_set_file import Signal
+from afferents.recordings.levels import require_finite
+from afferents.recordings.table_formats import Table, read_table
+
+_ROUNDING = 1e-6
+"""Share of a step that times in floating point may be off."""
+_AGREES = 0.01
+"""Rates that differ by less are one."""
+
+
+@dataclass(frozen=True)
+class SeriesFile:
+    """The channels of a file, parsed when asked for.
+
+    Implements `afferents.core.recording.Vibration`.
+
+    Parameters
+    ----------
+    path
+        The file.
+    signal
+        What is in it.
+    expected_hz
+        Sample rate of the data set, Hz; None where this file is the one that tells.
+    """
+
+    path: Path
+    signal: Signal
+    expected_hz: float | None = None
+
+    @cached_property
+    def shape(self) -> tuple[int, int]:
+        """Samples and channels; reads the file."""
+        table = self._table()
+        return len(table.values), len(self._channels(table))
+
+    @property
+    def n_samples(self) -> int:
+        """Samples in each channel."""
+        return self.shape[0]
+
+    @property
+    def n_channels(self) -> int:
+        """Channels that are read."""
+        return self.shape[1]
+
+    @cached_property
+    def sample_rate_hz(self) -> float:
+        """Sample rate, Hz: as declared, else by the file's header, else by its time column."""
+        return self.expected_hz or self.signal.rate_hz or self._own_rate(self._table())
+
+    def read(self) -> xr.DataArray:
+        """Read all channels.
+
+        Returns
+        -------
+        xarray.DataArray
+            `(audio_time, channel)` float32, with the attributes `sample_rate_hz` and `units`.
+
+        Raises
+        ------
+        InputError
+            Naming the file, and in a CSV the line: if it can't be read, lacks a column, or its
+            clock is not regular, goes back, or is not the data set's.
+        """
+        table = self._table()
+        names = self._channels(table)
+        rate_hz = self.sample_rate_hz
+        self._check_length(len(table.values), rate_hz)
+        self._check_clock(table, rate_hz)
+        taken = table.values[:, [table.columns.index(name) for name in names]]
+        require_finite(taken, self.path, rate_hz)
+        return xr.DataArray(
+            taken.astype(np.float32),
+            dims=(dims.AUDIO_TIME, dims.CHANNEL),
+            coords={dims.CHANNEL: names},
+            attrs={dims.SAMPLE_RATE: rate_hz, dims.UNITS: self.signal.units},
+        )
+
+    def _table(self) -> Table:
+        """Return the file's table, repeated rows once where that is wanted."""
+        table = read_table(self.path, self.signal)
+        if self.signal.duplicates == "once":
+            new = np.append(True, (np.diff(table.values, axis=0) != 0).any(axis=1))
+            table = table._replace(values=table.values[new], place=table.place[new])
+        return table
+
+    def _channels(self, table: Table) -> list[str]:
+        others = [name for name in table.columns if name != self._time_name()]
+        if not self.signal.channels:
+            return others
+        found = [name for wanted in self.signal.channels for name in self._named(wanted, table)]
+        if len(set(found)) < len(found):
+            twice = next(name for name in found if found.count(name) > 1)
+            raise InputError(self.path, "each channel once", f"'{twice}' twice")
+        return found
+
+    def _named(self, wanted: str | int, table: Table) -> Sequence[str]:
+        found = fnmatch.filter(table.columns, str(wanted))
+        exact = [name for name in table.columns if name == str(wanted)]
+        if not (exact or found):
+            where = f"{self.path}, line 1" if table.unit == "line" else self.path
+            raise InputError(where, f"the column '{wanted}'", ", ".join(table.columns))
+        return exact or found
+
+    def _time_name(self) -> str | None:
+        return None if self.signal.time is None else str(self.signal.time)
+
+    def _time_ms(self, table: Table) -> NDArray[np.float64] | None:
+        """Return the times of all rows, ms; None where no column says."""
+        name = self._time_name()
+        if name is None:
+            return None
+        (column,) = self._named(name, table)
+        return table.values[:, table.columns.index(column)] * self.signal.time_ms
+
+    def _own_rate(self, table: Table) -> float:
+        """Return the sample rate that the file itself tells, Hz."""
+        if table.rate_hz is not None:
+            return table.rate_hz
+        time_ms = self._time_ms(table)
+        if time_ms is None:
+            raise InputError(
+                self.path, "a sample rate", "none",
+                "say sample_rate_hz or the time column in [signal]",
+            )  # fmt: skip
+        step = np.diff(time_ms)
+        usual_ms = float(np.median(step)) if len(step) else 0.0
+        if usual_ms <= 0:
+            raise InputError(self.path, "times that go on, to tell the rate by", f"{usual_ms:g} ms")
+        if (np.abs(step - usual_ms) <= usual_ms / 2).all():
+            usual_ms = float(step.mean())
+        # To six digits: float times add noise, and all recordings must share one axis.
+        return float(f"{1000 / usual_ms:.6g}")
+
+    def _check_length(self, n: int, rate_hz: float) -> None:
+        least = math.ceil(self.signal.least_s * rate_hz - 1e-9)
+        if n < least:
+            expected = f"at least {least} rows of data below the header, {self.signal.least_s:g} s"
+            raise InputError(self.path, expected, f"{n}")
+
+    def _check_clock(self, table: Table, rate_hz: float) -> None:
+        """Refuse a file whose rate or whose steps are not those of the data set."""
+        if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > _AGREES:
+            raise self._other_rate(rate_hz, table.rate_hz)
+        time_ms = self._time_ms(table)
+        if time_ms is None or len(time_ms) < 2:
+            return
+        period_ms, step = 1000 / rate_hz, np.diff(time_ms)
+        jitter_ms = period_ms / 2 if self.signal.jitter_ms is None else self.signal.jitter_ms
+        usual_ms = float(np.median(step))
+        if abs(usual_ms - period_ms) > max(jitter_ms, _AGREES * period_ms):
+            raise self._other_rate(rate_hz, 1000 / usual_ms)
+        irregular = np.flatnonzero(np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms)
+        if len(irregular):
+            raise self._irregular(table, time_ms, int(irregular[0]) + 1, period_ms, jitter_ms)
+        mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
+        slack_ms = max(_AGREES * period_ms, 2 * jitter_ms / len(step))
+        if self.signal.jitter_ms is None and abs(mean_ms - period_ms) > slack_ms:
+            raise self._other_rate(rate_hz, 1000 / mean_ms)
+
+    def _irregular(
+        self, table: Table, time_ms: NDArray[np.float64], row: int, period_ms: float, jitter: float
+    ) -> InputError:
+        where, (before, now) = (
+            f"{self.path}, {table.unit} {table.place[row]}",
+            time_ms[row - 1 : row + 1],
+        )
+        if now < before:
+            found = f"{before:g} ms, then {now:g} ms"
+            return InputError(where, "times that go on", found)
+        expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter:g})"
+        return InputError(where, expected, f"{now - before:g} ms")
+
+    def _other_rate(self, expected_hz: float, found_hz: float) -> InputError:
+        return InputError(
+            self.path, f"the sample rate of the data set, {expected_hz:g} Hz", f"{found_hz:g} Hz",
+            "correct [signal], or describe files of another rate as another data set",
+        )  # fmt: skip

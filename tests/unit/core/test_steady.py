@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.core.errors import InputError
+from afferents.core.responses import steady_s
+from afferents.core.steady import parse_steady, require_within, steady_in, with_steady, written
+
+ONE = xr.Dataset(
+    {
+        "sa1": (("time", "marker"), np.zeros((90, 4), np.float32)),
+        "ra2": (("audio_time", "channel"), np.zeros((500, 1), np.float32), {"sample_rate_hz": 500}),
+    },
+    {"time": 0.5 + np.arange(90) / 90},
+    {"name": "1/20", "steady_s": "[0.1, 0.9]", "conditions": "{}"},
+)
+
+
+def test_it_is_read_and_written_and_overrules_what_the_recording_says():
+    assert parse_steady(None) is None
+    steady = steady_in(parse_steady("0.25:1"), "all")
+    assert (steady, written(steady)) == ((0.25, 1.0), "0.25:1")
+    assert [steady_s(r) for r in with_steady([ONE], steady)] == [(0.25, 1.0)]
+    assert [steady_s(r) for r in with_steady([ONE], None)] == [(0.1, 0.9)]
+
+
+@pytest.mark.parametrize("text", ["", "1", "1:2:3", "a:b", "1-2", "1,2"])
+def test_malformed_ones_are_refused(text):
+    with pytest.raises(InputError, match=r"--steady: expected START:STOP in s, as in 0\.2:2\.8"):
+        parse_steady(text)
+
+
+@pytest.mark.parametrize("wanted", [(2, 1), (1, 1), (-1, 2), (0, np.inf), (np.nan, 1), (1,), "ab"])
+def test_reversed_and_impossible_ones_are_refused(wanted):
+    with pytest.raises(InputError, match="--steady"):
+        steady_in(wanted, "all")
+
+
+def test_the_published_cut_has_no_use_for_one():
+    with pytest.raises(InputError, match="the cut 'all', found 'published'"):
+        steady_in((0, 1), "published")
+
+
+def test_it_must_lie_within_what_is_used():
+    require_within(ONE, "sa1", (0.5, 1.5))
+    require_within(ONE, "ra2", (0.0, 1.0))
+    require_within(ONE, "ra2", None)
+    for variable, steady in (("sa1", (0.2, 1.0)), ("sa1", (0.5, 1.6)), ("ra2", (0.5, 1.5))):
+        with pytest.raises(InputError, match=f"as 1/20, whose {variable} is from"):
+            require_within(ONE, variable, steady)

@@ -1,0 +1,264 @@
+"""What every drive must do, whatever it is made of."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from dialects import Dynamixel, ODrive, SimpleFoc, Slack
+
+from afferents.core.errors import InputError
+from afferents.devices import DRIVES, ByHand, DeviceError, device_of
+
+pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+pytest.importorskip("pty", reason="no pseudo-terminals here")
+
+SERIAL = {"kind": "serial", "wait_s": 0.3}
+WHEEL = {"diameter_mm": 95.0}
+KINDS = {
+    "arduino": (Slack, SERIAL | {"template": "arduino"}),
+    "arduino-duty": (Slack, SERIAL | {"template": "arduino-duty"}),
+    "odrive": (ODrive, SERIAL | {"template": "odrive"} | WHEEL),
+    "simplefoc": (SimpleFoc, SERIAL | {"template": "simplefoc"} | WHEEL),
+    "dynamixel": (Dynamixel, {"kind": "dynamixel"} | WHEEL),
+}
+WATCHED = [name for name in KINDS if name != "simplefoc"]
+GONE_S = 3.0
+"""Nothing takes longer than this; nothing here measures time."""
+
+
+def drive_of(drum, table, **more):
+    return device_of(DRIVES, table | {"port": drum.port} | more, "[drive]")
+
+
+def reads(drive, seconds, every_s=0.01):
+    """What a drive says for some time, and where the drum truly was."""
+    end_s, said = time.monotonic() + seconds, []
+    while time.monotonic() < end_s:
+        said.append(drive.read())
+        time.sleep(every_s)
+    return said
+
+
+def until(true):
+    end_s = time.monotonic() + GONE_S
+    while not true() and time.monotonic() < end_s:
+        time.sleep(0.01)
+    return true()
+
+
+def stands(drum):
+    return lambda: abs(drum.now()[1]) < 0.5
+
+
+@pytest.fixture(params=KINDS)
+def kind(request):
+    if request.param == "dynamixel":
+        pytest.importorskip("dynamixel_sdk", reason="the extra 'dynamixel' is not there")
+    return KINDS[request.param]
+
+
+@pytest.fixture
+def drum(kind):
+    with kind[0](slack=60) as simulated:
+        yield simulated
+
+
+@pytest.fixture
+def drive(kind, drum):
+    with drive_of(drum, kind[1]) as opened:
+        yield opened
+
+
+def test_it_reaches_its_speed_and_says_where_it_is(drive, drum):
+    begin = drive.read()
+    assert begin.speed_mm_s == pytest.approx(0, abs=0.1)
+    drive.start(50.0)
+    said = reads(drive, 1.2)
+    late = said[len(said) // 2 :]
+    assert np.mean([s.speed_mm_s for s in late]) == pytest.approx(50, rel=0.03)
+    slope = np.polyfit([s.time_s for s in late], [s.position_mm for s in late], 1)[0]
+    assert slope == pytest.approx(50, rel=0.03)
+    assert (np.diff([s.time_s for s in said]) > 0).all()
+    assert {s.fault for s in said} == {None}
+    before, now, after = drum.now()[0], drive.read().position_mm, drum.now()[0]
+    assert before - 0.2 <= now <= after + 0.2
+
+
+def test_stop_stops_it_and_it_can_be_started_again(drive, drum):
+    drive.start(60.0)
+    reads(drive, 0.3)
+    drive.stop()
+    assert until(stands(drum))
+    assert drive.read().fault is None
+    drive.start(30.0)
+    assert reads(drive, 0.4)[-1].speed_mm_s > 15
+
+
+def test_another_speed_is_taken_as_it_turns(drive, drum):
+    drive.start(20.0)
+    reads(drive, 0.3)
+    drive.start(80.0)
+    reads(drive, 0.6)
+    assert drum.now()[1] == pytest.approx(80, rel=0.1)
+
+
+def test_it_is_stopped_while_another_thread_reads_it(drive, drum):
+    drive.start(60.0)
+    over, said = threading.Event(), []
+
+    def read():
+        while not over.is_set():
+            said.append(drive.read())
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    assert until(lambda: drum.now()[1] > 30)
+    drive.stop()
+    assert until(stands(drum))
+    time.sleep(0.2)
+    assert stands(drum)()
+    over.set()
+    reader.join()
+    assert {state.fault for state in said} == {None}
+
+
+def test_leaving_by_an_error_stops_it(kind, drum):
+    drive = drive_of(drum, kind[1])
+
+    def slide():
+        with drive:
+            drive.start(50.0)
+            reads(drive, 0.2)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        slide()
+    assert until(stands(drum))
+    drive.stop()
+    drive.close()
+
+
+def test_speeds_outside_its_limits_are_refused(drive, drum):
+    assert 0 <= drive.limits.lowest_mm_s < drive.limits.highest_mm_s == 200
+    for speed in (-5.0, 0.0, 201.0, float("nan")):
+        with pytest.raises(InputError, match=r"mm/s, the drive's limits, found"):
+            drive.start(speed)
+    assert stands(drum)()
+
+
+def test_a_cable_that_is_pulled_is_said_and_stop_never_raises(drive, drum):
+    drive.start(50.0)
+    reads(drive, 0.1)
+    drum.unplug()
+    with pytest.raises(DeviceError, match="lost"):
+        reads(drive, 1)
+    drive.stop()
+
+
+def test_one_that_no_longer_answers_is_said(drive, drum):
+    drive.start(50.0)
+    drum.silent = True
+    with pytest.raises(DeviceError, match="lost"):
+        drive.read()
+
+
+def test_a_port_that_is_not_there_is_refused(kind, drum):
+    with pytest.raises(InputError, match="a serial port that is plugged in and free"):
+        drive_of(drum, kind[1], port="/dev/ttyNONE9").open()
+
+
+def test_one_that_never_answers_is_refused(kind, drum):
+    drum.silent = True
+    with pytest.raises(InputError, match=r"answers|speaks as"):
+        drive_of(drum, kind[1]).open()
+
+
+def test_it_turns_the_other_way(kind, drum):
+    if not hasattr(drive_of(drum, kind[1]).options, "reversed"):
+        pytest.skip("it has but one way")
+    with drive_of(drum, kind[1], reversed=True) as drive:
+        drive.start(50.0)
+        said = reads(drive, 0.6)[-1]
+        assert said.speed_mm_s == pytest.approx(50, rel=0.15)
+        assert drum.now()[1] == pytest.approx(-50, rel=0.15)
+
+
+@pytest.mark.parametrize("name", WATCHED)
+def test_a_drive_with_a_watchdog_stops_when_it_hears_nothing(name):
+    if name == "dynamixel":
+        pytest.importorskip("dynamixel_sdk", reason="the extra 'dynamixel' is not there")
+    make, table = KINDS[name]
+    with make() as drum, drive_of(drum, table) as drive:
+        if getattr(drive, "_guard", None) is not None:
+            drive._guard.close()  # so that nothing but the drive itself can stop it
+        drive.start(50.0)
+        reads(drive, 0.2)
+        assert until(stands(drum))
+        assert drive.read().fault is not None
+        drive.start(50.0)
+        assert reads(drive, 0.3)[-1].fault is None
+
+
+KILLED = """
+import sys, time
+from afferents.devices import DRIVES, device_of
+with device_of(DRIVES, {table!r}, "[drive]") as drive:
+    drive.start(50.0)
+    for _ in range(20):
+        drive.read()
+        time.sleep(0.01)
+    print("turning", flush=True)
+    {then}
+"""
+
+
+@pytest.mark.parametrize("ending", ["kill", "hang", "terminate", "exit"])
+def test_a_drum_never_goes_on_without_this_program(ending):
+    """On a drive without a watchdog; a process beside ours stops it where we can't."""
+    then = {"hang": "time.sleep(60)", "exit": "sys.exit()"}.get(
+        ending, "[(drive.read(), time.sleep(0.01)) for _ in range(9999)]"
+    )
+    with SimpleFoc() as drum:
+        table = KINDS["simplefoc"][1] | {"port": drum.port}
+        code = KILLED.format(table=table, then=then)
+        if ending == "terminate":
+            code = "from afferents.core.stopping import *\nstop_on_signals()" + code
+        process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+        assert process.stdout.readline() == b"turning\n"
+        if ending in ("kill", "terminate"):
+            assert drum.now()[1] > 30
+            process.send_signal(signal.SIGKILL if ending == "kill" else signal.SIGTERM)
+        assert until(stands(drum))
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def test_a_drum_turned_by_hand_knows_nothing():
+    with device_of(DRIVES, {"kind": "none"}, "[drive]") as drive:
+        assert isinstance(drive, ByHand)
+        drive.start(50.0)
+        state = drive.read()
+        assert np.isnan(state.position_mm)
+        assert np.isnan(state.speed_mm_s)
+        assert state.fault is None
+        drive.stop()
+
+
+def test_a_dynamixel_is_asked_again_when_its_answer_is_damaged():
+    pytest.importorskip("dynamixel_sdk", reason="the extra 'dynamixel' is not there")
+    with Dynamixel(slack=60) as drum, drive_of(drum, KINDS["dynamixel"][1]) as drive:
+        drive.start(50.0)
+        for _ in range(10):
+            drum.damaged = 2
+            before, now, after = drum.now()[0], drive.read().position_mm, drum.now()[0]
+            assert before - 0.1 <= now <= after + 0.1
+        drum.fail("overload")
+        assert drive.read().fault == "overload"
+        drive._port.is_using = True  # as a signal in the middle of a packet leaves it
+        drive.stop()
+        assert drum.drum.aim_mm_s == 0

@@ -1,0 +1,172 @@
+"""The microphone against a PortAudio that is none: times, overflows, and one that vanishes."""
+
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.devices import MICROPHONES, DeviceError, PortAudioMicrophone, device_of
+from afferents.devices.ring import Ring
+from afferents.live import Microphone, Sound, Trouble
+
+LATENCY_S = 0.012
+
+
+class PortAudio:
+    """As much of `sounddevice` as is used; its clock began 1000 s after ours."""
+
+    PortAudioError = RuntimeError
+
+    def __init__(self, clock=True):
+        self.clock, self.opened, self.started_anew = clock, [], 0
+
+    def query_devices(self, device=None):
+        there = [{"name": "Gel microphone", "max_input_channels": 2}]
+        return there if device is None else there[0]
+
+    def _terminate(self):
+        self.started_anew += 1
+
+    def _initialize(self):
+        pass
+
+    def InputStream(  # noqa: N802  # as sounddevice calls it
+        self, *, samplerate, device, channels, blocksize, dtype, callback
+    ):
+        assert dtype == "int16"
+        if samplerate == 48_000:
+            raise self.PortAudioError("Invalid sample rate")
+        stream = SimpleNamespace(
+            device=device or 0, samplerate=samplerate, channels=channels, start=lambda: None, n=0,
+            close=lambda ignore_errors: None,
+        )  # fmt: skip
+
+        def give(overflow=False):
+            """One block, as PortAudio's thread would give it."""
+            numbers = stream.n + np.arange(blocksize, dtype=np.int16)
+            samples = np.repeat(numbers[:, None], channels, axis=1)
+            stream.n += blocksize
+            stream.taken_s = time.monotonic() - LATENCY_S
+            now = stream.taken_s + LATENCY_S - 1000 if self.clock else 0.0
+            times = SimpleNamespace(
+                inputBufferAdcTime=now - LATENCY_S if self.clock else 0.0, currentTime=now
+            )
+            callback(samples, blocksize, times, SimpleNamespace(input_overflow=overflow))
+
+        stream.give = give
+        self.opened.append(stream)
+        return stream
+
+
+def opened(portaudio, **options):
+    options = PortAudioMicrophone.Options(**{"block_s": 0.01, "rate_hz": 10_000.0} | options)
+    microphone = PortAudioMicrophone(options, portaudio)
+    microphone.open()
+    return microphone, portaudio.opened[-1]
+
+
+def taken(microphone, give, n):
+    """The first n blocks, given from another thread."""
+    threading.Timer(0.05, give).start()
+    blocks = []
+    for block in microphone.blocks():
+        blocks.append(block)
+        if len(blocks) == n:
+            microphone.end()
+    return blocks
+
+
+def test_blocks_carry_the_converter_s_time_on_our_clock():
+    microphone, stream = opened(PortAudio())
+    truth = []
+
+    def give():
+        for _ in range(20):
+            stream.give()
+            truth.append(stream.taken_s)
+            time.sleep(0.002)
+
+    blocks = taken(microphone, give, 20)
+    np.testing.assert_allclose([b.time_s for b in blocks], truth, atol=2e-3)
+    np.testing.assert_array_equal(np.concatenate([b.samples for b in blocks])[:, 1], range(2000))
+    assert blocks[0].samples.dtype == np.int16
+    assert microphone.settings.name == "Gel microphone"
+    assert (microphone.settings.rate_hz, microphone.settings.channels) == (10_000, 2)
+    assert microphone.overflows == 0
+    microphone.close()
+
+
+def test_a_converter_without_a_clock_is_counted():
+    microphone, stream = opened(PortAudio(clock=False))
+    blocks = taken(microphone, lambda: [stream.give() for _ in range(10)], 10)
+    np.testing.assert_allclose(np.diff([b.time_s for b in blocks]), 0.01)
+
+
+def test_what_the_card_loses_is_said_of_the_block_after_it():
+    microphone, stream = opened(PortAudio())
+    blocks = taken(microphone, lambda: [stream.give(n == 3) for n in range(6)], 6)
+    assert [b.overflowed for b in blocks] == [False] * 3 + [True] + [False] * 2
+    assert microphone.overflows == 1
+
+
+def test_a_writer_that_is_slow_loses_whole_blocks_and_knows_of_it():
+    ring = Ring(4, 10, 1)
+    for n in range(7):
+        ring.put(np.full((10, 1), n, np.int16), float(n), False)
+    held = [ring.get(0) for _ in range(4)]
+    assert [int(b.samples[0, 0]) for b in held] == [0, 1, 2, 3]
+    assert ring.get(0) is None
+    assert ring.overflows == 3
+    ring.put(np.full((5, 1), 9, np.int16), 9.0, False)
+    block = ring.get(0)
+    assert (block.time_s, len(block.samples), block.overflowed) == (9.0, 5, True)
+
+
+def test_one_that_gives_nothing_is_lost(monkeypatch):
+    monkeypatch.setattr("afferents.devices.portaudio.SILENT_S", 0.2)
+    microphone, _ = opened(PortAudio())
+    with pytest.raises(DeviceError, match=r"lost \(it gives no sound\)"):
+        next(microphone.blocks())
+
+
+def test_a_rate_that_it_has_not_is_refused():
+    with pytest.raises(InputError, match=r"48000 Hz with 2 channel.*there are: Gel microphone"):
+        opened(PortAudio(), rate_hz=48_000.0)
+
+
+def test_options_are_checked():
+    with pytest.raises(InputError, match="unknown key 'rate'"):
+        device_of(MICROPHONES, {"kind": "portaudio", "rate": 1}, "[microphone]")
+    with pytest.raises(InputError, match=r"kind = one of portaudio, found 'alsa'"):
+        device_of(MICROPHONES, {"kind": "alsa"}, "[microphone]")
+
+
+def test_live_hears_by_the_same_source(monkeypatch):
+    monkeypatch.setattr("afferents.devices.portaudio.SILENT_S", 0.2)
+    monkeypatch.setattr("afferents.live.microphone.AGAIN_S", 0.01)
+    portaudio = PortAudio()
+    options = PortAudioMicrophone.Options(rate_hz=10_000.0, channels=1)
+    live = Microphone("default", 10_000, 1, PortAudioMicrophone(options, portaudio))
+
+    def give(stream):
+        return lambda: [stream.give(n == 2) for n in range(4)]
+
+    threading.Timer(0.05, give(portaudio.opened[0])).start()
+    heard, said = [], []
+    for event in live.events():
+        if isinstance(event, Trouble):
+            said.append(event.what)
+            if "no sound" in event.what:  # it opens again, and gives as before
+                threading.Timer(0.1, lambda: give(portaudio.opened[1])()).start()
+        elif isinstance(event, Sound):
+            heard.append(event)
+            if len(heard) == 8:
+                live.close()
+    assert portaudio.started_anew == 1
+    assert "overrun" in said[0]
+    assert "no sound" in said[1]
+    assert heard[0].samples.dtype == np.float32
+    np.testing.assert_allclose(heard[1].samples[:, 0], np.arange(100, 200) / 32768)

@@ -1,0 +1,96 @@
+"""A plan recorded with stand-ins for real devices: a V4L2 driver, a drum on a serial line."""
+
+import struct
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.recordings import read_session
+
+pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+
+PLAN = """
+textures = ["4"]
+speeds_mm_s = [40, 60]
+seconds = 0.8
+settle_s = 0.8
+redo = {redo}
+[camera]
+kind = "v4l2"
+device = "/x/fakecam/video0?paced=1&fps=15&film={film}{faults}"
+fps_hz = 15  # a busy machine may look away for half a second
+[drive]
+kind = "serial"
+port = "PORT"
+template = "arduino"
+"""
+RECORD = """
+from pathlib import Path
+from afferents.core.progress import Progress
+from afferents.devices import SimulatedDrum
+from afferents.pipeline.record.record import record, recording_of
+found = {{}}
+for name in {names!r}:
+    asked, path = [], Path({folder!r}, name + ".toml")
+    with SimulatedDrum() as drum, Progress(quiet=True) as progress:
+        path.write_text(path.read_text().replace("PORT", drum.port))
+        done = record(recording_of(path, False, asked.append), path.with_suffix(""), progress)
+        drum.drum.advance()
+        found[name] = [asked, done.recorded, done.kept_aside, drum.drum.aim_mm_s]
+print(json.dumps(found))
+"""
+FAULTS = {"good": "", "faulty": "&drop=30-31&damaged=35"}
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    """Four pictures of 19 x 19 discs, noisy, so that no two are the same."""
+    rng = np.random.default_rng(0)
+    image = np.zeros((480, 640), np.uint8)
+    for x in 320 + 22.0 * (np.arange(19) - 9):
+        for y in 240 + 22.0 * (np.arange(19) - 9):
+            cv2.circle(image, (round(x * 256), round(y * 256)), 1664, 210, -1, cv2.LINE_AA, 8)
+    out = tmp_path_factory.mktemp("film") / "discs"
+    pictures = [cv2.subtract(image, rng.integers(0, 9, image.shape, np.uint8)) for _ in range(4)]
+    coded = [bytes(cv2.imencode(".jpg", picture)[1]) for picture in pictures]
+    out.write_bytes(b"".join(struct.pack("I", len(data)) + data for data in coded))
+    return out
+
+
+@pytest.fixture(scope="module")
+def recorded(with_driver, film, tmp_path_factory):
+    """Two sessions, of a good camera and of a faulty one; one process for both."""
+    folder = tmp_path_factory.mktemp("sessions")
+    for name, faults in FAULTS.items():
+        plan = PLAN.format(film=film, faults=faults, redo=0)
+        (folder / f"{name}.toml").write_text(plan)
+    return folder, with_driver(RECORD.format(names=list(FAULTS), folder=str(folder)))
+
+
+def test_camera_and_drum_as_real_ones(recorded):
+    folder, found = recorded
+    asked, names, aside, aim_mm_s = found["good"]
+    assert aside == {}
+    assert asked == ["change the drum to 4, then press enter"]
+    assert sorted(names) == ["4/40", "4/60"]
+    assert aim_mm_s == 0
+    for recording in read_session(folder / "good").recordings:
+        frames = pd.read_parquet(recording.source / "frames.parquet")
+        assert (np.diff(frames.sequence) == 1).all()
+        assert len(list(recording.video.frames())) == len(frames)
+        assert abs(len(frames) - 2.1 * 15) <= 1
+        drive = pd.read_parquet(recording.source / "drive.parquet")
+        steady = drive[drive.time_s > drive.time_s.iloc[-1] - 0.8]
+        assert steady.speed_mm_s.mean() == pytest.approx(recording.speed_mm_s, rel=0.03)
+        way_mm = np.ptp(steady.position_mm) / np.ptp(steady.time_s)
+        assert way_mm == pytest.approx(recording.speed_mm_s, rel=0.05)
+
+
+def test_frames_that_the_driver_lost_are_named(recorded):
+    _, names, aside, aim_mm_s = recorded[1]["faulty"]
+    assert names == []
+    assert aim_mm_s == 0
+    for why in aside.values():
+        assert "2 lost (the first is number 30), 1 damaged (the first is number 35)" in why

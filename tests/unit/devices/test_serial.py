@@ -1,0 +1,175 @@
+"""Serial drives on a bad line, drums that stall or fail, and templates that make no sense."""
+
+import time
+
+import numpy as np
+import pytest
+from dialects import ODrive
+
+from afferents.core.errors import InputError
+from afferents.devices import SerialDrive, SimulatedDrum
+from afferents.devices.drives.line import framed, unframed
+from afferents.devices.drives.loop import SpeedFromPosition, SpeedLoop
+from afferents.devices.drives.template import presets, read_template
+from afferents.devices.simulated_drum import Drum
+
+pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+pytest.importorskip("pty", reason="no pseudo-terminals here")
+
+
+def drive_at(drum, template="arduino", **more):
+    return SerialDrive(SerialDrive.Options(port=drum.port, template=template, **more))
+
+
+def test_lost_bytes_never_become_wrong_numbers():
+    """One byte in 300 is lost, either way: questions are asked again, and none is misread."""
+    with SimulatedDrum(lost=1 / 300, seed=3) as drum, drive_at(drum) as drive:
+        drive.start(50.0)
+        for _ in range(40):
+            before, state, after = drum.now()[0], drive.read(), drum.now()[0]
+            assert before - 0.01 <= state.position_mm <= after + 0.01
+        assert drive.again > 0
+
+
+def test_a_drum_that_stalls_is_seen_in_its_speed():
+    with SimulatedDrum(Drum(watchdog_s=30)) as drum, drive_at(drum) as drive:
+        drive.start(50.0)
+        time.sleep(0.4)
+        assert drive.read().speed_mm_s > 40
+        drum.stall()
+        time.sleep(0.45)
+        state = drive.read()
+        assert state.speed_mm_s < 5
+        assert state.fault is None
+
+
+@pytest.mark.parametrize("template", ["arduino", "arduino-duty"])
+def test_a_fault_is_named_and_stays_until_the_next_start(template):
+    with SimulatedDrum() as drum, drive_at(drum, template) as drive:
+        drive.start(50.0)
+        drive.read()
+        drum.fail("overload")
+        assert [drive.read().fault for _ in range(3)] == ["overload"] * 3
+        drive.start(50.0)
+        assert drive.read().fault is None
+
+
+def test_a_port_is_ours_alone():
+    with SimulatedDrum() as drum, drive_at(drum), pytest.raises(InputError, match="and free"):
+        drive_at(drum).open()
+
+
+def test_the_ripple_of_a_drum_is_in_its_speed():
+    """Truth in, truth out: a drum on a clock of ours swings by its ripple, and turns as far."""
+    now = [0.0]
+    drum = Drum(inertia_s=0.05, ripple=0.1, ripples_a_turn=5, clock=lambda: now[0])
+    drum.aim_mm_s, speeds = 100.0, []
+    for step in range(400):
+        now[0] = step * 0.01
+        drum.heard()
+        speeds.append(drum.speed_mm_s)
+    late = np.array(speeds[100:])
+    assert late.max() == pytest.approx(110, abs=0.5)
+    assert late.min() == pytest.approx(90, abs=0.5)
+
+
+@pytest.mark.parametrize("inertia_s", [0.02, 0.1, 0.5])
+@pytest.mark.parametrize("gain", [0.6, 1.0, 1.6])
+def test_our_loop_holds_a_speed_whatever_the_motor(inertia_s, gain):
+    """Read 20 times a second, with a motor far from what was said of it."""
+    now = [0.0]
+    drum = Drum(inertia_s, 0.0, fastest_mm_s=gain * 200, clock=lambda: now[0])
+    loop = SpeedLoop(1 / 200)
+    drum.aim_mm_s = loop.aim(50.0) * drum.fastest_mm_s
+    speeds = []
+    for step in range(1, 161):
+        now[0] = step * 0.05
+        drum.heard()
+        drum.aim_mm_s = loop.step(now[0], drum.speed_mm_s) * drum.fastest_mm_s
+        speeds.append(drum.speed_mm_s)
+    np.testing.assert_allclose(speeds[-40:], 50, rtol=0.01)
+    assert max(speeds) < 100
+
+
+def test_speed_is_the_slope_of_the_positions():
+    """Counts of 0.073 mm at 100 readings a second: 2% at 10 mm/s, not one count a reading."""
+    measured = SpeedFromPosition()
+    times = np.arange(0, 2, 0.01)
+    counted = np.floor(10 * times / 0.073) * 0.073
+    speeds = [measured.read(t, p) for t, p in zip(times, counted, strict=True)]
+    np.testing.assert_allclose(speeds[50:], 10, rtol=0.03)
+
+
+def test_checksums_are_those_of_odrive():
+    assert framed("f 0", "xor") == b"f 0*118\n"
+    assert unframed(b"f 0*118\r\n", "xor") == "f 0"
+    assert unframed(b"f 1*118\r\n", "xor") is None
+    assert unframed(b"f 0\n", "xor") is None
+    assert unframed(b"f 0\n", "none") == "f 0"
+
+
+def test_all_presets_are_whole():
+    assert presets() == ["arduino", "arduino-duty", "odrive", "simplefoc"]
+    for name in presets():
+        assert read_template(name).stop
+
+
+WHOLE = """
+name = "mine"
+start = ["go {value}"]
+stop = ["halt"]
+read = [{ send = "?", reply = '(?P<position>.*)' }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("go {value}", "go"), "start must have {value}"),
+        (("P<position>", "P<place>"), "a group 'position'"),
+        (("(?P", "((?P"), "no regular expression"),
+        (('stop = ["halt"]', ""), "the key 'stop'"),
+        (('name = "mine"', 'name = "mine"\nunit = "count"'), "counts_a_turn goes with"),
+        (('name = "mine"', 'name = "mine"\nstrat = 1'), "the unknown key 'strat'"),
+    ],
+)
+def test_a_template_that_makes_no_sense_is_refused(tmp_path, change, said):
+    path = tmp_path / "mine.toml"
+    path.write_text(WHOLE)
+    assert read_template(str(path)).name == "mine"
+    path.write_text(WHOLE.replace(*change))
+    with pytest.raises(InputError, match=r"mine\.toml") as caught:
+        read_template(str(path))
+    assert said in str(caught.value)
+
+
+def test_what_a_plan_says_wrongly_is_refused_before_anything_moves():
+    with pytest.raises(InputError, match=r"one of arduino.*found 'odrv'"):
+        SerialDrive(SerialDrive.Options(port="/dev/x", template="odrv"))
+    with pytest.raises(InputError, match="diameter_mm, since ODrive"):
+        SerialDrive(SerialDrive.Options(port="/dev/x", template="odrive"))
+    with pytest.raises(InputError, match="highest_mm_s above lowest_mm_s"):
+        SerialDrive(SerialDrive.Options(port="/x", template="arduino", lowest_mm_s=300.0))
+
+
+@pytest.mark.parametrize(
+    ("unit", "mm"), [("turn", 100 * np.pi), ("rad", 50.0), ("deg", np.pi / 3.6), ("mm", 1.0)]
+)
+def test_units_become_mm_of_the_drum_s_surface(unit, mm):
+    template = read_template("arduino").model_copy(update={"unit": unit})
+    gear = 1.0 if unit == "mm" else 2.0
+    assert template.mm_a_unit(100.0 * gear, gear) == pytest.approx(mm)
+
+
+def test_a_drive_that_does_not_say_so_is_told_its_speed_again():
+    """Of a line that loses a byte in 200 the one that starts it may be lost, or the stop."""
+    for seed in range(5):
+        with ODrive(slack=60, lost=1 / 200, seed=seed) as drum:
+            with drive_at(drum, "odrive", diameter_mm=95.0) as drive:
+                drive.start(50.0)
+                for _ in range(20):
+                    drive.read()
+                    time.sleep(0.01)
+                assert drum.now()[1] > 15
+            time.sleep(0.1)
+            assert drum.drum.aim_mm_s == 0

@@ -1,0 +1,91 @@
+"""The Arduino sketch of the docs, compiled for this machine, with a motor that is none."""
+
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from afferents.devices import SerialDrive
+
+pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+HERE = Path(__file__).parent
+SKETCH = HERE.parents[2] / "docs" / "arduino" / "drum" / "drum.ino"
+
+
+class Board:
+    """The running sketch: its port, and where the drum truly is."""
+
+    def __init__(self, program):
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        self.process = subprocess.Popen([program], text=True, bufsize=1, **pipes)
+        self.port = self.process.stdout.readline().strip()
+        self.position_mm = self.speed_mm_s = 0.0
+        threading.Thread(target=self._follow, daemon=True).start()
+
+    def _follow(self):
+        for line in self.process.stdout:
+            self.position_mm, self.speed_mm_s = map(float, line.split())
+
+    def stall(self, stalled=True):
+        self.process.stdin.write("s" if stalled else "g")
+        self.process.stdin.flush()
+
+    def end(self):
+        self.process.kill()
+        self.process.wait()
+
+
+@pytest.fixture(scope="module")
+def program(compiler, tmp_path_factory):
+    out = tmp_path_factory.mktemp("sketch") / "drum"
+    return compiler(HERE / "arduino.cpp", out, f'-DSKETCH="{SKETCH}"')
+
+
+@pytest.fixture
+def board(program):
+    running = Board(program)
+    yield running
+    running.end()
+
+
+@pytest.fixture(params=["arduino", "arduino-duty"])
+def drive(request, board):
+    with SerialDrive(SerialDrive.Options(port=board.port, template=request.param)) as opened:
+        yield opened
+
+
+def test_it_holds_its_speed_and_stops(board, drive):
+    drive.start(50.0)
+    said = []
+    for _ in range(60):
+        said.append(drive.read())
+        time.sleep(0.02)
+    late = said[len(said) // 2 :]
+    slope = np.polyfit([s.time_s for s in late], [s.position_mm for s in late], 1)[0]
+    assert slope == pytest.approx(50, rel=0.05)
+    assert board.speed_mm_s == pytest.approx(50, rel=0.1)
+    assert {s.fault for s in said} == {None}
+    drive.stop()
+    time.sleep(0.6)
+    assert abs(board.speed_mm_s) < 1
+    assert drive.read().position_mm == pytest.approx(board.position_mm, abs=0.2)
+
+
+def test_its_watchdog_stops_it(board, drive):
+    drive._guard.close()  # so that nothing but the sketch itself can stop it
+    drive.start(50.0)
+    time.sleep(1.5)
+    assert abs(board.speed_mm_s) < 1
+    assert drive.read().fault == "watchdog"
+
+
+def test_a_drum_that_is_held_is_given_up(board, drive):
+    drive.start(50.0)
+    board.stall()
+    end_s = time.monotonic() + 5
+    while (state := drive.read()).fault is None and time.monotonic() < end_s:
+        time.sleep(0.05)
+    assert state.fault == "stalled"

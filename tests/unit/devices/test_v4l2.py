@@ -1,0 +1,213 @@
+"""The camera of Linux against a driver that is none: every fault at a known frame."""
+
+import numpy as np
+import pytest
+
+PATHS = {
+    "good": "",
+    "faults": "drop=3,7-9&damaged=5&torn=6&repeat=20&late=25",
+    "unplug": "unplug=10",
+    "noclock": "noclock=1",
+    "slower": "fps=30",
+}
+REFUSED = {
+    "busy": ("busy=1", {}, "close what else uses it"),
+    "absent": ("absent=1", {}, "'afferents devices' lists"),
+    "denied": ("denied=1", {}, "group 'video'"),
+    "metadata": ("metadata=1", {}, "a second file for metadata"),
+    "no jpeg": ("formats=GREY", {}, "expected one that gives MJPG, found only GREY"),
+    "takes raw": ("raw=1", {}, "YUYV of 640 x 480 px, which it took instead"),
+    "size": ("", {"width": 1000}, "640 x 480 px, which it took instead"),
+    "exposure": ("", {"exposure_ms": 900.0}, "500, which it took instead (it takes 1 to 500)"),
+    "no gain": ("nocontrols=1", {"gain": 3}, "one that has no such control; leave out gain"),
+}
+
+
+@pytest.fixture(scope="module")
+def seen(with_driver):
+    """What each camera gave; one process for all."""
+    asked = {name: f"/x/fakecam/video0?{path}" for name, path in PATHS.items()}
+    refused = {name: (f"/x/fakecam/video0?{p}", more) for name, (p, more, _) in REFUSED.items()}
+    return with_driver(f"""
+found = {{name: run(path) for name, path in {asked!r}.items()}}
+found |= {{name: run(path, **more) for name, (path, more) in {refused!r}.items()}}
+found["set"] = run("/x/fakecam/video0", 1, exposure_ms=5.0, gain=40, white_balance_k=5000)
+found["auto"] = run("/x/fakecam/video0?formats=GREY,YUYV", 1, format="auto")
+found["own"] = run("/x/fakecam/video0", 1, width=None, height=None, fps_hz=None, format="auto")
+found["no rates"] = run("/x/fakecam/video0?norates=1", 1)
+found["unset"] = run("/x/fakecam/video0?nocontrols=1", 1)
+print(json.dumps(found))
+""")
+
+
+def test_every_frame_has_the_driver_s_number_and_time(seen):
+    number, time_s, damaged, size = np.array(seen["good"]["frames"]).T
+    np.testing.assert_array_equal(number, range(30))
+    np.testing.assert_allclose(np.diff(time_s), 1 / 90, atol=2e-6)
+    assert not damaged.any()
+    assert size.min() > 10
+
+
+def test_jpeg_size_and_rate_are_read_back(seen):
+    settings = seen["good"]["settings"]
+    assert (settings["format"], settings["width"], settings["height"]) == ("MJPG", 640, 480)
+    assert settings["fps_hz"] == 90
+    assert settings["name"] == "A camera that is none"
+    assert settings["unknown"] == []
+    assert seen["good"]["tally"]["rate_hz"] == pytest.approx(90, rel=1e-3)
+
+
+def test_faults_are_found_at_the_frames_where_they_are(seen):
+    frames = seen["faults"]["frames"]
+    numbers = [frame[0] for frame in frames]
+    assert numbers == [n for n in range(34) if n not in (3, 7, 8, 9)]
+    assert [frame[0] for frame in frames if frame[2]] == [5]
+    tally = seen["faults"]["tally"]
+    counts = {k: tally[k] for k in ("dropped", "damaged", "torn", "repeated", "late", "frames")}
+    assert counts == {
+        "dropped": 4, "damaged": 1, "torn": 1, "repeated": 1, "late": 1, "frames": 30
+    }  # fmt: skip
+
+
+def test_what_came_before_a_camera_is_unplugged_is_kept(seen):
+    found = seen["unplug"]
+    assert [frame[0] for frame in found["frames"]] == list(range(10))
+    assert found["kind"] == "DeviceError"
+    assert found["error"].endswith("lost (no such device); plug it in again")
+
+
+def test_a_hundred_unplugs_lose_no_frame_and_leave_nothing_open(with_driver):
+    found = with_driver("""
+import os
+from pathlib import Path
+def held():
+    buffers = Path("/proc/self/maps").read_text().count("/dev/zero")
+    return len(os.listdir("/proc/self/fd")), buffers
+before = held()
+gone = [run(f"/x/fakecam/video0?unplug={n}", 999) for n in range(100)]
+whole = [[frame[0] for frame in one["frames"]] == list(range(n)) for n, one in enumerate(gone)]
+print(json.dumps([all(whole), {one["kind"] for one in gone} == {"DeviceError"}, before, held()]))
+""")
+    whole, said, before, after = found
+    assert whole
+    assert said
+    assert before == after
+
+
+def test_a_driver_without_the_monotonic_clock_is_said(seen):
+    settings = seen["noclock"]["settings"]
+    assert settings["unknown"] == ["when a frame was captured (the time is that of its arrival)"]
+
+
+def test_another_rate_than_asked_for_is_read_back(seen):
+    assert seen["slower"]["settings"]["fps_hz"] == 30
+    assert seen["slower"]["tally"]["rate_hz"] == pytest.approx(30, rel=1e-3)
+
+
+def test_what_a_camera_does_by_itself_is_switched_off(seen):
+    found = seen["good"]["settings"]["controls"]
+    assert found["auto_exposure"] == 1  # manual
+    assert found["exposure_dynamic_framerate"] == 0
+    assert found["white_balance_automatic"] == 0
+    assert seen["unset"]["settings"]["controls"] == {}
+
+
+def test_what_is_asked_for_is_set_and_read_back(seen):
+    found = seen["set"]["settings"]["controls"]
+    assert found["exposure_time_absolute"] == 50
+    assert found["gain"] == 40
+    assert found["white_balance_temperature"] == 5000
+
+
+def test_a_camera_that_is_asked_for_nothing_keeps_its_own(seen):
+    settings = seen["own"]["settings"]
+    found = (settings["format"], settings["width"], settings["height"], settings["fps_hz"])
+    assert found == ("MJPG", 640, 480, 30)
+    assert np.isnan(seen["no rates"]["settings"]["fps_hz"])
+
+
+def test_auto_takes_the_best_format_that_there_is(seen):
+    assert seen["auto"]["settings"]["format"] == "GREY"
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_is_refused_in_a_sentence(seen, name):
+    assert seen[name]["kind"] == "InputError"
+    assert seen[name]["frames"] == []
+    assert REFUSED[name][2] in seen[name]["error"]
+    assert "\n" not in seen[name]["error"]
+
+
+def test_a_reader_that_is_slow_loses_frames_and_knows_which(with_driver):
+    """Eight buffers at 200 frames/s hold 40 ms; who looks away for 150 ms misses about 22."""
+    found = with_driver("""
+import time
+from afferents.devices import V4l2Camera
+path = "/x/fakecam/video0?paced=1"
+numbers = []
+with V4l2Camera(V4l2Camera.Options(device=path, fps_hz=200)) as camera:
+    for frame in camera.frames():
+        numbers.append(frame.sequence)
+        if len(numbers) == 5:
+            time.sleep(0.15)
+        if len(numbers) == 20:
+            camera.end()
+print(json.dumps(numbers))
+""")
+    assert np.diff(found).max() - 1 >= 15
+
+
+def test_it_ends_when_told_from_another_thread_and_streams_again(with_driver):
+    found = with_driver("""
+import threading
+from afferents.devices import V4l2Camera
+path = "/x/fakecam/video0?stall=3"
+with V4l2Camera(V4l2Camera.Options(device=path)) as camera:
+    threading.Timer(0.2, camera.end).start()
+    first = [frame.sequence for frame in camera.frames()]
+    threading.Timer(0.2, camera.end).start()
+    again = [frame.sequence for frame in camera.frames()]
+camera.close()
+print(json.dumps([first, again]))
+""")
+    assert found == [[0, 1, 2], [0, 1, 2]]
+
+
+def test_live_feels_by_the_same_source(with_driver, jpegs):
+    """JPEGs are asked for although raw pixels come first; a camera that comes back is used."""
+    found = with_driver(f"""
+from afferents.live import Camera, CameraFrame
+camera = Camera("/x/fakecam/video0?unplug=4&film={jpegs}", 90, 640, 480)
+pictures, said = [], []
+for event in camera.events():
+    (pictures if isinstance(event, CameraFrame) else said).append(event)
+    if len(pictures) == 6:
+        camera.close()
+print(json.dumps([camera._camera.settings.format, [int(p.frame.luma.mean()) for p in pictures],
+                  [p.time_s for p in pictures], [s.what for s in said]]))
+""")
+    kind, grey, times, said = found
+    assert kind == "MJPG"
+    np.testing.assert_allclose(grey, [20, 40, 60, 80, 20, 40], atol=1)
+    assert (np.diff(times) > 0).all()
+    assert said == ["camera /x/fakecam/video0?unplug=4&film=" + str(jpegs)
+                    + ": lost (no such device); plug it in again"]  # fmt: skip
+
+
+def test_cameras_are_listed_with_their_formats_and_rates(with_driver, tmp_path):
+    folder = tmp_path / "fakecam"
+    folder.mkdir()
+    for name in ("video0", "video1?denied=1", "video2?metadata=1"):
+        (folder / name).touch()
+    found = with_driver(f"""
+from pathlib import Path
+from dataclasses import asdict
+from afferents.devices import find_devices
+print(json.dumps(asdict(find_devices(Path({str(folder)!r})))))
+""")
+    (camera,) = found["cameras"]
+    assert camera["name"] == "A camera that is none"
+    assert ["MJPG", 640, 480, [90, 30]] in camera["modes"]
+    assert ["YUYV", 320, 240, [60, 30]] in camera["modes"]
+    notes = [note for note in found["notes"] if "fakecam" in note]
+    assert len(notes) == 2

@@ -1,0 +1,323 @@
+"""Looking without a model: markers, SA-I, RA-I, spectrum and quality against what was drawn."""
+
+import io
+import json
+import math
+
+import cv2
+import numpy as np
+import pytest
+import soundfile
+from rich.console import Console
+
+from afferents.core.errors import InputError
+from afferents.core.recording import Frame
+from afferents.live import (
+    Begin,
+    CameraFrame,
+    FoundImages,
+    Images,
+    Looker,
+    Sound,
+    images_of,
+    run,
+)
+from afferents.live.web.snapshot import Snapshots
+from afferents.markers import load_sensor
+
+FPS = 90.0
+GRID = np.stack(np.meshgrid(*[(np.arange(19) - 9) * 22.0] * 2), axis=-1).reshape(-1, 2)
+GRID += (320, 240)
+REST, PULLED, SHAKEN = 12, 3.0, 1.0
+RATE_HZ = 8000.0
+
+
+def draw(places, marker=255, skin=20, radius_px=6.5):
+    image = np.full((480, 640), skin, np.uint8)
+    for x, y in places:
+        centre = (round(x * 256), round(y * 256))
+        cv2.circle(image, centre, round(radius_px * 256), marker, -1, cv2.LINE_AA, 8)
+    return image
+
+
+def shifts(n=40):
+    """Rest, then a pull to the right with a shake on it that changes by 2 px every frame."""
+    i = np.arange(n)
+    return np.where(i >= REST, PULLED + SHAKEN * (-1) ** i, 0.0)
+
+
+def pictures(images, rate_hz=FPS, begin_s=0.0):
+    for i, image in enumerate(images):
+        yield CameraFrame(Frame(begin_s + i / rate_hz, image), 0.0)
+
+
+class Played:
+    """A source of what a test has drawn."""
+
+    speed = math.inf
+
+    def __init__(self, events, channel="video", rate_hz=FPS):
+        self._events, self.channel, self.rate_hz = list(events), channel, rate_hz
+
+    def events(self):
+        return iter(self._events)
+
+    def close(self):
+        pass
+
+
+def sounds(samples, n=400):
+    pieces = np.split(np.asarray(samples, np.float32)[:, None], len(samples) // n)
+    return Played(
+        (Sound(i * n / RATE_HZ, piece, 0.0) for i, piece in enumerate(pieces)), "audio", RATE_HZ
+    )
+
+
+def looked_at(images=(), samples=None, following=None, rate_hz=FPS):
+    sources = [Played(pictures(images, rate_hz))] if len(images) else []
+    sources += [] if samples is None else [sounds(samples)]
+    looker = Looker(sources, following)
+    return looker, list(run(sources, looker))
+
+
+@pytest.fixture(scope="module")
+def squares():
+    return {shift: draw(GRID + np.array([shift, 0])) for shift in np.unique(shifts())}
+
+
+@pytest.fixture
+def moving(squares):
+    return [squares[shift] for shift in shifts()]
+
+
+@pytest.mark.parametrize("name", ["hex127", "hex331", "radial127"])
+def test_every_marker_of_a_layout_without_rows_shows_what_was_done_to_it(name):
+    sensor = load_sensor(name)
+    places = np.array(sensor.markers)
+    drawn = {shift: draw(places + np.array([shift, 0])) for shift in np.unique(shifts())}
+    following = Images(sensor)
+    looker, percepts = looked_at([drawn[s] for s in shifts()], following=following)
+    felt = looker.video.felt
+    assert felt.detected.all()
+    inside = felt.images["sa1"] > 0
+    assert inside.mean() > 0.5
+    assert np.median(felt.images["sa1"][inside]) == pytest.approx(shifts()[-1], abs=0.1)
+    assert np.median(felt.images["ra1"][inside]) == pytest.approx(2 * SHAKEN, abs=0.1)
+    assert {p.state for p in percepts} == {"looking"}
+    assert percepts[-1].markers_found == 1
+    assert (
+        following.describe() == f"Sensor '{name}': {sensor.layout} layout, {len(places)} markers."
+    )
+
+
+def test_markers_that_nobody_has_described_are_found_at_rest(moving):
+    following = FoundImages()
+    looker, percepts = looked_at(moving, following=following)
+    assert following.describe().startswith(
+        "No sensor file (--sensor): 361 bright markers were found, in a square layout"
+    )
+    np.testing.assert_allclose(looker.video.felt.images["sa1"], shifts()[-1], atol=0.15)
+    assert len(percepts) == len(moving) - 9  # those that it was found in
+
+
+def test_a_camera_that_shows_nothing_yet_is_looked_at_again(moving):
+    """The reason is told, the picture is there meanwhile, and then all is as ever."""
+    black = [np.zeros((480, 640), np.uint8)] * 120
+    looker, percepts = looked_at([*black, *[moving[0]] * 90, *moving])
+    told = [p for p in percepts if p.troubles]
+    assert {p.state for p in told} == {"waiting"}
+    assert 1 <= len(told) <= 3
+    assert "blobs of like size, found 0 in a picture that is black" in told[0].troubles[0]
+    assert percepts[-1].state == "looking"
+    assert looker.video.felt.detected.all()
+
+
+def test_another_recording_begins_at_rest_again(moving):
+    begin_s = len(moving) / FPS
+    events = [*pictures(moving), Begin("video", begin_s), *pictures(moving, begin_s=begin_s)]
+    source = Played(events)
+    looker = Looker([source], Images(load_sensor("tip_b")))
+    list(run([source], looker))
+    np.testing.assert_allclose(looker.video.felt.images["sa1"], shifts()[-1], atol=0.15)
+
+
+def figures(sense):
+    return {figure.name: figure for figure in sense.quality.figures()}
+
+
+def test_quality_of_good_pictures_is_not_doubted(moving):
+    looker, percepts = looked_at([*moving, *moving, *moving, *moving, *moving])
+    numbers = percepts[-1].quality
+    assert numbers["fps_hz"] == pytest.approx(FPS)
+    assert (numbers["n_markers"], numbers["lost"], numbers["repeated"]) == (361, 0, 0)
+    assert numbers["disc_grey"] == 255
+    assert numbers["skin_grey"] == 20
+    said = figures(looker.video)
+    assert said["markers"].value == "361 of 361"
+    assert said.pop("overexposed").doubt.startswith("Overexposed: most markers are at full white")
+    assert not any(figure.doubt for figure in said.values())
+
+
+def test_quality_says_what_is_wrong_with_pictures(squares):
+    """Two of three frames repeat the one before, slowly; a fifth of the markers goes; no light."""
+    still, shaken = squares[0.0], [squares[shift] for shift in (2.0, 4.0)]
+    tripled = [shaken[i // 3 % 2] for i in range(240)]
+    covered = draw(GRID[80:])
+    looker, percepts = looked_at([*[still] * 12, *tripled], rate_hz=50.0)
+    assert percepts[-1].quality["repeated"] == pytest.approx(2 / 3, abs=0.02)
+    doubts = [figure.doubt for figure in figures(looker.video).values() if figure.doubt]
+    assert any(doubt.startswith("Frames seem to repeat the one before") for doubt in doubts)
+    slow = Played(pictures([still] * 120, 50.0))
+    looker = Looker([slow])
+    looker.video.quality._rate_hz = FPS  # what the camera was asked for
+    list(run([slow], looker))
+    assert "more slowly than the 90 a second" in figures(looker.video)["frame rate"].doubt
+    looker, percepts = looked_at([*[still] * 12, *[covered] * 150])
+    assert percepts[-1].quality["n_lost"] == 80
+    assert "80 of 361" in figures(looker.video)["lost"].doubt
+    faint = draw(GRID, marker=60, skin=30)
+    looker, _ = looked_at([cv2.GaussianBlur(faint, (0, 0), 3)] * 90)
+    said = figures(looker.video)
+    assert said["grey levels"].doubt.startswith("Faint: markers at grey level 5")
+    assert said["edges"].doubt.startswith("Out of focus")
+
+
+def test_quality_and_spectrum_of_sound():
+    time_s = np.arange(2 * int(RATE_HZ)) / RATE_HZ
+    tone = 0.5 * np.sin(2 * np.pi * 40 * time_s)
+    looker, percepts = looked_at(samples=tone)
+    assert [p.model for p in percepts] == ["microphone"] * 3
+    assert percepts[-1].quality["rms"] == pytest.approx(0.5 / 2**0.5, rel=0.01)
+    assert percepts[-1].quality["clipped"] == 0
+    said = figures(looker.audio)
+    assert (said["sound level"].value, said["loudest"].value) == ("-9 dBFS", "-6 dBFS")
+    amplitude, step_hz = looker.audio.spectrum()
+    assert np.argmax(amplitude) * step_hz == pytest.approx(40)
+    noise = 0.01 * np.random.default_rng(0).normal(size=len(tone))
+    looker, percepts = looked_at(samples=np.clip(4 * tone + noise, -1, 1))
+    assert percepts[-1].quality["clipped"] > 0.5
+    assert "lower the gain" in figures(looker.audio)["clipped"].doubt
+    looker, _ = looked_at(samples=0 * tone)
+    assert "silent" in figures(looker.audio)["sound level"].doubt
+
+
+def test_the_page_is_given_all_of_it_as_json(moving):
+    tone = np.sin(2 * np.pi * 40 * np.arange(16000) / RATE_HZ)
+    looker, percepts = looked_at(moving * 2, tone)
+    page = Snapshots(looker)
+    for percept in percepts:
+        page.take(percept)
+    named = [(one["model"], one["textures"]) for one in page.hello()["models"]]
+    assert named == [("camera", []), ("microphone", [])]
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is no JSON")
+
+    text, jpeg = page.newest()
+    state = json.loads(text, parse_constant=refuse)
+    assert np.array(state["video"]["sa1"]).shape == (19, 19)
+    assert len(state["video"]["markers"]) == 361
+    assert state["video"]["ring_px"] == pytest.approx(0.41 * 22, abs=0.1)
+    assert "361 bright markers were found" in state["video"]["sensor"]
+    assert {f["name"] for f in state["video"]["quality"]} >= {"frame rate", "markers", "edges"}
+    assert {f["name"] for f in state["audio"]["quality"]} >= {"sound level", "clipped"}
+    assert len(state["audio"]["amplitude"]) == 200
+    assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE).shape == (480, 640)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (140, 50), (30, 10)])
+def test_the_terminal_shows_pictures_and_words(moving, size):
+    tone = np.sin(2 * np.pi * 40 * np.arange(16000) / RATE_HZ)
+    looker, percepts = looked_at(moving * 2, tone)
+    screen = looker.screen()
+    for percept in percepts:
+        screen.take(percept)
+    width, height = size
+    given = {"width": width, "height": height, "file": io.StringIO()}
+    for colours in ("truecolor", None):
+        console = Console(**given, color_system=colours, force_terminal=colours is not None)
+        with console.capture() as captured:
+            console.print(screen.drawn(console))
+        said = " ".join(captured.get().split())
+        assert ("▀" in said) == (colours is not None)
+        assert "361 of 361" in said
+        assert "microphone: looking" in said
+
+
+def test_the_terminal_says_what_it_waits_for():
+    looker = Looker([Played([])])
+    console = Console(file=io.StringIO(), color_system="truecolor", width=80, height=24)
+    with console.capture() as captured:
+        console.print(looker.screen().drawn(console))
+    assert "markers are looked for, with the skin at rest" in captured.get()
+
+
+def test_a_file_from_the_command_line(run, session, sounds):
+    asked = ("live", "--json", "--speed", "max")
+    video, audio = session / "2" / "40" / "video.mp4", sounds / "2" / "40" / "audio.wav"
+    code, out, _ = run(*asked, "--video", video, "--audio", audio)
+    percepts = [json.loads(line) for line in out.splitlines()]
+    assert code == 0
+    assert [p["model"] for p in percepts].count("camera") == 45
+    assert [p["model"] for p in percepts].count("microphone") == 5
+    assert not any(p["texture"] or p["probabilities"] for p in percepts)
+    code, out, _ = run(*asked, "--video", f"replay:{session}/2/40", "--sensor", "tip_b")
+    assert (code, len(out.splitlines())) == (0, 35)
+    code, out, _ = run("live", "--video", video, "--speed", "max")
+    assert code == 0
+    assert "361 bright markers were found" in " ".join(out.split())
+
+
+def test_what_can_t_be_looked_at_is_said_in_a_sentence(fails, session, make_video, tmp_path):
+    clip = session / "2" / "40" / "video.mp4"
+    assert "--video: expected a source to look at" in fails("live")
+    assert "camera:0, replay:SESSION/3/50, a video file or rig" in fails(
+        "live", "--video", "no.avi"
+    )
+    asked = ("live", "--video", clip, "--sensor")
+    assert "331 markers of the sensor's layout" in fails(*asked, "hex331")
+    small = tmp_path / "small.toml"
+    small.write_text(f"width = 320\nheight = 240\n{SENSOR}")
+    assert "320 x 240 px, as sensor 'small' says, found 640 x 480 px" in fails(*asked, small)
+    assert "no.toml" in fails(*asked, "no.toml")
+    bare = make_video(tmp_path / "bare.mp4", np.zeros(12), covered=[range(361)] * 12)
+    said = fails("live", "--video", bare)
+    assert "bare.mp4: expected at least 6 bright or dark blobs of like size, found 0" in said
+    assert "--fps: expected a number of frames a second above 0" in fails(
+        "live", "--video", clip, "--fps", -1
+    )
+    both = fails("live", "--video", clip, "--sensor", "tip_b", "--model", "m.onnx")
+    assert "--sensor: expected none beside --model, which carries its own" in both
+    assert "sources of the simulated rig" in fails("live", "--video", clip, "--model", "demo")
+
+
+SENSOR = """
+name = "small"
+layout = "square"
+rows = 19
+columns = 19
+n_markers = 361
+[detector]
+radius_px = 6.5
+"""
+
+
+def test_a_sensor_file_without_places_is_refused():
+    sensor = load_sensor("hex127").model_copy(update={"markers": None, "layout": "free"})
+    with pytest.raises(InputError, match="sensor 'hex127': expected a sensor file that says where"):
+        Images(sensor)
+
+
+def test_the_rig_s_own_fingertip_is_known():
+    assert images_of("rig:g/50").sensor == load_sensor("tip_b")
+    assert images_of("rig", load_sensor("hex127")).sensor == load_sensor("hex127")
+    assert images_of("camera:0").sensor is None
+    assert images_of(None).sensor is None
+
+
+def test_a_sound_of_one_channel_is_heard(run, tmp_path):
+    """A microphone of its own has no second channel."""
+    soundfile.write(tmp_path / "one.wav", 0.1 * np.sin(np.arange(16000)), 8000)
+    code, out, _ = run("live", "--json", "--speed", "max", "--audio", tmp_path / "one.wav")
+    assert code == 0
+    assert len(out.splitlines()) == 3

@@ -1,0 +1,77 @@
+"""Recordings made elsewhere: their frames stay, their own times count."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import soundfile
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.recordings import VideoFile
+
+N = 60
+
+
+@pytest.fixture
+def files(tmp_path, make_video):
+    """A video, its sound, and true times that no rate of frames would tell."""
+    video = make_video(tmp_path / "camera.mp4", np.zeros(N), preset="ultrafast")
+    rng = np.random.default_rng(0)
+    samples = rng.normal(0, 0.1, (8000, 2))
+    soundfile.write(tmp_path / "sound.wav", samples, 8000)
+    time_s = 1000.25 + np.arange(N) / 88.5 + rng.uniform(0, 0.001, N)
+    pd.DataFrame({"time_s": time_s, "sequence": np.arange(N)}).to_csv(tmp_path / "t.csv")
+    return video, tmp_path / "sound.wav", tmp_path / "t.csv", time_s
+
+
+@pytest.mark.parametrize("start_s", [1000.0, 1000.3])
+def test_the_true_times_count(files, tmp_path, start_s):
+    video, audio, times, time_s = files
+    afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40, start_s)
+    (recording,) = afferents.read_session(tmp_path / "S").recordings
+    found = list(recording.video.frames())
+    samples = recording.audio.read().values[:, 0]
+    heard = soundfile.read(audio)[0][:, 1]
+    first = len(samples) - len(heard)
+    np.testing.assert_allclose(samples[first:], heard, atol=1e-4)
+    begun_s = start_s - first / 8000  # of both clocks
+    np.testing.assert_allclose([f.time_s for f in found], time_s - begun_s, atol=2e-6)
+    for one, other in zip(found, VideoFile(video).frames(), strict=True):
+        np.testing.assert_array_equal(one.luma, other.luma)
+
+
+def test_a_second_one_joins_the_session(files, tmp_path):
+    video, audio, times, _ = files
+    for speed in (40, 60):
+        afferents.import_recording(video, audio, times, tmp_path / "S", "4", speed)
+    assert afferents.read_session(tmp_path / "S").speeds_mm_s == (40, 60)
+
+
+def test_missing_frames_are_refused_unless_kept(files, tmp_path, fails, run):
+    video, audio, times, _ = files
+    table = pd.read_csv(times)
+    table.loc[30:, ["sequence", "time_s"]] += [3, 3 / 88.5]
+    table.to_csv(times)
+    command = ["import", video, audio, "--times", times, "--session", tmp_path / "S"]
+    command += ["--texture", "4", "--speed", 40]
+    assert "3 lost (the first is number 30)" in fails(*command)
+    assert not (tmp_path / "S").exists()
+    code, said, _ = run(*command, "--keep")
+    assert code == 0
+    assert "NO   frames: 60 of 63 frames, 3 lost" in said
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t: t.drop(columns="time_s"), "a column time_s"),
+        (lambda t: t.iloc[::-1], "times that rise"),
+        (lambda t: t.iloc[:-1], "expected 59 frames, as there are times, found 60"),
+    ],
+)
+def test_times_that_do_not_fit_are_refused(files, tmp_path, change, said):
+    video, audio, times, _ = files
+    change(pd.read_csv(times)).to_csv(times)
+    with pytest.raises(InputError, match=said):
+        afferents.import_recording(video, audio, times, tmp_path / "S", "4", 40)
+    assert not (tmp_path / "S").exists()

@@ -1,0 +1,215 @@
+"""A plan recorded on simulated devices whose camera sees the rig's film, faults and all."""
+
+import json
+import resource
+import shutil
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+import soundfile
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.core.progress import Progress
+from afferents.devices import ByHand
+from afferents.markers import load_sensor
+from afferents.pipeline.record.bench import Bench
+from afferents.pipeline.record.devices import simulated_devices
+from afferents.pipeline.record.plan import read_plan
+from afferents.pipeline.record.record import Person, Recording, record
+from afferents.recordings import VideoFile, read_session
+from afferents.rig import Rig
+
+PLAN = """
+textures = ["4"]
+speeds_mm_s = [60]
+seconds = 0.5
+redo = {redo}
+[camera]
+kind = "simulated"
+{camera}
+[microphone]
+kind = "simulated"
+{microphone}
+[drive]
+kind = "simulated"
+{drive}
+"""
+RUN = "4/60"
+LOST, DAMAGED = [40, 41, 100], [70]
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """One film for all tests of this file: it takes a second to simulate."""
+    path = tmp_path_factory.mktemp("plan") / "PLAN.toml"
+    path.write_text(PLAN.format(redo=0, camera="", microphone="", drive=""))
+    return Bench(Rig(), read_plan(path), speed=4)
+
+
+@pytest.fixture(scope="module")
+def begin(bench, tmp_path_factory):
+    """Return a recording of the same run with faults of its own."""
+
+    def begin(redo=1, camera="", microphone="", drive=""):
+        path = tmp_path_factory.mktemp("plan") / "PLAN.toml"
+        path.write_text(PLAN.format(redo=redo, camera=camera, microphone=microphone, drive=drive))
+        plan = read_plan(path)
+        devices = simulated_devices(plan, path, bench)
+        return Recording(plan, path, load_sensor("tip_b"), devices, bench.mount, True)
+
+    return begin
+
+
+def made(recording, session):
+    with Progress(quiet=True) as progress:
+        return record(recording, session, progress)
+
+
+@pytest.fixture(scope="module")
+def faulty(begin, tmp_path_factory):
+    """A session whose first attempt lost frames, and what came of it."""
+    session = tmp_path_factory.mktemp("session") / "S"
+    return session, made(begin(camera=f"lost = {LOST}\ndamaged = {DAMAGED}"), session)
+
+
+def origin_s(table):
+    return float(pq.read_schema(table).metadata[b"origin_s"])
+
+
+def test_lost_frames_are_found_at_exactly_these_frames(faulty):
+    session, outcome = faulty
+    ((place, why),) = outcome.attempts_aside
+    assert "3 lost (the first is number 40), 1 damaged (the first is number 70)" in why
+    frames = pd.read_parquet(f"{place}/frames.parquet").set_index("sequence")
+    missing = sorted(set(range(frames.index[0], frames.index[-1])) - set(frames.index))
+    assert missing == LOST
+    assert frames.index[frames.damaged].tolist() == DAMAGED
+    assert (session / ".aside/4~60/1/damaged/70").is_file()
+    assert len(list(VideoFile(session / ".aside/4~60/1/video.mp4").frames())) == len(frames) - 1
+
+
+def test_the_run_is_recorded_again_and_the_session_whole(faulty):
+    session, outcome = faulty
+    assert outcome.recorded == [RUN]
+    assert outcome.kept_aside == {}
+    assert outcome.remaining == []
+    said = json.loads((session / "session.json").read_text())
+    assert said["runs"][RUN]["frames"]["lost"] == []
+    assert said["simulated"] is True
+    assert [r.name for r in read_session(session).recordings] == [RUN]
+
+
+def test_the_sensor_goes_along_with_the_recordings(begin, bench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    packaged = Path(afferents.__file__).parent / "markers/sensors/tip_b.toml"
+    shutil.copy(packaged, "mine.toml")
+    recording = begin()
+    recording = replace(recording, plan=recording.plan.model_copy(update={"sensor": "mine.toml"}))
+    made(recording, tmp_path / "S")
+    Path("mine.toml").unlink()
+    assert json.loads((tmp_path / "S/session.json").read_text())["sensor"] == "sensor.toml"
+    (responses,) = afferents.extract(tmp_path / "S", tmp_path / "S.zarr", workers=1, quiet=True)
+    assert responses.sizes["marker"] == 361
+
+
+def test_the_tracks_are_those_of_the_film(faulty, bench, tmp_path):
+    session, _ = faulty
+    (responses,) = afferents.extract(session, tmp_path / "S.zarr", workers=1, quiet=True)
+    frames = pd.read_parquet(session / RUN / "frames.parquet")
+    at_s = frames.time_s - origin_s(session / RUN / "frames.parquet")
+    np.testing.assert_allclose(responses.time, at_s, atol=1e-6)
+    true = bench.film.position_px[frames.sequence]
+    found = responses.position.values
+    seen = slice(responses.attrs["rest_frame"], None)
+    assert responses.detected.values[seen].all()
+    away = np.linalg.norm(true[20][None] - found[20][:, None], axis=2)
+    error = np.linalg.norm(found - true[:, away.argmin(axis=1)], axis=2)[seen]
+    assert np.sqrt((error**2).mean()) < 0.1
+
+
+def test_the_sound_is_that_of_the_film_and_on_the_same_clock(faulty, bench):
+    session, _ = faulty
+    samples, rate = soundfile.read(session / RUN / "audio.wav", dtype="int16")
+    blocks = pd.read_parquet(session / RUN / "sound.parquet")
+    frames = pd.read_parquet(session / RUN / "frames.parquet")
+    begun_s = frames.time_s[0] - bench.film.time_s[frames.sequence[0]]  # of the film
+    first = round((blocks.time_s[0] - begun_s) * rate)
+    np.testing.assert_array_equal(samples, bench.film.sound[first : first + len(samples)])
+    assert len(samples) == round(2.0 * rate)
+
+
+def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
+    session, _ = faulty
+    assert made(begin(), session).recorded == []
+    shutil.copytree(session, tmp_path / "S")
+    shutil.rmtree(tmp_path / "S" / "4")
+    assert made(begin(), tmp_path / "S").recorded == [RUN]
+
+
+def test_another_plan_is_refused(faulty, begin):
+    session, _ = faulty
+    other = begin()
+    other = replace(other, plan=other.plan.model_copy(update={"seconds": 2.0}))
+    with pytest.raises(InputError, match=r"plan.seconds 2.0"):
+        made(other, session)
+
+
+@pytest.mark.parametrize(
+    ("device", "fault", "said"),
+    [
+        ("camera", "unplugged_at = 90", "it was unplugged"),
+        ("camera", "repeated = [60, 61, 62]", "3 repeated"),
+        ("microphone", "gone_at_s = 0.8", "it was unplugged"),
+        ("microphone", "silent = true", "peak 0.0%"),
+        ("microphone", "overflow_at_s = 0.8", "1 overflows"),
+        ("drive", "off = 0.1", "speed"),
+        ("drive", "fault_at_s = 1.2", "over current"),
+    ],
+)
+def test_a_run_with_a_fault_is_kept_aside_and_named(begin, bench, tmp_path, device, fault, said):
+    outcome = made(begin(redo=0, **{device: fault}), tmp_path / "S")
+    assert said in outcome.kept_aside[RUN]
+    assert outcome.remaining == [RUN]
+    assert bench.set_mm_s == 0  # the drum stands still
+    aside = tmp_path / "S/.aside/4~60/1"
+    assert said in json.loads((aside / "why.json").read_text())["why"]
+    assert len(pd.read_parquet(aside / "frames.parquet")) > 40
+    assert len(list(VideoFile(aside / "video.mp4").frames())) > 40
+
+
+def test_a_person_changes_drums_once_and_turns_them_where_no_motor_does(begin):
+    plan = begin().plan
+    asked = []
+    with ByHand() as drive:
+        person = Person(asked.append, plan, drive)
+        for attempt in range(3):
+            person(plan.entries()[0], attempt)
+    assert asked[0] == "change the drum to 4, then press enter"
+    assert len(asked) == 3
+    assert "turn it at 60 mm/s until 2 s are over" in asked[1]
+
+
+@contextmanager
+def largest_file(n_bytes):
+    """Let no file grow beyond this, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_is_one_sentence_and_what_there_is_is_kept(begin, bench, tmp_path):
+    session = tmp_path / "S"
+    with largest_file(1 << 20), pytest.raises(InputError, match="make room on the disk"):
+        made(begin(), session)
+    assert bench.set_mm_s == 0
+    assert (session / ".aside/4~60/1/frames.parquet").is_file()
+    assert made(begin(), session).recorded == [RUN]

@@ -1,0 +1,141 @@
+"""Encodings that are chosen for a data set, and what is refused before anything is trained."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.encodings import ENCODINGS, Encodings, Known
+from afferents.pipeline.choice import encodings_for
+from afferents.pipeline.data import open_data
+
+SCRIPT = Path(__file__).resolve().parents[3] / "scripts/simulated_taxels.py"
+PUBLISHED = Known(44100.0, 60.0, 60.0, 10.0, 100.0, 600.0, 1, True)
+TAXELS = Known(200.0, 7.0, 7.0, 10.0, 60.0, 70.0, 4, False)
+
+
+@pytest.fixture(scope="module")
+def taxels(tmp_path_factory):
+    """The worked example of docs/your-data.md."""
+    spec = importlib.util.spec_from_file_location("simulated_taxels", SCRIPT)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    folder = tmp_path_factory.mktemp("taxels")
+    script.write(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", ENCODINGS)
+def test_the_published_session_keeps_the_defaults(name):
+    assert ENCODINGS[name].suiting(PUBLISHED, {}) == {}
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 35.7, 100.0, 199.0, 400.0, 1000.0, 8000.0])
+@pytest.mark.parametrize("shortest_s", [1.5, 5.0, 60.0])
+@pytest.mark.parametrize("speeds", [(10, 10), (5, 20), (10, 150), (1, 500)])
+@pytest.mark.parametrize("n_channels", [1, 16])
+def test_what_is_chosen_fits_the_shortest_recording(rate_hz, shortest_s, speeds, n_channels):
+    n = int(shortest_s * rate_hz)
+    shortest_s = n / rate_hz
+    known = Known(rate_hz, shortest_s, 60.0, *speeds, speeds[0] * shortest_s, n_channels, False)
+    chosen = Encodings.suiting({}, "data", known)
+    for name in ("spectral", "orders", "kernels"):
+        chosen.of(name).require(n, rate_hz, "a recording")
+    assert chosen.of("spectral").model_bins == 200  # as many as the network needs
+    per_mm = chosen.of("orders").per_mm
+    assert len(per_mm) > 1
+
+
+def test_the_axis_of_textures_is_what_is_heard_at_all_speeds():
+    orders = Encodings.suiting({}, "data", TAXELS).of("orders")
+    assert orders.window_s is None  # too short for as many samples as at 44.1 kHz
+    assert orders.highest_hz == pytest.approx(95)
+    assert orders.highest_per_mm == pytest.approx(95 / 60)
+    assert orders.lowest_per_mm == pytest.approx(2 / 70)  # two periods in 70 mm
+
+
+def test_what_is_given_stays_and_the_rest_goes_with_it():
+    given = {"spectral": {"window_s": 3.0, "remove_mean": False}}
+    spectral = Encodings.suiting(given, "data", TAXELS).of("spectral")
+    assert (spectral.window_s, spectral.stride_s, spectral.remove_mean) == (3.0, 1.5, False)
+    assert spectral.fft_points is None  # 600 samples have bins enough
+    wanted = Encodings.suiting(given, "data", TAXELS, {"window_s": 1.0}).changed(window_s=1.0)
+    assert (wanted.of("spectral").window_s, wanted.of("spectral").fft_points) == (1.0, 400)
+
+
+def test_fabricslide_keeps_its_encodings(tmp_path):
+    data_set = afferents.DATA_SETS["dataset"]
+    from afferents.recordings import PACKAGED
+
+    form = data_set(tmp_path, PACKAGED["fabricslide"]).encodings
+    known = Known(1000 / 28, 4.5, 40.0, 10.0, 150.0, 400.0, 16, False)
+    assert (
+        Encodings.suiting(form, "data", known).describe()
+        == Encodings.suiting(form, "data").describe()
+    )
+
+
+def test_from_a_folder_of_csv_files_to_results(taxels, tmp_path, capsys):
+    found = afferents.evaluate(
+        taxels / "dataset.toml", tmp_path / "r", "order-te-speed-known", workers=1
+    )
+    printed = capsys.readouterr()
+    assert "orders: window_s = whole recordings" in printed.out + printed.err
+    assert found.summary["models"]["order-te-speed-known"]["nested"]["mean_accuracy"] > 0.6
+    summary = json.loads((tmp_path / "r/summary.json").read_text())
+    assert summary["data"][0]["kind"] == "dataset"
+    assert summary["data"][0]["simulated"] is True
+
+
+def test_inspect_takes_a_description(taxels, tmp_path):
+    found = afferents.inspect(taxels / "dataset.toml", tmp_path)
+    assert found.problems == []
+    assert "24 recordings of 3 textures" in found.sentences[0]
+
+
+def test_another_description_of_the_same_files_is_other_data(taxels, tmp_path):
+    other = tmp_path / "other"
+    text = (taxels / "dataset.toml").read_text()
+    other.symlink_to(taxels)
+    (one,) = open_data([taxels / "dataset.toml"])
+    again = taxels / "two.toml"
+    again.write_text(text.replace("taxel*", "taxel[12]"))
+    (two,) = open_data([again])
+    assert one.origin.fingerprint != two.origin.fingerprint
+    assert encodings_for([one], "all", {}).of("orders").bins_per_octave == 8
+
+
+def test_too_few_bins_for_the_network_are_refused_before_training(fails, taxels, tmp_path):
+    sentence = fails(
+        "evaluate", taxels / "dataset.toml", "--out", tmp_path / "r", "--models", "vib-te-aug",
+        "--bins", 100, "--quiet",
+    )  # fmt: skip
+    assert "spectra: expected at least 135 bins for this network, found 100" in sentence
+    assert not (tmp_path / "r").exists()
+
+
+def test_one_speed_is_refused_before_training(fails, taxels, tmp_path):
+    (taxels / "one.toml").write_text(
+        (taxels / "dataset.toml").read_text().replace("{speed}mmps", "20mmps")
+        .replace("[files]", "[files]\nspeed_mm_s = 20")
+    )  # fmt: skip
+    sentence = fails(
+        "evaluate", taxels / "one.toml", "--out", tmp_path / "r", "--models", "order-te", "--quiet"
+    )
+    assert "with one speed no model can be tested at another" in sentence
+    assert not (tmp_path / "r").exists()
+
+
+def test_where_no_speed_is_known_something_else_is_held_out(taxels, tmp_path):
+    """What names call a speed is a condition here."""
+    (taxels / "none.toml").write_text(
+        (taxels / "dataset.toml").read_text().replace("{speed}", "{pace}")
+    )
+    options = {"split": "pace", "workers": 1, "quiet": True}
+    found = afferents.evaluate(taxels / "none.toml", tmp_path / "r", "ridge-te", **options)
+    assert found.summary["groups"] == ["10", "20", "40", "60"]
+    with pytest.raises(InputError, match="speed"):
+        afferents.evaluate(taxels / "none.toml", tmp_path / "o", "order-te", **options)

@@ -1,0 +1,265 @@
+"""Data sets that a `dataset.toml` describes: every format, and what is wrong with files."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import soundfile
+
+from afferents.core.errors import InputError
+from afferents.recordings import Described, data_set_of
+
+RATE_HZ = 100
+VALUES = np.random.default_rng(0).integers(-50, 50, (300, 2)).astype(np.float64)
+FRAME = pd.DataFrame({"t": np.arange(300) / RATE_HZ, "left": VALUES[:, 0], "right": VALUES[:, 1]})
+FILES = '[files]\npattern = "{texture}_{speed}.SUFFIX"\n[signal]\n'
+TIMED = 'time = "t"\nchannels = ["left", "right"]\n'
+
+
+def described(folder: Path, text: str, suffix: str = "csv") -> Described:
+    (folder / "dataset.toml").write_text(text.replace("SUFFIX", suffix))
+    return Described(folder / "dataset.toml")
+
+
+def csv(folder: Path, name: str = "silk_20.csv", frame: pd.DataFrame = FRAME) -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    frame.to_csv(path, index=False)
+    return path
+
+
+def hdf5(path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        file["run/time"] = FRAME.t
+        file["run/taxels"] = VALUES
+        file["about"] = "a note"
+
+
+@pytest.mark.parametrize(
+    ("suffix", "write", "signal"),
+    [
+        ("csv", lambda p: FRAME.to_csv(p, index=False), TIMED),
+        ("csv", lambda p: FRAME.to_csv(p, index=False), 'time = "t"\n'),
+        ("csv", lambda p: FRAME.to_csv(p, index=False), 'time = "t"\nchannels = ["*t"]\n'),
+        ("csv", lambda p: FRAME.to_csv(p, index=False, sep=";"), 'separator = ";"\n' + TIMED),
+        (
+            "csv",
+            lambda p: FRAME.to_csv(p, index=False, header=False),
+            "header = false\ntime = 0\nchannels = [1, 2]\n",
+        ),
+        ("parquet", lambda p: FRAME.to_parquet(p), TIMED),
+        ("npy", lambda p: np.save(p, VALUES), "sample_rate_hz = 100\n"),
+        ("npy", lambda p: np.save(p, VALUES), "period_ms = 10\nchannels = [0, 1]\n"),
+        (
+            "npz",
+            lambda p: np.savez(p, t=1000 * FRAME.t, x=VALUES, note="cold"),
+            'arrays = ["t", "x"]\ntime = "t"\ntime_unit = "ms"\n',
+        ),
+        ("h5", hdf5, 'arrays = ["run/time", "run/taxels"]\ntime = "run/time"\n'),
+        ("wav", lambda p: soundfile.write(p, VALUES / 64, RATE_HZ, subtype="FLOAT"), ""),
+    ],
+)
+def test_every_format_gives_the_same_channels(tmp_path, suffix, write, signal):
+    write(tmp_path / f"silk_20.{suffix}")
+    one = described(tmp_path, FILES + signal, suffix)
+    if '"*t"' in signal:  # the time is no channel, even if a pattern of channels has it
+        one = described(tmp_path, FILES + signal.replace("*t", "[lr]*"), suffix)
+    (recording,) = one.recordings().recordings
+    assert (recording.name, recording.texture, recording.speed_mm_s) == ("silk_20", "silk", 20)
+    heard = recording.audio.read()
+    assert heard.attrs["sample_rate_hz"] == RATE_HZ
+    assert (recording.audio.n_samples, recording.audio.n_channels) == (300, 2)
+    np.testing.assert_array_equal(heard.values * (64 if suffix == "wav" else 1), VALUES)
+
+
+def test_names_say_texture_speed_and_conditions(tmp_path):
+    csv(tmp_path, "day 1/silk/2.5cm_3_down.csv")
+    files = '[files]\npattern = "{day}/{texture}/{speed}cm_{trial}_{way}.csv"\n'
+    files += 'speed_unit = "cm/s"\n[files.words.way]\ndown = "-"\n[signal]\nsteady_s = [0.5, 2.5]\n'
+    (one,) = described(tmp_path, files + TIMED).recordings().recordings
+    assert one.name == "day 1/silk/2.5cm_3_down"
+    assert (one.texture, one.speed_mm_s, one.steady_s) == ("silk", 25.0, (0.5, 2.5))
+    assert one.conditions == {"day": "day 1", "trial": 3, "way": "-"}
+
+
+def test_a_regular_expression_and_what_names_do_not_say(tmp_path):
+    csv(tmp_path, "run7-v10.csv")
+    csv(tmp_path, "notes.csv")
+    files = "[files]\nregex = 'run(?P<trial>\\d+)-v(?P<speed>\\d+)\\.csv'\ntexture = \"silk\"\n"
+    (one,) = described(tmp_path, files + "[signal]\n" + TIMED).recordings().recordings
+    assert (one.texture, one.speed_mm_s, one.conditions) == ("silk", 10, {"trial": 7})
+
+
+def test_no_speed_need_be_known(tmp_path):
+    csv(tmp_path, "silk_1.csv")
+    files = '[files]\npattern = "{texture}_{trial}.csv"\n[signal]\n'
+    (one,) = described(tmp_path, files + TIMED).recordings().recordings
+    assert (one.texture, one.speed_mm_s, one.conditions) == ("silk", None, {"trial": 1})
+
+
+def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
+    csv(tmp_path)
+    described(tmp_path, FILES + TIMED)
+    for wanted in (tmp_path, tmp_path / "dataset.toml", f"dataset:{tmp_path}"):
+        assert data_set_of(wanted).recordings().textures == ("silk",)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"colour = 1\n": ""}, "found the unknown key 'colour'"),
+        ({"[signal]\n": "[signal]\nrate = 5\n"}, "unknown key 'signal.rate'"),
+        ({"{texture}_{speed}": "{texture}_{texture}_{speed}"}, "'{texture}' stands twice"),
+        ({"{texture}_{speed}": "{texture}{speed}"}, "two placeholders with nothing between"),
+        ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
+        (
+            {"[signal]\n": "speed_mm_s = 20\n[signal]\n"},
+            "speed must be in the pattern, or speed_mm_s",
+        ),
+        ({'pattern = "{texture}_{speed}.csv"': ""}, "either a pattern or a regex"),
+        ({'pattern = "{texture}_{speed}.csv"': "regex = '(?P<texture>'"}, "no pattern: missing"),
+        ({TIMED: "sample_rate_hz = 5\nperiod_ms = 3\n"}, "sample_rate_hz or period_ms, not both"),
+        ({TIMED: "steady_s = [3.0, 2.0]\n"}, "steady_s must start before it stops"),
+        ({TIMED: "sample_rate_hz = -5\n"}, "sample_rate_hz"),
+    ],
+)
+def test_a_wrong_description_is_refused(tmp_path, change, sentence):
+    text = (FILES + TIMED).replace("SUFFIX", "csv")
+    for old, new in change.items():
+        text = text.replace(old, new) if old in text else old + text
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        described(tmp_path, text)
+    assert "dataset.toml: expected" in str(caught.value)
+
+
+def test_a_pattern_that_matches_nothing_names_what_is_there(tmp_path):
+    csv(tmp_path, "silk-20.csv")
+    expected = r"files that match \{texture\}_\{speed\}\.csv, found none of them \(silk-20\.csv"
+    with pytest.raises(InputError, match=expected):
+        described(tmp_path, FILES + TIMED).recordings()
+
+
+def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
+    csv(tmp_path, "a/silk_20.csv")
+    csv(tmp_path, "b/silk_20.csv")
+    text = FILES.replace("[signal]", 'folders = ["*"]\n[signal]') + TIMED
+    with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk at 20 mm/s"):
+        described(tmp_path, text).recordings()
+
+
+def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
+    path = csv(tmp_path, "silk_0.csv")
+    with pytest.raises(InputError, match="faster than 0 mm/s"):
+        described(tmp_path, FILES + TIMED).recordings()
+    path.rename(tmp_path / "silk_fast.csv")
+    regex = "regex = '(?P<texture>[a-z]+)_(?P<speed>[a-z]+)\\.csv'"
+    text = FILES.replace('pattern = "{texture}_{speed}.SUFFIX"', regex) + TIMED
+    with pytest.raises(InputError, match="a speed in its name, found 'fast'"):
+        described(tmp_path, text).recordings()
+
+
+def changed(**columns) -> pd.DataFrame:
+    frame = FRAME.copy()
+    for name, (row, value) in columns.items():
+        frame[name] = frame[name].astype(object)
+        frame.loc[row, name] = value
+    return frame
+
+
+@pytest.mark.parametrize(
+    ("frame", "signal", "sentence"),
+    [
+        (FRAME.drop(columns="right"), TIMED, "line 1: expected the column 'right', found t, left"),
+        (FRAME.drop(columns="t"), TIMED, "line 1: expected the column 't', found left, right"),
+        (FRAME, 'columns = ["t", "left"]\n', "line 1: expected the columns t, left"),
+        (FRAME, 'time = "t"\nchannels = ["left", "l*"]\n', "each channel once, found 'left' twice"),
+        (changed(t=(10, 0.05)), TIMED, "line 12: expected times that go on, found 90 ms, then 50"),
+        (changed(t=(10, 0.118)), TIMED, "line 12: expected a timestamp 10 ms after"),
+        (FRAME.drop(index=50), TIMED, "line 52: expected a timestamp 10 ms after the one before"),
+        (FRAME, TIMED + "sample_rate_hz = 50\n", "sample rate of the data set, 50 Hz, found 100"),
+        (FRAME, 'channels = ["left"]\n', "a sample rate, found none; say sample_rate_hz or"),
+        (changed(left=(3, "wet")), TIMED, "line 5: expected numbers, found 'wet'"),
+        (changed(left=(3, np.nan)), TIMED, "line 5: expected numbers, found ''"),
+        (changed(left=(3, "inf")), TIMED, "line 5: expected numbers, found 'inf'"),
+        (changed(left=(3, 0.5)), TIMED + "integers = true\n", "expected integers, found '0"),
+        (FRAME[:0], TIMED, "rows of data below the header, found none"),
+        (FRAME[:20], TIMED + "least_s = 1.0\n", "at least 1"),
+        (pd.concat([FRAME[:9], FRAME[8:]]), TIMED, "found 0 ms"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_named(tmp_path, frame, signal, sentence):
+    path = csv(tmp_path, frame=frame)
+    (one,) = described(tmp_path, FILES + signal).recordings().recordings
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        one.audio.read()
+    assert str(path) in str(caught.value)
+
+
+def test_a_row_that_repeats_the_one_before_may_count_once(tmp_path):
+    csv(tmp_path, frame=pd.concat([FRAME[:9], FRAME[8:]]))
+    text = FILES + TIMED + 'duplicates = "once"\n'
+    (one,) = described(tmp_path, text).recordings().recordings
+    np.testing.assert_array_equal(one.audio.read().values, VALUES)
+
+
+def test_jitter_is_allowed_as_far_as_it_is_said(tmp_path):
+    csv(tmp_path, frame=changed(t=(10, 0.102)))
+    (one,) = described(tmp_path, FILES + TIMED + "jitter_ms = 2\n").recordings().recordings
+    assert one.audio.n_samples == len(one.audio.read())
+    (one,) = described(tmp_path, FILES + TIMED + "jitter_ms = 1\n").recordings().recordings
+    with pytest.raises(InputError, match=r"line 12: .* 10 ms .*\(within 1\), found 12 ms"):
+        one.audio.read()
+
+
+def test_files_of_another_rate_contradict_the_first(tmp_path):
+    csv(tmp_path)
+    csv(tmp_path, "silk_40.csv", FRAME.assign(t=FRAME.t / 2))
+    first, other = described(tmp_path, FILES + TIMED).recordings().recordings
+    assert first.audio.read().attrs["sample_rate_hz"] == 100
+    with pytest.raises(InputError, match=r"silk_40\.csv: .* 100 Hz, found 200 Hz"):
+        other.audio.read()
+
+
+def test_a_sound_of_another_rate_than_declared(tmp_path):
+    soundfile.write(tmp_path / "silk_20.wav", VALUES[:, 0] / 64, 8000)
+    text = FILES + "sample_rate_hz = 44100\n"
+    (one,) = described(tmp_path, text, "wav").recordings().recordings
+    with pytest.raises(InputError, match="44100 Hz, found 8000 Hz"):
+        one.audio.read()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content", "sentence"),
+    [
+        ("npy", b"time,left\n0,1\n", "a readable NPY file"),
+        ("parquet", b"time,left\n0,1\n", "a readable PARQUET file"),
+        ("wav", b"time,left\n0,1\n", "a readable WAV file"),
+        ("xlsx", b"PK", "a file of csv, parquet, .*, found '.xlsx'"),
+        ("csv", bytes(range(128, 256)) * 9, "rows of data|the column|line 1"),
+    ],
+)
+def test_a_file_of_another_format(tmp_path, suffix, content, sentence):
+    (tmp_path / f"silk_20.{suffix}").write_bytes(content)
+    text = FILES + "sample_rate_hz = 100\n"
+    (one,) = described(tmp_path, text, suffix).recordings().recordings
+    with pytest.raises(InputError, match=sentence):
+        one.audio.read()
+
+
+def test_hdf5_without_its_package_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "h5py", None)
+    (tmp_path / "silk_20.h5").touch()
+    (one,) = described(tmp_path, FILES + "sample_rate_hz = 9\n", "h5").recordings().recordings
+    with pytest.raises(InputError, match=r"pip install 'afferents\[hdf5\]'"):
+        one.audio.read()
+
+
+def test_what_the_page_shows_is_what_is_read():
+    page = (Path(__file__).resolve().parents[3] / "docs/your-data.md").read_text()
+    script = Path(__file__).resolve().parents[3] / "scripts/simulated_taxels.py"
+    shown = re.findall(r"```toml\n(.*?)```", page, flags=re.DOTALL)[0]
+    shown = re.sub(r" +#.*", "", shown)
+    assert shown in script.read_text()

@@ -1,0 +1,69 @@
+"""Folders of numbered images as videos."""
+
+import cv2
+import numpy as np
+import pytest
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.core.files import checksum, size_of
+from afferents.recordings import ImageFolder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Images numbered 8, 9, 10, 12, each of the grey level of its number."""
+    for n in (8, 9, 10, 12):
+        cv2.imwrite(str(tmp_path / f"frame{n}.png"), np.full((4, 6), n, np.uint8))
+    return tmp_path
+
+
+def test_frames_keep_the_times_of_their_numbers(folder):
+    images = ImageFolder(folder, 10.0)
+    frames = list(images.frames())
+    assert [frame.image[0, 0] for frame in frames] == [8, 9, 10, 12]
+    assert [frame.time_s for frame in frames] == pytest.approx([0, 0.1, 0.2, 0.4])
+    assert (images.width, images.height, images.n_frames) == (6, 4, 4)
+    assert images.duration_s == pytest.approx(0.5)
+
+
+def test_numbers_may_count_in_steps(tmp_path):
+    for n in (0, 10, 20):
+        cv2.imwrite(str(tmp_path / f"{n:03}.bmp"), np.zeros((4, 6), np.uint8))
+    times = [frame.time_s for frame in ImageFolder(tmp_path, 10.0).frames()]
+    assert times == pytest.approx([0, 0.1, 0.2])
+
+
+def test_what_is_no_series_of_images_is_refused(folder, tmp_path_factory):
+    with pytest.raises(InputError, match="numbered images, found none in it"):
+        next(ImageFolder(tmp_path_factory.mktemp("empty"), 10.0).frames())
+    (folder / "frame9.png").write_bytes(b"no image")
+    with pytest.raises(InputError, match=r"frame9\.png: expected a readable image"):
+        list(ImageFolder(folder, 10.0).frames())
+    cv2.imwrite(str(folder / "frame9.png"), np.zeros((5, 6), np.uint8))
+    with pytest.raises(InputError, match="an image of 6x4 px, found 6x5"):
+        list(ImageFolder(folder, 10.0).frames())
+    cv2.imwrite(str(folder / "other9.png"), np.zeros((4, 6), np.uint8))
+    with pytest.raises(InputError, match=r"a number each, found frame9\.png and other9\.png"):
+        list(ImageFolder(folder, 10.0).frames())
+
+
+def test_their_rate_must_be_said(folder):
+    root = folder.parent
+    toml = f'[[recordings]]\nvideo = "{folder.name}"\ntexture = "felt"\n'
+    (root / "session.toml").write_text(toml)
+    with pytest.raises(InputError, match=r"rate at which the images were taken.* session\.toml"):
+        afferents.read_session(root)
+    (root / "session.toml").write_text(toml + "fps_hz = 25\n")
+    (recording,) = afferents.read_session(root).recordings
+    assert recording.fps_hz == 25
+    (root / "session.toml").write_text(f'pattern = "{folder.name[:3]}{{texture}}/"\nfps_hz = 20\n')
+    assert afferents.read_session(root).recordings[0].fps_hz == 20
+
+
+def test_a_folder_is_told_from_others_by_all_its_images(folder):
+    before = checksum(folder)
+    size = size_of(folder)
+    assert size == sum(path.stat().st_size for path in folder.iterdir())
+    cv2.imwrite(str(folder / "frame12.png"), np.full((4, 6), 13, np.uint8))
+    assert checksum(folder) != before

@@ -1,0 +1,315 @@
+"""Sessions whose files are named by a session file: any container, any layout, any label."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.recordings import (
+    ImageFolder,
+    VideoFile,
+    check_recording,
+    require_rates_that_agree,
+    session_file,
+)
+from afferents.recordings.pattern import Pattern
+
+
+@pytest.fixture
+def lab(tmp_path, write_video):
+    """Write short videos of these names, and a session.toml."""
+
+    def write(names, toml="", **video):
+        for name in names:
+            write_video(tmp_path / name, **video)
+        if toml:
+            (tmp_path / "session.toml").write_text(toml)
+        return tmp_path
+
+    return write
+
+
+@pytest.fixture
+def empty(tmp_path):
+    """Write empty files of these names, and a session.toml: nothing is opened."""
+
+    def write(names, toml=""):
+        for name in names:
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).touch()
+        if toml:
+            (tmp_path / "session.toml").write_text(toml)
+        return tmp_path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("end", "codec"),
+    [("avi", "mjpeg"), ("mkv", "libx264"), ("mov", "libx264"), ("webm", "libvpx-vp9")],
+)
+def test_any_container(lab, end, codec):
+    pixels = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+    toml = f'[[recordings]]\nvideo = "felt.{end}"\ntexture = "felt"\n'
+    (recording,) = afferents.read_session(
+        lab([f"felt.{end}"], toml, codec=codec, pixels=pixels)
+    ).recordings
+    times = [frame.time_s for frame in recording.video.frames()]
+    assert np.allclose(times, np.arange(12) / 90, atol=1e-3)
+    assert (recording.name, recording.speed_mm_s) == ("felt", None)
+
+
+PAIRS = ["felt/20_1.avi", "felt/20_2.avi", "silk/20_1.avi", "silk/20_2.avi", "notes.avi"]
+
+
+def test_a_pattern_gives_ids_speeds_and_conditions(empty):
+    session = afferents.read_session(
+        empty(PAIRS, 'pattern = "{texture}/{speed}_{trial}.avi"\nsteady_s = [0.5, 2]\n')
+    )
+    names = [r.name for r in session.recordings]
+    assert names == ["felt/20/1", "felt/20/2", "silk/20/1", "silk/20/2"]
+    second = session.recordings[1]
+    assert (second.texture, second.speed_mm_s, second.steady_s) == ("felt", 20.0, (0.5, 2.0))
+    assert second.conditions == {"direction": "+x", "trial": "2"}
+    assert [path.name for path in session.unused] == ["notes.avi"]
+
+
+def test_a_pattern_without_speed_and_with_sound(empty):
+    root = empty(
+        ["v/felt_low.mkv", "v/silk_low.mkv", "s/felt_low.wav", "s/silk_low.wav"],
+        'pattern = "v/{texture}_{pressure}.mkv"\naudio_pattern = "s/{texture}_{pressure}.wav"\n',
+    )
+    session = afferents.read_session(root)
+    assert [r.name for r in session.recordings] == ["felt/low", "silk/low"]
+    assert session.speeds_mm_s == ()
+    assert [r.audio.path.name for r in session.recordings] == ["felt_low.wav", "silk_low.wav"]
+    assert session.unused == []
+    (root / "s/silk_low.wav").unlink()
+    with pytest.raises(InputError, match=r"audio in every condition or in none, .* silk/low"):
+        afferents.read_session(root)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "sentence"),
+    [
+        ("{texture}/{speed}.mkv", r"none among felt/20_1\.avi, felt/20_2\.avi"),
+        ("{texture}/{speed}_*.avi", "an id each, found felt/20_1.avi and felt/20_2.avi, both"),
+        ("{texture}{trial}.avi", "reads in one way, found notes.avi"),
+        ("{speed}.avi", "a pattern with {texture}"),
+        ("{texture}/{texture}.avi", "with each name once"),
+        ("{texture/{speed}.avi", "names in braces"),
+        ("../{texture}.avi", "in the session's folder"),
+    ],
+)
+def test_patterns_that_fit_nothing_or_twice(empty, pattern, sentence):
+    with pytest.raises(InputError, match=sentence):
+        afferents.read_session(empty(PAIRS, f'pattern = "{pattern}"\n'))
+
+
+def test_a_hole_among_files_of_a_pattern_is_named_and_may_be_declared(empty):
+    names = ["felt_20.avi", "felt_40.avi", "silk_20.avi"]
+    root = empty(names, 'pattern = "{texture}_{speed}.avi"\n')
+    with pytest.raises(InputError, match=r"none in silk/40; .*session\.toml"):
+        afferents.read_session(root)
+    toml = 'pattern = "{texture}_{speed}.avi"\nholes = [["silk", 40]]\n'
+    assert len(afferents.read_session(empty(names, toml)).recordings) == 3
+
+
+def test_names_in_a_pattern_take_what_the_rest_leaves():
+    found = Pattern("{texture}_{speed}_{trial}.avi").values("soft_felt_2.5_b.avi")
+    assert found == {"texture": "soft_felt", "speed": "2.5", "trial": "b"}
+    assert Pattern("{texture}_{speed}.avi").values("felt_fast.avi") is None
+
+
+LIST = {
+    "sensor": "mine.toml",
+    "rest_frame": 3,
+    "conditions": {"robot": "ur5"},
+    "recordings": [
+        {"video": "a.avi", "texture": 3, "speed_mm_s": 20, "repetition": 1},
+        {"video": "b.avi", "texture": "3", "speed_mm_s": 20, "repetition": 2,
+         "conditions": {"pressure": 4.5}, "fps_hz": 30, "steady_s": [1, 2], "rest_frame": 0,
+         "sensor": "hex127"},
+        {"video": "c.avi", "texture": "felt", "id": "others/c"},
+    ],
+}  # fmt: skip
+
+
+def test_a_list_says_all_of_each(empty):
+    root = empty(["a.avi", "b.avi", "c.avi"])
+    (root / "session.json").write_text(json.dumps({**LIST, "program": "mine"}))
+    first, second, third = afferents.read_session(root).recordings
+    assert (first.name, first.texture, first.speed_mm_s) == ("3/20/1", "3", 20.0)
+    assert first.conditions == {"direction": "+x", "robot": "ur5", "repetition": "1"}
+    assert (first.sensor, first.rest_frame, first.steady_s) == (None, 3, None)
+    assert second.video == VideoFile(root / "b.avi", 30)
+    assert second.conditions["pressure"] == 4.5
+    assert (second.sensor, second.rest_frame, second.steady_s) == ("hex127", 0, (1.0, 2.0))
+    assert (third.name, third.texture, third.speed_mm_s) == ("others/c", "felt", None)
+    assert session_file(root).sensor == "mine.toml"
+
+
+def test_what_people_write_is_what_programs_write(empty):
+    root = empty(["a.avi"], '[[recordings]]\nvideo = "a.avi"\ntexture = 3\nsteady_s = [1, 2]\n')
+    by_people = session_file(root).model_dump()
+    (root / "session.toml").unlink()
+    one = {"video": "a.avi", "texture": 3, "steady_s": [1, 2]}
+    (root / "session.json").write_text(json.dumps({"recordings": [one]}))
+    assert session_file(root).model_dump() == by_people
+    (root / "session.toml").touch()
+    with pytest.raises(InputError, match=r"one session file, found session\.toml and session"):
+        session_file(root)
+
+
+def test_a_program_may_note_a_sensor_of_any_form(empty):
+    root = empty(["a.avi"])
+    (root / "session.json").write_text('{"sensor": {"name": "tip"}, "rig": {"a": 1}}')
+    assert session_file(root).sensor is None
+
+
+ONE = '[[recordings]]\nvideo = "a.avi"\ntexture = "a"\n'
+
+
+@pytest.mark.parametrize(
+    ("toml", "sentence"),
+    [
+        ("stedy_s = [1, 2]\n" + ONE, "unknown key 'stedy_s'"),
+        (ONE + "speed = 3\n", "unknown key 'recordings.0.speed'"),
+        ('[[recordings]]\nvideo = "a.avi"\n', "key 'recordings.0.texture'"),
+        ('[[recordings]]\ntexture = "a"\n', "a video, audio, or both"),
+        (ONE + "speed_mm_s = 0\n", "recordings.0.speed_mm_s"),
+        (ONE + 'speed_mm_s = "20"\n', "recordings.0.speed_mm_s"),
+        (ONE + "steady_s = [2, 1]\n", "0 <= start < stop"),
+        (ONE + 'id = "../a"\n', "a label without '/'"),
+        (ONE.replace('"a"', '"a/b"'), "a label without '/'"),
+        (ONE + ONE, "an id each, found a.avi and a.avi, both a"),
+        (ONE + ONE.replace('= "a"', '= "a"\nrepetition = 2'), "none lies in another, found a and"),
+        (ONE.replace("a.avi", "z.avi"), r"no such file \(there are a\.avi\)"),
+        ('pattern = "{texture}.avi"\n' + ONE, "not both"),
+        ('audio_pattern = "{texture}.wav"\n', "goes with a pattern"),
+        ("fps_overrules = true\n" + ONE, "needs fps_hz"),
+        ("pattern = 5\n", "with pattern: "),
+    ],
+)
+def test_a_session_toml_that_makes_no_sense(empty, toml, sentence):
+    with pytest.raises(InputError, match=sentence):
+        afferents.read_session(empty(["a.avi"], toml))
+
+
+def test_one_texture_under_two_names(empty):
+    toml = ONE.replace('"a"', '"3"') + ONE.replace('"a"', '"3.0"').replace("a.avi", "b.avi")
+    with pytest.raises(InputError, match=r"each texture under one name, found 3 and 3\.0"):
+        afferents.read_session(empty(["a.avi", "b.avi"], toml))
+
+
+def test_repetitions_other_containers_and_images_in_the_published_layout(empty):
+    root = empty(["3/20/1/video.avi", "3/20/2/video.avi", "felt/20/video/f1.png", "felt/20/x.avi"])
+    (root / "session.toml").write_text("fps_hz = 30\n")
+    session = afferents.read_session(root)
+    assert [r.name for r in session.recordings] == ["3/20/1", "3/20/2", "felt/20"]
+    assert session.recordings[1].conditions == {"direction": "+x", "repetition": "2"}
+    assert session.recordings[2].video == ImageFolder(root / "felt/20/video", 30.0)
+    assert [path.name for path in session.unused] == ["x.avi"]
+    (root / "3/20/1/video.mkv").touch()
+    with pytest.raises(InputError, match=r"one video, found video\.avi and video\.mkv"):
+        afferents.read_session(root)
+    (root / "3/20/1/video.mkv").rename(root / "3/20/video.mkv")
+    with pytest.raises(InputError, match="repetitions of it in folders of their own"):
+        afferents.read_session(root)
+
+
+def test_what_is_found_but_is_no_session_is_said(empty):
+    root = empty(["concrete.avi", "lego.avi", "a/b.wav"])
+    with pytest.raises(InputError, match=r"found a/b\.wav, concrete\.avi, lego\.avi; 'afferents i"):
+        afferents.read_session(root)
+    (root / "session.toml").write_text('[[recordings]]\nvideo = "lego.avi"\ntexture = "lego"\n')
+    said = afferents.recordings.PublishedSession(root)
+    assert said.describe(said.recordings()) == ["Found but not used: a/b.wav, concrete.avi."]
+
+
+class TestRates:
+    TWO = ONE + ONE.replace('"a"', '"b"').replace("a.avi", "b.avi")
+
+    def test_one_that_is_overruled_counts(self, lab):
+        root = lab(["a.avi"], ONE + "fps_hz = 30\n", rate=90)
+        (recording,) = afferents.read_session(root).recordings
+        assert [frame.time_s for frame in recording.video.frames()] == [n / 30 for n in range(12)]
+        assert recording.fps_hz == 30
+        assert recording.video.duration_s == pytest.approx(12 / 30)
+        assert check_recording(recording, session_file(root)) == []
+
+    def test_those_of_all_may_be_overruled_together(self, lab):
+        root = lab(["a.avi"], "fps_hz = 30\n" + ONE, rate=90)
+        (recording,) = afferents.read_session(root).recordings
+        with pytest.raises(InputError, match=r"about 30 frames a second, found 90; .*fps_overrul"):
+            check_recording(recording, session_file(root))
+        root = lab(["a.avi"], "fps_hz = 30\nfps_overrules = true\n" + ONE, rate=90)
+        assert afferents.read_session(root).recordings[0].fps_hz == 30
+
+    def test_those_that_contradict_each_other_are_refused(self, lab, write_video):
+        root = lab(["a.avi"], self.TWO, rate=90)
+        write_video(root / "b.avi", rate=30)
+        session = afferents.read_session(root)
+        with pytest.raises(InputError, match=r"one rate .*, found 90 in a, 30 in b; .*fps_hz"):
+            require_rates_that_agree(session, session.declared)
+        (root / "session.toml").write_text(self.TWO + "fps_hz = 90\n")
+        session = afferents.read_session(root)
+        require_rates_that_agree(session, session.declared)
+
+    def test_sound_of_two_rates_is_refused(self, tmp_path, write_audio):
+        write_audio(tmp_path / "a.wav")
+        write_audio(tmp_path / "b.wav", sample_rate_hz=8000, channels=1)
+        (tmp_path / "session.toml").write_text('pattern = "{texture}.wav"\n')
+        session = afferents.read_session(tmp_path)
+        with pytest.raises(InputError, match="found 44100 in a, 8000 in b"):
+            require_rates_that_agree(session, session.declared)
+        # Of each, the last channel is the sensor's where nothing says so.
+        assert [r.audio.read().sizes["channel"] for r in session.recordings] == [1, 1]
+
+
+def test_sound_may_end_with_the_constant_speed(lab, write_audio):
+    toml = ONE + 'audio = "a.wav"\n'
+    root = lab(["a.avi"], toml, n_frames=270)  # 3 s
+    write_audio(root / "a.wav", duration_s=2.0)
+    (recording,) = afferents.read_session(root).recordings
+    with pytest.raises(InputError, match=r"audio of at least 2\.25 s, for a video of 3\.00 s"):
+        check_recording(recording, session_file(root))
+    (root / "session.toml").write_text(toml + "steady_s = [0.5, 1.9]\n")
+    (recording,) = afferents.read_session(root).recordings
+    assert check_recording(recording, session_file(root)) == []
+
+
+class TestTable:
+    def test_rows_are_recordings_and_other_columns_conditions(self, empty):
+        root = empty(["a.avi", "b.avi"])
+        table = pd.DataFrame(
+            {
+                "video": [Path("a.avi"), "b.avi"],
+                "texture": ["felt", 3],
+                "speed_mm_s": [20, np.nan],
+                "rest_frame": [5, np.nan],
+                "pressure": [1.5, np.nan],
+                "operator": ["kim", "ada"],
+            }
+        )
+        session = afferents.Session.from_table(table, root, steady_s=(0.5, 2.0), sensor="hex127")
+        three, felt = session.recordings
+        assert [r.name for r in session.recordings] == ["3", "felt/20"]
+        assert felt.conditions == {"direction": "+x", "pressure": 1.5, "operator": "kim"}
+        assert (felt.rest_frame, felt.steady_s) == (5, (0.5, 2.0))
+        assert (three.speed_mm_s, three.rest_frame) == (None, None)
+        assert session.declared.sensor == "hex127"
+
+    def test_a_row_that_makes_no_sense_is_named(self, empty):
+        root = empty(["a.avi"])
+        table = pd.DataFrame({"video": ["a.avi"], "texture": ["a"], "speed_mm_s": ["fast"]})
+        with pytest.raises(InputError, match=r"row 0 of the table: .*speed_mm_s"):
+            afferents.Session.from_table(table, root)
+        with pytest.raises(InputError, match="a row for each recording, found none"):
+            afferents.Session.from_table(table.iloc[:0], root)
+        with pytest.raises(InputError, match="a recording with the key 'texture'"):
+            afferents.Session.from_table(table[["video"]], root)
