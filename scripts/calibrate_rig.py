@@ -1,10 +1,12 @@
-"""Set the rig beside the published spectra and tactile images: `calibrate_rig.py FOLDER`.
+"""Set the rig beside the published spectra and tactile images, and predict those of drum m.
 
-FOLDER holds `spectra.json` and `tactile_images.npz`, digitised from the paper's notebook. Pictures
-go to `docs/images`, the tables into `docs/rig.md`, between its marks. Takes minutes.
+    python scripts/calibrate_rig.py
+
+`scripts/published` holds what was digitised of the paper's figures. Pictures go to `docs/images`,
+tables into `docs/rig.md`, between its marks, and what the rig says of drum m, whose published
+panels nobody has measured here, into `docs/rig-predictions.json`. Takes minutes.
 """
 
-import argparse
 import json
 import math
 import tempfile
@@ -12,9 +14,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import rig_measures as measure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from rig_constants import constants_table
 
 from afferents.channels import ra1, sa1
 from afferents.core import dims
@@ -26,79 +30,13 @@ from afferents.rig import STEADY_S, VIDEO, Rig, bumped_surface, record, simulate
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+PUBLISHED = Path(__file__).parent / "published"
 RIG = Rig()
 SPECTRA_MM_S = (20, 40, 50, 80, 100)
 IMAGES = (("a", 0.0, 50), ("g", 3.0, 10), ("g", 3.0, 50), ("g", 3.0, 100))
+PREDICTED = ("m", 6.0, (10, 50, 100))
 SEEDS, FILMED_SEEDS = range(6), range(3)
-APART = 20
-"""Published tactile images lie 20 frames apart."""
-
-SOURCES = {
-    "drum.diameter_mm": "paper, 2.2",
-    "drum.bump_height_mm": "paper, 2.2",
-    "drum.bump_ratio": "chosen to fit the weights of k = 1 to 4 in g; no figure is published",
-    "drum.print_sd_mm": "chosen to fit the skirts round the lines of g",
-    "skin.pitch_mm": "paper, 2.1",
-    "skin.radius_mm": "the drum's (paper, 2.2)",
-    "skin.tip_radius_mm": "chosen to fit the size of the dark spot and the crescent in SA-I",
-    "skin.footprint_mm": "chosen: a nodule's width, between the pins' distance and twice it",
-    "skin.recess_mm": "chosen to fit the grain of RA-I",
-    "skin.bridging_per_mm": "chosen to fit the weights of k = 1 to 4 in g",
-    "skin.normal_mn_mm": "chosen: sets the unit of force and nothing else",
-    "skin.relaxing_share": "chosen to fit the weights of k = 1 to 4 at different speeds",
-    "skin.relaxation_s": "chosen: middle of the 20 to 50 ms of soft silicones",
-    "skin.mass_mg": "chosen: 1.2 x 1.2 mm of 2.6 mm silicone at 1.07 mg/mm3",
-    "skin.shear_mn_mm": "chosen to fit the reach of SA-I",
-    "skin.coupling_mn_mm": "chosen to fit the spatial autocorrelation of SA-I and RA-I",
-    "skin.damping_ratio": "chosen: a swing dies within a few ms",
-    "skin.spread_mm": "chosen to fit the dark spot in SA-I",
-    "skin.static_friction": "chosen to fit RA-I's growth with speed",
-    "skin.kinetic_friction": "chosen to fit RA-I's growth with speed",
-    "skin.stribeck_mm_s": "chosen so that textured drums stick and slip at 10 mm/s, not at 50",
-    "skin.bristle_per_mm": "chosen: bristles bend 0.05 mm before they slip",
-    "skin.bristle_damping_s_mm": "chosen: damps the bristles' own swing",
-    "skin.viscous_s_mm": "chosen: small",
-    "mounting.indentation_mm": "paper, 2.2",
-    "mounting.indentation_sd_mm": "chosen: remounting by hand",
-    "mounting.tilt_rad": "chosen: remounting by hand",
-    "mounting.lateral_mm": "chosen: remounting by hand",
-    "mounting.friction_sd": "chosen: dust and wear",
-    "mounting.once_a_drum": "chosen: anew for each run",
-    "mounting.any_angle": "chosen: the drum starts anywhere",
-    "mounting.contact_at_rest": "chosen: the published recordings don't say",
-    "mounting.camera_mm": "chosen to fit the dark spot in SA-I",
-    "mounting.jitter_s": "chosen",
-    "mounting.clock_sd_s": "chosen",
-    "drive.eccentricity_mm": "chosen to fit how SA-I varies within a recording",
-    "drive.ripple": "chosen to fit the width of the lines",
-    "drive.motor_ripple": "chosen",
-    "drive.drift_mm": "chosen",
-    "microphone.x_mm": "chosen: beside the axis",
-    "microphone.y_mm": "chosen: beside the axis",
-    "microphone.depth_mm": "chosen to fit the weights of k = 1 to 4 in g",
-    "microphone.shear_share": "chosen to fit the weights of k = 1 to 4 in g",
-    "microphone.low_hz": "chosen: the published spectra have lines from 1 or 2 Hz",
-    "microphone.high_hz": "chosen to fit how little lies above 300 Hz",
-    "microphone.gain_per_mn_s": "chosen so that no drum of the paper's is clipped",
-    "microphone.motor": "chosen to fit the smooth drum's loudness",
-    "microphone.mains": "chosen: below the lines",
-    "microphone.noise": "chosen to fit the floor of the smooth drum",
-    "microphone.room_noise": "chosen",
-    "camera.width": "paper, 2.1",
-    "camera.height": "paper, 2.1",
-    "camera.fps_hz": "paper, 2.1",
-    "camera.px_per_mm": "chosen so that all pins stay in the picture",
-    "camera.roll_deg": "published code: 6.2 degrees",
-    "camera.barrel": "chosen",
-    "camera.marker_diameter_mm": "published detector: areas of 95 to 180 px2",
-    "camera.marker_grey": "chosen",
-    "camera.skin_grey": "chosen",
-    "camera.blur_px": "chosen",
-    "camera.falloff": "chosen",
-    "camera.noise_grey": "chosen",
-    "camera.bit_rate": "chosen: as common cameras",
-}
-"""Where every constant comes from."""
+FILMED_S = 7.0
 
 
 class Panel(NamedTuple):
@@ -135,25 +73,6 @@ def heard(spacing_mm: float, speed_mm_s: float, seed: int) -> NDArray[np.float64
     return amplitude_spectrum(steady, SAMPLE_RATE_HZ, 400).astype(float)
 
 
-def line(spectrum: NDArray[np.float64], hz: float) -> NDArray[np.float64]:
-    """Return the largest amplitude within one bin of a frequency, of every window."""
-    at = round(hz)
-    return spectrum[:, at - 1 : at + 2].max(axis=1)
-
-
-def weights(panel: Panel, spectrum: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the lines k = 1 to 4 over the loudest of them, median over windows."""
-    lines = np.stack([line(spectrum, k * panel.first_hz) for k in (1, 2, 3, 4)], axis=1)
-    return np.asarray(np.median(lines / lines.max(axis=1, keepdims=True), axis=0))
-
-
-def clarity(panel: Panel, spectrum: NDArray[np.float64], k: int) -> float:
-    """Return line k over what lies round it, median over windows."""
-    low, high = math.ceil((k - 0.45) * panel.first_hz), int((k + 0.45) * panel.first_hz)
-    around = np.median(spectrum[:, low : high + 1], axis=1)
-    return float(np.median(line(spectrum, k * panel.first_hz) / around))
-
-
 def spectra_table(panels: list[Panel]) -> str:
     """Return the numbers of the spectra of g, and of g over a, as markdown."""
     of = {(p.spacing_mm, p.speed_mm_s): p for p in panels}
@@ -174,8 +93,8 @@ def spectra_table(panels: list[Panel]) -> str:
             cells = (
                 f"{speed}" if name == "published" else "",
                 name,
-                " : ".join(f"{w:.2f}" for w in weights(g, mine)),
-                ", ".join(f"{clarity(g, mine, k):.1f}" for k in (1, 2)),
+                " : ".join(f"{w:.2f}" for w in measure.weights(mine, g.first_hz)),
+                ", ".join(f"{measure.clarity(mine, g.first_hz, k):.1f}" for k in (1, 2)),
                 f"{ratio[0]:.0f}",
                 f"{ratio[1]:.0f}",
                 f"{np.median(mine.max(axis=1)) / loudest:.2f}",
@@ -219,98 +138,102 @@ def draw_spectra(panels: list[Panel]) -> None:
 
 
 class Images(NamedTuple):
-    """Tactile images 20 frames apart, shape (image, row, column), and their neighbours."""
+    """SA-I and RA-I, shape (image, row, column): ten published, or every frame of the rig's."""
 
     slow: NDArray[np.float64]
     rapid: NDArray[np.float64]
-    slow_next: NDArray[np.float64] | None = None
-    rapid_next: NDArray[np.float64] | None = None
 
 
 def published_images(archive: Any, texture: str, speed: int) -> Images:
     """Return the ten published images; slides of paper and rig point the same way then."""
-    chosen = (archive["texture"] == texture) & (archive["speed_mm_s"] == speed)
-    pair = [
-        archive["intensity_recovered"][chosen & (archive["afferent"] == name)].transpose(0, 2, 1)
-        for name in ("SA", "RA")
-    ]
-    return Images(*(images.astype(float) for images in pair))
+    return Images(
+        *(measure.published_images(archive, name, texture, speed) for name in ("SA", "RA"))
+    )
 
 
 def filmed_images(spacing_mm: float, speed_mm_s: float, seed: int) -> Images:
     """Record, find blobs as published, and return the images of the steady part."""
+    rig = RIG.model_copy(update={"drum": RIG.drum.model_copy(update={"prints": seed})})
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "run"
-        surface = bumped_surface(spacing_mm, RIG.drum)
-        record(RIG, target, f"{spacing_mm:g}", surface, speed_mm_s, STEADY_S + 4, seed)
+        surface = bumped_surface(spacing_mm, rig.drum)
+        record(rig, target, f"{spacing_mm:g}", surface, speed_mm_s, STEADY_S + FILMED_S, seed)
         tracks = track(open_video(target / VIDEO), load_sensor("tip_b"), "one-to-one")
     slow = sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
-    rapid = ra1(slow).values[round(STEADY_S * 90) :].reshape(-1, 19, 19)
-    steady = slow.values[round(STEADY_S * 90) :].reshape(-1, 19, 19)
-    last = len(steady) - 1
+    first = round(STEADY_S * 90)
     return Images(
-        steady[:last:APART], rapid[:last:APART], steady[1::APART][: -(-last // APART)],
-        rapid[1::APART][: -(-last // APART)],
-    )  # fmt: skip
-
-
-def correlation(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the mean correlation of pairs of images."""
-    return float(
-        np.mean(
-            [np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in zip(first, second, strict=False)]
-        )
+        *(of.values[first:].reshape(-1, 19, 19).astype(float) for of in (slow, ra1(slow)))
     )
 
 
-def statistics(images: NDArray[np.float64]) -> list[float]:
-    """Return correlation 20 frames apart, spread over space and time, autocorrelation."""
-    centred = images - images.mean(axis=(1, 2), keepdims=True)
-    power = (centred**2).mean()
-    near = [
-        (centred[:, :, k:] * centred[:, :, :-k]).mean() / power / 2
-        + (centred[:, k:] * centred[:, :-k]).mean() / power / 2
-        for k in (1, 3)
-    ]
-    return [
-        correlation(images[:-1], images[1:]),
-        float(images.std() / images.mean()),
-        float(images.std(axis=0).mean() / images.mean()),
-        *map(float, near),
-    ]
+def figures_of(images: NDArray[np.float64]) -> dict[str, float]:
+    """Return the figures of the rig's images: means over groups like the published ones."""
+    groups = [measure.statistics(group) for group in measure.groups(images)]
+    found = {name: float(np.mean([group[name] for group in groups])) for name in groups[0]}
+    return {**found, "pattern": measure.moving_contrast(images)}
 
 
 def image_tables(published: list[Images], rig: list[list[Images]]) -> str:
-    """Return the statistics of the tactile images as markdown."""
+    """Return the figures of the tactile images as markdown."""
     head = (
-        "| | | 20 frames apart | next frame | sd / mean | sd over time / mean | "
-        "1 pin apart | 3 pins apart | mean, a at 50 mm/s = 1 |\n"
-        "|---|---|---|---|---|---|---|---|---|"
+        "| | | 20 frames apart | sd / mean | sd over time / mean | 1 pin apart | 3 pins apart | "
+        "mean, a at 50 mm/s = 1 | pattern |\n|---|---|---|---|---|---|---|---|---|"
     )
     rows = [head]
-    for afferent in ("slow", "rapid"):
-        title = {"slow": "SA-I", "rapid": "RA-I"}[afferent]
+    for afferent, title in (("slow", "SA-I"), ("rapid", "RA-I")):
+        first: dict[str, float] = {}
         for index, (texture, _, speed) in enumerate(IMAGES):
             theirs = getattr(published[index], afferent)
-            mine = [getattr(images, afferent) for images in rig[index]]
-            after = [getattr(images, f"{afferent}_next") for images in rig[index]]
-            paper_mean = getattr(published[0], afferent).mean()
-            rig_mean = np.mean([getattr(images, afferent).mean() for images in rig[0]])
-            found = np.mean([statistics(images) for images in mine], axis=0)
-            following = np.mean([correlation(a, b) for a, b in zip(mine, after, strict=True)])
-            rows += [
-                _row(f"{title}, {texture}, {speed}", "published", statistics(theirs), None,
-                     theirs.mean() / paper_mean),
-                _row("", "rig", list(found), float(following),
-                     float(np.mean([images.mean() for images in mine]) / rig_mean)),
-            ]  # fmt: skip
+            mine = [figures_of(getattr(images, afferent)) for images in rig[index]]
+            moving = theirs - theirs.mean(axis=0)
+            found = {
+                "published": {
+                    **measure.statistics(theirs),
+                    "pattern": float(np.mean(measure.contrast(moving))),
+                },
+                "rig": {name: float(np.mean([one[name] for one in mine])) for name in mine[0]},
+            }
+            for name, values in found.items():
+                smooth = first.setdefault(name, values["mean"])
+                shown = f"{title}, {texture}, {speed}" if name == "published" else ""
+                rows.append(_row(shown, name, values, smooth))
     return "\n".join(rows)
 
 
-def _row(title: str, name: str, found: list[float], following: float | None, mean: float) -> str:
-    apart, *rest = (f"{value:.2f}" for value in found)
-    shown = "" if following is None else f"{following:.2f}"
-    return f"| {title} | {name} | {apart} | {shown} | {' | '.join(rest)} | {mean:.2f} |"
+def _row(title: str, name: str, found: dict[str, float], smooth: float) -> str:
+    cells = [found[key] for key in ("apart", "sd", "sd_time", "pin_1", "pin_3")]
+    shown = " | ".join(f"{value:.2f}" for value in (*cells, found["mean"] / smooth))
+    return f"| {title} | {name} | {shown} | {found['pattern']:.1f} |"
+
+
+def predictions(smooth: list[Images]) -> dict[str, Any]:
+    """Return what the rig says of a drum whose published panels have not been measured here."""
+    letter, spacing, speeds = PREDICTED
+    found: dict[str, Any] = {"texture": letter, "spacing_mm": spacing, "seeds": len(FILMED_SEEDS)}
+    for speed in speeds:
+        filmed = [filmed_images(spacing, speed, seed) for seed in FILMED_SEEDS]
+        spectrum = np.concatenate([heard(spacing, speed, seed) for seed in SEEDS])
+        first_hz = RIG.drum.periods(spacing) * speed / (math.pi * 80)
+        found[f"{speed} mm/s"] = {
+            "first_hz": first_hz,
+            "lines_1_to_4": [round(float(w), 3) for w in measure.weights(spectrum, first_hz)],
+            **{
+                name: _mean_figures(
+                    [getattr(one, half) for one in filmed], [getattr(one, half) for one in smooth]
+                )
+                for name, half in (("SA-I", "slow"), ("RA-I", "rapid"))
+            },
+        }
+    return found
+
+
+def _mean_figures(
+    filmed: list[NDArray[np.float64]], smooth: list[NDArray[np.float64]]
+) -> dict[str, float]:
+    mine = [figures_of(images) for images in filmed]
+    found = {name: float(np.mean([one[name] for one in mine])) for name in mine[0]}
+    found["mean"] /= float(np.mean([images.mean() for images in smooth]))
+    return {name: round(value, 3) for name, value in found.items()}
 
 
 def draw_images(published: list[Images], rig: list[list[Images]]) -> None:
@@ -319,7 +242,8 @@ def draw_images(published: list[Images], rig: list[list[Images]]) -> None:
     axes = figure.subplots(8, 12)
     for index, (texture, _, speed) in enumerate(IMAGES):
         for row, (name, images) in enumerate((("paper", published[index]), ("rig", rig[index][0]))):
-            for half, shown in enumerate((images.slow, images.rapid)):
+            for half, every in enumerate((images.slow, images.rapid)):
+                shown = every if name == "paper" else every[:: measure.APART]
                 for column in range(6):
                     axis = axes[2 * index + row, 6 * half + column]
                     axis.imshow(
@@ -340,20 +264,6 @@ def draw_images(published: list[Images], rig: list[list[Images]]) -> None:
     figure.savefig(DOCS / "images" / "rig-tactile-images.png", dpi=110)
 
 
-def constants_table() -> str:
-    """Return every constant, its value and where it comes from, as markdown."""
-    rows = ["| constant | value | source |", "|---|---|---|"]
-    constants = {
-        f"{section}.{name}": value
-        for section, fields in RIG.model_dump().items()
-        for name, value in fields.items()
-    }
-    if set(constants) != set(SOURCES):
-        raise SystemExit(f"no source for, or no longer there: {set(constants) ^ set(SOURCES)}")
-    rows += [f"| `{name}` | {value} | {SOURCES[name]} |" for name, value in constants.items()]
-    return "\n".join(rows)
-
-
 def insert(page: Path, mark: str, text: str) -> None:
     """Replace what stands between two marks of a page."""
     content = page.read_text(encoding="utf-8")
@@ -365,19 +275,18 @@ def insert(page: Path, mark: str, text: str) -> None:
 
 def main() -> None:
     """Simulate, compare, draw, and write the tables into the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
-    folder = parser.parse_args().folder
     page = DOCS / "rig.md"
     insert(page, "constants", constants_table())
-    panels = spectra(json.loads((folder / "spectra.json").read_text(encoding="utf-8")))
+    panels = spectra(json.loads((PUBLISHED / "spectra.json").read_text(encoding="utf-8")))
     insert(page, "spectra", spectra_table(panels))
     draw_spectra(panels)
-    archive = np.load(folder / "tactile_images.npz", allow_pickle=False)
+    archive = np.load(PUBLISHED / "tactile_images.npz", allow_pickle=False)
     published = [published_images(archive, texture, speed) for texture, _, speed in IMAGES]
     rig = [[filmed_images(x, speed, seed) for seed in FILMED_SEEDS] for _, x, speed in IMAGES]
     insert(page, "images", image_tables(published, rig))
     draw_images(published, rig)
+    text = json.dumps(predictions(rig[0]), indent=1)
+    (DOCS / "rig-predictions.json").write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ class Mounting(BaseModel):
     friction_sd: float = Field(0.05, ge=0)
     once_a_drum: bool = True
     any_angle: float = Field(1.0, ge=0, le=1)
-    contact_at_rest: bool = False
+    contact_at_rest: bool = True
     camera_mm: float = Field(80.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
@@ -70,6 +70,7 @@ NUISANCES = {
     "drift": ("drive", "drift_mm"),
     "speed-ripple": ("drive", "ripple"),
     "motor-ripple": ("drive", "motor_ripple"),
+    "going-back": ("drive", "back_spread"),
     "printing": ("drum", "print_sd_mm"),
     "warp": ("drum", "patch_sd_mm"),
     "motor": ("microphone", "motor"),

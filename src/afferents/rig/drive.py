@@ -1,7 +1,8 @@
 """The drive: how the drum turns and how deep it is pressed in, step by step.
 
 A run begins with the drum still, for the rest frames; the drum is brought on (where it is not
-from the start), runs up, and turns on at constant speed.
+from the start), runs up, and turns on at constant speed. Where it is on from the start, the drum
+has slid before: what friction still holds of that is in the rest frames.
 """
 
 import math
@@ -23,6 +24,11 @@ STEADY_S = 1.5
 """From then on the recording counts as steady."""
 MOTOR_TURNS = 14.4
 """Turns of the motor for one of the drum (paper, section 2.2)."""
+BEFORE_S = 0.8
+"""How long before a run the drum is followed where it touches from the start."""
+_BEFORE_MM_S = 20.0
+_STOPPED_S, _BACK_S = 0.5, 0.6
+"""Of `BEFORE_S`: by then the drum has stopped, and has gone back as far as it goes."""
 _OFF_MM = 3.0
 """The drum's distance from the skin before it is brought on."""
 _RIPPLE_HZ = 3.0
@@ -43,6 +49,10 @@ class Drive(BaseModel):
         Ripple once a turn of the motor, amplitude over the speed.
     drift_mm
         Slow drift of the indentation over some 20 s, standard deviation, mm.
+    back_mm, back_spread
+        How far the drum goes back when it stops, mm: as the motor lets go, the skin that it has
+        dragged along pulls it back. And how unlike that is from run to run: any way from
+        1 - spread to 1 + spread times it is as likely.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -51,6 +61,8 @@ class Drive(BaseModel):
     ripple: float = Field(0.01, ge=0)
     motor_ripple: float = Field(0.005, ge=0)
     drift_mm: float = Field(0.02, ge=0)
+    back_mm: float = Field(0.5, ge=0)
+    back_spread: float = Field(1.0, ge=0, le=1)
 
 
 class Turning(NamedTuple):
@@ -59,7 +71,7 @@ class Turning(NamedTuple):
     Attributes
     ----------
     time_s
-        End of each step.
+        End of each step, s from the first frame's exposure on; below 0 what was before.
     angle_rad
         Of the drum, from its starting angle.
     speed_mm_s
@@ -74,6 +86,11 @@ class Turning(NamedTuple):
     speed_mm_s: Values
     pressed_mm: Values
 
+    @property
+    def before(self) -> int:
+        """How many steps lie before the run."""
+        return int(np.searchsorted(self.time_s, 0, "right"))
+
 
 def turn(
     speed_mm_s: float,
@@ -86,6 +103,7 @@ def turn(
     rng: np.random.Generator,
 ) -> Turning:
     """Turn the drum through a whole run."""
+    before = round(BEFORE_S * rate_hz) if contact_at_rest else 0
     time = (np.arange(round(seconds * rate_hz)) + 1) / rate_hz
     eccentric = rng.normal(0, drive.eccentricity_mm, 2)
     motor_phase = rng.uniform(0, 2 * math.pi)
@@ -95,11 +113,25 @@ def turn(
     nominal = speed_mm_s / drum_radius_mm * np.cumsum(ramp) / rate_hz
     motor = drive.motor_ripple * np.sin(MOTOR_TURNS * nominal + motor_phase)
     speed = speed_mm_s * ramp * (1 + ripple + motor)
-    angle = start_rad + np.cumsum(speed) / rate_hz / drum_radius_mm
+    back_mm = drive.back_mm * (1 + drive.back_spread * rng.uniform(-1, 1))
+    earlier = _stopping(before, rate_hz, back_mm)
+    speed = np.concatenate([earlier, speed])
+    way = np.cumsum(speed) / rate_hz
+    angle = start_rad + (way - earlier.sum() / rate_hz) / drum_radius_mm
+    time = np.concatenate([(np.arange(before) - before + 1) / rate_hz, time])
+    drift = np.concatenate([np.full(before, drift[0]), drift])
     pressed = eccentric[0] * np.cos(angle) + eccentric[1] * np.sin(angle) + drift
     if not contact_at_rest:
         pressed = pressed - _OFF_MM * (1 - _ramp(time, STILL_S, PRESSED_S))
     return Turning(time, angle, speed, pressed)
+
+
+def _stopping(n: int, rate_hz: float, back_mm: float) -> Values:
+    """Return the speed before a run, mm/s: the drum slides, stops, and goes back a little."""
+    time = (np.arange(n) + 1) / rate_hz
+    slides = 1 - _ramp(time, _STOPPED_S - 0.1, _STOPPED_S)
+    going = np.gradient(_ramp(time, _STOPPED_S, _BACK_S)) * rate_hz if n else time
+    return np.asarray(_BEFORE_MM_S * slides - back_mm * going)
 
 
 def _ramp(time: Values, start_s: float, stop_s: float) -> Values:

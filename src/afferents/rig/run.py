@@ -197,13 +197,14 @@ def press(
     slide = turning.angle_rad * top_radius
     speed = turning.speed_mm_s * top_radius / (rig.drum.diameter_mm / 2)
     depth = drawn.indentation_mm - nodules.top_mm + turning.pressed_mm
-    steps = frames_s * PHYSICS_RATE_HZ
+    steps = frames_s * PHYSICS_RATE_HZ + turning.before
     parts = []
     for start in range(0, len(slide), _BLOCK):
         block = slice(start, start + _BLOCK)
         taken = steps[(steps >= start) & (steps < start + len(slide[block]))] - start
         parts.append(lattice.run(Motion(slide[block], speed[block], depth[block]), taken))
-    return SkinResponse(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    *seen, pressure, shear = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return SkinResponse(*seen, pressure[turning.before :], shear[turning.before :])
 
 
 def seen(rig: Rig, skin: SkinResponse) -> NDArray[np.float64]:

@@ -17,6 +17,14 @@ def quiet_run(quiet_rig):
 
 
 @pytest.fixture(scope="session")
+def lifted_run(quiet_rig):
+    """The same, but that the drum is brought on after the rest frames."""
+    mounting = quiet_rig.mounting.model_copy(update={"contact_at_rest": False})
+    rig = quiet_rig.model_copy(update={"mounting": mounting})
+    return simulate(rig, "3", bumped_surface(3.0, rig.drum), 50.0, 2.0, seed=0)
+
+
+@pytest.fixture(scope="session")
 def run():
     """Two seconds of g at 50 mm/s as they come."""
     return simulate(Rig(), "3", bumped_surface(3.0), 50.0, 2.0, seed=0)

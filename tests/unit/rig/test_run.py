@@ -11,8 +11,28 @@ from afferents.rig.drive import STILL_S
 def test_the_rest_frames_are_at_rest(run):
     still = run.time_s < STILL_S
     assert still.sum() >= 30
-    assert np.ptp(run.position_mm[still], axis=0).max() < 1e-9
-    assert not run.pressure_mn[still].any()
+    assert np.ptp(run.position_mm[still], axis=0).max() < 0.005
+    assert (run.pressure_mn[still].max(axis=1) > 0).all()
+
+
+def test_off_the_drum_the_rest_frames_are_at_rest(lifted_run):
+    still = lifted_run.time_s < STILL_S
+    assert np.ptp(lifted_run.position_mm[still], axis=0).max() < 1e-9
+    assert not lifted_run.pressure_mn[still].any()
+
+
+def test_friction_holds_what_is_left_of_the_run_before(quiet_rig):
+    """The farther the drum goes back when it stops, the less shear is in the rest frames."""
+
+    def left(back_mm):
+        drive = quiet_rig.drive.model_copy(update={"back_mm": back_mm})
+        rig = quiet_rig.model_copy(update={"drive": drive})
+        run = simulate(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 1.5, 0)
+        return run.position_mm[0, :, 0].mean() - rig.skin.rest_mm()[:, 0].mean()
+
+    held = [left(mm) for mm in (0.0, 0.2, 0.4)]
+    assert held[0] > held[1] > held[2]
+    assert held[0] > 0.05
 
 
 def test_the_skin_is_dragged_along(run):
@@ -21,10 +41,10 @@ def test_the_skin_is_dragged_along(run):
     assert moved[:, 0].mean() > 0.02
 
 
-def test_pushed_in_skin_comes_nearer_to_the_camera(quiet_run):
+def test_pushed_in_skin_comes_nearer_to_the_camera(lifted_run):
     """At the end where friction can't reach, the outermost pins show perspective alone."""
-    moved = quiet_run.position_mm[-1] - quiet_run.position_mm[0]
-    rest = quiet_run.position_mm[0]
+    moved = lifted_run.position_mm[-1] - lifted_run.position_mm[0]
+    rest = lifted_run.position_mm[0]
     outwards = (moved[:, 1] * np.sign(rest[:, 1])).reshape(19, 19)
     assert outwards[:9].mean() > 0
     assert outwards[10:].mean() > 0
@@ -35,7 +55,7 @@ def test_an_undisturbed_run_is_free_of_noise(quiet_run, quiet_rig):
     for name, value in quiet_run._asdict().items():
         np.testing.assert_array_equal(value, getattr(again, name), err_msg=name)
     assert not quiet_run.room.any()
-    assert not quiet_run.sensor[: round(0.4 * 44100)].any()
+    assert np.abs(quiet_run.sensor[: round(0.4 * 44100)]).max() < 1e-6
 
 
 def test_another_seed_is_another_run(run):
@@ -66,7 +86,7 @@ def test_faster_slides_feel_louder_and_smooth_drums_quieter(quiet_rig):
         sensor = simulate(quiet_rig, f"{spacing:g}", drum, speed, 2.5, 0).sensor
         return sensor[round(1.6 * 44100) :].std()
 
-    assert loudness(3.0, 100.0) > 1.5 * loudness(3.0, 30.0)
+    assert loudness(3.0, 100.0) > 1.05 * loudness(3.0, 30.0)
     assert loudness(3.0, 50.0) > 20 * loudness(0.0, 50.0)
 
 

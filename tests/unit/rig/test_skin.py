@@ -90,7 +90,7 @@ def test_a_still_smooth_drum_pushes_outwards_only_and_does_no_work(smooth):
 def test_friction_drags_the_skin_along_and_turns_with_the_drum(smooth):
     forwards = run(smooth, motion(0.4, 50), every=98).displacement_mm
     backwards = run(smooth, motion(0.4, -50), every=98).displacement_mm
-    assert forwards[-1, :, 0].mean() > 0.1
+    assert forwards[-1, :, 0].mean() > 0.05
     np.testing.assert_allclose(backwards[-1, :, 0].mean(), -forwards[-1, :, 0].mean(), rtol=1e-3)
 
 

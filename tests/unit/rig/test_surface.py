@@ -67,7 +67,8 @@ def test_the_same_drum_is_printed_alike_and_no_two_bumps_are():
 def test_another_set_of_drums_has_other_bumps_of_the_same_pattern():
     first, other = bumped_surface(3.0), bumped_surface(3.0, Drum(prints=1))
     bumps = (first.height_mm > 0.05) & (other.height_mm > 0.05)
-    np.testing.assert_array_equal(first.height_mm > 0.05, other.height_mm > 0.05)
+    # Bumps have slanted edges: a higher one is a little wider.
+    assert ((first.height_mm > 0.05) != (other.height_mm > 0.05)).mean() < 0.005
     difference = (first.height_mm - other.height_mm)[bumps]
     expected = math.sqrt(2) * math.hypot(Drum().print_sd_mm, Drum().patch_sd_mm)
     assert difference.std() == pytest.approx(expected, rel=0.25)
