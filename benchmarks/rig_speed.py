@@ -1,8 +1,9 @@
-"""How fast the rig is on one core: physics, sound, drawing, film, a whole recording.
+"""How fast the rig is on one core: physics, sound, drawing, coding, a whole recording.
 
     python benchmarks/rig_speed.py [ROUNDS]
 
-Every round simulates other drums and speeds; medians over rounds.
+Every round simulates other drums and speeds; medians over rounds. Times are the
+processor's, so that other work on the machine counts little.
 """
 
 import platform
@@ -11,11 +12,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from afferents.core.recording import GreyImage
 from afferents.rig import Rig, bumped_surface, project, record
 from afferents.rig import draw as draw_run
 from afferents.rig.camera import Points
@@ -26,14 +29,15 @@ from afferents.rig.run import press, simulate
 from afferents.rig.skin import PHYSICS_RATE_HZ
 
 SECONDS = 8.0
+N_IMAGES = 90
 RUNS = ((0.0, 50.0), (3.0, 10.0), (3.0, 100.0), (0.5, 70.0), (6.0, 40.0))
 
 
 def timed(work: Callable[..., Any], *arguments: object) -> tuple[float, Any]:
     """Return how many times faster than real time work is, and what it returns."""
-    start = time.perf_counter()
+    start = time.process_time()
     result = work(*arguments)
-    return SECONDS / (time.perf_counter() - start), result
+    return SECONDS / (time.process_time() - start), result
 
 
 def draw(renderer: Renderer, place_px: Points) -> None:
@@ -42,10 +46,9 @@ def draw(renderer: Renderer, place_px: Points) -> None:
         renderer.draw(frame)
 
 
-def film(path: Path, rig: Rig, renderer: Renderer, time_s: Points, place_px: Points) -> None:
-    """Draw all frames of a run and write the video."""
-    frames = ((t, renderer.draw(p)) for t, p in zip(time_s, place_px, strict=True))
-    write_film(path, frames, rig.camera)
+def code(path: Path, rig: Rig, time_s: Points, images: list[GreyImage]) -> None:
+    """Write the video, of a few frames again and again."""
+    write_film(path, zip(time_s, cycle(images), strict=False), rig.camera)
 
 
 def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> dict[str, float]:
@@ -60,11 +63,12 @@ def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> di
     )  # fmt: skip
     physics, _ = timed(press, rig, drawn, surface, turning, run.time_s)
     place, renderer = project(run.position_mm, rig.camera), Renderer(rig.camera, seed)
+    images = [renderer.draw(p) for p in place[-N_IMAGES:]]
     return {
         "physics": physics,
         "physics and sound": whole,
         "drawing": timed(draw, renderer, place)[0],
-        "drawing and film": timed(film, folder / "a.mp4", rig, renderer, run.time_s, place)[0],
+        "coding": timed(code, folder / "a.mp4", rig, run.time_s, images)[0],
         "a whole recording": timed(record, rig, folder / "run", *run_of)[0],
     }
 

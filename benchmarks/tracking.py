@@ -34,7 +34,7 @@ TIP_B = load_sensor("tip_b")
 REST = TIP_B.rest_frame
 RATES_MB_S = (1.2, 2.0, 15.0)
 PRESETS = ("medium", "ultrafast")
-"""Of x264: its default, and the rig's, which is the cheapest to encode and to decode."""
+"""Of x264: its default, and the one that is the cheapest to encode and to decode."""
 SHOWN_FRAMES = 40
 """Frames that the published method is timed on."""
 JUDGED_FRAMES = 720

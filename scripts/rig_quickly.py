@@ -87,7 +87,8 @@ def show_images(rig: Rig, seeds: range, test: bool) -> None:
             for name, (pattern, found) in rows.items():
                 first = smooth.setdefault((name, afferent), found["mean"])
                 print(
-                    f"{afferent} {texture} {speed:3d} {name:5s} {pattern:6.1f} {found['pin_1']:7.2f}"
+                    f"{afferent} {texture} {speed:3d} {name:5s} {pattern:6.1f}"
+                    f" {found['pin_1']:7.2f}"
                     f" {found['pin_3']:8.2f} {found['apart']:8.2f} {found['sd']:8.2f}"
                     f" {found['sd_time']:6.2f} {found['mean'] / first:8.2f}"
                     f"   {found['mean']:6.3f} {'px' if name == 'rig' else ''}"
@@ -101,7 +102,8 @@ def show_spectra(rig: Rig, seeds: range, test: bool) -> None:
         (p["spacing_mm"], p["speed_true_mm_s"]): np.array([p["intensity"]]) for p in panels.values()
     }
     print(
-        "         k = 1 : 2 : 3 : 4        clear 1, 2   g/a  above 8 Hz  loudest  floor 20-60  300-400"
+        "         k = 1 : 2 : 3 : 4        clear 1, 2   g/a  above 8 Hz  loudest  floor 20-60"
+        "  300-400"
     )
     speeds = [v for v in (100, 80, 50, 40, 20) if test or v not in HELD_OUT_SPECTRA]
     loudest: dict[str, float] = {}

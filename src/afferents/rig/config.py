@@ -50,7 +50,7 @@ class Mounting(BaseModel):
     once_a_drum: bool = True
     any_angle: float = Field(1.0, ge=0, le=1)
     contact_at_rest: bool = True
-    camera_mm: float = Field(80.0, gt=5)
+    camera_mm: float = Field(19.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
 
@@ -99,9 +99,9 @@ HARD = {
     "motor-ripple": 0.015,
     "printing": 0.1,
     "warp": 0.2,
-    "motor": 0.004,
+    "motor": 0.015,
     "mains": 0.005,
-    "microphone-noise": 0.008,
+    "microphone-noise": 0.03,
     "room-noise": 0.012,
     "camera-noise": 6.0,
     "marker-noise": 0.25,

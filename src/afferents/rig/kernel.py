@@ -52,23 +52,33 @@ the loops run from 0 over all nodes between the first and the last inner one, ma
 
 
 @_part
-def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k):
+def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k, cell, corners):
     """How deep every node is pressed in, and on what slope.
 
-    Apart from `_press`, since it jumps about in the map.
+    In three passes, so that the compiler works on many nodes at once in all but the one that jumps
+    about in the map. `cell` and `corners` are room for what lies between: where each node is in the
+    map, how far into that cell (two planes), and the heights of its corners (four).
     """
     first, span, plane = nodes
     for j in range(span):
         along = offset + (x[j] + state[_UX * plane + first + j]) * k.per_along
         across = (y[j] + state[_UY * plane + first + j]) * k.per_across
         a, b = np.int32(along), np.int32(across)
-        fa, fb = along - np.float32(a), across - np.float32(b)
-        here = np.uint32(a * width + b)
+        cell[j] = np.uint32(a * width + b)
+        corners[j], corners[span + j] = along - np.float32(a), across - np.float32(b)
+    for j in range(span):
+        here = cell[j]
         below = np.uint32(here + width)
-        near_step = heights[here + np.uint32(1)] - heights[here]
-        far_step = heights[below + np.uint32(1)] - heights[below]
-        near = heights[here] + fb * near_step
-        far = heights[below] + fb * far_step
+        corners[2 * span + j] = heights[here]
+        corners[3 * span + j] = heights[here + np.uint32(1)]
+        corners[4 * span + j] = heights[below]
+        corners[5 * span + j] = heights[below + np.uint32(1)]
+    for j in range(span):
+        fa, fb = corners[j], corners[span + j]
+        near_step = corners[3 * span + j] - corners[2 * span + j]
+        far_step = corners[5 * span + j] - corners[4 * span + j]
+        near = corners[2 * span + j] + fb * near_step
+        far = corners[4 * span + j] + fb * far_step
         state[_D * plane + first + j] = depth - gap[j] + near + fa * (far - near)
         state[_NX * plane + first + j] = (near - far) * k.per_along
         state[_NY * plane + first + j] = -(near_step + fa * (far_step - near_step)) * k.per_across
@@ -218,9 +228,10 @@ def advance(
         Filled with the rates of pressure and tangential force, (n_steps, 2).
     """
     pressed, pulled = _heard(state, _NODES, weight, _P), _heard(state, _NODES, weight, _FX)
+    cell, corners = np.empty(len(x), np.uint32), np.empty(6 * len(x), np.float32)
     frame = 0
     for step in range(len(offset)):
-        _meet(state, _NODES, heights, width, offset[step], depth[step], x, y, gap, k)
+        _meet(state, _NODES, heights, width, offset[step], depth[step], x, y, gap, k, cell, corners)
         _press(state, _NODES, speed[step], k)
         _free_edges(state)
         _move(state, k)
@@ -289,9 +300,10 @@ def advance_mesh(
     n = len(x)
     nodes = 0, n, n
     pressed, pulled = _heard(state, nodes, weight, _P), _heard(state, nodes, weight, _FX)
+    cell, corners = np.empty(len(x), np.uint32), np.empty(6 * len(x), np.float32)
     frame = 0
     for step in range(len(offset)):
-        _meet(state, nodes, heights, width, offset[step], depth[step], x, y, gap, k)
+        _meet(state, nodes, heights, width, offset[step], depth[step], x, y, gap, k, cell, corners)
         _press(state, nodes, speed[step], k)
         _move_mesh(state, n, neighbour, coupling, push, k)
         before = pressed, pulled

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,15 +117,18 @@ def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) ->
     sees it, markers row by row, `drum_angle_rad` (frame), `speed_mm_s` (frame) and `pressure`
     (frame, marker) in mN; positions and pressures to 1/1024.
     """
-    with path.open("wb") as file:
-        np.savez_compressed(
-            file,
-            time=run.time_s,
-            position=_rounded(position_px),
-            drum_angle_rad=run.angle_rad,
-            speed_mm_s=run.speed_mm_s,
-            pressure=_rounded(run.pressure_mn),
-        )
+    truth: dict[str, NDArray[np.floating]] = {
+        "time": run.time_s,
+        "position": _rounded(position_px),
+        "drum_angle_rad": run.angle_rad,
+        "speed_mm_s": run.speed_mm_s,
+        "pressure": _rounded(run.pressure_mn),
+    }
+    # As np.savez_compressed, but quick: its level takes four times as long for files 2% smaller.
+    with ZipFile(path, "w", ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, values in truth.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, values, allow_pickle=False)
 
 
 def _rounded(value: NDArray[np.floating]) -> NDArray[np.float32]:

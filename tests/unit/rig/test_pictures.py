@@ -48,6 +48,44 @@ def test_a_disc_has_its_area_place_and_grey():
     assert above.sum() / 185 == pytest.approx(np.pi * (0.35 * 18.3) ** 2, rel=0.01)
 
 
+def centroids(image: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Return the centroids of discs alone in windows of 19 px, (n, 2)."""
+    found = []
+    for x, y in np.rint(near).astype(int):
+        rows, columns = np.mgrid[y - 9 : y + 10, x - 9 : x + 10]
+        above = np.clip(image[rows, columns].astype(float) - 40, 0, None)
+        found.append([(columns * above).sum() / above.sum(), (rows * above).sum() / above.sum()])
+    return np.array(found)
+
+
+def scattered(rng) -> np.ndarray:
+    """Return the places of 20 x 14 discs that don't touch, at any place within a pixel."""
+    grid = np.stack(np.meshgrid(np.arange(20), np.arange(14)), -1).reshape(-1, 2)
+    return 40 + 28 * grid + rng.uniform(-1, 1, grid.shape)
+
+
+def test_discs_come_out_where_they_are_at_any_place_within_a_pixel(rng):
+    place = scattered(rng)
+    camera = PLAIN.model_copy(update={"blur_px": 0.7})
+    off = centroids(Renderer(camera, 0).draw(place), place) - place
+    assert np.sqrt((off**2).mean()) < 0.015
+    assert np.abs(off.mean(axis=0)).max() < 0.003
+
+
+def test_coding_hides_no_motion_of_a_disc(rng, tmp_path):
+    """Every frame shows its own places, however little they differ from those before."""
+    camera, place = Camera(), scattered(rng)
+    moved = place + rng.normal(0, 0.15, (6, *place.shape))
+    renderer = Renderer(camera, 0)
+    write_film(
+        tmp_path / "a.mp4", ((i / 90, renderer.draw(p)) for i, p in enumerate(moved)), camera
+    )
+    frames = open_video(tmp_path / "a.mp4").frames()
+    found = np.array([centroids(f.image, p) for f, p in zip(frames, moved, strict=True)])
+    error = (found - found.mean(axis=0)) - (moved - moved.mean(axis=0))
+    assert np.sqrt((error**2).mean()) < 0.05
+
+
 def test_lights_fall_off_towards_the_edge():
     image = Renderer(PLAIN.model_copy(update={"falloff": 0.5}), 0).draw(np.empty((0, 2)))
     assert image[240, 320] == 25
