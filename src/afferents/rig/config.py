@@ -50,7 +50,7 @@ class Mounting(BaseModel):
     once_a_drum: bool = True
     any_angle: float = Field(1.0, ge=0, le=1)
     contact_at_rest: bool = True
-    camera_mm: float = Field(19.0, gt=5)
+    camera_mm: float = Field(38.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
 
@@ -104,7 +104,7 @@ HARD = {
     "microphone-noise": 0.03,
     "room-noise": 0.012,
     "camera-noise": 6.0,
-    "marker-noise": 0.25,
+    "marker-noise": 0.1,
     "blur": 1.0,
     "falloff": 0.4,
     "barrel": 0.03,
