@@ -124,7 +124,7 @@ class Skin(BaseModel):
     recess_mm: float = Field(0.13, ge=0)
     bridging_per_mm: float = Field(3.1, gt=0)
     pin_depth_mm: float = Field(4.0, gt=0)
-    pin_unequal: float = Field(0.23, ge=0, le=0.3)
+    pin_unequal: float = Field(0.17, ge=0, le=0.3)
     normal_mn_mm: float = Field(1.0, gt=0)
     relaxing_share: float = Field(1.2, ge=0)
     relaxation_s: float = Field(0.034, gt=0)
