@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from afferents.core import dims
-from afferents.reporting.labels import texture_axis, texture_label
 from afferents.reporting.style import BLUE, GREY, frame_all, new_figure, styled
+from afferents.reporting.texture_names import texture_labels
 
 _TITLES = {
     "markers": "What is lost where 3 x 3 markers stand still",
@@ -60,9 +60,9 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     half = (at[1] - at[0]) / 2
     extent = (at[0] - half, at[-1] + half, len(lost) - 0.5, -0.5)
     drawn = _draw(axes, lost.values, _most(lost), extent=extent, aspect="auto")
-    textures = [str(texture) for texture in lost[dims.TEXTURE].values]
-    axes.set_yticks(range(len(textures)), [texture_label(texture) for texture in textures])
-    axes.set_ylabel(texture_axis(textures).split(" (")[0])
+    labels = _labels(lost)
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_ylabel("texture")
     figure.colorbar(drawn, ax=axes, label=_LOSS)
     return figure
 
@@ -72,7 +72,7 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     y, x = (str(dim) for dim in lost.dims[1:])
     lost = lost.sortby(y)
     panels = [("all", lost.mean(dims.TEXTURE))]
-    panels += [(texture_label(str(one[dims.TEXTURE].item())), one) for one in lost]
+    panels += list(zip(_labels(lost), lost, strict=True))
     n_rows = -(-len(panels) // _A_ROW)
     wide = lost.sizes[y] < 1.5 * lost.sizes[x]
     figure = new_figure(10, n_rows * (1.7 if wide else 2.5) + 0.8, title, source)
@@ -92,6 +92,10 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     bar = figure.colorbar(drawn, ax=grid, shrink=0.7, label="lost nats, of each panel's most")
     bar.set_ticks([-_most(one), 0, _most(one)], labels=["-most", "0", "most"])
     return figure
+
+
+def _labels(lost: xr.DataArray) -> list[str]:
+    return list(texture_labels([str(texture) for texture in lost[dims.TEXTURE].values]).values())
 
 
 def _most(lost: xr.DataArray) -> float:

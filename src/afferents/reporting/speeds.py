@@ -24,6 +24,7 @@ from afferents.reporting.style import (
     model_panels,
     styled,
 )
+from afferents.reporting.texture_names import are_published
 
 
 @styled
@@ -45,7 +46,7 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
     axes.set_yticks(range(0, 101, 20))
     axes.grid(axis="y", color=LINE, lw=0.4)
     split = split_of(summary)
-    if split == SPEED:
+    if split == SPEED and are_published(summary["textures"]):
         _draw_paper(axes, summary, model)
     else:
         _name_groups(axes, summary)
@@ -54,18 +55,35 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
         if found is not None:
             line = "-" if split.ordered else ""
             _draw_protocol(axes, _points(summary, found), protocol, title, line)
+            _draw_intervals(axes, summary, found, protocol)
     axes.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
 def _points(summary: Summary, found: dict[str, Any]) -> list[tuple[float, float]]:
-    """Return where the groups lie, speeds in mm/s and others one after the other, and percents."""
-    split = split_of(summary)
-    place = {
-        key_of(group): float(group) if split.ordered else float(number)
-        for number, group in enumerate(groups_in(summary))
-    }
+    """Return where the groups lie and percents; see `_places`."""
+    split, place = split_of(summary), _places(summary)
     tested = {group: value for group, value in found[split.by].items() if value is not None}
     return sorted((place[group], 100 * value) for group, value in tested.items())
+
+
+def _places(summary: Summary) -> dict[str, float]:
+    """Return where the groups lie: speeds in mm/s, others one after the other."""
+    ordered = split_of(summary).ordered
+    return {
+        key_of(group): float(group) if ordered else float(number)
+        for number, group in enumerate(groups_in(summary))
+    }
+
+
+def _draw_intervals(axes: Axes, summary: Summary, found: dict[str, Any], protocol: str) -> None:
+    """Draw the 95% interval in each group as a bar; earlier results have none."""
+    intervals, place = found.get(split_of(summary).ci95_by, {}), _places(summary)
+    if not intervals:
+        return
+    at = [place[group] for group in intervals]
+    low, high = ([100 * ends[i] for ends in intervals.values()] for i in (0, 1))
+    colour = PROTOCOL_MARKS[protocol][0]
+    axes.vlines(at, low, high, color=colour, lw=2.2, alpha=0.35, label="95% interval")
 
 
 def _name_groups(axes: Axes, summary: Summary) -> None:
