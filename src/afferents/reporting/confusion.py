@@ -140,7 +140,7 @@ def _accuracy(counts: NDArray[np.int64]) -> float:
 
 def _columns(n_panels: int, n_textures: int) -> int:
     """Return 4 columns, or 3 where that leaves fewer places empty or textures are many."""
-    if n_textures > MANY_TEXTURES:
+    if n_panels <= 3 or n_textures > MANY_TEXTURES:
         return min(3, n_panels)
     return min((4, 3), key=lambda n: (-n_panels % n, -n))
 

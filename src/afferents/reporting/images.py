@@ -30,6 +30,8 @@ MOST_SPEEDS = 10
 N_CONSECUTIVE = 10
 FEW_SPEEDS = 3
 """Up to so many, panel B stands beside panel A; beneath it would leave the figure half empty."""
+_BAR = 0.11
+"""Width of a colour bar, and what lies before it, as a share of an image's width."""
 _ARROWS = {"+x": (0.7, 0.0), "-x": (-0.7, 0.0), "+y": (0.0, 0.7), "-y": (0.0, -0.7)}
 """Sliding directions in the image: x to the right, y downwards."""
 
@@ -82,11 +84,11 @@ def tactile_image_figure(
     figure = new_figure(max(0.9 * n_columns + 1.9, 6.0), 1.05 * n_rows + 0.9, title, source)
     grid = figure.subplots(n_rows, n_columns, squeeze=False)
     for cells, row in zip(grid[: shape_a[0], : shape_a[1]], by_texture, strict=True):
-        _draw_on_one_scale(figure, cells, row, unit)
-    cells = (grid[:, shape_a[1] :] if beside else grid[shape_a[0] :]).ravel()
-    shown = consecutive[: len(cells)]
-    _draw_on_one_scale(figure, cells, shown, unit)
-    _name_axes(cells[len(shown) - 1], sliding)
+        _draw_on_one_scale(figure, cells[None], row, unit)
+    panel_b = grid[:, shape_a[1] :] if beside else grid[shape_a[0] :]
+    shown = consecutive[: panel_b.size]
+    _draw_on_one_scale(figure, panel_b, shown, unit)
+    _name_axes(panel_b.flat[len(shown) - 1], sliding)
     return figure
 
 
@@ -165,14 +167,18 @@ def scale_of(images: list[TactileImage]) -> tuple[float, float]:
 def _draw_on_one_scale(
     figure: Figure, cells: NDArray[Any], images: list[TactileImage], unit: str
 ) -> None:
-    """Draw images on the scale that they span, with its colour bar to their right."""
+    """Draw images in cells (row, column) on the scale that they span, its bar to their right."""
     low, high = scale_of(images)
-    for axes, image in zip(cells, images, strict=False):
+    for axes, image in zip(cells.flat, images, strict=False):
         drawn = draw_image(axes, image, low, high)
-    for axes in cells[len(images) :]:
+    for axes in list(cells.flat)[len(images) :]:
         axes.set_axis_off()
-    _name_row(cells[0], images[0].beside)
-    bar = figure.colorbar(drawn, ax=list(cells), fraction=0.015, pad=0.01, aspect=12)
+    _name_row(cells[0, 0], images[0].beside)
+    n_rows, n_columns = cells.shape
+    bar = figure.colorbar(
+        drawn, ax=list(cells.flat), fraction=_BAR / n_columns, pad=_BAR / n_columns,
+        aspect=min(n_rows, 2) / _BAR,
+    )  # fmt: skip
     bar.set_label(unit, fontsize=7)
     bar.outline.set_visible(False)
     bar.locator = MaxNLocator(3)

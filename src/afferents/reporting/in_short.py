@@ -220,7 +220,7 @@ def _worst_place(summary: Summary, won: Winner) -> Step | None:
 
 
 def _use_it(summary: Summary, won: Winner) -> Step:
-    source = summary["data"][0]["source"]
+    source = summary["data"][0]["source"]  # `train` takes one
     train = shlex.join(["afferents", "train", source, "MODEL", "--model", won.model])
     return Step(
         "Train it on all speeds, and feel with it live (docs/live.md). The figures above are no "

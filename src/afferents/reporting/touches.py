@@ -5,11 +5,11 @@ from typing import Any
 from afferents.core.split import key_of, split_of
 from afferents.reporting.labels import (
     ABSENT,
-    PROTOCOL_TITLES,
     Summary,
     groups_in,
     model_title,
     outcomes,
+    percent,
     preset_note,
 )
 from afferents.reporting.replicates import drawn_over
@@ -28,7 +28,7 @@ def touches_table(summary: Summary) -> Table:
     rows = [
         (
             Cell(model_title(model, summary)),
-            Cell(PROTOCOL_TITLES[protocol]),
+            Cell(protocol),
             Cell(unit),
             Cell(mean_and_interval(found)),
             Cell(mean_and_interval(found.get("inside"))),
@@ -57,7 +57,7 @@ def _touches_of_groups(summary: Summary) -> Table:
     rows = [
         (
             Cell(model_title(model, summary)),
-            Cell(PROTOCOL_TITLES[protocol]),
+            Cell(protocol),
             Cell(unit),
             Cell(mean_and_interval(found)),
             Cell(worst_of(summary, found)),
@@ -83,4 +83,7 @@ def _at(summary: Summary, found: dict[str, Any], group: str) -> str:
     if accuracy is None:
         return ABSENT
     interval = found.get(split.ci95_by, {}).get(group)
-    return mean_and_interval({"mean_accuracy": accuracy, "ci95": interval})
+    if interval is None:
+        return percent(accuracy)
+    low, high = (percent(end, 0) for end in interval)
+    return f"{percent(accuracy)} [{low}, {high}]"

@@ -1,5 +1,7 @@
 """Confusion matrices: counted right, in percent of the true texture, drawn on one scale."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -104,6 +106,13 @@ def test_papers_matrix_stands_beside_ours_where_the_textures_are_its_own(results
     drawn = matrices(confusion_figure(results, "vib-te", "nested"))
     paper = drawn["paper, its own recordings: 50 %"]
     np.testing.assert_allclose(paper.sum(axis=0), 100, atol=0.2)
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_few_groups_can_be_drawn(results, n):
+    rows = results.predictions
+    few = replace(results, predictions=rows[rows["held_out_speed_mm_s"] < 15 * n])
+    assert len(matrices(confusion_figure(few, "vib-te", "nested"))) == n + 1
 
 
 def test_a_hundred_textures_can_be_drawn_with_few_labels(results):

@@ -98,8 +98,8 @@ def test_recordings_have_intervals_as_samples_have(summary):
     found["recordings"] = {**found, "mean_accuracy": 0.6, "ci95": [0.5, 0.7], "inside": None}
     table = touches_table(summary)
     by_unit = {row[2].text: [cell.text for cell in row[3:]] for row in table.rows[:2]}
-    assert by_unit["a sample"] == ["50.0 [40.2, 60.3]", "—", "25.0 [10.0, 40.0]", "75.0"]
-    assert by_unit["a recording"] == ["60.0 [50.0, 70.0]", "—", "25.0 [10.0, 40.0]", "75.0"]
+    assert by_unit["a sample"] == ["50.0 [40.2, 60.3]", "—", "25.0 [10, 40]", "75.0"]
+    assert by_unit["a recording"] == ["60.0 [50.0, 70.0]", "—", "25.0 [10, 40]", "75.0"]
 
 
 @pytest.mark.parametrize(
