@@ -56,12 +56,15 @@ class Channel(ABC):
         Variable of a recording's responses that it is worked out of; see `core.responses`.
     lookback
         How many earlier frames a frame's response depends on.
+    of_markers
+        Whether it says something of each marker, and so can be laid out as an image.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     made_of: ClassVar[str]
     lookback: ClassVar[int] = 0
+    of_markers: ClassVar[bool] = True
 
     @abstractmethod
     def response(self, recording: xr.Dataset) -> xr.DataArray:
@@ -76,7 +79,8 @@ class Channel(ABC):
         Returns
         -------
         xarray.DataArray
-            `(time, marker)` or `(time, marker, space)`, or `(audio_time, channel)` of vibration,
+            `(time, marker)` or `(time, marker, space)`, `(time, ...)` of what is felt by all
+            markers together (`of_markers` is False), or `(audio_time, channel)` of vibration,
             with `units` in its attributes; NaN where a marker was lost and in the first frames,
             which have too few before them.
         """

@@ -30,7 +30,7 @@ from afferents.models import Deployed
 from afferents.pipeline.data import OpenedData
 from afferents.pipeline.encode import Source, has, kept_part, response_of
 from afferents.pipeline.train import felt_with
-from afferents.reporting import explanation_figure, save_figure
+from afferents.reporting import Table, explanation_figure, save_figure
 from afferents.training import load_model
 
 FACTS = "explanation.json"
@@ -51,11 +51,12 @@ Floats = NDArray[np.float32]
 
 @dataclass
 class Explanation:
-    """Sentences, pictures, and numbers for scripts."""
+    """Sentences, pictures, numbers for scripts, and tables."""
 
     sentences: list[str] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
+    tables: list[Table] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
