@@ -50,7 +50,7 @@ class Shear(Channel):
     """The global shear: six numbers a frame, px; see `global_shear`."""
 
     name, title, made_of = dims.SHEAR, "global shear", dims.POSITION
-    of_markers = False
+    parts = PARTS
 
     def response(self, recording: xr.Dataset) -> xr.DataArray:
         """Return the global shear `(time, shear)`, px."""

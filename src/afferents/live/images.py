@@ -132,7 +132,7 @@ class Images:
         images = {
             channel.name: _image(markers[channel.name], responses[channel.name].ndim > 1, grid)
             for channel in self._channels
-            if channel.of_markers and channel.name in markers
+            if not channel.parts and channel.name in markers
         }
         return FrameImages(images, markers, position, detected)
 

@@ -22,8 +22,8 @@ PENALTY = 30.0
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
 
-_LEAST_VARIANCE = 1e-12
-"""Of a value that never varies: it then has no weight, instead of any."""
+_LEAST_SHARE = 1e-10
+"""Of a value's square that its variance may be: of one that never varies, rounding is left."""
 
 
 class Gram:
@@ -96,13 +96,16 @@ class Gram:
         Targets are 1 for the class of a sample, and 0 for the others. A class without samples is
         taken to lie in the middle of all.
         """
-        share = self._xy[-1] / self._xx[-1, -1]
-        second, mean = self._xx[:-1, :-1] / self._xx[-1, -1], self._xx[:-1, -1] / self._xx[-1, -1]
-        means = torch.where(share > 0, self._xy[:-1] / self._xy[-1], mean[:, None])
-        within = second - (means * share) @ means.T
-        variance = (second.diagonal() - mean.square()).clamp_min(_LEAST_VARIANCE)
-        solved = torch.linalg.solve(within + torch.diag(shrinkage * variance), means)
-        return solved.float(), (-(means * solved).sum(0) / 2).float()
+        n = self._xx[-1, -1]
+        share, mean = self._xy[-1] / n, self._xx[:-1, -1] / n
+        second = self._xx[:-1, :-1] / n
+        covariance = second - torch.outer(mean, mean)
+        off = torch.where(share > 0, self._xy[:-1] / self._xy[-1] - mean[:, None], 0.0)
+        within = covariance - (off * share) @ off.T
+        variance = torch.maximum(covariance.diagonal(), _LEAST_SHARE * second.diagonal())
+        penalty = shrinkage * variance.clamp_min(torch.finfo(variance.dtype).tiny)
+        solved = torch.linalg.solve(within + torch.diag(penalty), off)
+        return solved.float(), (-((mean[:, None] + off / 2) * solved).sum(0)).float()
 
 
 def sum_of(grams: Sequence[Gram]) -> Gram:
