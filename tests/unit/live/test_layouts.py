@@ -143,3 +143,10 @@ def test_some_of_the_markers_are_left_out(store, tmp_path):
     few = ("--models", f"sa-se,{OWN}:logistic", "--held-out", "50", "--markers", 0.5)
     told("evaluate", store, "--out", tmp_path / "half", *few, "--preset", "quick", *ALONE)
     assert set(load_results(tmp_path / "half").summary["models"]) == {"sa-se", "own-logistic"}
+
+
+def test_shear_is_asked_of_other_layouts_too(store, tmp_path):
+    told("explain", store, "--shear", "--out", tmp_path / "shear", "--quiet")
+    facts = json.loads((tmp_path / "shear" / "shear.json").read_text())
+    assert "... as waves" in facts["accuracy"]
+    assert sum(facts["variances_px2"]["over time"].values()) > 0

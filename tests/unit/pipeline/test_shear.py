@@ -1,13 +1,16 @@
 """`explain --shear` and the models of it, on textures that pull the skin as a whole."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import afferents
+from afferents.core.progress import Progress
 from afferents.evaluation.bootstrap import Difference
-from afferents.pipeline.shear import BOTH, SHEAR, WITHOUT, meaning
+from afferents.pipeline.data import open_data
+from afferents.pipeline.shear import BOTH, SHEAR, WITHOUT, explain_shear, meaning
 
 
 def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, run):
@@ -26,6 +29,14 @@ def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, r
     assert (out / "shear.png").is_file()
     again = afferents.explain_shear(stores["video"], out, quiet=True)
     assert [table.title for table in again.tables][1] == "Texture at held-out speeds"
+
+
+def test_markers_that_stand_in_no_image_are_asked_one_by_one(stores, tmp_path):
+    (data,) = open_data([str(stores["video"])])
+    placeless = tuple(r.drop_vars(["row", "column"]) for r in data.responses)
+    quiet = Progress(quiet=True)
+    found = explain_shear(replace(data, responses=placeless), tmp_path / "shear", "all", quiet)
+    assert list(found.facts["accuracy"]) == [SHEAR, WITHOUT, BOTH]
 
 
 def test_what_can_not_be_asked(stores, tmp_path, run):
