@@ -1,6 +1,6 @@
 """What textures samples of groups not learnt from are taken for: a discriminant, solved from sums.
 
-Quick, for every group's sums are made once. Nothing is chosen, so nothing can be chosen on a test.
+Quick, for every group's sums are made once. Nothing is chosen on the data that are asked.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,10 @@ from torch import nn
 from afferents.models import Gram, equal_weights, sum_of
 
 SHRINKAGE = 0.1
-"""Of the discriminant's covariance; see `models.Discriminant`."""
+"""Of the discriminant's covariance; see `models.Discriminant`.
+
+Fixed after 0.001 to 10 had been tried at held-out speeds of one simulated session.
+"""
 
 Floats = NDArray[np.float32]
 Indices = NDArray[np.int64]
