@@ -14,6 +14,7 @@ from afferents.reporting.overlay import draw_overlay, is_overlay, write_overlay
 from afferents.reporting.pictures import FigureData, ReportFigure, draw_pictures, save_pictures
 from afferents.reporting.reliability import reliability_figure, reliability_table
 from afferents.reporting.roughness import roughness_table
+from afferents.reporting.shear import ShearFigure, shear_figure, shear_tables
 from afferents.reporting.speeds import speed_figure
 from afferents.reporting.style import save_figure
 from afferents.reporting.table import (
@@ -32,6 +33,7 @@ __all__ = [
     "FACTORS",
     "FigureData",
     "ReportFigure",
+    "ShearFigure",
     "StretchExample",
     "Table",
     "accuracy_by_speed",
@@ -57,6 +59,8 @@ __all__ = [
     "runs_side_by_side",
     "save_figure",
     "save_pictures",
+    "shear_figure",
+    "shear_tables",
     "speed_figure",
     "stretch_example",
     "table1",

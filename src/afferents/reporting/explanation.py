@@ -14,6 +14,7 @@ from afferents.reporting.texture_names import texture_labels
 
 _TITLES = {
     "markers": "What is lost where 3 x 3 markers stand still",
+    "parts": "What is lost without each part of the global shear",
     "waves": "What is lost without each wave",
     "frequencies": "What is lost without each band of the spectrum",
     "harmonics": "What is lost without each multiple of a drum's bumps a second",
@@ -25,6 +26,7 @@ _AXES = {
     dims.COLUMN_WAVENUMBER: "across (cycles a marker)",
     dims.FREQUENCY: "frequency (Hz)",
     "harmonic": "frequency over bumps a second",
+    "part": "part of the global shear",
 }
 _LOSS = "lost log-odds of the true texture (nats)"
 _COLOURS = "PuOr_r"
@@ -39,7 +41,7 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     Parameters
     ----------
     name
-        `markers`, `waves`, `frequencies` or `harmonics`.
+        `markers`, `parts`, `waves`, `frequencies` or `harmonics`.
     lost
         (texture, y, x), (texture, x) or (x,), nats.
     source
@@ -56,10 +58,14 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
         axes.plot(lost[dim], lost, color=BLUE, marker="o", markersize=3)
         axes.set_ylabel(_LOSS.replace(" of", "\nof"))
         return figure
-    at = lost[dim].values
+    names = lost[dim].values
+    named = names.dtype.kind == "U"
+    at = np.arange(len(names)) if named else names
     half = (at[1] - at[0]) / 2
     extent = (at[0] - half, at[-1] + half, len(lost) - 0.5, -0.5)
     drawn = _draw(axes, lost.values, _most(lost), extent=extent, aspect="auto")
+    if named:
+        axes.set_xticks(at, names)
     labels = _labels(lost)
     axes.set_yticks(range(len(labels)), labels)
     axes.set_ylabel("texture")
