@@ -82,12 +82,17 @@ def those_of(lines: Sequence[Line], model: str, protocol: str) -> list[Line]:
 def accuracy_of(lines: Sequence[Line]) -> Accuracy:
     """Return the accuracies of folds, to be drawn from as the report does."""
     rows = [
-        (line["held_out_mm_s"], recording, line["seed"], right, n)
+        (line["held_out_mm_s"], recording, texture_of(recording), line["seed"], right, n)
         for line in lines
         for recording, (right, n) in line["right_of"].items()
     ]
-    columns = ["held_out_speed_mm_s", "recording", "seed", "right", "n"]
+    columns = ["held_out_speed_mm_s", "recording", "replicate", "seed", "right", "n"]
     return Accuracy.of_counts(pd.DataFrame(rows, columns=columns))
+
+
+def texture_of(recording: str) -> str:
+    """Return the texture of a recording, the folder that it lies in: of `3/50` it is `3`."""
+    return recording.rpartition("/")[0]
 
 
 def table(lines: Sequence[Line]) -> Iterator[str]:
@@ -169,13 +174,15 @@ def compared(
     ]
     means = [np.mean([a.mean() for a in side]) for side in (paper, fast)]
     drawn = [np.mean([a.resampled() for a in side], axis=0) for side in (paper, fast)]
+    n = len(fast[0].replicates)
+    more = means[1] - means[0]
     cells = [
         *names,
         *(
-            f"{with_interval(mean, interval_of(draws))} | {beside}"
+            f"{with_interval(mean, interval_of(mean, draws, n))} | {beside}"
             for mean, draws, beside in zip(means, drawn, each, strict=True)
         ),
-        with_interval(means[1] - means[0], interval_of(drawn[1] - drawn[0]), sign="+"),
+        with_interval(more, interval_of(more, drawn[1] - drawn[0], n, lowest=-1), sign="+"),
         f"{passes[1]:,}", f"{passes[0]:,}", f"{passes[1] / passes[0]:.1f}",
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         evaluate,
         evaluate_textures,
         explain,
+        explain_shear,
         export,
         extract,
         import_recording,
@@ -102,6 +103,7 @@ _COMMANDS = (
     "samples",
     "load_model",
     "evaluate_textures",
+    "explain_shear",
 )
 _MODULES = {
     "devices": "afferents.devices",
@@ -172,6 +174,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "samples",
     "load_model",
     "evaluate_textures",
+    "explain_shear",
     "DATA_SETS",
     "DataSet",
     "Recording",

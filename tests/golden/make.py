@@ -97,12 +97,12 @@ def folds() -> dict[str, object]:
 
 
 def interval() -> list[float]:
-    """Bootstrap interval of 3 speeds x 4 recordings."""
+    """Bootstrap interval of 3 speeds x 4 textures."""
     rng = np.random.default_rng(1)
     rows = [
-        (speed, f"{speed}/{r}", "a", "a" if rng.random() < 0.6 else "b")
+        (speed, f"{texture}/{speed}", texture, texture if rng.random() < 0.6 else "none")
         for speed in (10, 20, 30)
-        for r in range(4)
+        for texture in "abcd"
         for _ in range(20)
     ]
     names = ["held_out_speed_mm_s", "recording", "true_texture", "predicted_texture"]

@@ -18,6 +18,7 @@ NAMES = [
     "train",
     "export",
     "explain",
+    "explain_shear",
     "inspect",
     "samples",
 ]

@@ -11,14 +11,19 @@ from afferents.channels.ra1_signed import ra1_signed
 from afferents.channels.ra1_vector import ra1_vector
 from afferents.channels.ra2 import ra2
 from afferents.channels.sa1 import sa1
+from afferents.channels.sa1_local import sa1_local
 from afferents.channels.sa1_vector import sa1_vector
+from afferents.channels.shear import PARTS, affine_field, global_shear
 from afferents.channels.table import CHANNELS, channel_of, name_of_channel
 
 __all__ = [
     "CHANNELS",
+    "PARTS",
     "Channel",
     "Skin",
+    "affine_field",
     "channel_of",
+    "global_shear",
     "hold",
     "marker_speed",
     "name_of_channel",
@@ -28,5 +33,6 @@ __all__ = [
     "ra1_vector",
     "ra2",
     "sa1",
+    "sa1_local",
     "sa1_vector",
 ]

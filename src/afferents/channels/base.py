@@ -56,12 +56,16 @@ class Channel(ABC):
         Variable of a recording's responses that it is worked out of; see `core.responses`.
     lookback
         How many earlier frames a frame's response depends on.
+    parts
+        Names of what it says of the skin as a whole; none where it says something of each marker,
+        and so can be laid out as an image.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     made_of: ClassVar[str]
     lookback: ClassVar[int] = 0
+    parts: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def response(self, recording: xr.Dataset) -> xr.DataArray:
@@ -76,9 +80,9 @@ class Channel(ABC):
         Returns
         -------
         xarray.DataArray
-            `(time, marker)` or `(time, marker, space)`, or `(audio_time, channel)` of vibration,
-            with `units` in its attributes; NaN where a marker was lost and in the first frames,
-            which have too few before them.
+            `(time, marker)` or `(time, marker, space)`, `(time, ...)` of the skin as a whole, or
+            `(audio_time, channel)` of vibration, with `units` in its attributes; NaN where a marker
+            was lost and in the first frames, which have too few before them.
         """
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:

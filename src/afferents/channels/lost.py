@@ -17,7 +17,7 @@ def hold(response: xr.DataArray) -> xr.DataArray:
     Parameters
     ----------
     response
-        `(time, marker)` or `(time, marker, space)`, any unit.
+        `(time, marker)`, `(time, marker, space)`, or another one over time, any unit.
 
     Returns
     -------
@@ -29,7 +29,9 @@ def hold(response: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim is missing.
     """
-    needed = (dims.TIME, dims.MARKER, dims.SPACE)[: max(2, response.ndim)]
+    usual = (dims.MARKER, dims.SPACE)
+    others = [str(dim) for dim in response.dims if dim not in (dims.TIME, *usual)]
+    needed = (dims.TIME, *others) if others else (dims.TIME, *usual)[: max(2, response.ndim)]
     response = require_dims(response, needed, str(response.name))
     values = response.values
     frame = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))

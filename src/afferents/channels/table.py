@@ -7,7 +7,9 @@ from afferents.channels.ra1_signed import Ra1Signed
 from afferents.channels.ra1_vector import Ra1Vector
 from afferents.channels.ra2 import Ra2
 from afferents.channels.sa1 import Sa1
+from afferents.channels.sa1_local import Sa1Local
 from afferents.channels.sa1_vector import Sa1Vector
+from afferents.channels.shear import Shear
 from afferents.core.errors import InputError
 from afferents.core.own import imported, reference_of
 
@@ -15,6 +17,7 @@ CHANNELS: dict[str, Channel] = {
     channel.name: channel
     for channel in (
         Sa1(), Ra1(), Ra2(), Sa1Vector(), Ra1Signed(), Ra1Vector(), Ra1Circumferential(),
+        Shear(), Sa1Local(),
     )
 }  # fmt: skip
 """The paper's three, then ours."""

@@ -71,19 +71,46 @@ def train(
 
 
 def explain(
-    model: ModelFolder,
-    data: Data,
+    model: Annotated[
+        str,
+        typer.Argument(help="Folder of a model that 'train' wrote; with --shear leave it out."),
+    ],
+    data: Annotated[
+        str | None, typer.Argument(help="A store that 'extract' wrote, or other data.")
+    ] = None,
+    *,
     out: Annotated[Path, typer.Option(help="Folder for the pictures.")],
+    shear: Annotated[
+        bool,
+        typer.Option(
+            "--shear",
+            help="Of the data alone: how much of the images is global shear, and whether texture "
+            "is told from it or from the rest.",
+        ),
+    ] = False,
     cut: CutName = "all",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Show what a model relies on: the markers, waves or frequencies that it fails without."""
-    from afferents import commands
+    """Show what a model relies on: the markers, waves or frequencies that it fails without.
 
-    found = commands.explain(model, data, out, cut, quiet or as_json)
+    With --shear, and DATA in place of MODEL: whether the texture is in the skin's global shear.
+    """
+    from afferents import commands
+    from afferents.cli.tables import TerminalTable
+    from afferents.core.errors import InputError
+
+    if shear and data is not None:
+        raise InputError("--shear", "DATA alone, without a model", f"'{model}' before '{data}'")
+    if shear:
+        found = commands.explain_shear(model, out, cut, quiet or as_json)
+    elif data is None:
+        raise InputError("DATA", "a store beside the model", "none", "or --shear for data alone")
+    else:
+        found = commands.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
-    say(as_json, found.facts, *found.sentences, *pictures)
+    tables = [TerminalTable.of(table) for table in found.tables]
+    say(as_json, found.facts, *tables, *found.sentences, *pictures)
 
 
 def export(

@@ -8,7 +8,7 @@ The command line calls these functions: checks and defaults of Python stand here
 """
 
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
-from afferents.commands.models import explain, export, load_model, samples, train
+from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
 from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import (
     Extracted,
@@ -26,6 +26,7 @@ __all__ = [
     "evaluate",
     "evaluate_textures",
     "explain",
+    "explain_shear",
     "export",
     "extract",
     "import_recording",

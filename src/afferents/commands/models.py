@@ -175,6 +175,46 @@ def explain(
         return run(Path(model), opened, Path(out), cut, progress)
 
 
+def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> "Explanation":
+    """Say whether texture is in the global shear of the skin, or in the images without it.
+
+    No model is needed: small ones are learnt, at all speeds but one in turn. It is what
+    ``explain --shear`` does at the command line.
+
+    Parameters
+    ----------
+    data
+        An extracted store.
+    out
+        Folder for the picture and ``shear.json``.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Explanation
+        Sentences, a picture, tables, and numbers.
+
+    Raises
+    ------
+    InputError
+        If the data have no markers, unknown speeds, or fewer than two textures or speeds.
+
+    Examples
+    --------
+    >>> explain_shear("responses.zarr", "shear").pictures
+    [PosixPath('shear/shear.png')]
+    """
+    from afferents.pipeline.data import open_data
+    from afferents.pipeline.shear import explain_shear as run
+
+    with Progress(quiet) as progress:
+        (opened,) = open_data([data], progress=progress)
+        return run(opened, Path(out), cut, progress)
+
+
 def export(model: Place, out: Place, force: bool = False) -> Path:
     """Write a trained model as one ONNX file, with its card, to be felt live with.
 

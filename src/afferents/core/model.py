@@ -12,7 +12,9 @@ from afferents.core.dims import (
     RA1_VECTOR,
     RA2,
     SA1,
+    SA1_LOCAL,
     SA1_VECTOR,
+    SHEAR,
 )
 from afferents.core.errors import InputError
 from afferents.core.own import named
@@ -119,6 +121,15 @@ BEYOND: dict[str, Model] = {
             "ridge",
         ),
         _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
+        _row("shear", "global shear", SHEAR, "moments", "discriminant"),
+        _row("sa-local", "SA-I vector without shear", SA1_LOCAL, "moments", "discriminant"),
+        _row(
+            "sa-wave-local", "SA-I vector waves without shear", SA1_LOCAL, "wavenumbers", "ridge"
+        ),
+        _row(
+            "fusion-shear", "fusion, late, of shear and the rest", SHEAR, "moments", "late-fusion",
+            parts=("shear", "sa-local", "sa-wave-local"),
+        ),
         _row(
             "fusion", "fusion, late", RA2, "orders", "late-fusion",
             parts=("order-te", "sa-wave-vector"),

@@ -22,8 +22,9 @@ from pandas.api.types import is_numeric_dtype
 from afferents.core.documents import read_checked
 from afferents.core.errors import InputError
 from afferents.core.forms import SCHEMA as SCHEMA
-from afferents.core.forms import About, Config, RoughnessSummary, Summary, UnknownSummary
+from afferents.core.forms import About, Config, Summary
 from afferents.core.split import SPEED, Split, column_of, split_of
+from afferents.core.texture_forms import RoughnessSummary, UnknownSummary
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
@@ -57,15 +58,17 @@ class Results:
         """Share of test samples named rightly, by model, protocol and speed or group held out.
 
         Columns model, protocol, held_out_speed_mm_s (or held_out_group), accuracy, ci95_low,
-        ci95_high. The mean over speeds stands in a row without a speed, with its interval: see
-        docs/results-format.md.
+        ci95_high. The mean over speeds stands in a row without a speed. Intervals are of 95%;
+        earlier results have none at each speed. See docs/results-format.md.
         """
         split, rows = self.split, []
         number, none = (float, np.nan) if split.ordered else (str, None)
         for model, of_protocol in self.summary["models"].items():
             for protocol, found in of_protocol.items():
+                intervals = found.get(split.ci95_by, {})
                 for group, accuracy in found[split.by].items():
-                    rows.append((model, protocol, number(group), accuracy, np.nan, np.nan))
+                    ci95 = intervals.get(group, (np.nan, np.nan))
+                    rows.append((model, protocol, number(group), accuracy, *ci95))
                 rows.append((model, protocol, none, found["mean_accuracy"], *found["ci95"]))
         names = ("model", "protocol", split.column, "accuracy", "ci95_low", "ci95_high")
         return pd.DataFrame(rows, columns=list(names))

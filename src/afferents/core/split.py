@@ -66,6 +66,11 @@ class Split(ABC):
     leaks: ClassVar[str]
 
     @property
+    def ci95_by(self) -> str:
+        """Key of the intervals of what `by` holds."""
+        return f"ci95_{self.by}"
+
+    @property
     @abstractmethod
     def one(self) -> str:
         """A group, in words, with its article."""

@@ -11,6 +11,7 @@ from afferents.encodings.kernels import KernelEncoding, kernel_samples
 from afferents.encodings.known import Known
 from afferents.encodings.lines import Lines
 from afferents.encodings.markers import MarkersEncoding
+from afferents.encodings.moments import MomentEncoding
 from afferents.encodings.orders import OrderEncoding, order_samples
 from afferents.encodings.settings import (
     ENCODINGS,
@@ -48,6 +49,7 @@ __all__ = [
     "Known",
     "Lines",
     "MarkersEncoding",
+    "MomentEncoding",
     "Option",
     "OrderEncoding",
     "Ready",

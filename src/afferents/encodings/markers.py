@@ -40,12 +40,7 @@ class MarkersEncoding(ImageEncoding):
 
     def runs(self, response: xr.DataArray, kept: slice) -> Floats:
         """Return runs of one frame, (run, 1, component, marker)."""
-        frames = response.isel({dims.TIME: kept})
-        require_filled(frames)
-        if dims.SPACE not in frames.dims:
-            frames = frames.expand_dims(dims.SPACE)
-        values = frames.transpose(dims.TIME, dims.SPACE, dims.MARKER).values
-        return np.asarray(values[:, None], np.float32)
+        return component_series(response.isel({dims.TIME: kept}))[:, None]
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the frames of runs of one."""
@@ -54,3 +49,17 @@ class MarkersEncoding(ImageEncoding):
     def stream(self, lookback: int) -> OneByOne:
         """Return what takes the markers of a frame, (component, marker), for a sample."""
         return OneByOne()
+
+
+def component_series(response: xr.DataArray) -> Floats:
+    """Return what markers show, or what all feel together, (time, component, marker or part).
+
+    Raises
+    ------
+    InputError
+        If lost markers (NaN) were not filled before.
+    """
+    require_filled(response)
+    if dims.SPACE not in response.dims:
+        response = response.expand_dims(dims.SPACE)
+    return np.asarray(response.transpose(dims.TIME, dims.SPACE, ...).values, np.float32)

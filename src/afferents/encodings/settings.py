@@ -11,6 +11,7 @@ from afferents.encodings.base import Encoding, Option
 from afferents.encodings.kernels import KernelEncoding
 from afferents.encodings.known import Known
 from afferents.encodings.markers import MarkersEncoding
+from afferents.encodings.moments import MomentEncoding
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spatial import SpatialEncoding
 from afferents.encodings.spatiotemporal import SpatiotemporalEncoding
@@ -22,6 +23,7 @@ ENCODINGS: dict[str, type[Encoding]] = {
     for kind in (
         SpatialEncoding, SpatiotemporalEncoding, SpectralEncoding,
         OrderEncoding, KernelEncoding, WavenumberEncoding, MarkersEncoding,
+        MomentEncoding,
     )
 }  # fmt: skip
 """The paper's three, then ours."""

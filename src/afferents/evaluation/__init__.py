@@ -1,5 +1,6 @@
 """Leave one group out, by default a speed: folds, leakage, metrics and results on disk."""
 
+from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
 from afferents.evaluation.folds import (
     PLAN,
     FoldKey,
@@ -24,6 +25,13 @@ from afferents.evaluation.job_status import (
 from afferents.evaluation.leakage import Leaks, find_leaks, refuse_leaks
 from afferents.evaluation.occlusion import Predict, bands, losses, neighbourhoods, patches
 from afferents.evaluation.reliability import Reliability, reliability, reliability_of
+from afferents.evaluation.shares import (
+    Moving,
+    Shares,
+    moving,
+    plane_basis,
+    variance_shares,
+)
 from afferents.evaluation.splits import LeaveOneGroupOut, LeaveOneSpeedOut, number_in_recording
 from afferents.evaluation.summary import summarise
 from afferents.evaluation.touches import inside_speeds
@@ -31,17 +39,21 @@ from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, su
 
 __all__ = [
     "PLAN",
+    "Accuracy",
     "FoldKey",
     "JobStatus",
     "Leaks",
     "LeaveOneGroupOut",
     "LeaveOneSpeedOut",
+    "Moving",
     "Predict",
     "Reliability",
+    "Shares",
     "State",
     "at_work",
     "auroc",
     "bands",
+    "bootstrap_interval",
     "check_results_folder",
     "claim_results_folder",
     "digest_of",
@@ -52,10 +64,13 @@ __all__ = [
     "inside_speeds",
     "job_statuses",
     "losses",
+    "moving",
     "neighbourhoods",
     "number_in_recording",
+    "paired_difference",
     "patches",
     "plan",
+    "plane_basis",
     "planned_workers",
     "predictions_table",
     "recordings_of",
@@ -67,4 +82,5 @@ __all__ = [
     "share_unknown",
     "summarise",
     "summarise_unknown",
+    "variance_shares",
 ]

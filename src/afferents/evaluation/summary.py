@@ -8,9 +8,15 @@ from typing import Any
 import pandas as pd
 
 from afferents.core.files import write_aside, write_json
+from afferents.core.replicate import replicate_of
 from afferents.core.results import PREDICTIONS, SCHEMA, SUMMARY
 from afferents.core.split import SPEED, Split, key_of
-from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
+from afferents.evaluation.bootstrap import (
+    Accuracy,
+    bootstrap_interval,
+    intervals_by_group,
+    paired_difference,
+)
 from afferents.evaluation.folds import FoldKey, load_fold
 from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
 from afferents.evaluation.reliability import reliability_of
@@ -28,8 +34,10 @@ def summarise(
     Parameters
     ----------
     about
-        What the summary says of the whole (data, cut, preset, skipped recordings).
+        What the summary says of the whole (data, cut, preset, skipped recordings). Where it names
+        several sources, each is a session.
     """
+    replicate = replicate_of(len(about["data"]))
     loaded = [(key, *load_fold(results, key)) for key in keys]
     models: dict[str, dict[str, Any]] = {}
     accuracies: dict[tuple[str, str], Accuracy] = {}
@@ -39,8 +47,8 @@ def summarise(
         ]
         predictions = pd.concat([table for _, _, table in mine])
         facts = [fact for _, fact, _ in mine]
-        accuracy = accuracies[model, protocol] = Accuracy(predictions)
-        found = _summary_of(predictions, accuracy, facts, textures, mine[0][0].split)
+        accuracy = accuracies[model, protocol] = Accuracy(predictions, replicate)
+        found = _summary_of(predictions, accuracy, facts, textures, mine[0][0].split, replicate)
         models.setdefault(model, {})[protocol] = found
     with write_aside(results / PREDICTIONS) as partial, partial.open("wb") as file:
         pd.concat([table for _, _, table in loaded]).to_parquet(
@@ -50,12 +58,17 @@ def summarise(
         "schema": SCHEMA,
         **about,
         "textures": textures,
+        "intervals": {"replicate": replicate, "n": _n_replicates(accuracies)},
         "models": models,
         "selection_effect": _selection_effects(accuracies),
         "comparisons": _comparisons(accuracies),
     }
     write_json(results / SUMMARY, summary)
     return summary
+
+
+def _n_replicates(accuracies: Accuracies) -> int:
+    return len({name for accuracy in accuracies.values() for name in accuracy.replicates})
 
 
 def _selection_effects(accuracies: Accuracies) -> dict[str, Any]:
@@ -93,14 +106,15 @@ def _summary_of(
     facts: list[dict[str, Any]],
     textures: list[str],
     split: Split,
+    replicate: str,
 ) -> dict[str, Any]:
     named = name_recordings(predictions, textures)
     return {
         **_outcome(predictions, accuracy, split),
-        "inside": _outcome_inside(predictions),
+        "inside": _outcome_inside(predictions, replicate),
         "recordings": {
-            **_outcome(named, Accuracy(named), split),
-            "inside": _outcome_inside(named),
+            **_outcome(named, Accuracy(named, replicate), split),
+            "inside": _outcome_inside(named, replicate),
         },
         "macro_f1": macro_f1(predictions, textures),
         "confusion": confusion(predictions, textures).tolist(),
@@ -116,7 +130,7 @@ def _summary_of(
 
 
 def _outcome(predictions: pd.DataFrame, accuracy: Accuracy, split: Split) -> dict[str, Any]:
-    """Return mean, interval and worst group of what was named, samples or recordings."""
+    """Return means, intervals and worst group of what was named, samples or recordings."""
     by_group = accuracy_by_group(predictions)
     interval = bootstrap_interval(accuracy)
     worst = min(by_group, key=lambda group: by_group[group])
@@ -124,14 +138,18 @@ def _outcome(predictions: pd.DataFrame, accuracy: Accuracy, split: Split) -> dic
         "mean_accuracy": sum(by_group.values()) / len(by_group),
         "ci95": [interval.low, interval.high],
         split.by: {key_of(group): accuracy for group, accuracy in by_group.items()},
+        split.ci95_by: {
+            key_of(group): [found.low, found.high]
+            for group, found in intervals_by_group(accuracy).items()
+        },
         split.worst: key_of(worst),
     }
 
 
-def _outcome_inside(predictions: pd.DataFrame) -> dict[str, Any] | None:
+def _outcome_inside(predictions: pd.DataFrame, replicate: str) -> dict[str, Any] | None:
     """Return the same of the speeds that lie between others; None where there is none."""
     inner = inside_speeds(predictions)
-    return _outcome(inner, Accuracy(inner), SPEED) if len(inner) else None
+    return _outcome(inner, Accuracy(inner, replicate), SPEED) if len(inner) else None
 
 
 def _by_group(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from afferents.core.replicate import TEXTURE
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
 from afferents.evaluation.metrics import accuracy_by_group
 from afferents.evaluation.touches import inside_speeds
@@ -19,20 +20,26 @@ FOLD = ["held_out_speed_mm_s", "left_out"]
 """What is held out together: a speed, and a texture."""
 
 
-def summarise_unknown(table: pd.DataFrame) -> dict[str, Any]:
+def summarise_unknown(table: pd.DataFrame, replicate: str = TEXTURE) -> dict[str, Any]:
     """Return what a table of novelty of one model comes to; docs/results-format.md.
 
     Parameters
     ----------
     table
         As above.
+    replicate
+        What is drawn anew for intervals, as `count_right` takes it.
     """
     touched = recordings_of(table)
     kinds = {"samples": table, "recordings": touched}
     never = {unit: rows["left_out"] == rows["texture"] for unit, rows in kinds.items()}
     return {
-        "found": {unit: share_unknown(rows[never[unit]]) for unit, rows in kinds.items()},
-        "false_alarms": {unit: share_unknown(rows[~never[unit]]) for unit, rows in kinds.items()},
+        "found": {
+            unit: share_unknown(rows[never[unit]], replicate) for unit, rows in kinds.items()
+        },
+        "false_alarms": {
+            unit: share_unknown(rows[~never[unit]], replicate) for unit, rows in kinds.items()
+        },
         "auroc": {unit: _mean_auroc(rows) for unit, rows in kinds.items()},
         "auroc_inside": {
             unit: _mean_auroc(inner) if len(inner := inside_speeds(rows)) else None
@@ -67,17 +74,17 @@ def recordings_of(table: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(novelty=rows["novelty"] / rows["recordings_limit"])
 
 
-def share_unknown(rows: pd.DataFrame) -> dict[str, Any]:
+def share_unknown(rows: pd.DataFrame, replicate: str = TEXTURE) -> dict[str, Any]:
     """Return the share of rows called unknown: mean over held-out speeds, and by speed.
 
-    The 95% interval is by bootstrap over recordings within each speed, as of accuracies. The same
-    of the speeds that lie between others; None where there are none.
+    The 95% interval is by bootstrap over replicates, as of accuracies. The same of the speeds that
+    lie between others; None where there are none.
     """
     called = _called(rows)
     inner = inside_speeds(called)
     return {
-        **_mean_and_interval(called),
-        "inside": _mean_and_interval(inner) if len(inner) else None,
+        **_mean_and_interval(called, replicate),
+        "inside": _mean_and_interval(inner, replicate) if len(inner) else None,
         "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_group(called).items()},
     }
 
@@ -89,8 +96,8 @@ def auroc(rows: pd.DataFrame) -> float:
     return float(roc_auc_score(rows["left_out"] == rows["texture"], rows["novelty"]))
 
 
-def _mean_and_interval(called: pd.DataFrame) -> dict[str, Any]:
-    accuracy = Accuracy(called)
+def _mean_and_interval(called: pd.DataFrame, replicate: str) -> dict[str, Any]:
+    accuracy = Accuracy(called, replicate)
     interval = bootstrap_interval(accuracy)
     return {"mean": accuracy.mean(), "ci95": [interval.low, interval.high]}
 
@@ -112,7 +119,7 @@ def _called(rows: pd.DataFrame) -> pd.DataFrame:
         {
             "held_out_speed_mm_s": rows["held_out_speed_mm_s"],
             "recording": rows["recording"],
-            "true_texture": True,
-            "predicted_texture": rows["novelty"] > 1,
+            "true_texture": rows["texture"],
+            "predicted_texture": rows["texture"].where(rows["novelty"] > 1),
         }
     )

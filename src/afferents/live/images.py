@@ -130,7 +130,9 @@ class Images:
         responses = self._responses(position, self._tracker.rest_position)
         markers = {name: _parts(self._held(name, found)) for name, found in responses.items()}
         images = {
-            name: _image(parts, responses[name].ndim > 1, grid) for name, parts in markers.items()
+            channel.name: _image(markers[channel.name], responses[channel.name].ndim > 1, grid)
+            for channel in self._channels
+            if not channel.parts and channel.name in markers
         }
         return FrameImages(images, markers, position, detected)
 

@@ -4,6 +4,7 @@ from afferents.models.base import Classifier, FitData, Network, Solved, Task, bu
 from afferents.models.calibration import best_weights, cross_entropy, fit_temperature, weighted
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.deployed import Deployed, Stepping
+from afferents.models.discriminant import Discriminant
 from afferents.models.fusion import JointFusion, LateFusion
 from afferents.models.layers import (
     L2,
@@ -35,6 +36,7 @@ __all__ = [
     "Classifier",
     "CnnLstm",
     "Deployed",
+    "Discriminant",
     "FitData",
     "Gram",
     "JointFusion",

@@ -22,6 +22,9 @@ PENALTY = 30.0
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
 
+_LEAST_SHARE = 1e-10
+"""Of a value's square that its variance may be: of one that never varies, rounding is left."""
+
 
 class Gram:
     """What least squares needs of all samples, gathered in parts: X'WX and X'WY.
@@ -52,6 +55,13 @@ class Gram:
         """Return what is needed of the samples of both."""
         return self._joined(other, 1)
 
+    def of(self, features: Tensor) -> "Gram":
+        """Return what is needed of some of the features, whose numbers are given."""
+        rows = torch.cat([features, torch.tensor([len(self._xx) - 1])])
+        part = Gram(len(features), self._xy.shape[1])
+        part._xx, part._xy = self._xx[rows][:, rows], self._xy[rows]
+        return part
+
     def _joined(self, other: "Gram", sign: int) -> "Gram":
         joined = Gram(len(self._xx) - 1, self._xy.shape[1])
         joined._xx, joined._xy = self._xx + sign * other._xx, self._xy + sign * other._xy
@@ -79,6 +89,23 @@ class Gram:
         n = self._xx[-1, -1]
         variance = self._xx.diagonal()[:-1] / n - (self._xx[-1, :-1] / n).square()
         return self.solve(PENALTY * variance.clamp_min(_LEAST_SD**2))
+
+    def solve_as_discriminant(self, shrinkage: float) -> tuple[Tensor, Tensor]:
+        """Return weights and constants of what `Discriminant` learns from these samples.
+
+        Targets are 1 for the class of a sample, and 0 for the others. A class without samples is
+        taken to lie in the middle of all.
+        """
+        n = self._xx[-1, -1]
+        share, mean = self._xy[-1] / n, self._xx[:-1, -1] / n
+        second = self._xx[:-1, :-1] / n
+        covariance = second - torch.outer(mean, mean)
+        off = torch.where(share > 0, self._xy[:-1] / self._xy[-1] - mean[:, None], 0.0)
+        within = covariance - (off * share) @ off.T
+        variance = torch.maximum(covariance.diagonal(), _LEAST_SHARE * second.diagonal())
+        penalty = shrinkage * variance.clamp_min(torch.finfo(variance.dtype).tiny)
+        solved = torch.linalg.solve(within + torch.diag(penalty), off)
+        return solved.float(), (-((mean[:, None] + off / 2) * solved).sum(0)).float()
 
 
 def sum_of(grams: Sequence[Gram]) -> Gram:

@@ -5,6 +5,7 @@ from typing import Any
 from afferents.core.errors import InputError
 from afferents.models.base import Classifier, Task, build_for
 from afferents.models.cnn_lstm import CnnLstm
+from afferents.models.discriminant import Discriminant
 from afferents.models.fusion import JointFusion, LateFusion
 from afferents.models.orders import OrderSearch
 from afferents.models.own import own_classifier
@@ -16,7 +17,7 @@ CLASSIFIERS: dict[str, type[Classifier]] = {
     kind.name: kind
     for kind in (
         SpatialNet, CnnLstm, VibrationNet, Ridge, SearchedRidge, OrderSearch, LateFusion,
-        JointFusion,
+        JointFusion, Discriminant,
     )
 }  # fmt: skip
 """The paper's three networks, then ours."""

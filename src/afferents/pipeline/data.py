@@ -14,6 +14,7 @@ from afferents.core.errors import AfferentsError, InputError
 from afferents.core.own import in_a_sentence
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session, require_distinct
+from afferents.core.replicate import numbered
 from afferents.core.responses import Responses, check_responses, conditions, speed_of
 from afferents.encodings import Encodings
 from afferents.pipeline.copies import with_fingerprint
@@ -259,6 +260,8 @@ def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
 
 
 def _numbered(data: OpenedData, number: int) -> OpenedData:
-    renamed = tuple(r.assign_attrs(name=f"{number}:{r.attrs['name']}") for r in data.responses)
-    failed = {f"{number}:{name}": why for name, why in data.failed.items()}
+    renamed = tuple(
+        r.assign_attrs(name=numbered(str(r.attrs["name"]), number)) for r in data.responses
+    )
+    failed = {numbered(name, number): why for name, why in data.failed.items()}
     return replace(data, responses=renamed, failed=failed)

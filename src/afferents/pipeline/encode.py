@@ -200,7 +200,7 @@ def response_of(responses: Responses, source: Source) -> xr.DataArray:
         whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
         used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
         response = _labelled(channel.response(used), responses)
-    return hold(response) if dims.MARKER in response.dims else response
+    return hold(response) if dims.TIME in response.dims else response
 
 
 def read_whole(responses: Responses, variable: str) -> xr.DataArray:

@@ -30,10 +30,10 @@ from afferents.models import Deployed
 from afferents.pipeline.data import OpenedData
 from afferents.pipeline.encode import Source, has, kept_part, response_of
 from afferents.pipeline.train import felt_with
-from afferents.reporting import explanation_figure, save_figure
+from afferents.reporting import Table, explanation_figure, save_figure
 from afferents.training import load_model
 
-FACTS = "explanation.json"
+FACTS, PART = "explanation.json", "part"
 SAMPLES = 130
 """About how many samples are asked, spread evenly over recordings."""
 PATCH = 3
@@ -51,11 +51,12 @@ Floats = NDArray[np.float32]
 
 @dataclass
 class Explanation:
-    """Sentences, pictures, and numbers for scripts."""
+    """Sentences, pictures, numbers for scripts, and tables."""
 
     sentences: list[str] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
+    tables: list[Table] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -245,7 +246,9 @@ def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict
         def say_of_runs(runs: Floats) -> NDArray[np.floating]:
             return predict(encoding.of_runs(runs, channel.lookback))
 
-        if encoding.of_pixels:
+        if channel.parts:
+            found["parts"] = _parts(textures, say_of_runs, asked, runs)
+        elif encoding.of_pixels:
             found["markers"] = _markers(textures, say_of_runs, asked, runs)
         elif asked.places is not None:
             found["markers"] = _single_markers(textures, say_of_runs, asked, runs, asked.places)
@@ -268,6 +271,14 @@ def _markers(
     lost = losses(predict, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
     axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
     return _by_texture(textures, asked, lost, axes)
+
+
+def _parts(textures: tuple[str, ...], predict: Predict, asked: Asked, runs: Floats) -> xr.DataArray:
+    """Return the losses where a part of what all markers feel is as it is on average."""
+    names = list(asked.source.channel.parts)
+    taken = bands(len(names), 1)
+    lost = losses(predict, runs, asked.labels, taken, runs.mean(axis=0))
+    return _by_texture(textures, asked, lost, {PART: np.array(names)})
 
 
 def _single_markers(
@@ -328,7 +339,7 @@ def _most(lost: xr.DataArray) -> str:
     mean = lost.mean(dims.TEXTURE) if dims.TEXTURE in lost.dims else lost
     at = np.unravel_index(int(mean.values.argmax()), mean.shape)
     where = ", ".join(
-        f"{str(dim).replace('_', ' ')} {float(mean[dim].values[i]):.3g}"
+        f"{str(dim).replace('_', ' ')} {mean[dim].values[i]:{'s' if dim == PART else '.3g'}}"
         for dim, i in zip(mean.dims, at, strict=True)
     )
     return f"Most is lost without what is at {where}: {float(mean.values.max()):.2f} nats."

@@ -6,13 +6,15 @@ from afferents.reporting.explanation import explanation_figure
 from afferents.reporting.figure07 import FACTORS, StretchExample, figure07, stretch_example
 from afferents.reporting.figure12 import figure12
 from afferents.reporting.formats import to_markdown
-from afferents.reporting.html import headline, write_report
+from afferents.reporting.html import write_report
 from afferents.reporting.images import figure08, figure10
+from afferents.reporting.in_short import headline
 from afferents.reporting.inspection import markers_figure, responses_figure, vibration_figure
 from afferents.reporting.overlay import draw_overlay, is_overlay, write_overlay
 from afferents.reporting.pictures import FigureData, ReportFigure, draw_pictures, save_pictures
 from afferents.reporting.reliability import reliability_figure, reliability_table
 from afferents.reporting.roughness import roughness_table
+from afferents.reporting.shear import ShearFigure, shear_figure, shear_tables
 from afferents.reporting.speeds import speed_figure
 from afferents.reporting.style import save_figure
 from afferents.reporting.table import (
@@ -22,15 +24,16 @@ from afferents.reporting.table import (
     leak_table,
     run_table,
     table1,
-    touches_table,
 )
 from afferents.reporting.textures import write_texture_page
+from afferents.reporting.touches import touches_table
 from afferents.reporting.unknown import texture_tables, unknown_by_texture, unknown_table
 
 __all__ = [
     "FACTORS",
     "FigureData",
     "ReportFigure",
+    "ShearFigure",
     "StretchExample",
     "Table",
     "accuracy_by_speed",
@@ -56,6 +59,8 @@ __all__ = [
     "runs_side_by_side",
     "save_figure",
     "save_pictures",
+    "shear_figure",
+    "shear_tables",
     "speed_figure",
     "stretch_example",
     "table1",

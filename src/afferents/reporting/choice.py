@@ -7,7 +7,7 @@ import numpy as np
 
 from afferents.core import dims
 from afferents.core.samples import Samples, textures_of
-from afferents.reporting.labels import texture_letter
+from afferents.reporting.texture_names import texture_letter
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
 """The textures that the paper's figures compare: 0, 2, 4 and 6 mm."""

@@ -22,14 +22,13 @@ from afferents.reporting.labels import (
     Summary,
     model_title,
     source_line,
-    texture_axis,
 )
 from afferents.reporting.published import (
     published_confusion,
     published_families,
-    published_textures,
 )
-from afferents.reporting.style import GREY, MISSING, PERCENT, frame_all, new_figure, styled
+from afferents.reporting.style import GREY, INK, MISSING, PERCENT, frame_all, new_figure, styled
+from afferents.reporting.texture_names import are_published, texture_axis, texture_names
 
 FIGURE_OF = {
     "sa-se": "Figure 9A",
@@ -44,6 +43,12 @@ OF_TRUE = "% of the true texture's test samples"
 MOST_TICKS = 14
 _WIDTH_INCH, _PANELS_INCH = 9.4, 7.7
 """Width of the figure, and what of it the panels of a row share."""
+MANY_TEXTURES = 10
+"""Of more there are three panels a row, so that cells are large enough for their numbers."""
+_LEAST_POINTS, _MOST_POINTS, _OF_CELL = 5.5, 8.0, 0.43
+"""Size of the numbers in cells, pt: no smaller, no larger, and what share of a cell."""
+LEAST_WRITTEN, _DARK = 5.0, 55.0
+"""Percent that are written as a number, and from where on in white."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,7 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
         return None
     textures = results.textures
     panels = [*_own_panels(rows, results), *_paper_panel(model, results)]
-    n_columns = _columns(len(panels))
+    n_columns = _columns(len(panels), len(textures))
     n_rows = -(-len(panels) // n_columns)
     height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.04 * max(map(len, textures))
     summary = results.summary
@@ -122,7 +127,7 @@ def _own_panels(rows: pd.DataFrame, results: Results) -> list[Panel]:
 
 
 def _paper_panel(model: str, results: Results) -> list[Panel]:
-    same = results.split == SPEED and tuple(results.textures) == published_textures()
+    same = results.split == SPEED and are_published(results.textures)
     if model not in published_families() or not same:
         return []
     mean = published_families()[model].mean_percent
@@ -133,8 +138,10 @@ def _accuracy(counts: NDArray[np.int64]) -> float:
     return float(100 * np.trace(counts) / counts.sum())
 
 
-def _columns(n_panels: int) -> int:
-    """Return 4 columns, or 3 where that leaves fewer cells empty."""
+def _columns(n_panels: int, n_textures: int) -> int:
+    """Return 4 columns, or 3 where that leaves fewer places empty or textures are many."""
+    if n_panels <= 3 or n_textures > MANY_TEXTURES:
+        return min(3, n_panels)
     return min((4, 3), key=lambda n: (-n_panels % n, -n))
 
 
@@ -145,6 +152,7 @@ def _draw_grid(
     cells = list(grid.flat)
     for axes, panel in zip(cells, panels, strict=False):
         image = draw_panel(axes, panel)
+        write_numbers(axes, panel, _PANELS_INCH / shape[1])
     for axes in cells[len(panels) :]:
         axes.set_visible(False)
     label_edges(grid, textures)
@@ -163,17 +171,31 @@ def draw_panel(axes: Axes, panel: Panel) -> AxesImage:
     )
 
 
+def write_numbers(axes: Axes, panel: Panel, width_inch: float) -> None:
+    """Write percentages into the cells of a matrix of that width, where they can be read."""
+    size = min(_MOST_POINTS, _OF_CELL * 72 * width_inch / len(panel.percent))
+    if size < _LEAST_POINTS:
+        return
+    for true, predicted in np.argwhere(panel.percent >= LEAST_WRITTEN):
+        value = panel.percent[true, predicted]
+        colour = "white" if value > _DARK else INK
+        axes.text(
+            true, predicted, f"{value:.0f}", ha="center", va="center", fontsize=size, color=colour
+        )
+
+
 def label_edges(grid: NDArray[Any], textures: list[str]) -> None:
-    """Name the textures on every axis of the left column and of the lowest row."""
+    """Name the textures on every axis of the left column, and on the lowest of each column."""
     step = -(-len(textures) // MOST_TICKS)
     ticks = list(range(0, len(textures), step))
-    names = [textures[index] for index in ticks]
+    named = texture_names(textures)
+    names = [named[textures[index]] for index in ticks]
     turned = 90 if max(map(len, names)) > 3 else 0
     for axes in grid.flat:
         axes.set_xticks([])
         axes.set_yticks([])
         axes.tick_params(length=2, color=GREY)
-    for axes in grid[-1]:
+    for axes in (column[[one.get_visible() for one in column]][-1] for column in grid.T):
         axes.set_xticks(ticks, names, rotation=turned, fontsize=6)
         axes.set_xlabel(f"true {texture_axis(textures)}", fontsize=7)
     for axes in grid[:, 0]:

@@ -13,6 +13,7 @@ from afferents.reporting.labels import (
     model_title,
     outcome,
 )
+from afferents.reporting.replicates import drawn_over
 from afferents.reporting.table import Cell, Table, mean_and_interval
 
 
@@ -49,8 +50,8 @@ def differences(summary: Summary) -> Table | None:
     return Table(
         "Differences",
         f"Percentage points, mean over held-out {split.many}, with 95% interval in brackets: "
-        "bootstrap over recordings and seeds, both sides on the same recordings. An interval that "
-        "holds 0 shows no difference.",
+        f"drawn over {drawn_over(summary)}, and over training seeds, the same for both sides. An "
+        "interval that holds 0 shows no difference.",
         ("", "Protocol", "Difference"),
         tuple(rows),
         n_headers=2,
@@ -108,4 +109,7 @@ def _what(run: Summary) -> str:
     n = len(run["textures"])
     options = f", {' '.join(run['options'])}" if run.get("options") else ""
     split = split_of(run)
-    return f"{n} textures, {len(groups_in(run))} {split.many}, preset {run['preset']}{options}"
+    return (
+        f"{n} textures, {len(groups_in(run))} {split.many}, preset {run['preset']}{options}, "
+        f"intervals over {drawn_over(run)}"
+    )

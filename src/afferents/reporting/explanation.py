@@ -9,11 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from afferents.core import dims
-from afferents.reporting.labels import texture_axis, texture_label
 from afferents.reporting.style import BLUE, GREY, frame_all, new_figure, styled
+from afferents.reporting.texture_names import texture_labels
 
 _TITLES = {
     "markers": "What is lost where 3 x 3 markers stand still",
+    "parts": "What is lost without each part of the global shear",
     "waves": "What is lost without each wave",
     "frequencies": "What is lost without each band of the spectrum",
     "harmonics": "What is lost without each multiple of a drum's bumps a second",
@@ -25,6 +26,7 @@ _AXES = {
     dims.COLUMN_WAVENUMBER: "across (cycles a marker)",
     dims.FREQUENCY: "frequency (Hz)",
     "harmonic": "frequency over bumps a second",
+    "part": "part of the global shear",
 }
 _LOSS = "lost log-odds of the true texture (nats)"
 _COLOURS = "PuOr_r"
@@ -39,7 +41,7 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
     Parameters
     ----------
     name
-        `markers`, `waves`, `frequencies` or `harmonics`.
+        `markers`, `parts`, `waves`, `frequencies` or `harmonics`.
     lost
         (texture, y, x), (texture, x) or (x,), nats.
     source
@@ -56,13 +58,17 @@ def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
         axes.plot(lost[dim], lost, color=BLUE, marker="o", markersize=3)
         axes.set_ylabel(_LOSS.replace(" of", "\nof"))
         return figure
-    at = lost[dim].values
+    names = lost[dim].values
+    named = names.dtype.kind == "U"
+    at = np.arange(len(names)) if named else names
     half = (at[1] - at[0]) / 2
     extent = (at[0] - half, at[-1] + half, len(lost) - 0.5, -0.5)
     drawn = _draw(axes, lost.values, _most(lost), extent=extent, aspect="auto")
-    textures = [str(texture) for texture in lost[dims.TEXTURE].values]
-    axes.set_yticks(range(len(textures)), [texture_label(texture) for texture in textures])
-    axes.set_ylabel(texture_axis(textures).split(" (")[0])
+    if named:
+        axes.set_xticks(at, names)
+    labels = _labels(lost)
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_ylabel("texture")
     figure.colorbar(drawn, ax=axes, label=_LOSS)
     return figure
 
@@ -72,7 +78,7 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     y, x = (str(dim) for dim in lost.dims[1:])
     lost = lost.sortby(y)
     panels = [("all", lost.mean(dims.TEXTURE))]
-    panels += [(texture_label(str(one[dims.TEXTURE].item())), one) for one in lost]
+    panels += list(zip(_labels(lost), lost, strict=True))
     n_rows = -(-len(panels) // _A_ROW)
     wide = lost.sizes[y] < 1.5 * lost.sizes[x]
     figure = new_figure(10, n_rows * (1.7 if wide else 2.5) + 0.8, title, source)
@@ -92,6 +98,10 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
     bar = figure.colorbar(drawn, ax=grid, shrink=0.7, label="lost nats, of each panel's most")
     bar.set_ticks([-_most(one), 0, _most(one)], labels=["-most", "0", "most"])
     return figure
+
+
+def _labels(lost: xr.DataArray) -> list[str]:
+    return list(texture_labels([str(texture) for texture in lost[dims.TEXTURE].values]).values())
 
 
 def _most(lost: xr.DataArray) -> float:

@@ -4,9 +4,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from afferents.core import dims
-from afferents.core.samples import Samples
+from afferents.core.samples import Samples, textures_of
 from afferents.reporting.choice import example_textures, speeds_of, spread
-from afferents.reporting.labels import speed_key, texture_label
+from afferents.reporting.labels import speed_key
 from afferents.reporting.spectra import (
     HIGHEST_HZ,
     amplitude_label,
@@ -14,6 +14,7 @@ from afferents.reporting.spectra import (
     condition_spectrum,
 )
 from afferents.reporting.style import BLUE, GREY, new_figure, styled
+from afferents.reporting.texture_names import texture_names
 
 SPEEDS = (20.0, 40.0, 50.0, 80.0, 100.0)
 """What the paper's figure truly shows; its labels say 10, 30, 50, 70, 90."""
@@ -32,6 +33,7 @@ def figure12(spectra: Samples, source: str) -> Figure:
         The line that says what the spectra were made from.
     """
     textures, speeds = example_textures(spectra), _speeds(spectra)
+    names = texture_names(textures_of(spectra))
     figure = new_figure(
         1.85 * len(speeds) + 1, 1.25 * len(textures) + 0.9, "Figure 12. Vibration spectra", source
     )
@@ -41,7 +43,7 @@ def figure12(spectra: Samples, source: str) -> Figure:
             _draw_condition(axes, spectra, texture, speed)
         top = amplitude_top([condition_spectrum(spectra, texture, speed) for speed in speeds])
         row[0].set_ylim(0, top)
-        row[0].set_ylabel(texture_label(texture), fontweight="bold", fontsize=8)
+        row[0].set_ylabel(names[texture], fontweight="bold", fontsize=8)
     for speed, axes in zip(speeds, grid[0], strict=True):
         axes.set_title(f"{speed_key(speed)} mm/s", fontweight="bold")
     highest = min(HIGHEST_HZ, float(spectra[dims.FREQUENCY].max()))

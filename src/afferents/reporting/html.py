@@ -10,11 +10,17 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from afferents.core.files import write_text
-from afferents.core.model import BEST
 from afferents.core.results import Results
 from afferents.core.split import SPEED, key_of, split_of
 from afferents.core.steady import written
 from afferents.reporting.differences import differences
+from afferents.reporting.in_short import (
+    beside_the_winner,
+    headline,
+    next_steps,
+    sureness,
+    what_was_asked,
+)
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
@@ -22,7 +28,6 @@ from afferents.reporting.labels import (
     groups_in,
     model_order,
     model_title,
-    outcome,
     outcomes,
     percent,
 )
@@ -33,11 +38,11 @@ from afferents.reporting.table import (
     accuracy_by_speed,
     leak_sentences,
     leak_table,
-    mean_and_interval,
     run_table,
     table1,
-    touches_table,
 )
+from afferents.reporting.texture_names import texture_names
+from afferents.reporting.touches import touches_table
 
 TEMPLATE = "report.html"
 
@@ -80,7 +85,11 @@ def render_report(
     split = split_of(summary)
     return template(TEMPLATE).render(
         held_out=split,
+        asked=what_was_asked(summary),
         headline=headline(summary),
+        beside=beside_the_winner(summary),
+        sureness=sureness(summary),
+        steps=next_steps(summary),
         facts=facts(summary),
         simulated=[data for data in summary["data"] if data["simulated"]],
         skipped=summary["skipped"],
@@ -114,38 +123,6 @@ def template(name: str) -> Template:
     return environment.get_template(name)
 
 
-def headline(summary: Summary) -> str:
-    """Return the sentence that matters most, of the strictest protocol.
-
-    It is of the model that we recommend, where that was evaluated, else of the best.
-    """
-    for protocol, title in PROTOCOL_TITLES.items():
-        found = {
-            name: result
-            for name in model_order(summary)
-            if (result := outcome(summary, name, protocol)) is not None
-        }
-        if found:
-            recommended = [name for name in BEST if name in found]
-            best = max(found, key=lambda name: found[name]["mean_accuracy"])
-            named = recommended[0] if recommended else best
-            why = "which we recommend" if recommended else "which did best"
-            return _sentence(summary, named, why, protocol, title)
-    return "No model was evaluated."
-
-
-def _sentence(summary: Summary, model: str, why: str, protocol: str, title: str) -> str:
-    found, split = summary["models"][model][protocol], split_of(summary)
-    worst = found[split.worst]
-    interval = "; 95% interval in brackets" if found.get("ci95") else ""
-    return (
-        f"{model_title(model, summary)}, {why}, names {mean_and_interval(found)} % of the "
-        f"samples rightly at {split.many} that it never learnt from ({title}{interval}), "
-        f"where guessing gives {percent(summary['chance'])} %. It did worst "
-        f"{split.at([worst])}, with {percent(found[split.by][worst])} %."
-    )
-
-
 def facts(summary: Summary) -> list[tuple[str, str]]:
     """Return what was evaluated, as pairs of name and value."""
     textures, split = summary["textures"], split_of(summary)
@@ -156,7 +133,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     protocols = [name for name in PROTOCOL_TITLES if name in run]
     return [
         ("Data", data_line(summary)),
-        ("Textures", f"{len(textures)}: {shortened(textures)}"),
+        ("Textures", textures_line(textures)),
         (title, f"{len(groups)}: {shortened(groups)}{split.unit}"),
         ("Models", ", ".join(model_title(name, summary) for name in model_order(summary))),
         ("Protocol", " and ".join(protocols) or "none"),
@@ -164,6 +141,15 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         *([("Steady part", f"{written(steady)} s (--steady)")] if steady else []),
         ("Chance", f"{percent(summary['chance'])} %"),
     ]
+
+
+def textures_line(textures: Sequence[str]) -> str:
+    """Return how many textures there are, their names and, once, what letters stand for."""
+    names = list(texture_names(textures).values())
+    line = f"{len(names)}: {shortened(names)}"
+    if names == list(textures):
+        return line
+    return f"{line}; letters as in the paper, for bumps {shortened(textures)} mm apart"
 
 
 def redo_command(results: Results) -> str:

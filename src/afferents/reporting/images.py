@@ -1,8 +1,9 @@
 """Grids of tactile images, which Figures 8 (SA-I) and 10 (RA-I) share.
 
 Every image has row (rank of the marker in y) downwards and column (rank in x) to the right, as
-the camera sees the skin; the paper's pictures are the transpose. All images of a figure have
-one colour scale, which spans exactly the frames shown.
+the camera sees the skin; the paper's pictures are the transpose. Every texture's row has its own
+colour scale, as have the consecutive frames: on one scale the texture that drags the skin farthest
+would leave the others dark. A scale spans exactly the frames that it stands beside.
 """
 
 from dataclasses import dataclass
@@ -12,19 +13,25 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.dims import PIXELS, PIXELS_PER_FRAME
 from afferents.core.samples import Samples, textures_of
 from afferents.reporting.choice import example_textures, in_condition, speeds_of, spread
-from afferents.reporting.labels import speed_key, texture_label
+from afferents.reporting.labels import speed_key
 from afferents.reporting.style import MISSING, SEQUENTIAL, VERMILION, frame_all, new_figure, styled
+from afferents.reporting.texture_names import texture_names
 
 SPEED = 50.0
 """The paper's images are at 50 mm/s."""
 MOST_SPEEDS = 10
 N_CONSECUTIVE = 10
+FEW_SPEEDS = 3
+"""Up to so many, panel B stands beside panel A; beneath it would leave the figure half empty."""
+_BAR = 0.11
+"""Width of a colour bar, and what lies before it, as a share of an image's width."""
 _ARROWS = {"+x": (0.7, 0.0), "-x": (-0.7, 0.0), "+y": (0.0, 0.7), "-y": (0.0, -0.7)}
 """Sliding directions in the image: x to the right, y downwards."""
 
@@ -45,6 +52,7 @@ def figure08(sa1_images: Samples, source: str, sliding: str = "+x") -> Figure:
     return tactile_image_figure(sa1_images, title, f"SA-I ({PIXELS})", source, sliding)
 
 
+@styled
 def figure10(ra1_images: Samples, source: str, sliding: str = "+x") -> Figure:
     """Draw the change of SA-I of every marker, px a frame; see `tactile_image_figure`."""
     title = "Figure 10. RA-I tactile images: change of SA-I from frame to frame"
@@ -54,7 +62,7 @@ def figure10(ra1_images: Samples, source: str, sliding: str = "+x") -> Figure:
 def tactile_image_figure(
     images: Samples, title: str, unit: str, source: str, sliding: str = "+x"
 ) -> Figure:
-    """Draw panel A, four textures at every speed, and panel B, ten consecutive frames.
+    """Draw panel A, four textures at every speed, and panel B, consecutive frames.
 
     Parameters
     ----------
@@ -69,18 +77,27 @@ def tactile_image_figure(
         otherwise; x is to the right, y downwards.
     """
     by_texture, consecutive = textures_by_speed(images), consecutive_frames(images)
-    n_columns = max(len(by_texture[0]), len(consecutive))
-    n_rows = len(by_texture) + 2
-    figure = new_figure(0.9 * n_columns + 1.9, 0.98 * n_rows + 0.6, title, source)
-    heights = [1.0] * len(by_texture) + [0.15, 1.0]
-    grid = figure.subplots(n_rows, n_columns, squeeze=False, gridspec_kw={"height_ratios": heights})
-    rows = [*by_texture, [], consecutive]
-    image = _draw_rows(grid, rows)
-    _name_axes(grid[-1, len(consecutive) - 1], sliding)
-    bar = figure.colorbar(image, ax=list(grid.flat), fraction=0.015, pad=0.01, aspect=40)
-    bar.set_label(unit)
-    bar.outline.set_visible(False)
+    shape_a = len(by_texture), len(by_texture[0])
+    beside, shape_b = _place_of_b(shape_a, len(consecutive))
+    n_rows = shape_a[0] if beside else shape_a[0] + shape_b[0]
+    n_columns = shape_a[1] + shape_b[1] if beside else shape_a[1]
+    figure = new_figure(max(0.9 * n_columns + 1.9, 6.0), 1.05 * n_rows + 0.9, title, source)
+    grid = figure.subplots(n_rows, n_columns, squeeze=False)
+    for cells, row in zip(grid[: shape_a[0], : shape_a[1]], by_texture, strict=True):
+        _draw_on_one_scale(figure, cells[None], row, unit)
+    panel_b = grid[:, shape_a[1] :] if beside else grid[shape_a[0] :]
+    shown = consecutive[: panel_b.size]
+    _draw_on_one_scale(figure, panel_b, shown, unit)
+    _name_axes(panel_b.flat[len(shown) - 1], sliding)
     return figure
+
+
+def _place_of_b(shape_a: tuple[int, int], n_frames: int) -> tuple[bool, tuple[int, int]]:
+    """Return whether panel B stands beside panel A, and its rows and columns: whole rows only."""
+    n_textures, n_speeds = shape_a
+    if n_speeds <= FEW_SPEEDS:
+        return True, (n_textures, max(1, n_frames // n_textures))
+    return False, (max(1, n_frames // n_speeds), n_speeds)
 
 
 def textures_by_speed(images: Samples) -> list[list[TactileImage]]:
@@ -89,12 +106,13 @@ def textures_by_speed(images: Samples) -> list[list[TactileImage]]:
     A condition that was not recorded is an image of NaN.
     """
     textures, speeds = example_textures(images), spread(speeds_of(images), MOST_SPEEDS)
+    names = texture_names(textures_of(images))
     return [
         [
             TactileImage(
                 _middle(images, texture, speed),
                 f"{speed_key(speed)} mm/s" if texture == textures[0] else "",
-                texture_label(texture),
+                names[texture],
             )
             for speed in speeds
         ]
@@ -114,7 +132,7 @@ def consecutive_frames(images: Samples) -> list[TactileImage]:
     speed = min(speeds_of(of_texture), key=lambda value: abs(value - SPEED))
     run = _middle_run(in_condition(of_texture, texture, speed))
     elapsed_ms = 1000 * (run[dims.START].values - run[dims.START].values[0])
-    beside = f"{texture_label(texture)}\n{speed_key(speed)} mm/s"
+    beside = f"{texture_names(textures)[texture]}\n{speed_key(speed)} mm/s"
     return [
         TactileImage(image, f"{time:+.0f} ms", beside)
         for image, time in zip(run.values, elapsed_ms, strict=True)
@@ -146,18 +164,24 @@ def scale_of(images: list[TactileImage]) -> tuple[float, float]:
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
 
 
-def _draw_rows(grid: NDArray[Any], rows: list[list[TactileImage]]) -> AxesImage:
-    """Draw the images of every row from the left, all on one scale; other cells stay empty."""
-    low, high = scale_of([image for row in rows for image in row])
-    for axes in grid.flat:
+def _draw_on_one_scale(
+    figure: Figure, cells: NDArray[Any], images: list[TactileImage], unit: str
+) -> None:
+    """Draw images in cells (row, column) on the scale that they span, its bar to their right."""
+    low, high = scale_of(images)
+    for axes, image in zip(cells.flat, images, strict=False):
+        drawn = draw_image(axes, image, low, high)
+    for axes in list(cells.flat)[len(images) :]:
         axes.set_axis_off()
-    for cells, images in zip(grid, rows, strict=True):
-        for axes, image in zip(cells, images, strict=False):
-            axes.set_axis_on()
-            drawn = draw_image(axes, image, low, high)
-        if images:
-            _name_row(cells[0], images[0].beside)
-    return drawn
+    _name_row(cells[0, 0], images[0].beside)
+    n_rows, n_columns = cells.shape
+    bar = figure.colorbar(
+        drawn, ax=list(cells.flat), fraction=_BAR / n_columns, pad=_BAR / n_columns,
+        aspect=min(n_rows, 2) / _BAR,
+    )  # fmt: skip
+    bar.set_label(unit, fontsize=7)
+    bar.outline.set_visible(False)
+    bar.locator = MaxNLocator(3)
 
 
 def _name_row(axes: Axes, text: str) -> None:

@@ -1,13 +1,12 @@
-"""How models, textures, protocols and sources are written in tables and figures."""
+"""How models, protocols and sources are written in tables and figures."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from afferents.core.model import MODELS
-from afferents.core.recording import LETTERS, spacing_mm
 from afferents.core.split import SPEED, Group, split_of
 from afferents.core.steady import written
-from afferents.reporting.published import published_textures
+from afferents.reporting.texture_names import spacing_note
 
 ABSENT = "—"
 PROTOCOL_TITLES = {"nested": "nested protocol", "published": "published protocol"}
@@ -47,24 +46,6 @@ def outcomes(summary: Summary) -> Iterator[tuple[str, str, dict[str, Any]]]:
                 yield model, protocol, found
 
 
-def texture_letter(texture: str) -> str | None:
-    """Return the paper's letter (a to m) of a texture folder, None if it is none of the 13."""
-    names = published_textures()
-    return LETTERS[names.index(texture)] if texture in names else None
-
-
-def texture_label(texture: str) -> str:
-    """Return `i (4 mm)` for a texture of the paper's series, else the name itself."""
-    letter = texture_letter(texture)
-    return f"{letter} ({texture} mm)" if letter else texture
-
-
-def texture_axis(textures: Sequence[str]) -> str:
-    """Return `texture`, and what its numbers mean where all of them are bump spacings."""
-    numbered = all(spacing_mm(name) is not None for name in textures)
-    return "texture (bump spacing, mm)" if numbered else "texture"
-
-
 def groups_in(summary: Summary) -> list[Group]:
     """Return the groups that were held out in turn: speeds in mm/s, or names."""
     return list(summary[split_of(summary).groups])
@@ -86,10 +67,11 @@ def source_name(source: str) -> str:
 
 
 def source_line(summary: Summary) -> str:
-    """Return what a figure was made from: data, cut, preset and version, in one line."""
+    """Return what a figure was made from, in one line: data, textures, cut, preset, version."""
     return " · ".join(
         (
             f"Data: {data_line(summary)}",
+            *([note] if (note := spacing_note(summary["textures"])) else []),
             f"cut {summary['cut']}",
             *choices(summary),
             f"preset {summary['preset']}",

@@ -1,5 +1,7 @@
 """All figures of a report: drawn from results and, where given, from samples of the data."""
 
+import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,14 +15,16 @@ from afferents.core.files import write_aside
 from afferents.core.results import Results
 from afferents.core.samples import Samples
 from afferents.core.split import SPEED
-from afferents.reporting.confusion import confusion_figure, confusion_title
+from afferents.reporting.confusion import LEAST_WRITTEN, confusion_figure, confusion_title
 from afferents.reporting.figure07 import StretchExample, figure07
 from afferents.reporting.figure12 import figure12
 from afferents.reporting.images import figure08, figure10
 from afferents.reporting.labels import outcomes, percent, source_line
 from afferents.reporting.reliability import has_reliability, reliability_figure, scaled
+from afferents.reporting.replicates import drawn_over
 from afferents.reporting.speeds import speed_figure
 from afferents.reporting.style import png_bytes
+from afferents.reporting.texture_names import are_published
 
 
 @dataclass(frozen=True)
@@ -78,26 +82,41 @@ def save_pictures(pictures: Iterable[ReportFigure], folder: Path) -> list[Path]:
 
 
 def draw_pictures(results: Results, data: FigureData) -> list[ReportFigure]:
-    """Draw every figure that the results and the data allow, in the order of the report."""
+    """Draw every figure that the results and the data allow, in the order of the report.
+
+    Those of results come first, then those that the paper has too, in its order, then the rest.
+    """
     source = source_line(results.summary)
+    of_paper = [
+        *_spectrum_pictures(data, source),
+        *_image_pictures(data, source),
+        *_confusion_pictures(results),
+    ]
     return [
         *_speed_picture(results),
         *_reliability_picture(results),
-        *_confusion_pictures(results),
-        *_spectrum_pictures(data, source),
-        *_image_pictures(data, source),
+        *sorted(of_paper, key=_number_in_paper),
     ]
+
+
+def _number_in_paper(picture: ReportFigure) -> tuple[float, str]:
+    """Sort key: the figure's number in the paper, then its letter; what has none comes last."""
+    found = re.match(r"Figure (\d+)([A-Z]?)\.", picture.title)
+    return (int(found[1]), found[2]) if found else (math.inf, "")
 
 
 def _speed_picture(results: Results) -> Iterator[ReportFigure]:
     split = results.split
-    crosses = "Crosses: the paper, measured on its own recordings. "
+    crosses = split == SPEED and are_published(results.textures)
+    bars = any(found.get(split.ci95_by) for _, _, found in outcomes(results.summary))
     yield ReportFigure(
         f"accuracy-by-{split.leaks}",
         f"Accuracy by held-out {split.name}",
         f"Filled: nested protocol, where nothing of the held-out {split.name} was seen. Open: "
         f"published protocol, where the other half of that {split.name} picked the model. "
-        f"{crosses if split == SPEED else ''}The dashed line is chance.",
+        + (f"Bars: 95% intervals, drawn over {drawn_over(results.summary)}. " if bars else "")
+        + ("Crosses: the paper, measured on its own recordings. " if crosses else "")
+        + "The dashed line is chance.",
         f"Line chart of accuracy in percent against held-out {split.name}, a panel for each model. "
         "The same numbers stand in the table above.",
         speed_figure(results.summary),
@@ -131,7 +150,8 @@ def _confusion_pictures(results: Results) -> Iterator[ReportFigure]:
             title,
             f"Confusion matrices, one a held-out {results.split.name}: x true, y predicted "
             "texture. Every column is in percent of that texture's own test samples, so it sums to "
-            "100 %; grey columns have none. Titles give the accuracy.",
+            "100 %; grey columns have none. Titles give the accuracy. Where cells are large enough "
+            f"to be read, those of {LEAST_WRITTEN:g} % and more carry their number.",
             f"Confusion matrices. {title}. Mean accuracy over held-out {results.split.many} "
             f"{percent(found['mean_accuracy'])} percent.",
             figure,
@@ -145,7 +165,8 @@ def _spectrum_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
             "Figure 7. Stretching a spectrum to another speed",
             "A spectrum stretched by 0.5 and by 2 (colour) beside those recorded at half and at "
             "twice the speed (black). Means over the windows of the condition, true frequency "
-            "axis. The stretched copies are rebinned, as under the nested protocol; the published "
+            "axis. Each panel has its own scale of amplitude, since faster sliding is louder. The "
+            "stretched copies are rebinned, as under the nested protocol; the published "
             "protocol resamples by Fourier transform, which rings.",
             "Three panels of amplitude against frequency: half the speed, the speed, twice it.",
             figure07(data.example, data.stretched, source),
@@ -164,9 +185,10 @@ def _spectrum_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
 
 def _image_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
     layout = (
-        "Above: textures by speed, the middle frame of each. Below: ten consecutive frames of one "
+        "First: textures by speed, the middle frame of each. Then consecutive frames of one "
         "recording. Row is the rank of a marker in y, column its rank in x; the arrow is the "
-        "sliding direction; one colour scale, spanning the frames shown."
+        "sliding direction. Each texture has a colour scale of its own, to the right of its row, "
+        "as have the consecutive frames: compare colours along a row, not between rows."
     )
     if data.sa1_images is not None:
         yield ReportFigure(

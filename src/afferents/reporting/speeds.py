@@ -24,6 +24,10 @@ from afferents.reporting.style import (
     model_panels,
     styled,
 )
+from afferents.reporting.texture_names import are_published
+
+_ASIDE = 0.012
+"""Of the axis, between the intervals of both protocols."""
 
 
 @styled
@@ -45,27 +49,46 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
     axes.set_yticks(range(0, 101, 20))
     axes.grid(axis="y", color=LINE, lw=0.4)
     split = split_of(summary)
-    if split == SPEED:
-        _draw_paper(axes, summary, model)
-    else:
+    if split != SPEED:
         _name_groups(axes, summary)
+    elif are_published(summary["textures"]):
+        _draw_paper(axes, summary, model)
     for protocol, title in PROTOCOL_TITLES.items():
         found = outcome(summary, model, protocol)
         if found is not None:
             line = "-" if split.ordered else ""
             _draw_protocol(axes, _points(summary, found), protocol, title, line)
+            _draw_intervals(axes, summary, found, protocol)
+    if axes.collections:
+        axes.plot([], [], color=GREY, lw=2.2, alpha=0.5, label="95% interval")
     axes.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
 def _points(summary: Summary, found: dict[str, Any]) -> list[tuple[float, float]]:
-    """Return where the groups lie, speeds in mm/s and others one after the other, and percents."""
-    split = split_of(summary)
-    place = {
-        key_of(group): float(group) if split.ordered else float(number)
-        for number, group in enumerate(groups_in(summary))
-    }
+    """Return where the groups lie and percents; see `_places`."""
+    split, place = split_of(summary), _places(summary)
     tested = {group: value for group, value in found[split.by].items() if value is not None}
     return sorted((place[group], 100 * value) for group, value in tested.items())
+
+
+def _places(summary: Summary) -> dict[str, float]:
+    """Return where the groups lie: speeds in mm/s, others one after the other."""
+    ordered = split_of(summary).ordered
+    return {
+        key_of(group): float(group) if ordered else float(number)
+        for number, group in enumerate(groups_in(summary))
+    }
+
+
+def _draw_intervals(axes: Axes, summary: Summary, found: dict[str, Any], protocol: str) -> None:
+    """Draw the 95% interval in each group as a bar; earlier results have none."""
+    intervals, place = found.get(split_of(summary).ci95_by, {}), _places(summary)
+    # Both protocols' bars would hide each other: the second's stand a little to the right.
+    aside = _ASIDE * (max(place.values()) - min(place.values())) if protocol == "published" else 0
+    at = [place[group] + aside for group in intervals]
+    low, high = ([100 * ends[i] for ends in intervals.values()] for i in (0, 1))
+    if intervals:
+        axes.vlines(at, low, high, color=PROTOCOL_MARKS[protocol][0], lw=2.2, alpha=0.35)
 
 
 def _name_groups(axes: Axes, summary: Summary) -> None:

@@ -114,11 +114,15 @@ def finish_panels(heading: NDArray[Any], grid: NDArray[Any], n_models: int, x: s
     """Name the axes of the panels that are used, hide the others, and draw the legend."""
     for axes in grid.flat[n_models:]:
         axes.set_visible(False)
-    for axes in grid[-1]:
-        axes.set_xlabel(x)
+    for column in grid.T:
+        lowest = [axes for axes in column if axes.get_visible()][-1]
+        lowest.set_xlabel(x)
+        lowest.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
         axes.set_ylabel(y)
-    handles, names = grid[0, 0].get_legend_handles_labels()
+    shown = [axes.get_legend_handles_labels() for axes in grid.flat[:n_models]]
+    entries = {name: handle for ends in shown for handle, name in zip(*ends, strict=True)}
+    names, handles = list(entries), list(entries.values())
     for axes in heading:
         axes.set_axis_off()
     legend = heading[0].legend(handles, names, loc="center left", ncols=len(names))

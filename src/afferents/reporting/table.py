@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from afferents.core.model import MODELS, TABLE1
-from afferents.core.split import SPEED, Group, key_of, split_of
+from afferents.core.split import SPEED, key_of, split_of
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
@@ -17,8 +17,11 @@ from afferents.reporting.labels import (
     percent,
     preset_note,
 )
-from afferents.reporting.published import published_families, published_speeds, published_textures
+from afferents.reporting.published import published_families, published_speeds
+from afferents.reporting.replicates import drawn_over
+from afferents.reporting.texture_names import are_published
 
+PAPER_ROW = "paper"
 PAPER_COLUMN = "Paper, its own recordings"
 OTHER_RECORDINGS = (
     "The paper's column was measured on other recordings (Pestell & Lepora 2022, published "
@@ -65,94 +68,39 @@ def table1(summary: Summary) -> Table:
     here = (f"Here, {title}" for title in PROTOCOL_TITLES.values())
     return Table(
         f"Table 1. Accuracy at {split.many} held out of training",
-        f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets. "
-        f"Chance: {percent(summary['chance'])}. {comparison_note(summary)} "
-        f"{preset_note(summary)}".rstrip(),
+        f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets "
+        f"(over {drawn_over(summary)}). Chance: {percent(summary['chance'])}. "
+        f"{comparison_note(summary)} {preset_note(summary)}".rstrip(),
         ("Model", *paper, *here, f"Worst {split.name} here"),
         tuple(_table1_row(summary, name) for name in (*TABLE1, *others)),
     )
 
 
 def accuracy_by_speed(summary: Summary) -> Table:
-    """Return the accuracy of every model by group held out, the paper's beneath ours by speed."""
+    """Return the accuracy of every model by group held out.
+
+    The paper's stand beneath ours where the textures are its own and what is held out are speeds.
+    """
     groups, split = groups_in(summary), split_of(summary)
     rows = [
         row
         for name in model_order(summary)
-        for row in (*_own_rows(summary, name), *_paper_speed_row(groups, name))
+        for row in (*_own_rows(summary, name), *_paper_speed_row(summary, name))
     ]
     of_paper = (
-        "columns are held-out speeds in mm/s. The paper's figures stand where it has the same "
-        "speed; they were measured on its own recordings, under the published protocol. "
+        "The paper's figures stand where it has the same speed; they were measured on its own "
+        "recordings, under the published protocol. "
+        if any(row[1].text == PAPER_ROW for row in rows)
+        else ""
     )
+    columns = "held-out speeds in mm/s" if split == SPEED else f"held-out {split.many}"
     return Table(
         f"Accuracy by held-out {split.axis}",
-        "Percent of test samples; "
-        f"{of_paper if split == SPEED else f'columns are held-out {split.many}. '}"
+        f"Percent of test samples; columns are {columns}. {of_paper}"
         f"{preset_note(summary)}".rstrip(),
         ("Model", "Protocol", *map(key_of, groups)),
         tuple(rows),
         n_headers=2,
-    )
-
-
-def touches_table(summary: Summary) -> Table:
-    """Return how well samples and whole recordings are named, between the speeds and beyond.
-
-    Of groups that lie on no scale: over all of them, and in the worst.
-    """
-    split = split_of(summary)
-    if not split.ordered:
-        return _touches_of_groups(summary)
-    speeds = [key_of(speed) for speed in groups_in(summary)]
-    rows = [
-        (
-            Cell(model_title(model, summary)),
-            Cell(PROTOCOL_TITLES[protocol]),
-            Cell(unit),
-            Cell(mean_and_interval(found.get("inside"))),
-            Cell(_worst_of(summary, found.get("inside"))),
-            *(_accuracy_cell(found[split.by].get(end)) for end in (speeds[0], speeds[-1])),
-        )
-        for model, protocol, result in outcomes(summary)
-        for unit, found in (("a sample", result), ("a recording", result.get("recordings")))
-        if found is not None
-    ]
-    return Table(
-        "Samples and whole recordings, speeds between others and at the ends",
-        "Percent named rightly. A recording is named by the sum of its samples' log-probabilities. "
-        "Between: held-out speeds that lie between speeds trained on, with 95% interval in "
-        "brackets; to hold out the slowest or the fastest is to extrapolate. "
-        f"{preset_note(summary)}".rstrip(),
-        ("Model", "Protocol", "Of", "Between", "Worst between", *(
-            f"{end} mm/s" for end in (speeds[0], speeds[-1])
-        )),
-        tuple(rows),
-        n_headers=3,
-    )  # fmt: skip
-
-
-def _touches_of_groups(summary: Summary) -> Table:
-    split = split_of(summary)
-    rows = [
-        (
-            Cell(model_title(model, summary)),
-            Cell(PROTOCOL_TITLES[protocol]),
-            Cell(unit),
-            Cell(mean_and_interval(found)),
-            Cell(_worst_of(summary, found)),
-        )
-        for model, protocol, result in outcomes(summary)
-        for unit, found in (("a sample", result), ("a recording", result.get("recordings")))
-        if found is not None
-    ]
-    return Table(
-        "Samples and whole recordings",
-        "Percent named rightly. A recording is named by the sum of its samples' log-probabilities; "
-        f"95% interval in brackets. {preset_note(summary)}".rstrip(),
-        ("Model", "Protocol", "Of", f"Over all {split.many}", "Worst"),
-        tuple(rows),
-        n_headers=3,
     )
 
 
@@ -241,9 +189,8 @@ def comparison_note(summary: Summary) -> str:
     split = split_of(summary)
     if split != SPEED:
         return f"The paper holds out speeds: its figures are not comparable with {split.many}."
-    same_grid = tuple(summary["textures"]) == published_textures() and tuple(
-        groups_in(summary)
-    ) == tuple(published_speeds())
+    same_speeds = tuple(groups_in(summary)) == tuple(published_speeds())
+    same_grid = are_published(summary["textures"]) and same_speeds
     simulated = any(data["simulated"] for data in summary["data"])
     return SAME_GRID if same_grid and not simulated else OTHER_RECORDINGS
 
@@ -272,11 +219,12 @@ def _worst(summary: Summary, name: str) -> str:
     for protocol in PROTOCOL_TITLES:
         found = outcome(summary, name, protocol)
         if found is not None:
-            return _worst_of(summary, found)
+            return worst_of(summary, found)
     return ABSENT
 
 
-def _worst_of(summary: Summary, found: dict[str, Any] | None) -> str:
+def worst_of(summary: Summary, found: dict[str, Any] | None) -> str:
+    """Return `10 mm/s: 25.0`: the group where accuracy is lowest."""
     if found is None:
         return ABSENT
     split = split_of(summary)
@@ -298,13 +246,15 @@ def _own_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
     ]
 
 
-def _paper_speed_row(groups: list[Group], name: str) -> list[tuple[Cell, ...]]:
-    paper = published_families().get(name)
-    if paper is None or not set(groups) & set(paper.by_speed):
+def _paper_speed_row(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
+    paper, groups = published_families().get(name), groups_in(summary)
+    if paper is None or split_of(summary) != SPEED or not are_published(summary["textures"]):
+        return []
+    if not set(groups) & set(paper.by_speed):
         return []
     values = (paper.by_speed.get(float(group)) for group in groups)
     cells = (Cell(ABSENT) if value is None else Cell(f"{value:.1f}", value) for value in values)
-    return [(Cell(MODELS[name].title), Cell("paper"), *cells)]
+    return [(Cell(MODELS[name].title), Cell(PAPER_ROW), *cells)]
 
 
 def _accuracy_cell(fraction: float | None) -> Cell:

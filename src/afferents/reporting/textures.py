@@ -7,9 +7,10 @@ from typing import Any
 
 from afferents.core.files import write_text
 from afferents.core.results import UNKNOWN
-from afferents.reporting.html import shortened, template
+from afferents.reporting.html import shortened, template, textures_line
 from afferents.reporting.labels import Summary, data_line, model_title, percent, speed_key
 from afferents.reporting.published import CITATION
+from afferents.reporting.replicates import interval_note
 from afferents.reporting.unknown import texture_tables
 
 
@@ -26,6 +27,7 @@ def write_texture_page(path: Path, summaries: Mapping[str, dict[str, Any]]) -> P
     summary = summaries[UNKNOWN]
     page = template("textures.html").render(
         headline=_headline(summary),
+        sureness=interval_note(summary),
         facts=_facts(summary),
         simulated=[data for data in summary["data"] if data["simulated"]],
         skipped=summary["skipped"],
@@ -58,7 +60,7 @@ def _facts(summary: Summary) -> list[tuple[str, str]]:
     speeds = shortened([speed_key(v) for v in summary["speeds_mm_s"]])
     return [
         ("Data", data_line(summary)),
-        ("Textures", f"{len(summary['textures'])}: {shortened(summary['textures'])}"),
+        ("Textures", textures_line(summary["textures"])),
         ("Speeds", f"{len(summary['speeds_mm_s'])}: {speeds} mm/s"),
         ("Models", ", ".join(model_title(name, summary) for name in summary["models"])),
         ("Protocol", "nested"),

@@ -5,8 +5,10 @@ from typing import Any
 
 from afferents.core.results import ROUGHNESS, UNKNOWN
 from afferents.reporting.labels import model_title, percent
+from afferents.reporting.replicates import drawn_over
 from afferents.reporting.roughness import roughness_table
 from afferents.reporting.table import Cell, Table
+from afferents.reporting.texture_names import spacing_note, texture_names
 
 
 def texture_tables(summaries: Mapping[str, dict[str, Any]]) -> list[Table]:
@@ -33,12 +35,13 @@ def unknown_table(summary: dict[str, Any]) -> Table:
     ]
     return Table(
         "Textures never felt, recognised as unknown at speeds held out of training",
-        f"Percent, mean over held-out speeds, with 95% interval in brackets; between: those that "
-        f"lie between others, for which {stated} % false alarms are stated. For each texture left "
-        f"out at each speed held out, a model learns from the others and calls unknown what lies "
-        f"farther from them than {percent(1 - summary['false_alarms_stated'], 0)} in 100 samples "
-        f"of known textures do at other speeds, each left out in its turn. A recording is judged "
-        f"by the mean over its samples, with a limit of its own.",
+        f"Percent, mean over held-out speeds, with 95% interval in brackets (over "
+        f"{drawn_over(summary)}); between: those that lie between others, for which {stated} % "
+        f"false alarms are stated. For each texture left out at each speed held out, a model "
+        f"learns from the others and calls unknown what lies farther from them than "
+        f"{percent(1 - summary['false_alarms_stated'], 0)} in 100 samples of known textures do at "
+        f"other speeds, each left out in its turn. A recording is judged by the mean over its "
+        f"samples, with a limit of its own.",
         ("Model", "Of", "Speeds", f"False alarms ({stated} stated)", "Found unknown", "AUROC",
          "Most false alarms, at mm/s", "Fewest found, at mm/s"),
         tuple(rows),
@@ -48,6 +51,7 @@ def unknown_table(summary: dict[str, Any]) -> Table:
 
 def unknown_by_texture(summary: dict[str, Any]) -> Table:
     """Return, for each texture, how often it is called unknown: left out, and learnt from."""
+    note = spacing_note(summary["textures"])
     rows = [
         (
             Cell(model_title(model, summary)),
@@ -60,8 +64,8 @@ def unknown_by_texture(summary: dict[str, Any]) -> Table:
     return Table(
         "Called unknown, by texture",
         "Percent of samples. Never felt: few where a texture is hidden between its neighbours, "
-        "which it is taken for. Felt: false alarms.",
-        ("Model", "Texture was", *summary["textures"]),
+        f"which it is taken for. Felt: false alarms. {note[:1].upper()}{note[1:]}".rstrip(),
+        ("Model", "Texture was", *texture_names(summary["textures"]).values()),
         tuple(rows),
         n_headers=2,
     )

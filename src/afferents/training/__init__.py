@@ -1,6 +1,7 @@
 """Fitting a model on a fold: one training loop for all networks, and what is solved at once."""
 
 from afferents.core.choices import Preset
+from afferents.training.by_sums import named_when_left_out
 from afferents.training.calibrate import Calibration, best_evidence, calibrate_model
 from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import (
@@ -43,6 +44,7 @@ __all__ = [
     "learns_in_a_loop",
     "load_model",
     "load_weights",
+    "named_when_left_out",
     "own_types",
     "predict",
     "recipe_of",

@@ -5,7 +5,16 @@ import pandas as pd
 import pytest
 
 from afferents.core.errors import InputError
-from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
+from afferents.core.replicate import SESSION, TEXTURE
+from afferents.evaluation.bootstrap import (
+    Accuracy,
+    bootstrap_interval,
+    intervals_by_group,
+    paired_difference,
+)
+
+SPEEDS = (10.0, 20.0, 40.0, 80.0)
+WRONG = "none"
 
 
 def table(rows, seeds=None):
@@ -14,38 +23,104 @@ def table(rows, seeds=None):
     return predictions if seeds is None else predictions.assign(seed=seeds)
 
 
-def named(right, speed=10):
-    """One sample a recording, named rightly or not."""
-    return [(speed, f"r{i:03}", "a", "a" if r else "b") for i, r in enumerate(right)]
+def named(right, speed=10.0):
+    """One sample a texture, named rightly or not."""
+    return [
+        (speed, f"t{i:03}/{speed:g}", f"t{i:03}", f"t{i:03}" if r else WRONG)
+        for i, r in enumerate(right)
+    ]
 
 
-def interval(rows, seed=0):
-    return bootstrap_interval(Accuracy(table(rows)), seed)
+def samples_of(shares, speeds=SPEEDS, n=10, session=""):
+    """Samples of textures that are named rightly in these shares, the same at all speeds."""
+    return [
+        (speed, f"{session}{i}/{speed:g}", f"t{i}", f"t{i}" if k < round(n * share) else WRONG)
+        for i, share in enumerate(shares)
+        for speed in speeds
+        for k in range(n)
+    ]
+
+
+def interval(rows, seed=0, replicate=TEXTURE):
+    return bootstrap_interval(Accuracy(table(rows), replicate), seed)
+
+
+def width(found):
+    return found.high - found.low
 
 
 def test_perfect_predictions_leave_no_doubt():
-    found = interval([(10, "a/10", "a", "a"), (20, "a/20", "a", "a")])
+    found = interval([(10, "a/10", "a", "a"), (20, "b/20", "b", "b")])
     assert (found.low, found.high) == (1.0, 1.0)
 
 
-def test_recordings_are_the_unit_not_samples():
-    """Two recordings, one all right and one all wrong: however many samples, anything goes."""
-    found = interval([(10, "a/10", "a", "a")] * 1000 + [(10, "b/10", "b", "a")] * 1000)
+def test_textures_are_the_unit_not_samples_nor_recordings():
+    """One texture all right, one all wrong: however many samples and speeds, anything goes."""
+    found = interval(samples_of([1.0, 0.0], n=100))
     assert (found.low, found.high) == (0.0, 1.0)
 
 
-def test_the_interval_shrinks_with_recordings_and_covers_the_truth():
+def test_speeds_of_a_texture_stay_together():
+    """At ten speeds with the same outcome as at one there is no more to know."""
+    shares = [0.2, 0.5, 0.6, 0.9, 1.0, 0.8]
+    one, ten = (interval(samples_of(shares, range(10, 10 + n))) for n in (1, 10))
+    assert width(one) == pytest.approx(width(ten))
+
+
+@pytest.mark.parametrize("n", [3, 13])
+def test_the_interval_covers_the_truth(n):
+    """Textures drawn from all those whose accuracies are evenly spread: their mean is a half."""
     rng = np.random.default_rng(0)
-    covered = []
-    for trial in range(40):
-        found = interval(named(rng.random(100) < 0.7), trial)
-        assert 0.1 < found.high - found.low < 0.25
-        covered.append(found.low <= 0.7 <= found.high)
-    assert np.mean(covered) >= 0.85
+    found = [interval(samples_of(rng.random(n), SPEEDS[:1], 20), trial) for trial in range(80)]
+    covered = np.mean([one.low <= 0.5 <= one.high for one in found])
+    assert covered >= 0.88  # 95 of 100, with the doubt of 80 trials
+
+
+def test_the_interval_is_students_t_of_the_textures_means():
+    shares = np.array([0.2, 0.5, 0.6, 0.9, 1.0, 0.8])
+    found = interval(samples_of(shares))
+    half = 2.5706 * shares.std(ddof=1) / np.sqrt(6)
+    assert found.low == pytest.approx(shares.mean() - half, abs=0.02)
+    assert found.high == pytest.approx(min(1, shares.mean() + half), abs=0.02)
+
+
+def test_of_several_sessions_the_session_is_the_unit():
+    """Textures differ widely and sessions hardly: over sessions the interval is narrow."""
+    shares = np.array([0.1, 0.9] * 6)
+    rows = [
+        row
+        for session, off in enumerate((-0.05, 0.0, 0.05), start=1)
+        for row in samples_of(shares + off, n=20, session=f"{session}:")
+    ]
+    over_sessions, over_textures = interval(rows, replicate=SESSION), interval(rows)
+    half = 4.3027 * 0.05 / np.sqrt(3)
+    assert over_sessions.low == pytest.approx(0.5 - half, abs=0.02)
+    assert width(over_textures) > 1.5 * width(over_sessions)
+    assert len(Accuracy(table(rows), SESSION).replicates) == 3
+
+
+def test_a_single_replicate_says_nothing():
+    found = interval(samples_of([0.5]))
+    assert (found.low, found.high) == (0.0, 1.0)
+
+
+def test_each_speed_has_an_interval():
+    rows = samples_of([0.5, 0.7, 0.9], (10.0,)) + samples_of([0.4, 0.4, 0.4], (20.0,))
+    found = intervals_by_group(Accuracy(table(rows)))
+    assert found[10.0].low < 0.7 < found[10.0].high
+    assert (found[20.0].low, found[20.0].high) == pytest.approx((0.4, 0.4))
+
+
+def test_a_texture_that_lacks_a_speed_is_left_out_there():
+    rows = samples_of([0.5, 0.7, 0.9], (10.0,)) + samples_of([0.5, 0.7], (20.0,))
+    accuracy = Accuracy(table(rows))
+    assert accuracy.mean() == pytest.approx(0.65)
+    assert np.isfinite(accuracy.resampled()).all()
+    assert all(0 <= one.low <= one.high <= 1 for one in intervals_by_group(accuracy).values())
 
 
 def test_trainings_that_disagree_widen_the_interval():
-    """Three seeds, each right or wrong about everything: recordings alone would show no doubt."""
+    """Three seeds, each right or wrong about everything: textures alone would show no doubt."""
     rows, seeds = [], []
     for seed, right in enumerate([True, True, False]):
         rows += named([right] * 50)
@@ -61,7 +136,7 @@ def test_the_mean_is_that_of_speeds():
     assert Accuracy(table(rows)).mean() == 0.5
 
 
-def test_a_difference_on_the_same_recordings_is_surer_than_the_accuracies():
+def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
     rng = np.random.default_rng(1)
     easy = rng.random(60) < 0.5
     better = easy.copy()
@@ -71,7 +146,7 @@ def test_a_difference_on_the_same_recordings_is_surer_than_the_accuracies():
     assert found.mean == pytest.approx(0.1)
     assert 0 < found.low < 0.1 < found.high
     alone = bootstrap_interval(one)
-    assert found.high - found.low < 0.7 * (alone.high - alone.low)
+    assert found.high - found.low < 0.7 * width(alone)
     assert paired_difference(other, one).mean == pytest.approx(-0.1)
 
 

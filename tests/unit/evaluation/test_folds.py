@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from afferents.core.errors import InputError
+from afferents.core.replicate import numbered
 from afferents.core.results import load_results
 from afferents.evaluation import (
     FoldKey,
@@ -83,6 +84,43 @@ def test_summary_and_predictions(tmp_path, samples):
         "model", "protocol", "seed", "held_out_speed_mm_s", "recording", "start_s", "stop_s",
         "true_texture", "predicted_texture", "p_a", "p_b",
     ]  # fmt: skip
+
+
+def test_intervals_say_what_they_were_drawn_over(tmp_path, samples):
+    claim_results_folder(tmp_path, CONFIG)
+    keys = save_all(tmp_path, samples((10, 20, 30), n=5), {10: 0.5, 20: 1.0, 30: 0.0})
+    summary = summarise(tmp_path, keys, ["a", "b"], ABOUT)
+    assert summary["intervals"] == {"replicate": "texture", "n": 2}
+    entry = summary["models"]["vib-te"]["nested"]
+    for found in (entry, entry["inside"], entry["recordings"]):
+        assert found["ci95_by_speed"].keys() == found["by_speed"].keys()
+    assert entry["ci95_by_speed"]["20"] == [1.0, 1.0]
+    table = load_results(tmp_path).accuracy
+    at_20 = table[table["held_out_speed_mm_s"] == 20]
+    assert at_20[["ci95_low", "ci95_high"]].to_numpy().tolist() == [[1.0, 1.0]]
+
+
+def test_of_several_sources_each_is_a_session(tmp_path, samples):
+    claim_results_folder(tmp_path, CONFIG)
+    data = samples((10, 20, 30), n=4)
+    session = np.arange(data.sizes["sample"]) % 2 + 1
+    names = [numbered(str(n), k) for n, k in zip(data["recording"].values, session, strict=True)]
+    keys = save_all(
+        tmp_path, data.assign_coords(recording=("sample", names)), {10: 0.5, 20: 1.0, 30: 0.0}
+    )
+    about = {**ABOUT, "data": [SOURCE, {**SOURCE, "fingerprint": "other"}]}
+    summary = summarise(tmp_path, keys, ["a", "b"], about)
+    assert summary["intervals"] == {"replicate": "session", "n": 2}
+
+
+def test_results_without_words_on_their_intervals_are_read(evaluated):
+    def make_older(summary):
+        del summary["intervals"]
+        for found in (one := summary["models"]["vib-te"]["nested"], one["inside"]):
+            del found["ci95_by_speed"]
+
+    table = load_results(evaluated("summary.json", make_older)).accuracy
+    assert table["ci95_low"].isna().sum() == 3
 
 
 def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):

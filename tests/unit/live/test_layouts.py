@@ -69,7 +69,7 @@ def trained(store, model):
     return card
 
 
-@pytest.fixture(scope="module", params=["sa-se", "ra-wave-vector", f"{OWN}:network"])
+@pytest.fixture(scope="module", params=["sa-se", "ra-wave-vector", "shear", f"{OWN}:network"])
 def model(request, store):
     (wanted,) = models_named(request.param)
     return wanted, trained(store, wanted), store.parent / wanted.name
@@ -91,7 +91,7 @@ def test_every_image_model_learns_and_the_report_shows_no_pixels_beside_the_mark
 
 def test_images_of_frames_are_those_of_the_store(session, store):
     """Each pixel is a sum of three products, which a compiler may round otherwise."""
-    channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2]
+    channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2 and not c.parts]
     (responses,) = (r for r in open_responses(store) if r.attrs["name"] == "3/50")
     images = Images(load_sensor("hex127"), channels)
     video = open_video(session / "3" / "50" / "video.mp4")
@@ -128,17 +128,25 @@ def test_what_is_felt_live_is_what_was_evaluated(session, store, model):
         np.testing.assert_allclose(live[at], offline, rtol=1e-4, atol=1e-4)
 
 
-def test_explain_asks_of_pixels_and_of_single_markers(store, model, tmp_path, monkeypatch):
+def test_explain_asks_of_pixels_markers_and_parts(store, model, tmp_path, monkeypatch):
     monkeypatch.setattr(explain, "SAMPLES", 3)
-    _, _, folder = model
+    wanted, _, folder = model
     told("explain", folder, store, "--out", tmp_path / "why", "--quiet")
     facts = json.loads((tmp_path / "why" / "explanation.json").read_text())
-    assert np.array(facts["markers"]["loss_nats"]).shape == (2, 12, 14)
-    assert np.ptp(facts["markers"]["loss_nats"]) > 0
-    assert (tmp_path / "why" / "markers.png").is_file()
+    kind, shape = ("parts", (2, 6)) if wanted.name == "shear" else ("markers", (2, 12, 14))
+    assert np.array(facts[kind]["loss_nats"]).shape == shape
+    assert np.ptp(facts[kind]["loss_nats"]) > 0
+    assert (tmp_path / "why" / f"{kind}.png").is_file()
 
 
 def test_some_of_the_markers_are_left_out(store, tmp_path):
     few = ("--models", f"sa-se,{OWN}:logistic", "--held-out", "50", "--markers", 0.5)
     told("evaluate", store, "--out", tmp_path / "half", *few, "--preset", "quick", *ALONE)
     assert set(load_results(tmp_path / "half").summary["models"]) == {"sa-se", "own-logistic"}
+
+
+def test_shear_is_asked_of_other_layouts_too(store, tmp_path):
+    told("explain", store, "--shear", "--out", tmp_path / "shear", "--quiet")
+    facts = json.loads((tmp_path / "shear" / "shear.json").read_text())
+    assert "... as waves" in facts["accuracy"]
+    assert sum(facts["variances_px2"]["over time"].values()) > 0

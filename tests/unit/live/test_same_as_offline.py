@@ -42,7 +42,8 @@ from afferents.training import load_model
 def live_images(video, sensor):
     """All images by name and frame number."""
     channels = [channel for channel in CHANNELS.values() if channel.made_of != dims.RA2]
-    images, names = Images(sensor, channels), [channel.name for channel in channels]
+    images = Images(sensor, channels)
+    names = [channel.name for channel in channels if not channel.parts]
     felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
     return {n: {i: f.images[n] for i, f in felt.items() if n in f.images} for n in names}
 
@@ -66,9 +67,11 @@ def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rn
         dims.SA1_VECTOR: component_images(hold(moved)),
         dims.RA1_VECTOR: component_images(hold(ra1_vector(moved))),
     }
-    others = {dims.RA1_SIGNED, dims.RA1_CIRCUMFERENTIAL}  # of stored float32 here, of doubles there
+    # Of stored float32 here, of doubles there.
+    others = {dims.RA1_SIGNED, dims.RA1_CIRCUMFERENTIAL, dims.SA1_LOCAL}
     offline_by_name |= {
-        name: tactile_images(hold(CHANNELS[name].response(responses))) for name in others
+        name: np.squeeze(component_images(hold(CHANNELS[name].response(responses))))
+        for name in others
     }
     for name, live in live_images(recording.video, sensor).items():
         offline = offline_by_name[name]

@@ -21,7 +21,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--host-resolver-rules=MAP * ~NOTFOUND", "--hide-scrollbars", "--window-size=1100,3000",
+    "--host-resolver-rules=MAP * ~NOTFOUND", "--hide-scrollbars", "--window-size=1100,4500",
 )  # fmt: skip
 
 
@@ -54,7 +54,7 @@ def browse(page, tmp_path, *arguments):
 def test_the_page_is_drawn(page, tmp_path):
     browse(page, tmp_path, f"--screenshot={tmp_path}/page.png")
     picture = cv2.imread(str(tmp_path / "page.png"))
-    assert picture.shape == (3000, 1100, 3)
+    assert picture.shape == (4500, 1100, 3)
     dark = (picture.max(axis=2) < 100).mean()
     assert 0.005 < dark < 0.3
     # The figures' blue is on the page.

@@ -67,8 +67,8 @@ def summary() -> dict[str, Any]:
                 "simulated": False,
             }
         ],
-        "textures": TEXTURES,
-        "speeds_mm_s": SPEEDS,
+        "textures": list(TEXTURES),
+        "speeds_mm_s": list(SPEEDS),
         "chance": 1 / 3,
         "skipped": [],
         "models": {

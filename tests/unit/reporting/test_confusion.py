@@ -1,14 +1,17 @@
 """Confusion matrices: counted right, in percent of the true texture, drawn on one scale."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from matplotlib.figure import Figure
 
 from afferents.reporting import confusion_figure
-from afferents.reporting.confusion import count_confusion, percent_of_true
+from afferents.reporting.confusion import Panel, count_confusion, percent_of_true, write_numbers
 from afferents.reporting.published import published_textures
 
 
@@ -69,6 +72,28 @@ def test_scale_is_0_to_100_and_names_the_protocol_and_the_data(results):
     assert any("cloth (9 recordings)" in text.get_text() for text in figure.texts)
 
 
+def numbers(axes):
+    return {text.get_position(): text.get_text() for text in axes.texts}
+
+
+def test_cells_carry_their_number_where_it_can_be_read(results):
+    axes = confusion_figure(results, "vib-te", "nested").axes[0]
+    assert numbers(axes) == {
+        (0, 0): "25", (0, 2): "75", (1, 1): "25", (1, 0): "75", (2, 2): "25", (2, 1): "75",
+    }  # fmt: skip
+    assert {text.get_fontsize() for text in axes.texts} == {8.0}
+    few = Panel("", np.array([[96.0, 4.0], [5.0, 95.0]]))
+    write_numbers(axes := Figure().add_subplot(), few, 2.0)
+    assert sorted(numbers(axes).values()) == ["5", "95", "96"]
+
+
+@pytest.mark.parametrize(("n", "size"), [(13, 6.1), (20, None)])
+def test_small_cells_carry_none(n, size):
+    axes = Figure().add_subplot()
+    write_numbers(axes, Panel("", 100 * np.eye(n)), 7.7 / 3)
+    assert [round(text.get_fontsize(), 1) for text in axes.texts] == ([size] * n if size else [])
+
+
 def test_not_evaluated_is_no_figure(results):
     assert confusion_figure(results, "sa-se", "nested") is None
 
@@ -81,6 +106,13 @@ def test_papers_matrix_stands_beside_ours_where_the_textures_are_its_own(results
     drawn = matrices(confusion_figure(results, "vib-te", "nested"))
     paper = drawn["paper, its own recordings: 50 %"]
     np.testing.assert_allclose(paper.sum(axis=0), 100, atol=0.2)
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_few_groups_can_be_drawn(results, n):
+    rows = results.predictions
+    few = replace(results, predictions=rows[rows["held_out_speed_mm_s"] < 15 * n])
+    assert len(matrices(confusion_figure(few, "vib-te", "nested"))) == n + 1
 
 
 def test_a_hundred_textures_can_be_drawn_with_few_labels(results):

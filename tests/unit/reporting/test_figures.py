@@ -1,8 +1,12 @@
 """Figures of the data: what is chosen, and that lines and images show the right numbers."""
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 
+from afferents.core.samples import concatenate, make_samples
 from afferents.reporting import (
     FigureData,
     draw_pictures,
@@ -17,6 +21,7 @@ from afferents.reporting import (
 )
 from afferents.reporting.choice import spread
 from afferents.reporting.images import consecutive_frames, textures_by_speed
+from afferents.reporting.published import published_textures
 from afferents.reporting.spectra import amplitude_top, condition_spectrum, frequencies
 
 
@@ -47,6 +52,13 @@ def test_example_falls_back_to_another_texture(spectra):
     assert stretch_example(left).texture == "3"
 
 
+def test_example_is_a_bumpy_drum_before_a_word_before_a_smooth_one(spectra):
+    names = spectra["texture"].values
+    for others, chosen in ((("0", "3"), "3"), (("0", "Linen"), "Linen"), (("0", "0"), "0")):
+        renamed = np.where(names == "3", others[0], others[1])
+        assert stretch_example(spectra.assign_coords(texture=("sample", renamed))).texture == chosen
+
+
 def test_no_example_without_half_and_double(spectra):
     assert stretch_example(spectra[spectra["speed_mm_s"].values != 80.0]) is None
 
@@ -60,12 +72,13 @@ def test_figure07_puts_stretched_and_real_lines_at_the_same_true_frequency(spect
     assert peak(lines(middle)["recorded at 40 mm/s (2 windows)"]) == 80
     assert peak(lines(lower)["recorded at 80 mm/s (2 windows)"]) == 160
     assert peak(lines(lower)["40 mm/s stretched by 2"]) == 160
+    assert upper.get_xlim()[1] == min(200, example.middle["frequency"].max())
 
 
 def test_figure07_says_how_its_copies_were_stretched(results, spectra):
     example = stretch_example(spectra)
     data = FigureData(example=example, stretched=stretched(example))
-    picture = draw_pictures(results, data)[-1]
+    (picture,) = (one for one in draw_pictures(results, data) if one.name == "figure07")
     assert "nested protocol: rebinned" in picture.figure.get_suptitle()
     assert "rebinned, as under the nested protocol" in picture.caption
 
@@ -114,23 +127,49 @@ def test_panel_a_takes_the_middle_frame_and_leaves_gaps(images):
 def test_panel_b_is_ten_consecutive_frames_of_one_recording(images):
     run = consecutive_frames(images)
     assert [image.title for image in run] == [f"+{10 * i} ms" for i in range(10)]
-    assert run[0].beside == "g (3 mm)\n50 mm/s"
+    assert run[0].beside == "g\n50 mm/s"
     np.testing.assert_array_equal(run[0].values, np.arange(40, 60).reshape(4, 5) + 2)
 
 
+def shown_images(figure):
+    """Return the drawn images, each with its limits of colour, and where it stands."""
+    return [
+        (axes, axes.images[0].get_clim(), np.ma.compressed(axes.images[0].get_array()))
+        for axes in figure.axes
+        if axes.images
+    ]
+
+
 @pytest.mark.parametrize(("draw", "unit"), [(figure08, "SA-I (px)"), (figure10, "RA-I (px/frame)")])
-def test_image_figures_share_one_scale_of_the_frames_shown(images, draw, unit):
+def test_each_row_of_images_has_a_scale_of_the_frames_it_shows(images, draw, unit):
     figure = draw(images, "somewhere")
-    scales = {axes.images[0].get_clim() for axes in figure.axes if axes.images}
-    assert len(scales) == 1
-    low, high = scales.pop()
-    shown = np.concatenate(
-        [np.ma.compressed(axes.images[0].get_array()) for axes in figure.axes if axes.images]
-    )
-    shown = shown[np.isfinite(shown)]
-    assert (low, high) == (shown.min(), shown.max())
-    assert unit in [axes.get_ylabel() for axes in figure.axes]
+    drawn = shown_images(figure)
+    for scale in {scale for _, scale, _ in drawn}:
+        values = np.concatenate([v for _, one, v in drawn if one == scale])
+        values = values[np.isfinite(values)]
+        assert scale == (values.min(), values.max())
+    assert len({scale for _, scale, _ in drawn}) == 3  # two textures, and the consecutive frames
+    assert [axes.get_ylabel() for axes in figure.axes].count(unit) == 3
     assert any("column (x)" in axes.get_xlabel() for axes in figure.axes)
+
+
+@pytest.mark.parametrize("n_speeds", [1, 5, 7])
+def test_images_fill_their_figure_whatever_the_number_of_speeds(n_speeds):
+    time = np.arange(14) / 100
+    samples = concatenate(
+        [
+            make_samples(
+                np.random.default_rng(0).random((14, 3, 3), np.float32),
+                ("row", "column"), time, time,
+                {"texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
+            )
+            for texture in ("0", "2", "4", "6")
+            for speed in 10.0 * np.arange(1, n_speeds + 1)
+        ]
+    )  # fmt: skip
+    figure = figure08(samples, "somewhere")
+    shape = figure.axes[0].get_subplotspec().get_gridspec().get_geometry()
+    assert len(shown_images(figure)) == shape[0] * shape[1]
 
 
 def test_rows_point_down(images):
@@ -141,10 +180,49 @@ def test_rows_point_down(images):
 
 def test_speed_figure_draws_percent_by_speed_and_passes_over_untested_speeds(summary):
     summary["models"]["vib-te"]["nested"]["by_speed"]["20"] = None
-    figure = speed_figure(summary)
-    panel = next(axes for axes in figure.axes if axes.get_title(loc="left") == "vib-TE")
+    panel = panel_of(speed_figure(summary), "vib-TE")
     np.testing.assert_allclose(lines(panel)["nested protocol"], [[10, 25], [40, 75]])
-    np.testing.assert_allclose(lines(panel)["paper, its own recordings"][0], [10, 16.8])
+
+
+def panel_of(figure, title):
+    return next(axes for axes in figure.axes if axes.get_title(loc="left") == title)
+
+
+def test_crosses_of_the_paper_only_where_the_textures_are_its_own(results):
+    crosses = "paper, its own recordings"
+    first = draw_pictures(results, FigureData())[0]
+    panel = panel_of(first.figure, "vib-TE")
+    assert crosses not in lines(panel)
+    assert panel.get_xticks().max() >= 40  # mm/s, not the number of a group
+    assert "Crosses" not in first.caption
+    results.summary["textures"] = list(published_textures())
+    ours = results.predictions.replace("Linen", "6")
+    first = draw_pictures(replace(results, predictions=ours), FigureData())[0]
+    np.testing.assert_allclose(lines(panel_of(first.figure, "vib-TE"))[crosses][0], [10, 16.8])
+    assert "Crosses" in first.caption
+
+
+def test_speed_figure_has_the_intervals_of_each_speed(results):
+    before = panel_of(speed_figure(results.summary), "vib-TE")
+    assert not before.collections  # earlier results have none
+    results.summary["intervals"] = {"replicate": "texture", "n": 3}
+    found = results.summary["models"]["vib-te"]["nested"]
+    found["ci95_by_speed"] = {"10": [0.1, 0.4], "40": [0.6, 0.9]}
+    picture = draw_pictures(results, FigureData())[0]
+    (bars,) = panel_of(picture.figure, "vib-TE").collections
+    np.testing.assert_allclose(bars.get_segments(), [[[10, 10], [10, 40]], [[40, 60], [40, 90]]])
+    assert "95% intervals, drawn over 3 textures, each with all its speeds" in picture.caption
+
+
+def test_figures_of_the_paper_stand_in_its_order(results):
+    models = ("fusion", "sa-se", "ra-se", "sa-ste")
+    results.summary["models"] = dict.fromkeys(models, results.summary["models"]["vib-te"])
+    rows = results.predictions[results.predictions["model"] == "vib-te"]
+    named = [rows.assign(model=name) for name in results.summary["models"]]
+    pictures = draw_pictures(replace(results, predictions=pd.concat(named)), FigureData())
+    numbers = [picture.title.split(".")[0] for picture in pictures[1:]]
+    assert numbers[:-2] == [f"Figure {n}" for n in ("9A", "9A", "9B", "9B", "11A", "11A")]
+    assert all(one.startswith("fusion") for one in numbers[-2:])
 
 
 def test_without_spectra_and_images_only_results_are_drawn(results):

@@ -13,6 +13,7 @@ from afferents.reporting import (
     run_table,
     table1,
     to_markdown,
+    touches_table,
 )
 from afferents.reporting.published import published_speeds, published_textures
 from afferents.reporting.table import OTHER_RECORDINGS, SAME_GRID, mean_and_interval
@@ -70,6 +71,7 @@ def test_interval_is_left_out_where_there_is_none():
 
 def test_accuracy_by_speed_sets_the_paper_beside_ours_where_speeds_agree(summary):
     summary["speeds_mm_s"] = [10.0, 20.0, 40.0, 120.0]
+    summary["textures"] = list(published_textures())
     table = accuracy_by_speed(summary)
     assert table.columns[2:] == ("10", "20", "40", "120")
     found = [[cell.text for cell in row] for row in table.rows[:3]]
@@ -81,9 +83,38 @@ def test_accuracy_by_speed_sets_the_paper_beside_ours_where_speeds_agree(summary
     assert table.rows[0][2].percent == pytest.approx(25)
 
 
-def test_no_row_of_the_paper_where_no_speed_agrees(summary):
+def test_no_row_of_the_paper_where_no_speed_agrees_or_textures_are_others(summary):
+    assert not any(row[1].text == "paper" for row in accuracy_by_speed(summary).rows)
+    assert "paper" not in accuracy_by_speed(summary).caption
+    summary["textures"] = list(published_textures())
+    assert any(row[1].text == "paper" for row in accuracy_by_speed(summary).rows)
     summary["speeds_mm_s"] = [15.0, 25.0, 35.0]
     assert not any(row[1].text == "paper" for row in accuracy_by_speed(summary).rows)
+
+
+def test_recordings_have_intervals_as_samples_have(summary):
+    found = summary["models"]["vib-te"]["nested"]
+    found["ci95_by_speed"] = {"10": [0.1, 0.4]}
+    found["recordings"] = {**found, "mean_accuracy": 0.6, "ci95": [0.5, 0.7], "inside": None}
+    table = touches_table(summary)
+    by_unit = {row[2].text: [cell.text for cell in row[3:]] for row in table.rows[:2]}
+    assert by_unit["a sample"] == ["50.0 [40.2, 60.3]", "—", "25.0 [10, 40]", "75.0"]
+    assert by_unit["a recording"] == ["60.0 [50.0, 70.0]", "—", "25.0 [10, 40]", "75.0"]
+
+
+@pytest.mark.parametrize(
+    ("intervals", "said"),
+    [
+        (None, "recordings"),
+        ({"replicate": "texture", "n": 3}, "3 textures, each with all its speeds"),
+        ({"replicate": "session", "n": 5}, "5 sessions"),
+    ],
+)
+def test_tables_say_what_intervals_were_drawn_over(summary, intervals, said):
+    if intervals:
+        summary["intervals"] = intervals
+    for table in (table1(summary), touches_table(summary)):
+        assert f"(over {said})" in table.caption
 
 
 def test_leaks_are_named_and_added_over_the_models(summary):

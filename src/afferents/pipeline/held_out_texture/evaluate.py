@@ -16,6 +16,7 @@ from afferents.core.errors import InputError
 from afferents.core.files import write_aside, write_json
 from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
+from afferents.core.replicate import replicate_of
 from afferents.core.responses import Responses, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
 from afferents.core.split import SPEED
@@ -102,7 +103,9 @@ def _written(
 ) -> dict[str, Any]:
     """Write the table and the summary of a question; return the summary."""
     table = pd.concat(tables, ignore_index=True)
-    found = _summary_of_unknown(table) if name == UNKNOWN else summarise_mm(table)
+    found = (
+        _summary_of_unknown(table, len(about["data"])) if name == UNKNOWN else summarise_mm(table)
+    )
     summary = {**about, **found}
     out.mkdir(parents=True, exist_ok=True)
     with write_aside(out / f"{name}.parquet") as partial, partial.open("wb") as file:
@@ -111,12 +114,18 @@ def _written(
     return summary
 
 
-def _summary_of_unknown(table: pd.DataFrame) -> dict[str, Any]:
+def _summary_of_unknown(table: pd.DataFrame, n_sources: int) -> dict[str, Any]:
+    replicate = replicate_of(n_sources)
     models = table.groupby("model", sort=False)
     return {
         "false_alarms_stated": round(1 - KNOWN, 6),
-        "models": {str(model): summarise_unknown(rows) for model, rows in models},
+        "intervals": {"replicate": replicate, "n": _n_replicates(table, n_sources)},
+        "models": {str(model): summarise_unknown(rows, replicate) for model, rows in models},
     }
+
+
+def _n_replicates(table: pd.DataFrame, n_sources: int) -> int:
+    return n_sources if n_sources > 1 else int(table["texture"].nunique())
 
 
 def _refuse(evaluation: Evaluation) -> None:

@@ -11,10 +11,11 @@ from afferents.core.recording import Frame, GreyImage
 from afferents.core.samples import textures_of
 from afferents.reporting.images import TactileImage, draw_image, scale_of
 from afferents.reporting.inspection import draw_bands, draw_markers, draw_traces
-from afferents.reporting.labels import speed_key, texture_label
+from afferents.reporting.labels import speed_key
 from afferents.reporting.plot.basics import COLOURS, axes_of, kind_of
 from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
 from afferents.reporting.style import BLUE, GREEN, frame_all, styled
+from afferents.reporting.texture_names import texture_label, texture_labels
 
 _NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I", dims.RA2: "RA-II"}
 
@@ -271,8 +272,8 @@ def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
     if dims.TEXTURE not in data.coords or not data[dims.TEXTURE].dims:
         return [("", data)]
     return [
-        (texture_label(name), data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
-        for name in textures_of(data)
+        (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
+        for name, label in texture_labels(textures_of(data)).items()
     ]
 
 

@@ -17,6 +17,7 @@ from afferents.reporting.confusion import (
     draw_panel,
     label_edges,
     percent_of_true,
+    write_numbers,
 )
 from afferents.reporting.labels import PROTOCOL_TITLES, model_title, speed_key
 from afferents.reporting.plot.basics import COLOURS, axes_of
@@ -80,7 +81,9 @@ def confusion(
     counts = count_confusion(rows, textures)
     accuracy = 100 * np.trace(counts) / counts.sum()
     ax = axes_of(ax, 4.6, 4.0)
-    image = draw_panel(ax, Panel(", ".join([*title, f"{accuracy:.0f} %"]), percent_of_true(counts)))
+    panel = Panel(", ".join([*title, f"{accuracy:.0f} %"]), percent_of_true(counts))
+    image = draw_panel(ax, panel)
+    write_numbers(ax, panel, ax.bbox.width / ax.figure.dpi)
     label_edges(np.array([[ax]]), textures)
     ax.figure.colorbar(image, ax=ax, label=OF_TRUE).outline.set_visible(False)
     return ax

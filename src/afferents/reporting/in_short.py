@@ -1,0 +1,229 @@
+"""What a newcomer reads first: what was held out, what won, how sure that is, what to do next."""
+
+import shlex
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afferents.core.model import BEST, MODELS
+from afferents.core.split import key_of, split_of
+from afferents.reporting.labels import (
+    PROTOCOL_TITLES,
+    Summary,
+    groups_in,
+    model_order,
+    model_title,
+    outcome,
+    outcomes,
+    percent,
+)
+from afferents.reporting.replicates import interval_note
+from afferents.reporting.table import mean_and_interval
+from afferents.reporting.texture_names import texture_names
+
+WORST_SHOWN = 3
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something to do next, and the command that does it, where there is one."""
+
+    text: str
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Winner:
+    """The model that a report speaks of first, and what it came to under a protocol."""
+
+    model: str
+    protocol: str
+    recommended: bool
+    found: dict[str, Any]
+
+
+def winner(summary: Summary) -> Winner | None:
+    """Return the model that we recommend, where it was evaluated, else the best; None of none.
+
+    Under the strictest protocol that was run.
+    """
+    for protocol in PROTOCOL_TITLES:
+        found = _under(summary, protocol)
+        if found:
+            recommended = [name for name in BEST if name in found]
+            best = max(found, key=lambda name: found[name]["mean_accuracy"])
+            named = recommended[0] if recommended else best
+            return Winner(named, protocol, bool(recommended), found[named])
+    return None
+
+
+def headline(summary: Summary) -> str:
+    """Return the sentences that matter most: what won, its figure, and where it was worst."""
+    won = winner(summary)
+    if won is None:
+        return "No model was evaluated."
+    split, found = split_of(summary), won.found
+    worst = found[split.worst]
+    interval = "; 95% interval in brackets" if found.get("ci95") else ""
+    why = "which we recommend" if won.recommended else "which did best"
+    return (
+        f"{model_title(won.model, summary)}, {why}, names {mean_and_interval(found)} % of the "
+        f"samples rightly at {split.many} that it never learnt from "
+        f"({PROTOCOL_TITLES[won.protocol]}{interval}), "
+        f"where guessing gives {percent(summary['chance'])} %. It did worst "
+        f"{split.at([worst])}, with {percent(found[split.by][worst])} %."
+    )
+
+
+def what_was_asked(summary: Summary) -> str:
+    """Return what was held out, for somebody who has not read the paper."""
+    split, keys = split_of(summary), [key_of(group) for group in groups_in(summary)]
+    n = f"{len(summary['textures'])} textures"
+    held_out = (
+        "Each in turn was held out: a model learnt from the recordings of the others, and then had "
+        "to name the texture in every sample of this one."
+    )
+    if not split.ordered:
+        return f"{n} were recorded with {len(keys)} {split.many}: {', '.join(keys)}. {held_out}"
+    return (
+        f"{n} were slid over at {len(keys)} {split.many}, {keys[0]} to {keys[-1]}{split.unit}. "
+        f"{held_out} So a figure says how well textures are told apart at {split.one} that the "
+        "model has never felt."
+    )
+
+
+def beside_the_winner(summary: Summary) -> list[str]:
+    """Return what else there is to know of it: recordings, the worst groups, others, mistakes."""
+    won = winner(summary)
+    if won is None:
+        return []
+    said = [_of_recordings(won), _worst_groups(summary, won), _others(summary, won)]
+    return [text for text in (*said, _mistake(summary, won)) if text]
+
+
+def next_steps(summary: Summary) -> list[Step]:
+    """Return what to do next, the most urgent first."""
+    won = winner(summary)
+    if won is None:
+        return []
+    steps = [_train_longer(summary), _another_session(summary), _worst_place(summary, won)]
+    if won.model in MODELS:
+        steps.append(_use_it(summary, won))
+    return [step for step in steps if step is not None]
+
+
+def sureness(summary: Summary) -> str:
+    """Return what intervals were drawn over, and what they leave out."""
+    once = any(
+        len(found["seeds"]) == 1 and any(map(any, found["epochs"].values()))
+        for _, _, found in outcomes(summary)
+    )
+    alone = " Networks were trained once: how far trainings differ is not in them (--seeds 3)."
+    return interval_note(summary) + (alone if once else "")
+
+
+def _under(summary: Summary, protocol: str) -> dict[str, dict[str, Any]]:
+    """Return what came out under a protocol, by model."""
+    found = {name: outcome(summary, name, protocol) for name in model_order(summary)}
+    return {name: result for name, result in found.items() if result is not None}
+
+
+def _of_recordings(won: Winner) -> str:
+    found = won.found.get("recordings")
+    if found is None:
+        return ""
+    named = mean_and_interval(found)
+    return f"Of whole recordings, by all their samples together, it names {named} %."
+
+
+def _worst_groups(summary: Summary, won: Winner) -> str:
+    split = split_of(summary)
+    tested = {group: value for group, value in won.found[split.by].items() if value is not None}
+    worst = sorted(tested, key=lambda group: tested[group])[:WORST_SHOWN]
+    if len(tested) <= 1:
+        return ""
+    listed = ", ".join(f"{split.printed(group)} {percent(tested[group])} %" for group in worst)
+    return f"From the worst: {listed}."
+
+
+def _others(summary: Summary, won: Winner) -> str:
+    """Return which model did better, or how many it was better than."""
+    found = _under(summary, won.protocol)
+    best = max(found, key=lambda name: found[name]["mean_accuracy"])
+    if len(found) == 1:
+        return "No other model was evaluated."
+    if best == won.model:
+        return f"It did best of the {len(found)} models evaluated."
+    title, better = model_title(best, summary), percent(found[best]["mean_accuracy"])
+    return (
+        f"{title} did better here, with {better} %. What we recommend is not picked by this test."
+    )
+
+
+def _mistake(summary: Summary, won: Winner) -> str:
+    """Return which texture it most often took for which other."""
+    counts = np.array(won.found.get("confusion", []), dtype=float)
+    textures = summary["textures"]
+    if counts.shape != (len(textures), len(textures)):
+        return ""
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    np.fill_diagonal(share, 0)
+    true, taken = np.unravel_index(share.argmax(), share.shape)
+    if share[true, taken] == 0:
+        return ""
+    names = list(texture_names(textures).values())
+    return (
+        f"Its most frequent mistake is to take {names[true]} for {names[taken]}: "
+        f"{percent(share[true, taken])} % of the samples of {names[true]}."
+    )
+
+
+def _train_longer(summary: Summary) -> Step | None:
+    if summary["preset"] != "quick":
+        return None
+    return Step(
+        "Train longer. The preset quick only shows that all of it runs: repeat the command at the "
+        "end of this page into another folder, with --preset fast."
+    )
+
+
+def _another_session(summary: Summary) -> Step | None:
+    sources = [data["source"] for data in summary["data"]]
+    if any(data["simulated"] for data in summary["data"]):
+        return Step(
+            "Record textures with a sensor: these are simulated. docs/recording.md says how; "
+            "docs/your-data.md says how to bring recordings that you have.",
+        )
+    if len(sources) > 1:
+        return None
+    return Step(
+        "Record the same textures again on another day, with the sensor taken off and mounted "
+        "anew, and evaluate both sessions together: only then do intervals say how far sessions "
+        "differ.",
+        shlex.join(["afferents", "evaluate", *sources, "SECOND.zarr", "--out", "BOTH"]),
+    )
+
+
+def _worst_place(summary: Summary, won: Winner) -> Step | None:
+    split, groups = split_of(summary), [key_of(group) for group in groups_in(summary)]
+    worst = won.found[split.worst]
+    if not split.ordered or len(groups) < 3:
+        return None
+    if worst not in (groups[0], groups[-1]):
+        return Step(f"Record at speeds near {split.printed(worst)}, where it did worst.")
+    end, more = ("slowest", "slower") if worst == groups[0] else ("fastest", "faster")
+    return Step(
+        f"It did worst at {split.printed(worst)}, the {end} speed: with that held out, the model "
+        f"must extrapolate. If you need that speed, record {more} ones too."
+    )
+
+
+def _use_it(summary: Summary, won: Winner) -> Step:
+    source = summary["data"][0]["source"]  # `train` takes one
+    train = shlex.join(["afferents", "train", source, "MODEL", "--model", won.model])
+    return Step(
+        "Train it on all speeds, and feel with it live (docs/live.md). The figures above are no "
+        "promise for another sensor or mounting.",
+        f"{train}\nafferents export MODEL model.onnx\nafferents live --model model.onnx --web",
+    )

@@ -1,0 +1,92 @@
+"""`explain --shear` and the models of it, on textures that pull the skin as a whole."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import afferents
+from afferents.core.progress import Progress
+from afferents.evaluation.bootstrap import Difference
+from afferents.pipeline.data import open_data
+from afferents.pipeline.shear import BOTH, SHEAR, WITHOUT, explain_shear, meaning
+
+
+def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, run):
+    out = tmp_path / "shear"
+    code, said, err = run("explain", stores["video"], "--shear", "--out", out, "--quiet")
+    assert code == 0, err
+    assert "of the variance is global shear" in said
+    facts = json.loads((out / "shear.json").read_text())
+    between = facts["variances_px2"]["between textures"]
+    # Pulls of 4, 8 and 12 px along x, the same for all markers.
+    assert between["shift"] == pytest.approx(np.var([4, 8, 12]), rel=0.02)
+    assert between["gradients"] + between["local"] < 0.01 * between["shift"]
+    assert facts["accuracy"][SHEAR]["mean"] > 0.6  # learnt from four runs of a texture
+    assert set(facts["accuracy"][SHEAR]["by_speed"]) == {"20", "40", "60"}
+    assert facts["drag_px"]["2"] == pytest.approx([8, 8, 8], rel=0.1)
+    assert (out / "shear.png").is_file()
+    again = afferents.explain_shear(stores["video"], out, quiet=True)
+    assert [table.title for table in again.tables][1] == "Texture at held-out speeds"
+
+
+def test_markers_that_stand_in_no_image_are_asked_one_by_one(stores, tmp_path):
+    (data,) = open_data([str(stores["video"])])
+    placeless = tuple(r.drop_vars(["row", "column"]) for r in data.responses)
+    quiet = Progress(quiet=True)
+    found = explain_shear(replace(data, responses=placeless), tmp_path / "shear", "all", quiet)
+    assert list(found.facts["accuracy"]) == [SHEAR, WITHOUT, BOTH]
+
+
+def test_what_can_not_be_asked(stores, tmp_path, run):
+    def refused(*arguments):
+        code, _, said = run("explain", *arguments, "--out", tmp_path / "why", "--quiet")
+        assert code == 2
+        assert not (tmp_path / "why").exists()
+        return said
+
+    assert "expected recordings of markers, found none in" in refused(stores["audio"], "--shear")
+    said = "--shear: expected DATA alone, without a model"
+    assert said in refused("model", stores["video"], "--shear")
+    assert "DATA: expected a store beside the model, found none" in refused("model")
+
+
+def test_the_models_of_shear_have_their_folds(stores, tmp_path, run):
+    models = "shear,sa-local,sa-wave-local,fusion-shear"
+    code, out, err = run(
+        "evaluate", stores["video"], "--out", tmp_path / "r", "--models", models,
+        "--frames", 5, "--held-out", 40, "--json", "--workers", 1,
+    )  # fmt: skip
+    assert code == 0, err
+    found = {name: of["nested"] for name, of in json.loads(out)["models"].items()}
+    assert list(found) == models.split(",")
+    assert not any(any(one["leaks"].values()) for one in found.values())
+    assert found["shear"]["mean_accuracy"] > 0.9
+    assert found["fusion-shear"]["mean_accuracy"] > 0.6
+
+
+def test_missing_pins_are_refused_where_all_are_felt_together(stores, tmp_path, run):
+    code, _, err = run(
+        "evaluate", stores["video"], "--out", tmp_path / "r", "--models", "shear", "--markers", 0.5
+    )
+    assert code == 2
+    assert "found shear, which learns from their moments" in err
+
+
+TOLD = dict.fromkeys((SHEAR, WITHOUT, BOTH), (0.5, 0.4, 0.6))
+MORE, SAME = Difference(0.2, 0.1, 0.3), Difference(0.0, -0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("accuracies", "without_shear", "shear_alone", "said"),
+    [
+        (dict.fromkeys(TOLD, (0.1, 0.0, 0.2)), SAME, SAME, "not told from chance"),
+        (TOLD, MORE, MORE, "20.0 points are lost without the global shear, 20.0 without the rest"),
+        (TOLD, MORE, SAME, "The global shear carries the texture"),
+        (TOLD, SAME, MORE, "The images carry the texture without the global shear"),
+        (TOLD, SAME, SAME, "tell texture as well as both together"),
+    ],
+)
+def test_the_sentence_follows_from_the_intervals(accuracies, without_shear, shear_alone, said):
+    assert said in meaning(accuracies, 0.1, without_shear, shear_alone)
