@@ -50,7 +50,7 @@ class Mounting(BaseModel):
     once_a_drum: bool = True
     any_angle: float = Field(1.0, ge=0, le=1)
     contact_at_rest: bool = True
-    camera_mm: float = Field(38.0, gt=5)
+    camera_mm: float = Field(57.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
 

@@ -61,7 +61,7 @@ class Drive(BaseModel):
     ripple: float = Field(0.01, ge=0)
     motor_ripple: float = Field(0.005, ge=0)
     drift_mm: float = Field(0.02, ge=0)
-    back_mm: float = Field(0.27, ge=0)
+    back_mm: float = Field(0.18, ge=0)
     back_spread: float = Field(1.0, ge=0, le=1)
 
 

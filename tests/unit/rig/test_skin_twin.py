@@ -95,4 +95,5 @@ def test_kernel_does_what_its_numpy_twin_does(speed):
     ):
         assert np.abs(expected).max() > scale
         assert np.sqrt(((found - expected) ** 2).mean()) < 1e-3 * scale
-        np.testing.assert_allclose(found, expected, atol=1e-2 * scale)
+        # A node that is about to slip does so a step sooner or later, by rounding.
+        np.testing.assert_allclose(found, expected, atol=5e-2 * scale)
