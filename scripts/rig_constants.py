@@ -7,7 +7,7 @@ SOURCES = {
     "drum.bump_height_mm": "paper, 2.2",
     "drum.bump_ratio": "chosen to fit the weights of k = 1 to 4 in g; no figure is published",
     "drum.print_sd_mm": "chosen to fit the skirts round the lines of g",
-    "drum.prints": "the session's seed, or --reprint",
+    "drum.prints": "chosen: the session's seed, or --reprint",
     "drum.patch_sd_mm": "chosen to fit how SA-I of g changes from image to image",
     "drum.patch_mm": "chosen to fit how SA-I of g changes from image to image",
     "skin.pitch_mm": "paper, 2.1",

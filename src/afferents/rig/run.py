@@ -15,7 +15,7 @@ from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
 from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, felt
 
-STABLE = 1.0
+STABLE = 1.5
 """The fastest oscillation times the step must stay below this; symplectic Euler bears 2."""
 
 _BLOCK = round(PHYSICS_RATE_HZ)

@@ -55,7 +55,7 @@ def test_an_undisturbed_run_is_free_of_noise(quiet_run, quiet_rig):
     for name, value in quiet_run._asdict().items():
         np.testing.assert_array_equal(value, getattr(again, name), err_msg=name)
     assert not quiet_run.room.any()
-    assert np.abs(quiet_run.sensor[: round(0.4 * 44100)]).max() < 1e-6
+    assert np.abs(quiet_run.sensor[: round(0.4 * 44100)]).max() < 1e-5
 
 
 def test_another_seed_is_another_run(run):
@@ -93,7 +93,7 @@ def test_faster_slides_feel_louder_and_smooth_drums_quieter(quiet_rig):
 @pytest.mark.parametrize(
     ("skin", "sentence"),
     [
-        ({"mass_mg": 0.01}, r"fastest swing moves less than 1 rad .* softer or heavier"),
+        ({"mass_mg": 0.01}, r"fastest swing moves less than 1.5 rad .* softer or heavier"),
         ({"coupling_mn_mm": 1000.0}, r"fastest swing"),
     ],
 )
