@@ -18,3 +18,5 @@ Size = Literal["quick", "paper"]
 """Of a simulated session."""
 Remount = Literal["run", "drum"]
 """How often the simulated fingertip is mounted anew."""
+Penalty = Literal["fixed", "searched"]
+"""Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
