@@ -17,7 +17,7 @@ from afferents.core.progress import Progress
 from afferents.core.results import load_results
 from afferents.markers import load_sensor
 from afferents.pipeline.data import open_data, recordings_in
-from afferents.pipeline.encode import read_whole
+from afferents.pipeline.reading import read_whole
 from afferents.pipeline.status import status
 from afferents.recordings import WavFile, data_set_of, open_video, read_session
 from afferents.training import load_model

@@ -24,11 +24,12 @@ from afferents.cli.shared import (
     Workers,
 )
 from afferents.cli.tables import TerminalTable
-from afferents.core.choices import Size
+from afferents.core.choices import Penalty, Size
 from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 
 LESS = "Less of the data (to see what it costs)"
+SPOILT = "Worse data (to see what it costs)"
 
 
 @takes_encodings
@@ -110,6 +111,29 @@ def evaluate(
             rich_help_panel=LESS,
         ),
     ] = 1.0,
+    penalty: Annotated[
+        Penalty,
+        typer.Option(
+            help="Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or "
+            "chosen inside each fold by leaving out its training speeds in turn ('searched')."
+        ),
+    ] = "fixed",
+    disturb: Annotated[
+        str | None,
+        typer.Option(
+            help="Spoil the recordings that are tested: markers=0.1 (noise, px), sound=-20dB "
+            "(noise, by the sound's own level), frames=0.05 and lost=0.1 (share of the frames "
+            "dropped, of the markers lost), seed=0.",
+            rich_help_panel=SPOILT,
+        ),
+    ] = None,
+    disturb_training: Annotated[
+        str | None,
+        typer.Option(
+            help="Spoil the recordings that are learnt from, in the same words.",
+            rich_help_panel=SPOILT,
+        ),
+    ] = None,
     workers: Workers = None,
     cluster: ClusterName = None,
     device: DeviceName = "auto",
@@ -144,6 +168,9 @@ def evaluate(
         "steady": parse_steady(steady),
         "without": conditions_in(without or [], "--without"),
         "only": Ablation(_names(textures), parse_speeds(speeds), markers, train_speeds, apart),
+        "penalty": penalty,
+        "disturb": disturb,
+        "disturb_training": disturb_training,
         "keep_going": keep_going,
         "workers": workers,
         "cluster": cluster,
@@ -245,11 +272,12 @@ def _names(text: str | None) -> tuple[str, ...]:
 
 def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting import table1, touches_table
+    from afferents.reporting import by_touch_table, table1, touches_table
 
     evaluated = set(summary["models"])
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
+    tables += [table] if (table := by_touch_table(summary)) else []
     return [TerminalTable.of(table) for table in tables]
 
 

@@ -52,6 +52,13 @@ def train(
         ),
     ] = "speed",
     steady: SteadyPart = None,
+    disturb_training: Annotated[
+        str | None,
+        typer.Option(
+            help="Spoil the recordings that it learns from: markers=0.05 (noise, px) and more, as "
+            "'evaluate' does."
+        ),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
     **encoding: Any,
@@ -65,7 +72,7 @@ def train(
 
     card = commands.train(
         data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
-        split, parse_steady(steady), **encoding,
+        split, parse_steady(steady), disturb_training, **encoding,
     )  # fmt: skip
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"Model: {out}")
 

@@ -10,7 +10,7 @@ from afferents.commands.given import (
     models_in,
     sources_in,
 )
-from afferents.core.choices import Device, Precision, Preset
+from afferents.core.choices import Device, Penalty, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
@@ -24,8 +24,11 @@ from afferents.core.steady import steady_in, written
 if TYPE_CHECKING:
     from afferents.encodings import Encodings
     from afferents.evaluation.ablation import Ablation
+    from afferents.evaluation.disturbance import Disturbance
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.job import Recipe
+
+    Disturbed = str | Mapping[str, float | str] | Disturbance | None
 
 
 def evaluate(
@@ -47,6 +50,9 @@ def evaluate(
     quiet: bool = False,
     split: str = "speed",
     steady: Sequence[float] | None = None,
+    disturb: "Disturbed" = None,
+    disturb_training: "Disturbed" = None,
+    penalty: Penalty = "fixed",
     **encoding: Any,
 ) -> Results:
     """Train and test models, one speed, or group of another split, held out at a time.
@@ -90,6 +96,13 @@ def evaluate(
     steady
         Start and end in s of the part of each recording that is used, such as ``(0.2, 2.8)``; None
         for what the data say.
+    disturb, disturb_training
+        What spoils the recordings that are tested, and those that are learnt from, such as
+        ``"markers=0.1,sound=-20dB"`` or ``{"markers": 0.1}``; None for nothing. What there is
+        says `afferents.evaluation.disturbance.Disturbance`.
+    penalty
+        ``searched`` chooses that of every ridge inside each fold, by leaving out its training
+        speeds in turn; ``fixed`` takes the usual one where there is one.
     encoding
         Options of the encodings by name, such as ``frames=20`` or ``window_s=2``.
 
@@ -116,7 +129,8 @@ def evaluate(
     with Progress(quiet) as progress:
         wanted = _evaluation(
             progress, data, out, models, protocol, preset, cut, seeds, held_out, without, only,
-            keep_going, workers, cluster, device, precision, split, steady, **encoding,
+            keep_going, workers, cluster, device, precision, split, steady, disturb,
+            disturb_training, penalty, **encoding,
         )  # fmt: skip
         run(wanted, progress)
     return load_results(Path(out))
@@ -174,10 +188,14 @@ def _evaluation(
     precision: Precision = "auto",
     split: str = "speed",
     steady: Sequence[float] | None = None,
+    disturb: "Disturbed" = None,
+    disturb_training: "Disturbed" = None,
+    penalty: Penalty = "fixed",
     **encoding: Any,
 ) -> "Evaluation":
     """Open the data, after checking what can be checked without them; see `evaluate`."""
     from afferents.evaluation.ablation import Ablation
+    from afferents.evaluation.disturbance import Disturbance, Disturbances
     from afferents.pipeline.choice import encodings_for, say_choice
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, origins_of, recordings_in
@@ -189,6 +207,9 @@ def _evaluation(
     asked, under = models_in(models), protocols(protocol)
     what, steady_s = split_named(split), steady_in(steady, cut)
     wanted = what.read(held_out, "--held-out")
+    at_test = Disturbance.of(disturb, "--disturb")
+    in_training = Disturbance.of(disturb_training, "--disturb-training")
+    disturbances = Disturbances((at_test,), in_training)
     opened = open_data(sources_in(data), without, keep_going, progress)
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
@@ -204,8 +225,10 @@ def _evaluation(
         encodings=encodings,
         without=left_out,
         ablation=used,
+        disturbances=disturbances,
         split=what,
         steady_s=steady_s,
+        penalty=penalty,
         compute=Compute(device, precision),
     )
     return Evaluation(
@@ -219,6 +242,7 @@ def _evaluation(
         options=[
             *_options(used, wanted, left_out),
             *_choices(recipe),
+            *disturbances.words(),
             *_encoding_options(chosen, encodings),
         ],
         workers=workers,
@@ -241,9 +265,10 @@ def _options(only: "Ablation", held_out: Sequence[Group], without: Mapping[str, 
 
 
 def _choices(recipe: "Recipe") -> list[str]:
-    """Return the words that hold out the same, of the same part of recordings."""
+    """Return the words that hold out the same, of the same part of recordings, as strictly."""
     split = [] if recipe.split == SPEED else [SPLIT_OPTION, recipe.split.name]
-    return split + ([] if recipe.steady_s is None else [STEADY_OPTION, written(recipe.steady_s)])
+    steady = [] if recipe.steady_s is None else [STEADY_OPTION, written(recipe.steady_s)]
+    return split + steady + ([] if recipe.penalty == "fixed" else ["--penalty", recipe.penalty])
 
 
 def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:

@@ -1,6 +1,6 @@
 """Commands of single models: train, explain, export, and the samples that they learn from."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from afferents.core.split import split_named
 from afferents.core.steady import require_within, steady_in, with_steady
 
 if TYPE_CHECKING:
+    from afferents.evaluation.disturbance import Disturbance
     from afferents.pipeline.explain import Explanation
     from afferents.training.recogniser import Recogniser
 
@@ -35,6 +36,7 @@ def train(
     quiet: bool = False,
     split: str = "speed",
     steady: Sequence[float] | None = None,
+    disturb_training: "str | Mapping[str, float | str] | Disturbance | None" = None,
     **encoding: Any,
 ) -> Card:
     """Train one model to feel with, on all speeds but the one that calibrates it.
@@ -59,7 +61,7 @@ def train(
         Whether no progress is shown.
     split
         Of what one group calibrates it instead of a speed, such as ``trial``.
-    steady
+    steady, disturb_training
         As of `evaluate`.
 
     Returns
@@ -78,6 +80,7 @@ def train(
     >>> card.textures
     ('1', '2', '3')
     """
+    from afferents.evaluation.disturbance import Disturbance
     from afferents.pipeline.choice import encodings_for, say_choice
     from afferents.pipeline.copies import warn_of_copies
     from afferents.pipeline.data import open_data, recordings_in
@@ -98,7 +101,7 @@ def train(
         wanted = Training(
             opened, chosen, preset, cut, encodings, seed,
             None if results is None else Path(results), Compute(device, precision),
-            what, steady_s,
+            what, steady_s, Disturbance.of(disturb_training, "--disturb-training"),
         )  # fmt: skip
         return run(wanted, Path(out), progress, force)
 

@@ -12,9 +12,19 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core import dims
 from afferents.core.documents import as_form, parse_json, read_json
-from afferents.core.forms import Count, GroupName, Share, Shares, Source, Speed, SplitName, Steady
+from afferents.core.forms import (
+    Count,
+    GroupName,
+    Share,
+    Shares,
+    Source,
+    Speed,
+    SplitName,
+    Steady,
+)
 from afferents.core.model import MODELS
 from afferents.core.split import SPEED, Group, Split, split_named
+from afferents.core.spoilt import Spoilt, spoilt_by
 from afferents.core.waves import unseen_waves
 
 SCHEMA = 3
@@ -69,6 +79,8 @@ class Score(BaseModel):
     worst_group: GroupName | None = _unsaid(None)
     split: SplitName = _unsaid(SPEED.name)
     same_data: bool
+    disturb: Spoilt = _unsaid({})
+    disturb_training: Spoilt = _unsaid({})
 
     @model_validator(mode="after")
     def _says_the_worst(self) -> Self:
@@ -85,9 +97,14 @@ class Score(BaseModel):
         assert worst is not None
         return (
             f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at {split.many} held out "
-            f"({self.protocol}, {self.preset}{other}), "
+            f"({self.protocol}, {self.preset}{other}{self._disturbed()}), "
             f"{100 * self.worst_accuracy:.1f}% {split.at([worst])}"
         )
+
+    def _disturbed(self) -> str:
+        """Return how the recordings were spoilt, in words; nothing if they were not."""
+        said = {"tested": self.disturb, "learnt": self.disturb_training}
+        return "".join(f", {what} disturbed by {spoilt_by(by)}" for what, by in said.items() if by)
 
 
 class Card(BaseModel):
@@ -136,6 +153,8 @@ class Card(BaseModel):
         Where not a speed but another split's group chose them: the split, and the same of it.
     steady_s
         Part of the recordings that it learnt from, s, where that was said when it was trained.
+    disturb_training
+        What spoilt the recordings that it learnt from: `--disturb-training`.
     scores
         Of an evaluation at held-out speeds; empty where there was none.
     """
@@ -169,6 +188,7 @@ class Card(BaseModel):
     learnt_from: tuple[GroupName, ...] = _unsaid(())
     validated_on: GroupName | None = _unsaid(None)
     steady_s: Steady | None = _unsaid(None)
+    disturb_training: Spoilt = _unsaid({})
     validation_accuracy: Share
     data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()
@@ -246,12 +266,29 @@ class Card(BaseModel):
             f"{split.at(self.groups)}{recipe}.",
             f"{validated[0].upper()}{validated[1:]}, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
+            *self._speeds(),
             *self._limits(),
             *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
+            *self._spoilt(),
             *(f"Evaluated: {score.describe()}." for score in self.scores),
             *([] if self.scores else [f"Not evaluated at {split.many} held out."]),
             *([] if self.estimator is None else [_NOT_FELT]),
         ]
+
+    def _speeds(self) -> list[str]:
+        """Return between which speeds it can tell what is unknown, where it learnt from several."""
+        slowest, fastest = min(self.groups), max(self.groups)
+        if self.held_out != SPEED or slowest == fastest:
+            return []
+        return [
+            f"Slower than {slowest:g} or faster than {fastest:g} mm/s the speed lies outside what "
+            "was learnt: known textures, too, may be called unknown there."
+        ]
+
+    def _spoilt(self) -> list[str]:
+        """Return by what the recordings were disturbed, if they were."""
+        by = spoilt_by(self.disturb_training)
+        return [f"The recordings that it learnt from were disturbed by {by}."] if by else []
 
     def _limits(self) -> list[str]:
         """Return what its fingertip keeps from it, where it relies on waves."""

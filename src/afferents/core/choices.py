@@ -20,3 +20,5 @@ Remount = Literal["run", "drum"]
 """How often the simulated fingertip is mounted anew."""
 Nodules = Literal["on", "off"]
 """Whether the simulated skin has its fingerprint."""
+Penalty = Literal["fixed", "searched"]
+"""Strength of a ridge's penalty: the usual one, or chosen inside each fold."""

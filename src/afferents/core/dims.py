@@ -63,6 +63,8 @@ GROUP: Final = "group"
 """By which samples are held out, where that is not the speed."""
 START: Final = "start_s"
 STOP: Final = "stop_s"
+VARIANT: Final = "variant"
+"""Coordinate of samples: 0 where they are learnt from, else the number of a test."""
 SAMPLE_COORDS: Final = (TEXTURE, SPEED, RECORDING, START, STOP)
 
 # attributes

@@ -13,6 +13,7 @@ from afferents.core.cut import Cut
 from afferents.core.model import MODEL_NAME
 from afferents.core.protocol import ProtocolName
 from afferents.core.split import NAME
+from afferents.core.spoilt import Spoilt
 
 SCHEMA = 2
 
@@ -76,6 +77,8 @@ class Config(Form):
     preset: str
     split: SplitName = "speed"
     steady_s: Steady | None = None
+    disturb: Spoilt = {}
+    disturb_training: Spoilt = {}
     spectral: dict[str, Any]
     ablation: Used = Used()
 
@@ -165,6 +168,13 @@ class Touches(Accuracies):
     inside: Accuracies | None = None
 
 
+class OfLength(Touches):
+    """Of touches of about one length, made of so many samples."""
+
+    seconds: Amount
+    samples: Annotated[int, Field(ge=1)]
+
+
 class Bins(Form):
     """Reliability: samples gathered by confidence."""
 
@@ -184,6 +194,7 @@ class Outcome(Touches):
     """What came out for a model under a protocol."""
 
     recordings: Touches | None = None
+    by_touch: dict[Key, OfLength | None] = {}
     macro_f1: Share
     reliability: Bins | None = None
     n_test: Count
@@ -234,6 +245,8 @@ class About(Form):
     cut: Cut
     preset: str
     steady_s: Steady | None = None
+    disturb: Spoilt = {}
+    disturb_training: Spoilt = {}
     textures: tuple[str, ...] = Field(min_length=1)
     intervals: Intervals | None = None
     skipped: tuple[Skipped, ...]

@@ -74,6 +74,25 @@ class Results:
         return pd.DataFrame(rows, columns=list(names))
 
     @property
+    def accuracy_by_touch(self) -> pd.DataFrame:
+        """Share of touches named rightly, by model, protocol and length of touch.
+
+        Columns model, protocol, touch_s (s, as asked for), seconds (s, of the whole samples that
+        come nearest), accuracy (mean over what was held out), ci95_low, ci95_high, worst (the
+        speed or group held out where it is lowest) and worst_accuracy; None and NaN where samples
+        are too long or recordings too short. A touch is named by the mean log-probability of its
+        samples; see docs/results-format.md.
+        """
+        split, rows = self.split, []
+        for model, of_protocol in self.summary["models"].items():
+            for protocol, outcome in of_protocol.items():
+                for touch, found in outcome.get("by_touch", {}).items():
+                    rows.append((model, protocol, float(touch), *_touched(found, split)))
+        names = ("model", "protocol", "touch_s", "seconds", "accuracy", "ci95_low", "ci95_high",
+                 "worst", "worst_accuracy")  # fmt: skip
+        return pd.DataFrame(rows, columns=list(names))
+
+    @property
     def split(self) -> Split:
         """What was held out."""
         return split_of(self.summary)
@@ -82,6 +101,15 @@ class Results:
     def textures(self) -> list[str]:
         """Textures in natural order."""
         return list(self.summary["textures"])
+
+
+def _touched(found: dict[str, Any] | None, split: Split) -> tuple[Any, ...]:
+    """Return a row of what touches of one length came to."""
+    if found is None:
+        return np.nan, np.nan, np.nan, np.nan, None, np.nan
+    worst = found[split.worst]
+    interval, lowest = found["ci95"], found[split.by][worst]
+    return found["seconds"], found["mean_accuracy"], *interval, worst, lowest
 
 
 def load_results(root: str | Path) -> Results:

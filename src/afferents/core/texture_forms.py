@@ -19,6 +19,7 @@ class UnknownBySpeed(Unknown):
     """The same at all of them and, where there are any, at those that lie between others."""
 
     inside: Unknown | None
+    outside: Unknown | None = None
     by_speed: dict[Key, Share] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -56,6 +57,7 @@ class UnknownOutcome(Form):
     false_alarms: Units
     auroc: Areas
     auroc_inside: Areas
+    auroc_outside: Areas | None = None
     by_texture: dict[str, OfTexture]
 
     @model_validator(mode="after")

@@ -58,7 +58,8 @@ class WindowEncoding(VibrationEncoding):
         Lines,
         Option(
             "--mask",
-            "Spectral lines of the machine to cut out, with their harmonics: 50Hz,0.0573/mm.",
+            "Lines of the machine to cut out, with their harmonics: 50Hz; 0.0573/mm only where a "
+            "model is told the speed.",
             str,
         ),
     ] = Lines()

@@ -20,7 +20,7 @@ from afferents.evaluation.bootstrap import (
 from afferents.evaluation.folds import FoldKey, load_fold
 from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
 from afferents.evaluation.reliability import reliability_of
-from afferents.evaluation.touches import inside_speeds, name_recordings
+from afferents.evaluation.touches import TOUCHES_S, inside_speeds, name_recordings, name_touches
 
 Accuracies = Mapping[tuple[str, str], Accuracy]
 """By model and protocol."""
@@ -116,6 +116,9 @@ def _summary_of(
             **_outcome(named, Accuracy(named, replicate), split),
             "inside": _outcome_inside(named, replicate),
         },
+        "by_touch": {
+            f"{s:g}": _touches(predictions, textures, split, s, replicate) for s in TOUCHES_S
+        },
         "macro_f1": macro_f1(predictions, textures),
         "confusion": confusion(predictions, textures).tolist(),
         "reliability": found.describe() if (found := reliability_of(predictions)) else None,
@@ -150,6 +153,18 @@ def _outcome_inside(predictions: pd.DataFrame, replicate: str) -> dict[str, Any]
     """Return the same of the speeds that lie between others; None where there is none."""
     inner = inside_speeds(predictions)
     return _outcome(inner, Accuracy(inner, replicate), SPEED) if len(inner) else None
+
+
+def _touches(
+    predictions: pd.DataFrame, textures: list[str], split: Split, length_s: float, replicate: str
+) -> dict[str, Any] | None:
+    """Return the same of touches of one length; None where there are none."""
+    found = name_touches(predictions, textures, length_s)
+    if found is None:
+        return None
+    outcome = _outcome(found.named, Accuracy(found.named, replicate), split)
+    inside = _outcome_inside(found.named, replicate)
+    return {"seconds": found.seconds, "samples": found.samples, **outcome, "inside": inside}
 
 
 def _by_group(

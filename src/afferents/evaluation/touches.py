@@ -1,4 +1,6 @@
-"""Whole recordings: what all samples of one touch say together."""
+"""What all samples of one touch say together: of a whole recording, or of a stated length."""
+
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -7,6 +9,29 @@ from afferents.core.results import PROBABILITY
 from afferents.core.split import SPEED, column_of
 
 _LEAST = 1e-12
+TOUCHES_S = (0.11, 1.0, 4.0)
+"""Lengths of touch at which models are compared, s: ten frames of the paper's camera, and more."""
+_NEAR = 0.25
+"""A touch of so many whole samples may differ from the length asked for by this share."""
+
+
+_TOUCHED = ("recording", "true_texture")
+
+
+class Touches(NamedTuple):
+    """Touches of one length.
+
+    Attributes
+    ----------
+    named
+        One row a touch, as `name_recordings` has a row a recording.
+    seconds, samples
+        How long they are and of how many samples, median.
+    """
+
+    named: pd.DataFrame
+    seconds: float
+    samples: int
 
 
 def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFrame:
@@ -26,14 +51,68 @@ def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFr
         One row a recording and seed: seed, held_out_speed_mm_s (or held_out_group), recording,
         true_texture, predicted_texture.
     """
+    return _named(predictions, textures, ["seed", column_of(predictions), *_TOUCHED])
+
+
+def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float) -> Touches | None:
+    """Name touches of one length by the mean of their samples' log-probabilities.
+
+    A touch is made of as many consecutive samples of a recording as come nearest to its length,
+    and shares none with the next. Samples may overlap; what a touch lasts is from the beginning of
+    its first to the end of its last sample.
+
+    Parameters
+    ----------
+    predictions
+        One row a test sample, as `predictions_table` makes them.
+    length_s
+        Of a touch, s.
+
+    Returns
+    -------
+    Touches, or None if at some group held out no recording has a touch of about that length:
+    samples are longer, or recordings shorter.
+    """
+    of_recording = ["seed", column_of(predictions), *_TOUCHED]
+    rows = predictions.sort_values([*of_recording, "start_s"], kind="stable")
+    recordings = [rows[name] for name in of_recording]
+    stride = _median(rows.groupby(of_recording)["start_s"].diff(), recordings)
+    lasting = _median(rows["stop_s"] - rows["start_s"], recordings)
+    more = ((length_s - lasting) / stride).round().clip(lower=0).fillna(0)
+    seconds = lasting + more * stride.fillna(0)
+    rows = rows.assign(_n=more + 1, _seconds=seconds)
+    rows = rows[(seconds - length_s).abs() <= _NEAR * length_s]
+    number = rows.groupby(of_recording).cumcount()
+    rows = rows.assign(_touch=number // rows["_n"])
+    of_touch = [*of_recording, "_touch"]
+    rows = rows[rows.groupby(of_touch)["_n"].transform("size") == rows["_n"]]
+    held_out = column_of(predictions)
+    if set(rows[held_out]) != set(predictions[held_out]):
+        return None
+    named = _named(rows, textures, of_touch).drop(columns="_touch")
+    return Touches(named, float(rows["_seconds"].median()), int(rows["_n"].median()))
+
+
+def _median(values: "pd.Series[float]", by: "list[pd.Series[str]]") -> "pd.Series[float]":
+    """Return the median of each recording, in every row of it."""
+    return values.groupby(by).transform("median")
+
+
+def _named(predictions: pd.DataFrame, textures: list[str], by: list[str]) -> pd.DataFrame:
+    """Return one row for all samples that share what `by` names, named by them together."""
     columns = [f"{PROBABILITY}{texture}" for texture in textures]
-    by = ["seed", column_of(predictions), "recording", "true_texture"]
     logs = predictions[[*by, *columns]].copy()
     logs[columns] = np.log(logs[columns].clip(lower=_LEAST))
     sums = logs.groupby(by, sort=True)[columns].sum()
     named = pd.DataFrame(sums.index.to_frame(index=False))
     named["predicted_texture"] = np.array(textures)[sums.to_numpy().argmax(axis=1)]
     return named
+
+
+def outside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the slowest and the fastest held-out speed; see `inside_speeds`."""
+    outer: pd.DataFrame = predictions.drop(index=inside_speeds(predictions).index)
+    return outer
 
 
 def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:

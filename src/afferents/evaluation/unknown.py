@@ -14,7 +14,7 @@ import pandas as pd
 from afferents.core.replicate import TEXTURE
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
 from afferents.evaluation.metrics import accuracy_by_group
-from afferents.evaluation.touches import inside_speeds
+from afferents.evaluation.touches import inside_speeds, outside_speeds
 
 FOLD = ["held_out_speed_mm_s", "left_out"]
 """What is held out together: a speed, and a texture."""
@@ -30,6 +30,7 @@ def summarise_unknown(table: pd.DataFrame, replicate: str = TEXTURE) -> dict[str
     replicate
         What is drawn anew for intervals, as `count_right` takes it.
     """
+    table = table.reset_index(drop=True)
     touched = recordings_of(table)
     kinds = {"samples": table, "recordings": touched}
     never = {unit: rows["left_out"] == rows["texture"] for unit, rows in kinds.items()}
@@ -43,6 +44,10 @@ def summarise_unknown(table: pd.DataFrame, replicate: str = TEXTURE) -> dict[str
         "auroc": {unit: _mean_auroc(rows) for unit, rows in kinds.items()},
         "auroc_inside": {
             unit: _mean_auroc(inner) if len(inner := inside_speeds(rows)) else None
+            for unit, rows in kinds.items()
+        },
+        "auroc_outside": {
+            unit: _mean_auroc(outside_speeds(rows)) if len(inside_speeds(rows)) else None
             for unit, rows in kinds.items()
         },
         "auroc_by_speed": {
@@ -78,13 +83,15 @@ def share_unknown(rows: pd.DataFrame, replicate: str = TEXTURE) -> dict[str, Any
     """Return the share of rows called unknown: mean over held-out speeds, and by speed.
 
     The 95% interval is by bootstrap over replicates, as of accuracies. The same of the speeds that
-    lie between others; None where there are none.
+    lie between others, and of the slowest and the fastest, which lie outside what was learnt when
+    they are held out; None where no speed lies between others.
     """
-    called = _called(rows)
-    inner = inside_speeds(called)
+    called = _called(rows).reset_index(drop=True)
+    inner, outer = inside_speeds(called), outside_speeds(called)
     return {
         **_mean_and_interval(called, replicate),
         "inside": _mean_and_interval(inner, replicate) if len(inner) else None,
+        "outside": _mean_and_interval(outer, replicate) if len(inner) else None,
         "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_group(called).items()},
     }
 

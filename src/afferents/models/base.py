@@ -164,13 +164,17 @@ class Solved(Classifier):
     Attributes
     ----------
     penalties
-        Strengths to choose from inside each fold.
+        Strengths to choose from inside each fold; one is taken as it is.
+    searched
+        The same of one that has a single penalty, where a user asks that it be chosen; none for
+        what has nothing to choose.
     learns_from_sums
         Whether `models.Gram` sums of the samples are all that it learns from, so that samples can
         be left out without going through the others again.
     """
 
     penalties: ClassVar[tuple[float, ...]]
+    searched: ClassVar[tuple[float, ...]] = ()
     learns_from_sums: ClassVar[bool] = False
     novelty_of_scores: ClassVar[bool] = True
     temperature: Tensor

@@ -25,7 +25,7 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.model import SpeedFrom
 from afferents.models.base import FitData, Solved, Task
-from afferents.models.ridge import Gram, log_probabilities
+from afferents.models.ridge import SEARCHED, Gram, log_probabilities
 
 WRONG_SPEEDS = 8
 """Wrong speeds that every spectrum is learnt at."""
@@ -68,6 +68,7 @@ class OrderSearch(Solved):
     takes = (dims.FEATURE, dims.FREQUENCY)
     deployable = False
     needs_speed = True
+    searched = SEARCHED
     penalties = (30.0,)  # for each channel; chosen on inner folds of a tuning session
     mean: Tensor
     sd: Tensor

@@ -19,6 +19,8 @@ from afferents.models.base import FitData, Solved, Task
 
 PENALTY = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
+SEARCHED = (3.0, 30.0, 300.0, 3e3, 3e4)
+"""Penalties to choose from inside a fold, where that is asked for."""
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
 
@@ -126,6 +128,7 @@ class Ridge(Solved):
 
     name = "ridge"
     penalties: ClassVar[tuple[float, ...]] = (PENALTY,)
+    searched: ClassVar[tuple[float, ...]] = SEARCHED
     learns_from_sums = True
     mean: Tensor
     sd: Tensor

@@ -8,14 +8,17 @@ import xarray as xr
 from afferents.channels import Channel, channel_of, hold
 from afferents.core import dims
 from afferents.core.cut import Cut
-from afferents.core.errors import InputError, reason_of
+from afferents.core.errors import InputError
 from afferents.core.model import BEST, MODELS, Model, own_of
 from afferents.core.progress import Progress
-from afferents.core.responses import Responses, check_values, speed_of
+from afferents.core.responses import Responses, speed_of
 from afferents.core.samples import Samples, concatenate
 from afferents.encodings import Encoding, Encodings, options
 from afferents.evaluation.ablation import Ablation
+from afferents.evaluation.disturbance import Disturbance, Disturbances
 from afferents.models import classifier_of
+from afferents.pipeline.disturbed import disturbed, in_variants
+from afferents.pipeline.reading import labelled, read_whole
 
 
 class Source(NamedTuple):
@@ -169,7 +172,11 @@ def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:
 
 
 def encode(
-    responses: Responses, source: Source, cut: Cut, ablation: Ablation | None = None
+    responses: Responses,
+    source: Source,
+    cut: Cut,
+    ablation: Ablation | None = None,
+    disturbance: Disturbance | None = None,
 ) -> Samples:
     """Encode one recording; see `kept_part` for what it refuses.
 
@@ -179,7 +186,11 @@ def encode(
     ----------
     ablation
         Says which markers are used; None for all.
+    disturbance
+        What spoils the recording first; None for nothing.
     """
+    if disturbance is not None:
+        responses = disturbed(responses, source.encoding.of_vibration, disturbance)
     kept = kept_part(responses, source, cut)
     response = response_of(responses, source)
     if ablation is not None:
@@ -199,35 +210,8 @@ def response_of(responses: Responses, source: Source) -> xr.DataArray:
     else:
         whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
         used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
-        response = _labelled(channel.response(used), responses)
+        response = labelled(channel.response(used), responses)
     return hold(response) if dims.TIME in response.dims else response
-
-
-def read_whole(responses: Responses, variable: str) -> xr.DataArray:
-    """Read a response into memory, with its own attributes and the recording's.
-
-    Raises
-    ------
-    InputError
-        If it can't be read, has changed since it was extracted, or holds what can't be.
-    """
-    try:
-        # Not `load`, which would keep what was read in the responses.
-        response = check_values(
-            responses[variable].compute(), f"{variable} of {responses.attrs['name']}"
-        )
-    except (OSError, ValueError, RuntimeError, ArithmeticError) as error:
-        raise InputError(
-            f"{variable} of {responses.attrs['name']}",
-            "data that can be read",
-            reason_of(error),
-            "extract the recording again",
-        ) from error
-    return _labelled(response, responses)
-
-
-def _labelled(response: xr.DataArray, responses: Responses) -> xr.DataArray:
-    return response.assign_attrs({**response.attrs, **responses.attrs})
 
 
 def encode_all(
@@ -236,12 +220,27 @@ def encode_all(
     cut: Cut,
     progress: Progress,
     ablation: Ablation | None = None,
+    disturbance: Disturbance | None = None,
 ) -> Samples:
     """Encode every recording and join the samples; see `encode`."""
     label = f"encoding {source.channel.name} {source.encoding.name}"
     return concatenate(
         [
-            encode(responses, source, cut, ablation)
+            encode(responses, source, cut, ablation, disturbance)
             for responses in progress.track(recordings, label, len(recordings))
         ]
     )
+
+
+def encode_variants(
+    recordings: Sequence[Responses],
+    source: Source,
+    cut: Cut,
+    progress: Progress,
+    ablation: Ablation,
+    disturbances: Disturbances,
+) -> Samples:
+    """Encode every recording; in variants where others are tested than are learnt from."""
+    each = (disturbances.training, *(disturbances.tests if disturbances.apart else ()))
+    learnt, *tested = (encode_all(recordings, source, cut, progress, ablation, d) for d in each)
+    return in_variants(learnt, tested) if tested else learnt

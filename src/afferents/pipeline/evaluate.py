@@ -32,11 +32,11 @@ from afferents.evaluation import (
 )
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
+from afferents.pipeline.asked import require_disturbed, require_searched, require_told
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
     kept_part,
-    read_whole,
     require_speeds_known,
     require_support,
     require_used,
@@ -44,6 +44,7 @@ from afferents.pipeline.encode import (
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.own import keep_own_models, titles_kept
+from afferents.pipeline.reading import read_whole
 from afferents.training import learns_in_a_loop
 
 
@@ -107,6 +108,9 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, recipe.encodings)
+    require_disturbed(able, recipe.encodings, recipe.disturbances)
+    require_searched(able, recipe.penalty)
+    require_told(able, recipe.encodings)
     require_speeds_known(able, recipe.encodings, everything)
     recipe.split.groups_of(everything)
     if recipe.ablation.markers != 1:

@@ -14,6 +14,7 @@ import pandas as pd
 import torch
 from numpy.typing import NDArray
 
+from afferents.core.choices import Penalty
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
 from afferents.core.extras import import_extra
@@ -42,9 +43,11 @@ from afferents.evaluation import (
     save_fold,
 )
 from afferents.evaluation.ablation import Ablation
+from afferents.evaluation.disturbance import Disturbances
 from afferents.execution.local import keep_freed_memory
 from afferents.pipeline.data import OpenedData, Origin, open_data, recordings_in
-from afferents.pipeline.encode import Source, encode_all, sources_of
+from afferents.pipeline.disturbed import fold_of_variants
+from afferents.pipeline.encode import Source, encode_variants, sources_of
 from afferents.training import (
     RECIPES,
     Checkpoint,
@@ -78,10 +81,14 @@ class Recipe:
         Conditions of recordings that are left out.
     ablation
         What of the data is used.
+    disturbances
+        What spoils the recordings that are tested, and those that are learnt from.
     split
         What is held out.
     steady_s
         Start and end of constant speed, s, of all recordings; None for what each says of its own.
+    penalty
+        Whether that of every ridge is chosen inside each fold, or of those alone that have none.
     compute
         What the networks run on, and in which precision.
     skipped
@@ -98,8 +105,10 @@ class Recipe:
     encodings: Encodings
     without: Mapping[str, str] = field(default_factory=dict)
     ablation: Ablation = field(default_factory=Ablation)
+    disturbances: Disturbances = field(default_factory=Disturbances)
     split: Split = SPEED
     steady_s: Steady | None = None
+    penalty: Penalty = "fixed"
     compute: Compute = field(default_factory=Compute)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
@@ -126,9 +135,11 @@ class Recipe:
 
     @property
     def choices(self) -> dict[str, Any]:
-        """Return what is held out, and the steady part, ready for JSON, where they were chosen."""
+        """Return what is held out and whatever else was chosen, ready for JSON."""
         split = {} if self.split == SPEED else {"split": self.split.name}
-        return split | ({} if self.steady_s is None else {"steady_s": list(self.steady_s)})
+        steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
+        penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
+        return split | steady | penalty | self.disturbances.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
@@ -249,8 +260,9 @@ def train_and_test(
             if protocol.name == "nested":
                 refuse_leaks(leaks[-1], part.fold)
 
-    config = recipe.training(model, parts[0].encoding)
-    fitted = fit(model, parts, protocol, config, key.seed, ranks_and_folds[0][0], check, checkpoint)
+    config, rank = recipe.training(model, parts[0].encoding), ranks_and_folds[0][0]
+    searched = recipe.penalty == "searched"
+    fitted = fit(model, parts, protocol, config, key.seed, rank, check, checkpoint, searched)
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
     table = predictions_table(
@@ -286,8 +298,7 @@ def fold_of(recipe: Recipe, key: FoldKey, samples: Samples, of_vibration: bool) 
     """
     protocol = PROTOCOLS[key.protocol]
     splitter = LeaveOneGroupOut(protocol, of_vibration, key.seed, recipe.split)
-    rank, fold = splitter.fold(samples, key.held_out)
-    return rank, recipe.ablation.fold(fold, samples, recipe.tested)
+    return fold_of_variants(splitter, samples, key.held_out, recipe.ablation, recipe.tested)
 
 
 def encoded(
@@ -296,10 +307,9 @@ def encoded(
     recordings: Sequence[Responses],
     progress: Progress,
 ) -> tuple[Samples, ...]:
-    """Return the samples that models of these sources learn from."""
-    samples = (
-        encode_all(recordings, source, recipe.cut, progress, recipe.ablation) for source in sources
-    )
+    """Return the samples that models of these sources learn from, and are tested on."""
+    how = recipe.cut, progress, recipe.ablation, recipe.disturbances
+    samples = (encode_variants(recordings, source, *how) for source in sources)
     return tuple(recipe.split.labelled(one, recordings) for one in samples)
 
 

@@ -41,8 +41,9 @@ from afferents.evaluation import (
 )
 from afferents.evaluation.bootstrap import Difference
 from afferents.pipeline.data import OpenedData
-from afferents.pipeline.encode import Source, has, kept_part, read_whole, response_of
+from afferents.pipeline.encode import Source, has, kept_part, response_of
 from afferents.pipeline.explain import Explanation
+from afferents.pipeline.reading import read_whole
 from afferents.reporting import ShearFigure, save_figure, shear_figure, shear_tables
 from afferents.training import named_when_left_out
 

@@ -26,7 +26,9 @@ from afferents.core.split import SPEED, Split, order, split_of
 from afferents.core.steady import Steady, require_within, with_steady
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
+from afferents.evaluation.disturbance import Disturbance, Disturbances
 from afferents.models import Deployed, classifier_of
+from afferents.pipeline.asked import require_disturbed, require_told
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
@@ -67,6 +69,8 @@ class Training:
         Of what one group is not learnt from, and calibrates the model.
     steady_s
         Start and end of constant speed, s, of all recordings; None for what each says of its own.
+    disturbance
+        What spoils the recordings.
     """
 
     data: list[OpenedData]
@@ -79,6 +83,7 @@ class Training:
     compute: Compute = field(default_factory=Compute)
     split: Split = SPEED
     steady_s: Steady | None = None
+    disturbance: Disturbance = field(default_factory=Disturbance)
 
 
 def train(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
@@ -107,6 +112,9 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     recordings = with_steady(recordings_in(training.data), training.steady_s)
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
+    spoilt = Disturbances(training=training.disturbance)
+    require_told([training.model], training.encodings)
+    require_disturbed([training.model], training.encodings, spoilt)
     require_speeds_known([training.model], training.encodings, recordings)
     training.split.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
@@ -119,7 +127,8 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     scores = scores_of(training) if training.results else ()
     model = training.model
     classifier = _reference(model.classifier)
-    samples = encode_all(recordings, source, training.cut, progress)
+    spoilt_by = training.disturbance
+    samples = encode_all(recordings, source, training.cut, progress, disturbance=spoilt_by)
     samples = training.split.labelled(samples, recordings)
     fold = all_but_the_middle(samples, training.split)
     with progress.task("training", 1) as mark:
@@ -142,6 +151,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         seed=training.seed,
         **_groups_of(samples, fold),
         steady_s=training.steady_s,
+        disturb_training=training.disturbance.describe(),
         data=tuple(data.origin.describe() for data in training.data),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
@@ -252,6 +262,8 @@ def scores_of(training: Training) -> tuple[Score, ...]:
             ci95=tuple(entry["ci95"]),
             worst_accuracy=entry[split.by][entry[split.worst]],
             same_data=same,
+            disturb=summary.get("disturb", {}),
+            disturb_training=summary.get("disturb_training", {}),
             **_worst(split, entry[split.worst]),
         )
         for protocol, entry in sorted(found.items())
@@ -273,6 +285,7 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
         fingerprints == [data.origin.fingerprint for data in training.data]
         and "ablation" not in config
         and config["cut"] == training.cut
+        and config.get("disturb_training", {}) == training.disturbance.describe()
         and config.get("steady_s") == (training.steady_s and list(training.steady_s))
         and config.get(encoding.name) == encoding.model_dump(mode="json")
     )

@@ -1,5 +1,6 @@
 """Table 1, Figures 7 to 13 and one self-contained page, from results alone."""
 
+from afferents.reporting.by_touch import by_touch_table
 from afferents.reporting.confusion import confusion_figure
 from afferents.reporting.differences import differences, runs_side_by_side
 from afferents.reporting.explanation import explanation_figure
@@ -37,6 +38,7 @@ __all__ = [
     "StretchExample",
     "Table",
     "accuracy_by_speed",
+    "by_touch_table",
     "confusion_figure",
     "differences",
     "draw_overlay",

@@ -12,7 +12,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from afferents.core.files import write_text
 from afferents.core.results import Results
 from afferents.core.split import SPEED, key_of, split_of
+from afferents.core.spoilt import spoilt_by
 from afferents.core.steady import written
+from afferents.reporting.by_touch import by_touch_table
 from afferents.reporting.differences import differences
 from afferents.reporting.in_short import (
     beside_the_winner,
@@ -97,6 +99,7 @@ def render_report(
         table1=table1(summary),
         by_speed=accuracy_by_speed(summary),
         touches=touches_table(summary),
+        by_touch=by_touch_table(summary),
         reliability=reliability_table(summary) if has_reliability(summary) else None,
         differences=differences(summary),
         leak_sentences=leak_sentences(summary),
@@ -139,6 +142,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(protocols) or "none"),
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
         *([("Steady part", f"{written(steady)} s (--steady)")] if steady else []),
+        *_spoilt(summary),
         ("Chance", f"{percent(summary['chance'])} %"),
     ]
 
@@ -150,6 +154,15 @@ def textures_line(textures: Sequence[str]) -> str:
     if names == list(textures):
         return line
     return f"{line}; letters as in the paper, for bumps {shortened(textures)} mm apart"
+
+
+def _spoilt(summary: Summary) -> list[tuple[str, str]]:
+    """Return what disturbed the recordings, if anything did."""
+    said = {
+        "Disturbed when tested": summary.get("disturb"),
+        "Disturbed when learnt from": summary.get("disturb_training"),
+    }
+    return [(head, spoilt_by(by)) for head, by in said.items() if by]
 
 
 def redo_command(results: Results) -> str:

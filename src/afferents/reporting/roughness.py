@@ -25,10 +25,12 @@ def roughness_table(summary: dict[str, Any]) -> Table:
     return Table(
         "Bump spacing as a number, at speeds held out of training",
         "Mean absolute error in mm, mean over held-out speeds; between: of those that lie between "
-        "others; recordings: of the mean over a recording. Intervals are meant to hold "
-        f"{percent(summary['coverage_asked'], 0)} %.",
+        "others; recordings: of the mean over a recording. Intervals are as wide as "
+        f"{percent(summary['coverage_asked'], 0)} % of the errors inside the training data; "
+        "beside them stands the share of the held-out samples that they held, which nothing "
+        "promises.",
         ("Model", "Textures", "Samples", "Between", "Recordings", "Worst speed", "Worst spacing",
-         "Interval, and what it held"),
+         "Interval by inner errors, and share that it held"),
         tuple(rows),
         n_headers=2,
     )  # fmt: skip

@@ -26,19 +26,21 @@ def unknown_table(summary: dict[str, Any]) -> Table:
             Cell(model_title(model, summary)),
             Cell(title),
             Cell(speeds),
-            *_outcome(found, unit, inner),
+            *_outcome(found, unit, key),
         )
         for model, found in summary["models"].items()
         for unit, title in (("samples", "a sample"), ("recordings", "a recording"))
-        for speeds, inner in (("inside", True), ("all", False))
-        if found["found"][unit]["inside"] or not inner
+        for speeds, key in _SPEEDS.items()
+        if _has(found, unit, key)
     ]
     return Table(
         "Textures never felt, recognised as unknown at speeds held out of training",
         f"Percent, mean over held-out speeds, with 95% interval in brackets (over "
-        f"{drawn_over(summary)}); between: those that lie between others, for which {stated} % "
-        f"false alarms are stated. For each texture left out at each speed held out, a model "
-        f"learns from the others and calls unknown what lies farther from them than "
+        f"{drawn_over(summary)}). Inside: those that lie between others, for which {stated} % "
+        f"false alarms are stated. Outside: the slowest and the fastest, which lie outside what "
+        f"was learnt when they are held out; no rate is stated there, and 'unknown' says nothing. "
+        f"For each texture left out at each speed held out, a model learns from the others and "
+        f"calls unknown what lies farther from them than "
         f"{percent(1 - summary['false_alarms_stated'], 0)} in 100 samples of known textures do at "
         f"other speeds, each left out in its turn. A recording is judged by the mean over its "
         f"samples, with a limit of its own.",
@@ -71,16 +73,26 @@ def unknown_by_texture(summary: dict[str, Any]) -> Table:
     )
 
 
-def _outcome(found: dict[str, Any], unit: str, inner: bool) -> tuple[Cell, ...]:
-    """Return the cells of samples or recordings, at speeds between others or at all."""
-    alarms, finds = (found[key][unit] for key in ("false_alarms", "found"))
-    area = found["auroc_inside" if inner else "auroc"][unit]
+_SPEEDS = {"inside": "inside", "outside what was learnt": "outside", "all": ""}
+"""Held-out speeds in words, and by their key; all where none lie between others."""
+
+
+def _has(found: dict[str, Any], unit: str, key: str) -> bool:
+    """Tell whether some held-out speeds have a row of their own."""
+    shares = found["found"][unit]
+    return bool(shares.get(key)) if key else not shares.get("outside")
+
+
+def _outcome(found: dict[str, Any], unit: str, key: str) -> tuple[Cell, ...]:
+    """Return the cells of samples or recordings, at speeds inside, outside or at all."""
+    alarms, finds = (found[what][unit] for what in ("false_alarms", "found"))
+    area = found[f"auroc_{key}" if key else "auroc"][unit]
     return (
-        Cell(_share(alarms["inside"] if inner else alarms)),
-        Cell(_share(finds["inside"] if inner else finds)),
+        Cell(_share(alarms[key] if key else alarms)),
+        Cell(_share(finds[key] if key else finds)),
         Cell(f"{area:.3f}"),
-        Cell(_worst(alarms["by_speed"], inner, max)),
-        Cell(_worst(finds["by_speed"], inner, min)),
+        Cell(_worst(alarms["by_speed"], key, max)),
+        Cell(_worst(finds["by_speed"], key, min)),
     )
 
 
@@ -89,8 +101,9 @@ def _share(found: dict[str, Any]) -> str:
     return f"{percent(found['mean'])} [{percent(low)}, {percent(high)}]"
 
 
-def _worst(by_speed: dict[str, float], inner: bool, worse: Callable[..., str]) -> str:
-    speeds = sorted(by_speed, key=float)[1:-1] if inner else by_speed
+def _worst(by_speed: dict[str, float], key: str, worse: Callable[..., str]) -> str:
+    ranked = sorted(by_speed, key=float)
+    speeds = {"inside": ranked[1:-1], "outside": [ranked[0], ranked[-1]]}.get(key, ranked)
     worst = worse(speeds, key=lambda key: by_speed[key])
     return f"{percent(by_speed[worst])} at {worst}"
 

@@ -45,6 +45,7 @@ def fit(
     rank: int,
     check: Callable[[Sequence[Indices]], None],
     checkpoint: Checkpoint | None = None,
+    searched: bool = False,
 ) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
 
@@ -60,6 +61,8 @@ def fit(
         Told, for each source, which samples scale or weights are taken from, before they are.
     checkpoint
         Where a long training writes its checkpoints.
+    searched
+        Whether all penalties of what is solved at once are chosen inside the fold.
 
     Raises
     ------
@@ -73,7 +76,7 @@ def fit(
     if issubclass(kind, OwnEstimator):
         return fit_estimator(model, parts[0], seed, check)
     if issubclass(kind, Solved | LateFusion):
-        return fit_solved(model, parts, protocol.name == "nested", seed, check)
+        return fit_solved(model, parts, protocol.name == "nested", seed, check, searched)
     raise InputError("classifier", "a Network or a Solved one", kind.__name__)
 
 

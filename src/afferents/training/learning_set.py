@@ -120,6 +120,8 @@ def scale_of(
     if not encoding.scaled:
         return 1.0, np.empty(0, dtype=np.int64)
     everything = np.arange(samples.sizes[dims.SAMPLE])
+    if dims.VARIANT in samples.coords:  # what is tested disturbed is a copy
+        everything = np.flatnonzero(samples[dims.VARIANT].values == 0)
     scaled_on = everything if protocol.scale_from == "everything" else train
     return float(samples.values[scaled_on].max()) or 1.0, scaled_on
 

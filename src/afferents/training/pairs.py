@@ -27,8 +27,8 @@ def mean_within(
     Shape (n, k); 0 where no sample of the other kind ends within a window.
     """
     found = np.zeros((len(windows), values.shape[1]))
-    recording, stop_s = other[dims.RECORDING].values[index], other[dims.STOP].values[index]
-    of_window = lead[dims.RECORDING].values[windows]
+    recording, stop_s = _touches(other)[index], other[dims.STOP].values[index]
+    of_window = _touches(lead)[windows]
     for name in np.unique(of_window):
         mine = np.flatnonzero(of_window == name)
         theirs = np.flatnonzero(recording == name)
@@ -39,3 +39,11 @@ def mean_within(
         n = (stop - first)[:, None]
         found[mine] = np.where(n > 0, (sums[stop] - sums[first]) / np.maximum(n, 1), 0.0)
     return found
+
+
+def _touches(samples: Samples) -> NDArray[np.str_]:
+    """Return what names each sample's recording, and its variant where there are several."""
+    recording = samples[dims.RECORDING].values.astype(np.str_)
+    if dims.VARIANT not in samples.coords:
+        return recording
+    return np.char.add(recording, np.char.add("#", samples[dims.VARIANT].values.astype(np.str_)))

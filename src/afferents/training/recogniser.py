@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+import numpy as np
 import torch
 import xarray as xr
+from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.card import Card
@@ -48,7 +50,10 @@ class Recogniser:
         -------
         xarray.Dataset
             `probability (sample, texture)`, rows sum to 1; `novelty (sample)`, above 1 where a
-            sample is unlike all that was learnt from; and the coordinates of the samples.
+            sample is unlike all that was learnt from; `speed_outside (sample)`, whether the
+            sample's speed is known and slower or faster than all that was learnt from: novelty
+            says nothing there, for known textures are novel too; and the coordinates of the
+            samples.
 
         Raises
         ------
@@ -70,6 +75,15 @@ class Recogniser:
         }
         return xr.Dataset(
             {"probability": ((dims.SAMPLE, dims.TEXTURE), probability),
-             "novelty": (dims.SAMPLE, novelty)},
+             "novelty": (dims.SAMPLE, novelty),
+             "speed_outside": (dims.SAMPLE, self._outside(samples))},
             {**of_samples, dims.TEXTURE: list(self.card.textures)},
         )  # fmt: skip
+
+    def _outside(self, samples: Samples) -> NDArray[np.bool_]:
+        """Return which samples are known to be slower or faster than all that was learnt from."""
+        learnt = self.card.learnt_from_mm_s
+        if dims.SPEED not in samples.coords or not learnt:
+            return np.zeros(len(samples), dtype=bool)
+        speed = samples[dims.SPEED].values
+        return np.asarray((speed < min(learnt)) | (speed > max(learnt)))

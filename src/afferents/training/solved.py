@@ -52,6 +52,8 @@ class Learnt:
         Log-probabilities of the test's samples.
     accuracy
         Of the unseen ones.
+    penalty
+        That was taken.
     """
 
     classifier: Solved
@@ -59,6 +61,7 @@ class Learnt:
     unseen: Floats
     tested: Floats
     accuracy: float
+    penalty: float
 
 
 def fit_solved(
@@ -67,6 +70,7 @@ def fit_solved(
     nested: bool,
     seed: int,
     check: Callable[[Sequence[Indices]], None],
+    searched: bool = False,
 ) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
 
@@ -83,21 +87,25 @@ def fit_solved(
         Of whatever is drawn.
     check
         Told, for each source, which samples are learnt from, before anything is.
+    searched
+        Whether penalties are chosen inside the fold by models that have a usual one, too.
     """
     learnt_from = [_learnt_from(part.fold, nested) for part in parts]
     kind = classifier_of(model.classifier)
     if kind is LateFusion:
         check(learnt_from)
         rows = [MODELS[name] for name in model.parts]
-        learnt = [_learnt(*each, seed) for each in zip(rows, parts, learnt_from, strict=True)]
+        each = zip(rows, parts, learnt_from, strict=True)
+        learnt = [_learnt(*one, seed, searched) for one in each]
         fused, accuracy, classifier, facts = _fused(learnt, parts, model.parts)
         lead = parts[0]
     else:
         nothing = learnt_from[0][:0]
         check([learnt_from[0], *[nothing] * (len(parts) - 1)])
         lead = _joined(parts) if kind is JointFusion else parts[0]
-        one = _learnt(model, lead, learnt_from[0], seed)
-        learnt, fused, classifier, facts = [one], one.tested, one.classifier, {}
+        one = _learnt(model, lead, learnt_from[0], seed, searched)
+        learnt, fused, classifier = [one], one.tested, one.classifier
+        facts = {"penalty": one.penalty}
         accuracy = one.accuracy
     facts |= solved_facts(lead.fold, len(learnt[0].learnt_from), accuracy)
     speed = _speeds(learnt[0].classifier, lead.samples, lead.fold.test, fused.argmax(axis=1))
@@ -108,7 +116,7 @@ def _learnt_from(fold: Fold, nested: bool) -> Indices:
     return np.sort(np.concatenate([fold.train, fold.validation])) if nested else fold.train
 
 
-def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt:
+def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int, searched: bool) -> Learnt:
     """Learn one model.
 
     Each of its groups is left out in turn: that sets the temperature, and where there are several
@@ -116,19 +124,19 @@ def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int) -> Learnt
     """
     samples, labels = part.samples, labels_of(part.samples)
     classifier = new_solved(model, samples, part.encoding)
-    tried = [
-        _unseen(classifier, part, labels, learnt_from, seed, penalty)
-        for penalty in classifier.penalties
-    ]
+    penalties = classifier.penalties
+    if searched and len(penalties) == 1:
+        penalties = classifier.searched or penalties
+    tried = [_unseen(classifier, part, labels, learnt_from, seed, one) for one in penalties]
     losses = [cross_entropy(logs, labels[learnt_from]) for _, logs in tried]
     best = int(np.argmin(losses))
     temperature, unseen = tried[best]
     split = part.fold.split
-    learn(classifier, samples, labels, learnt_from, seed, classifier.penalties[best], split)
+    learn(classifier, samples, labels, learnt_from, seed, penalties[best], split)
     classifier.temperature = torch.tensor(temperature)
     tested = _at_temperature(scores_of(classifier, samples, part.fold.test), temperature)
     accuracy = _accuracy(unseen, labels[learnt_from])
-    return Learnt(classifier, learnt_from, unseen, tested, accuracy)
+    return Learnt(classifier, learnt_from, unseen, tested, accuracy, penalties[best])
 
 
 def new_solved(model: Model, samples: Samples, encoding: Any) -> Solved:
@@ -223,8 +231,12 @@ def _fused(
     labels = labels_of(lead)
     weights = best_weights(unseen, labels[windows])
     contributions = {
-        name: {"weight": float(w), "accuracy": _accuracy(logs, labels[fold.test])}
-        for name, w, logs in zip(names, weights, tested, strict=True)
+        name: {
+            "weight": float(w),
+            "accuracy": _accuracy(logs, labels[fold.test]),
+            "penalty": one.penalty,
+        }
+        for name, w, logs, one in zip(names, weights, tested, learnt, strict=True)
     }
     accuracy = _accuracy(weighted(unseen, weights), labels[windows])
     by_name: dict[str, Classifier] = {

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
-from afferents.evaluation.touches import inside_speeds, name_recordings
+from afferents.evaluation.touches import inside_speeds, name_recordings, name_touches
 
 
 def predictions(rows):
@@ -36,3 +37,50 @@ def test_a_probability_of_zero_is_no_infinity():
 def test_between_leaves_out_slowest_and_fastest():
     table = predictions([(v, "r", "a", 1, 0) for v in (10, 20, 30, 40)])
     assert sorted(inside_speeds(table)["held_out_speed_mm_s"]) == [20, 30]
+
+
+def samples(recording, speed, lasting_s, stride_s, p_a):
+    """Samples of texture a in a row, and the probability that each gives it."""
+    start_s = 3 + stride_s * np.arange(len(p_a))
+    rows = [(speed, recording, "a", p, 1 - p) for p in p_a]
+    return predictions(rows).assign(start_s=start_s, stop_s=start_s + lasting_s)
+
+
+@pytest.mark.parametrize(
+    ("lasting_s", "stride_s", "touch_s", "n", "seconds"),
+    [
+        (1 / 90, 1 / 90, 0.11, 10, 1 / 9),  # single frames
+        (1 / 9, 1 / 9, 0.11, 1, 1 / 9),  # runs of ten
+        (11 / 90, 1 / 9, 1, 9, 91 / 90),  # runs of ten, with a frame before
+        (1, 0.5, 1, 1, 1),  # the paper's windows of vibration
+        (1, 0.5, 4, 7, 4),
+        (4, 2, 4, 1, 4),
+        (4, 2, 1, None, None),  # longer than the touch
+        (4, 2, 0.11, None, None),
+        (1 / 60, 1 / 60, 0.11, 7, 7 / 60),  # another camera
+    ],
+)
+def test_a_touch_is_as_many_samples_as_come_nearest(lasting_s, stride_s, touch_s, n, seconds):
+    table = samples("r", 10, lasting_s, stride_s, [0.9] * 500)
+    found = name_touches(table, ["a", "b"], touch_s)
+    assert (found is None) == (n is None)
+    if found is not None:
+        assert (found.samples, found.seconds) == (n, pytest.approx(seconds))
+        assert len(found.named) == 500 // n
+
+
+def test_a_touch_is_named_by_its_own_samples_together():
+    table = samples("r", 10, 0.5, 0.5, [0.99, 0.4, 0.3, 0.6, 0.3, 0.9, 0.1])
+    found = name_touches(table, ["a", "b"], 1)
+    assert list(found.named["predicted_texture"]) == ["a", "b", "a"], "the seventh is left over"
+    both = pd.concat([table, table.assign(recording="s")]).sample(frac=1, random_state=0)
+    assert len(name_touches(both, ["a", "b"], 1).named) == 6, "whatever the order"
+    assert len(name_touches(pd.concat([table, table.assign(seed=1)]), ["a", "b"], 1).named) == 6
+
+
+def test_a_speed_of_short_recordings_has_no_long_touches():
+    table = pd.concat([samples("r", 10, 1, 1, [0.9] * 8), samples("s", 20, 1, 1, [0.9] * 3)])
+    assert name_touches(table, ["a", "b"], 4) is None
+    assert len(name_touches(table, ["a", "b"], 1).named) == 11
+    longer = pd.concat([table, samples("t", 20, 1, 1, [0.9] * 4)])
+    assert sorted(name_touches(longer, ["a", "b"], 4).named["recording"]) == ["r", "r", "t"]

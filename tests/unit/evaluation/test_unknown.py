@@ -24,6 +24,7 @@ def test_by_hand():
     assert found["found"]["recordings"]["inside"]["mean"] == 0.5
     assert found["false_alarms"]["samples"] == {
         "mean": 0, "ci95": [0, 0], "inside": {"mean": 0, "ci95": [0, 0]},
+        "outside": {"mean": 0, "ci95": [0, 0]},
         "by_speed": {"10": 0, "20": 0, "30": 0},
     }  # fmt: skip
     # b is told from a in each pair at two speeds; all else is as strange as the other.
@@ -53,3 +54,14 @@ def test_area_counts_pairs():
         {"left_out": "a", "texture": ["a", "a", "b", "b"], "novelty": [3.0, 1.0, 2.0, 0.0]}
     )
     assert auroc(rows) == 0.75
+
+
+def test_speeds_outside_what_was_learnt_stand_apart():
+    rows = table()
+    slow = (rows["held_out_speed_mm_s"] == 10.0) & (rows["left_out"] != rows["texture"])
+    found = summarise_unknown(rows.assign(novelty=rows["novelty"].mask(slow, 5.0)))
+    alarms = found["false_alarms"]["samples"]
+    assert (alarms["inside"]["mean"], alarms["outside"]["mean"]) == (0, 0.5)
+    # At 10 mm/s all that was felt is more novel than what was not; at 30 all are the same.
+    assert found["auroc_outside"]["samples"] == pytest.approx((0 + 0 + 0.5 + 0.5) / 4)
+    assert found["auroc_inside"]["samples"] == pytest.approx((1 + 0.5) / 2)

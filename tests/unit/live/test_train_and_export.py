@@ -65,6 +65,11 @@ def test_from_python_a_model_says_what_its_file_says(models, stores):
         assert float(felt.novelty[i]) == pytest.approx(outcome.novelty, rel=1e-3)
     assert list(felt.texture.values) == list(model.card.textures)
     assert list(felt.recording.values) == list(samples.recording.values)
+    assert not felt.speed_outside.any(), "all is at speeds that it learnt from, or between"
+    slower = samples.assign_coords(speed_mm_s=("sample", np.full(len(samples), 1.0)))
+    assert model.predict(slower).speed_outside.all()
+    unknown = samples.assign_coords(speed_mm_s=("sample", np.full(len(samples), np.nan)))
+    assert not model.predict(unknown).speed_outside.any()
     with pytest.raises(InputError, match=r"samples: expected \(sample, ...\) of the form"):
         model.predict(samples[:, :5])
 

@@ -29,7 +29,7 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
     )
     code, out, err = run(
         "evaluate", stored, "--out", tmp_path / "r", "--models", models, "--protocol", "both",
-        "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz,0.0573/mm", "--json",
+        "--window-s", 0.25, "--stride-s", 0.05, "--frames", 5, "--mask", "50Hz", "--json",
         "--workers", 1,
     )  # fmt: skip
     assert code == 0, err
@@ -49,6 +49,27 @@ def test_every_model_of_our_own_has_its_folds(stored, tmp_path, run):
     parts = json.loads(fold.read_text())["parts"]
     assert parts.keys() == {"order-te", "sa-wave-vector"}
     assert all(part["weight"] > 0 for part in parts.values())
+
+
+@pytest.mark.parametrize("command", ["evaluate", "train"])
+@pytest.mark.parametrize("model", ["ridge-te", "order-te", "fusion", "fusion-joint"])
+def test_no_gap_tells_a_model_the_speed(command, model, stored, tmp_path, run):
+    out = ("--out", tmp_path / "r") if command == "evaluate" else (tmp_path / "r",)
+    flag = "--models" if command == "evaluate" else "--model"
+    code, _, err = run(command, stored, *out, flag, model, "--mask", "50Hz,0.0573/mm")
+    assert code == 2
+    if command == "evaluate":
+        assert "--mask: expected lines in Hz alone, or models that are told the speed" in err
+        assert f"found lines in /mm for {model}, which would be told by where they lie" in err
+    assert not (tmp_path / "r").exists()
+
+
+def test_lines_that_follow_the_speed_are_cut_out_where_it_is_known(heard, tmp_path, run):
+    code, _, err = run(
+        "evaluate", heard, "--out", tmp_path / "r", "--models", "order-te-speed-known",
+        "--window-s", 1, "--held-out", 40, "--mask", "0.0573/mm", "--workers", 1, "--quiet",
+    )  # fmt: skip
+    assert code == 0, err
 
 
 def test_the_best_is_evaluated_for_what_the_data_are(stored, heard, tmp_path, run):

@@ -186,7 +186,7 @@ def test_results_of_different_splits_are_not_mixed(evaluated, folder, tmp_path):
         ({"without": {"trial": "3"}}, "at least 3 values of trial, to hold one out under nested"),
         ({"models": "order-te"}, "order-te, for which a_1 lacks a speed"),
         ({"models": "fusion"}, "fusion, for which a_1 lacks"),
-        ({"mask": "0.5/mm"}, "the speed of every recording for ridge-te, found none of a_1"),
+        ({"mask": "0.5/mm"}, "found lines in /mm for ridge-te, which would be told"),
         ({"steady": (0.1, 2.0)}, "whose ra2 is from 0.00 to 1.00 s, found 0.1:2"),
         ({"steady": (0.7, 0.1)}, "the stop after the start, found 0.7:0.1"),
         ({"steady": (0, 0.7), "cut": "published"}, "the cut 'all', found 'published'"),

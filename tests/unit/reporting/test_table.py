@@ -8,6 +8,7 @@ from rich.console import Console
 from afferents.cli.tables import TerminalTable
 from afferents.reporting import (
     accuracy_by_speed,
+    by_touch_table,
     leak_sentences,
     leak_table,
     run_table,
@@ -164,3 +165,13 @@ def test_a_terminal_shows_the_interval_and_does_not_take_it_for_markup(summary):
     console = Console(file=StringIO(), width=140)
     console.print(TerminalTable.of(table1(summary)))
     assert "50.0 [40.2, 60.3]" in console.file.getvalue()
+
+
+def test_touches_of_equal_length_stand_side_by_side(summary):
+    assert by_touch_table(summary) is None, "results of an earlier version"
+    for found in summary["models"]["vib-te"].values():
+        mine = {key: found[key] for key in ("mean_accuracy", "ci95", "by_speed", "worst_speed")}
+        found["by_touch"] = {"0.11": None, "1": {**mine, "seconds": 1.0, "samples": 1}}
+    table = by_touch_table(summary)
+    assert table.columns[2:] == ("0.11 s", "worst, 0.11 s", "1 s", "worst, 1 s")
+    assert [c.text for c in table.rows[0][2:]] == ["—", "—", "50.0 [40.2, 60.3]", "25.0"]

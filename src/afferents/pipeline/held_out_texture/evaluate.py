@@ -23,6 +23,7 @@ from afferents.core.split import SPEED
 from afferents.core.version import __version__
 from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN, classifier_of
+from afferents.pipeline.asked import require_told
 from afferents.pipeline.encode import (
     encode_all,
     require_speeds_known,
@@ -56,6 +57,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     torch.set_num_threads(1)
     recipe, everything = evaluation.recipe, evaluation.recordings
     require_support(recipe.models, everything, may_leave_out=False)
+    require_told(recipe.models, recipe.encodings)
     require_speeds_known(recipe.models, recipe.encodings, everything)
     SPEED.groups_of(everything)
     skipped = skipped_recordings(evaluation, recipe.models, everything)
@@ -141,6 +143,8 @@ def _refuse(evaluation: Evaluation) -> None:
         "--held-out": evaluation.held_out,
         "--train-speeds": evaluation.recipe.ablation.train_speeds,
         "--test-only": evaluation.recipe.ablation.test_only,
+        "--penalty": evaluation.recipe.choices.get("penalty"),
+        "--disturb": " ".join(evaluation.recipe.disturbances.words()),
         "--cluster": evaluation.cluster,
         "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,
     }

@@ -5,10 +5,10 @@ a ridge regression on spacing learns from the others at the other speeds, and is
 questions, each at a speed held out: of textures sums at other speeds (`seen`), and of a texture
 left out altogether (`unseen`).
 
-Intervals are split-conformal (Vovk et al., Algorithmic Learning in a Random World, 2005): as wide
-as nine in ten errors of the same kind inside the training data, where speeds, or textures and
-speeds, are left out in turn. They hold nine in ten only as far as the held-out ones are like the
-others; what they did hold is in the results.
+Intervals are 90% intervals by errors inside the training data: as wide as nine in ten errors of the
+same kind there, where speeds, or textures and speeds, are left out in turn. They promise nothing
+of what is held out, which is unlike the rest, most of all a texture never felt; which share of the
+samples they did hold is in the results, of both kinds.
 """
 
 from collections.abc import Collection, Sequence
@@ -33,7 +33,7 @@ from afferents.models import Gram, sum_of
 from afferents.training.solved import new_solved
 
 COVERAGE = 0.9
-"""Share of the errors that an interval is to hold."""
+"""Share of the errors inside the training data that an interval is as wide as."""
 PENALTY = 0.01
 """Of the penalty, for each condition learnt from; chosen on a tuning session."""
 LEAST_TEXTURES = 4

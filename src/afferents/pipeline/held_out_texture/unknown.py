@@ -6,7 +6,9 @@ From where on is unknown is set inside the training data: each of its speeds tha
 others is left out as well in its turn, and 95 in 100 samples of known textures at these are to be
 below it. So 5% false alarms are stated for speeds that lie between those learnt from, and what
 came of it is in the results. The slowest and the fastest speed are not asked for the limit: what is
-learnt without them is stretched too far, and the limit would be set by them alone.
+learnt without them is stretched too far, and the limit would be set by them alone. Where
+one of them is held out, the speed lies outside what was learnt, and no rate is stated: the results
+keep these speeds apart.
 """
 
 from collections.abc import Callable, Collection
@@ -40,7 +42,7 @@ def ask_unknown(
     """Return the novelty of all samples at each speed held out, for each texture left out.
 
     One row a sample and texture left out; the columns are those of `evaluation.unknown`, and
-    model, start_s and stop_s.
+    model, start_s, stop_s and speed_outside.
     """
     scores = scores_without(model, samples, encoding)
     labels, speed = labels_of(samples), samples[dims.SPEED].values
@@ -139,6 +141,7 @@ def _fold(
             "held_out_speed_mm_s": held_out,
             "left_out": textures[texture],
             "texture": textures[labels[asked]],
+            "speed_outside": not speed[known].min() < held_out < speed[known].max(),
             dims.RECORDING: recording[asked],
             dims.START: samples[dims.START].values[asked],
             dims.STOP: samples[dims.STOP].values[asked],
