@@ -203,8 +203,11 @@ def press(
         block = slice(start, start + _BLOCK)
         taken = steps[(steps >= start) & (steps < start + len(slide[block]))] - start
         parts.append(lattice.run(Motion(slide[block], speed[block], depth[block]), taken))
-    *seen, pressure, shear = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return SkinResponse(*seen, pressure[turning.before :], shear[turning.before :])
+    whole = SkinResponse(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    return whole._replace(
+        pressure_rate=whole.pressure_rate[turning.before :],
+        shear_rate=whole.shear_rate[turning.before :],
+    )
 
 
 def seen(rig: Rig, skin: SkinResponse) -> NDArray[np.float64]:
