@@ -18,6 +18,7 @@ from afferents.pipeline.record.plan import Entry, Plan, read_plan
 from afferents.pipeline.record.preflight import preflight
 from afferents.pipeline.record.run import Devices, Run, RunFailedError
 from afferents.pipeline.record.session import RecordedSession
+from afferents.pipeline.record.taps import tapped
 from afferents.pipeline.sensor_rig import rig_of
 
 
@@ -76,9 +77,11 @@ class Person:
             self._ask(f"change the drum to {entry.texture}, then press enter")
             self._texture = entry.texture
         if attempt and math.isinf(self._drive.limits.highest_mm_s):  # it takes any speed: no motor
+            plan = self._plan
+            tap = f", tap the fingertip for {plan.tap_s:g} s" if plan.tap_s else ""
             self._ask(
-                f"press enter, let the drum stand for {self._plan.rest_s:g} s, then turn it at "
-                f"{entry.speed_mm_s:g} mm/s until {self._plan.total_s:g} s are over"
+                f"press enter, let the drum stand for {plan.rest_s:g} s{tap}, then turn it at "
+                f"{entry.speed_mm_s:g} mm/s until {plan.total_s:g} s are over"
             )
 
 
@@ -216,11 +219,13 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     camera = devices.camera.settings
     sound = devices.microphone.settings if devices.microphone else None
     checks = gate(log, folder, plan, entry.speed_mm_s, camera, sound, recording.sensor)
+    heard = tapped(folder, plan, recording.sensor) if plan.tap_s else None
+    checks += [heard.check] if heard else []
     why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
     if why:
         _put_aside(kept, folder, entry, why, checks, outcome)
     else:
-        kept.accept(folder, entry, checks, count(log, camera, plan.total_s))
+        kept.accept(folder, entry, checks, count(log, camera, plan.total_s), heard)
     return why
 
 

@@ -158,7 +158,7 @@ class Run:
             elapsed_s = clock.now() - self.log.origin_s
             if elapsed_s >= plan.total_s + TAIL_S:
                 return
-            if elapsed_s >= plan.rest_s and not self._set_mm_s:
+            if elapsed_s >= plan.start_s and not self._set_mm_s:
                 self._set_mm_s = self._speed_mm_s
                 self._devices.drive.start(self._speed_mm_s)
             self._note(self._devices.drive.read())
