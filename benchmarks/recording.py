@@ -1,11 +1,12 @@
 """What recording costs: processor share, the delay of a frame to the file, and memory.
 
-    python benchmarks/recording.py [SECONDS]
+    python benchmarks/recording.py [SECONDS] [--page]
     python benchmarks/recording.py --hours HOURS
 
 Camera, microphone and drive are simulated, in their own time; their film is drawn before. With
 `--hours` they give so many hours' worth of frames and blocks, in one run, as fast as they can be
-written; pictures are small then (32 x 24), since none is kept in memory.
+written; pictures are small then (32 x 24), since none is kept in memory. With `--page` what the
+page shows is drawn up all the time, as for a visitor.
 """
 
 import argparse
@@ -28,11 +29,14 @@ from afferents.devices import (
     Microphone,
     MicrophoneSettings,
 )
+from afferents.live.recording_page import RecordingPage
+from afferents.markers import load_sensor
 from afferents.pipeline.record.bench import Bench
 from afferents.pipeline.record.clock import Clock
 from afferents.pipeline.record.devices import opened, simulated_devices
 from afferents.pipeline.record.plan import Plan, read_plan
 from afferents.pipeline.record.run import Devices, Run
+from afferents.pipeline.record.watch import Watch
 from afferents.rig import Rig
 
 PLAN = """
@@ -53,14 +57,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("seconds", nargs="?", type=float, default=20.0)
     parser.add_argument("--hours", type=float)
+    parser.add_argument("--page", action="store_true")
     asked = parser.parse_args()
     if asked.hours:
         long_run(asked.hours)
     else:
-        short_run(asked.seconds)
+        short_run(asked.seconds, asked.page)
 
 
-def short_run(seconds: float) -> None:
+def short_run(seconds: float, with_page: bool) -> None:
     """Record one run in its own time and print what it cost."""
     with tempfile.TemporaryDirectory() as place:
         path = Path(place, "PLAN.toml")
@@ -71,8 +76,14 @@ def short_run(seconds: float) -> None:
         folder = Path(place, "run")
         folder.mkdir()
         with opened(simulated_devices(plan, path, bench), plan, path) as devices:
+            watch, over = Watch(), threading.Event()
+            watch.opened(devices, plan, folder, 0, 1)
+            page = RecordingPage(watch, load_sensor("tip_b"))
             before, begun, begun_s = _kib(), time.process_time(), time.monotonic()
-            log = Run(devices, plan, folder, 60.0).make()
+            if with_page:
+                threading.Thread(target=look_on, args=(page, over), daemon=True).start()
+            log = Run(devices, plan, folder, 60.0, watch).make()
+            over.set()
             share = (time.process_time() - begun) / (time.monotonic() - begun_s)
         delay = np.array([row.written_s - row.time_s for row in log.frames]) * 1000
         jpeg = np.mean([len(data) for data in bench.film.jpegs]) / 1024
@@ -82,6 +93,12 @@ def short_run(seconds: float) -> None:
             f"99% {np.quantile(delay, 0.99):.2f} ms, largest {delay.max():.2f} ms"
         )
         print(f"memory grew by {(_kib() - before) / 1024:.1f} MiB")
+
+
+def look_on(page: RecordingPage, over: threading.Event) -> None:
+    """Ask for the newest as often as a visitor is sent it."""
+    while not over.wait(0.05):
+        page.newest()
 
 
 class FrameClock(Clock):
