@@ -21,6 +21,8 @@ from afferents.rig.render import Renderer
 _SPARE_S = 0.5
 """The film is longer than a run by this much."""
 _QUALITY = 95
+LONGEST_S = 120.0
+"""Of a run: some 10 MB of JPEGs a second."""
 TAPS_S = (0.1, 0.5, 0.95)
 """The fingertip is tapped so long after the skin was at rest, where the plan says so."""
 
@@ -96,6 +98,11 @@ class Bench:
             raise InputError(
                 "settle_s", f"at least {STEADY_S - STILL_S:g}, as the simulated drum needs",
                 f"{plan.settle_s:g}",
+            )  # fmt: skip
+        if plan.total_s > LONGEST_S:
+            raise InputError(
+                "seconds", f"runs of at most {LONGEST_S:g} s in a dry run, whose film is in memory",
+                f"{plan.total_s:g} s", "rehearse shorter ones",
             )  # fmt: skip
         self.clock = Clock(speed)
         self._lock = threading.Lock()
