@@ -73,7 +73,7 @@ def _beside_a_page(
     from afferents.pipeline.record.record import recording_of
     from afferents.pipeline.record.watch import NEXT, Watch
 
-    watch = Watch()
+    watch = Watch(show_in_terminal)
     wanted = recording_of(plan, dry_run, watch.wait, watch=watch)
 
     def typed() -> None:
@@ -142,6 +142,11 @@ def import_recording(
     )
 
 
+def show_in_terminal(sentence: str) -> None:
+    """Show what is to be done."""
+    print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
+
+
 def ask_in_terminal(sentence: str) -> None:
     """Show a sentence and wait for enter.
 
@@ -150,6 +155,6 @@ def ask_in_terminal(sentence: str) -> None:
     InputError
         If nobody is there to press it.
     """
-    print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
+    show_in_terminal(sentence)
     if not sys.stdin.readline():
         raise InputError("stdin", "somebody who changes drums and presses enter", "nobody")

@@ -6,7 +6,6 @@ no frame waits for it.
 
 import shutil
 import signal
-import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -29,6 +28,11 @@ _JOIN_S = 2.0
 class Watch:
     """The newest of a recording.
 
+    Parameters
+    ----------
+    show
+        Shows a sentence that a person is to act on, beside the page.
+
     Attributes
     ----------
     camera, microphone
@@ -43,8 +47,9 @@ class Watch:
         Of sound that nobody has taken yet.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, show: Callable[[str], object] = str) -> None:
         """Nothing goes on yet."""
+        self._show = show
         self.camera: CameraSettings | None = None
         self.microphone: MicrophoneSettings | None = None
         self.sensor_channel = -1
@@ -121,7 +126,7 @@ class Watch:
 
     def wait(self, sentence: str) -> None:
         """Say what to do, and wait until somebody says that it is done; the camera goes on."""
-        print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
+        self._show(sentence)
         before, self._say, self._waiting = self._say, sentence, True
         self._go_on.clear()
         try:
