@@ -13,7 +13,9 @@ from afferents.core.errors import InputError
 
 
 def record(
-    plan: Annotated[Path, typer.Argument(help="Plan (TOML): what is recorded, and with what.")],
+    plan: Annotated[
+        Path, typer.Argument(help="Plan (TOML): what is recorded, and with what.")
+    ] = Path("PLAN.toml"),
     session: Annotated[
         Path | None, typer.Argument(help="Session folder to write; runs in it are kept.")
     ] = None,
@@ -29,6 +31,18 @@ def record(
     example: Annotated[
         bool, typer.Option("--example", help="Write a plan to begin with, and record nothing.")
     ] = False,
+    web: Annotated[
+        bool,
+        typer.Option(
+            "--web", help="Serve a page with camera, markers, sound, progress, and what to do next."
+        ),
+    ] = False,
+    host: Annotated[str, typer.Option(help="Address that the page is served at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page.")] = 8800,
+    token: Annotated[
+        str | None,
+        typer.Option(help="Password for the page; required if other machines can reach it."),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -43,12 +57,18 @@ def record(
         from afferents.pipeline.record.plan import write_example
 
         write_example(plan)
-        return say(as_json, {"plan": str(plan)}, f"Plan: {plan}")
+        return say(
+            as_json,
+            {"plan": str(plan)},
+            f"Plan: {plan}",
+            f"Change it. 'afferents record {plan} REHEARSAL --dry-run' tries it without devices.",
+        )
     if check:
         return _check(plan, session, dry_run, as_json)
     if session is None:
         raise InputError("SESSION", "a folder to write", "none", "name one, or give --check")
-    done = commands.record(plan, session, dry_run, quiet=quiet or as_json)
+    page = (host, port, token) if web else None
+    done = commands.record(plan, session, dry_run, quiet=quiet or as_json, web=page)
     say(
         as_json,
         {
@@ -57,7 +77,7 @@ def record(
             "preflight": [line.as_json() for line in done.preflight],
         },
         *(f"Aside: {place} ({why})" for place, why in done.attempts_aside),
-        f"Recorded {len(done.recorded)} runs; {len(done.remaining)} of the plan are missing.",
+        f"Recorded {len(done.recorded)} runs now; {len(done.remaining)} of the plan are missing.",
         f"Session{' (simulated)' if dry_run else ''}: {session}",
     )
     return fail_if_skipped(done.kept_aside)

@@ -1,6 +1,7 @@
 """Commands that record: a session from a plan, and files recorded elsewhere."""
 
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +21,7 @@ def record(
     dry_run: bool = False,
     ask: Callable[[str], None] | None = None,
     quiet: bool = False,
+    web: tuple[str, int, str | None] | None = None,
 ) -> "Recorded":
     """Record a session: camera, microphone and drum on one clock, run after run of a plan.
 
@@ -36,6 +38,9 @@ def record(
         None for a line in the terminal.
     quiet
         Whether no progress is shown.
+    web
+        Address, port and token of a page that shows the recording and asks instead of the
+        terminal; None for no page. A dry run with a page is a rehearsal: it asks, too.
 
     Returns
     -------
@@ -51,9 +56,42 @@ def record(
     from afferents.pipeline.record.record import record as run
     from afferents.pipeline.record.record import recording_of
 
+    if web is not None:
+        return _beside_a_page(Path(plan), Path(session), dry_run, quiet, web)
     wanted = recording_of(Path(plan), dry_run, ask or ask_in_terminal)
     with Progress(quiet) as progress:
         return run(wanted, Path(session), progress)
+
+
+def _beside_a_page(
+    plan: Path, session: Path, dry_run: bool, quiet: bool, web: tuple[str, int, str | None]
+) -> "Recorded":
+    """Record; who looks on at the page may press its buttons, or enter in the terminal."""
+    from afferents.live.recording_page import RecordingPage
+    from afferents.live.web.beside import page_beside
+    from afferents.pipeline.record.record import record as run
+    from afferents.pipeline.record.record import recording_of
+    from afferents.pipeline.record.watch import NEXT, Watch
+
+    watch = Watch(show_in_terminal)
+    wanted = recording_of(plan, dry_run, watch.wait, watch=watch)
+
+    def typed() -> None:
+        for _ in sys.stdin:
+            watch.request(NEXT)
+
+    with page_beside(RecordingPage(watch, wanted.sensor), *web, watch.request):
+        threading.Thread(target=typed, name="afferents-enter", daemon=True).start()
+        try:
+            with Progress(quiet) as progress:
+                done = run(wanted, session, progress)
+        except BaseException as error:
+            stopped = not isinstance(error, Exception)
+            watch.end("stopped: what is finished is kept" if stopped else str(error))
+            raise
+        missing = f"; {len(done.remaining)} are missing" if done.remaining else ""
+        watch.end(f"done: {len(done.recorded)} runs recorded{missing}")
+        return done
 
 
 def import_recording(
@@ -104,6 +142,11 @@ def import_recording(
     )
 
 
+def show_in_terminal(sentence: str) -> None:
+    """Show what is to be done."""
+    print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
+
+
 def ask_in_terminal(sentence: str) -> None:
     """Show a sentence and wait for enter.
 
@@ -112,6 +155,6 @@ def ask_in_terminal(sentence: str) -> None:
     InputError
         If nobody is there to press it.
     """
-    print(f"\n>>> {sentence}", file=sys.stderr, flush=True)  # noqa: T201
+    show_in_terminal(sentence)
     if not sys.stdin.readline():
         raise InputError("stdin", "somebody who changes drums and presses enter", "nobody")

@@ -19,6 +19,7 @@ from afferents.rig.surface import (
     mapped_surface,
     read_height_map,
 )
+from afferents.rig.tap import tap
 
 __all__ = [
     "AUDIO",
@@ -48,5 +49,6 @@ __all__ = [
     "read_height_map",
     "record",
     "simulate",
+    "tap",
     "write_stl",
 ]

@@ -5,19 +5,19 @@ import hmac
 import json
 import sys
 import threading
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import quote, urlsplit
 
 from afferents.core.extras import import_extra
 from afferents.core.stopping import STREAM, stop_later
 from afferents.live.percept import Percept
 from afferents.live.senses import Senses
-from afferents.live.web.door import check_address, is_loopback, open_door
+from afferents.live.web.door import Door, check_address, is_loopback, open_door
 from afferents.live.web.limits import Limits
 from afferents.live.web.quiet import one_line_errors
 from afferents.live.web.snapshot import Snapshots
@@ -28,6 +28,18 @@ EVERY_S = 0.05
 
 LAST_S = 2.0
 """The stream is given so long for its last percept."""
+
+
+class Shown(Protocol):
+    """What visitors are sent."""
+
+    def hello(self) -> dict[str, Any]:
+        """Return what does not change."""
+        ...
+
+    def newest(self) -> tuple[str, bytes | None]:
+        """Return the state as JSON, and the picture."""
+        ...
 
 
 def serve(
@@ -61,28 +73,8 @@ def serve(
     Exception
         Whatever ended the stream.
     """
-    check_address(host, token)
-    uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
-    from afferents.live.web.guard import OneRequest, Onlooker
-
-    limits = limits or Limits()
     snapshots = Snapshots(senses)
-    door = open_door(host, port, limits.places)
-    config = uvicorn.Config(
-        application(snapshots, host, token),
-        loop="asyncio:SelectorEventLoop",  # takes visitors from the door, on every system
-        http=partial(OneRequest, limits),
-        ws=partial(Onlooker, limits),
-        backlog=128,  # who waits there takes no file of ours
-        h11_max_incomplete_event_size=1 << 14,
-        ws_max_size=limits.saying,
-        ws_per_message_deflate=False,  # pictures are compressed already
-        log_config=None,
-        log_level="error",
-        access_log=False,
-        timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
-    )
-    server = uvicorn.Server(config)
+    server, door = server_of(snapshots, host, port, token, limits or Limits())
     failed: list[BaseException] = []
     stopped = threading.Event()
 
@@ -99,10 +91,7 @@ def serve(
 
     stream = threading.Thread(target=feel, name=STREAM, daemon=True)
     stream.start()
-    shown = f"[{host}]" if ":" in host else host
-    query = "" if token is None else f"/?token={quote(token, safe='')}"
-    sys.stderr.write(f"Page: http://{shown}:{door.getsockname()[1]}{query}\n")
-    sys.stderr.flush()
+    say_where(host, door, token)
     try:
         with one_line_errors(), stop_later(partial(setattr, server, "should_exit", True)):
             server.run(sockets=[door])
@@ -113,8 +102,63 @@ def serve(
         raise failed[0]
 
 
-def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
-    """Return the ASGI application: the page, its files, and one web socket."""
+def server_of(
+    shown: Shown,
+    host: str,
+    port: int,
+    token: str | None,
+    limits: Limits,
+    request: Callable[[str], bool] | None = None,
+) -> tuple[Any, Door]:
+    """Return a server that shows something, not running yet, and its door.
+
+    Parameters
+    ----------
+    request
+        Does what a visitor asks, and tells whether it can be done; None where nothing can be asked.
+
+    Raises
+    ------
+    InputError
+        As `serve`.
+    """
+    check_address(host, token)
+    uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
+    from afferents.live.web.guard import OneRequest, Onlooker
+
+    door = open_door(host, port, limits.places)
+    config = uvicorn.Config(
+        application(shown, host, token, request),
+        loop="asyncio:SelectorEventLoop",  # takes visitors from the door, on every system
+        http=partial(OneRequest, limits),
+        ws=partial(Onlooker, limits),
+        backlog=128,  # who waits there takes no file of ours
+        h11_max_incomplete_event_size=1 << 14,
+        ws_max_size=limits.saying,
+        ws_per_message_deflate=False,  # pictures are compressed already
+        log_config=None,
+        log_level="error",
+        access_log=False,
+        timeout_graceful_shutdown=1,  # who looks on does not keep it from stopping
+    )
+    return uvicorn.Server(config), door
+
+
+def say_where(host: str, door: Door, token: str | None) -> None:
+    """Print the page's address."""
+    shown = f"[{host}]" if ":" in host else host
+    query = "" if token is None else f"/?token={quote(token, safe='')}"
+    sys.stderr.write(f"Page: http://{shown}:{door.getsockname()[1]}{query}\n")
+    sys.stderr.flush()
+
+
+def application(
+    shown: Shown,
+    host: str,
+    token: str | None,
+    request: Callable[[str], bool] | None = None,
+) -> Any:
+    """Return the ASGI application: the page, its files, one web socket, and what may be asked."""
     from starlette.applications import Starlette
     from starlette.middleware import Middleware
     from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -138,7 +182,15 @@ def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
                 await visitor.close(1008)
                 return
             await visitor.accept()
-            await _attend(visitor, snapshots)
+            await _attend(visitor, shown)
+
+    async def do(asked: Request) -> Response:
+        if not knows_token(asked.query_params.get("token")) or not _same_origin(asked):
+            return PlainTextResponse(
+                "The token is missing or wrong, or the page is another's.", 403
+            )
+        done = request is not None and request(asked.path_params["what"])
+        return PlainTextResponse("done" if done else "not now", 200 if done else 409)
 
     # Pages elsewhere whose name is made to point here are sent away (DNS rebinding).
     own = ["127.0.0.1", "localhost", "[::1]", host] if is_loopback(host) else ["*"]
@@ -146,6 +198,7 @@ def application(snapshots: Snapshots, host: str, token: str | None) -> Any:
         routes=[
             Route("/", page),
             WebSocketRoute("/feel", feed),
+            Route("/do/{what}", do, methods=["POST"]),
             Mount("/page", StaticFiles(directory=PAGE)),
         ],
         middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=own)],
@@ -167,7 +220,7 @@ def _one_answer(app: Any) -> Any:
     return answered
 
 
-async def _attend(visitor: Any, snapshots: Snapshots) -> None:
+async def _attend(visitor: Any, shown: Shown) -> None:
     """Send a visitor the newest of everything until it goes; whatever it says is not heeded."""
 
     async def listen() -> None:
@@ -175,9 +228,9 @@ async def _attend(visitor: Any, snapshots: Snapshots) -> None:
             pass
 
     async with _in_background(listen()) as gone:
-        await visitor.send_text(json.dumps(snapshots.hello()))
+        await visitor.send_text(json.dumps(shown.hello()))
         while not gone.done():
-            state, jpeg = snapshots.newest()
+            state, jpeg = shown.newest()
             await visitor.send_text(state)
             if jpeg is not None:
                 await visitor.send_bytes(jpeg)

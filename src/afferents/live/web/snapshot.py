@@ -109,10 +109,10 @@ class Snapshots:
         if felt is not None and picture is not None:
             content |= {
                 "size": picture.frame.luma.shape[::-1],
-                "markers": _numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
-                "ring_px": _ring_px(felt.position[felt.detected]),
-                "sa1": _numbers(felt.images[SA1], _DIGITS),
-                "ra1": _numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
+                "markers": numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
+                "ring_px": ring_px(felt.position[felt.detected]),
+                "sa1": numbers(felt.images[SA1], _DIGITS),
+                "ra1": numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
             }
         return content
 
@@ -142,11 +142,12 @@ class Snapshots:
         return self._encoded[1]
 
 
-def _numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
+def numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
+    """Return an array as JSON has it, rounded."""
     return list(np.round(values.astype(float), digits).tolist())
 
 
-def _ring_px(found: Positions) -> float:
+def ring_px(found: Positions) -> float:
     """Return the radius of the rings drawn round markers, px: they do not touch."""
     return round(max(_LEAST_RING_PX, _RING_SHARE * spacing_px(found)), 1) if len(found) > 1 else 9.0
 

@@ -12,7 +12,7 @@ from afferents.core.errors import InputError
 from afferents.devices import Options
 from afferents.pipeline.record.clock import Clock
 from afferents.pipeline.record.plan import Entry, Plan
-from afferents.rig import NUISANCES, Rig, bumped_surface, project, simulate
+from afferents.rig import NUISANCES, Rig, Simulated, bumped_surface, project, simulate, tap
 from afferents.rig.drive import STEADY_S, STILL_S
 from afferents.rig.drums import texture_name
 from afferents.rig.microphone import SAMPLE_RATE_HZ
@@ -21,6 +21,10 @@ from afferents.rig.render import Renderer
 _SPARE_S = 0.5
 """The film is longer than a run by this much."""
 _QUALITY = 95
+LONGEST_S = 120.0
+"""Of a run: some 10 MB of JPEGs a second."""
+TAPS_S = (0.1, 0.5, 0.95)
+"""The fingertip is tapped so long after the skin was at rest, where the plan says so."""
 
 
 class Faulty(Options):
@@ -95,6 +99,11 @@ class Bench:
                 "settle_s", f"at least {STEADY_S - STILL_S:g}, as the simulated drum needs",
                 f"{plan.settle_s:g}",
             )  # fmt: skip
+        if plan.total_s > LONGEST_S:
+            raise InputError(
+                "seconds", f"runs of at most {LONGEST_S:g} s in a dry run, whose film is in memory",
+                f"{plan.total_s:g} s", "rehearse shorter ones",
+            )  # fmt: skip
         self.clock = Clock(speed)
         self._lock = threading.Lock()
         self._entry: Entry | None = None
@@ -161,29 +170,38 @@ def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
     """Simulate a run and draw its frames.
 
     The rig's drum sets off after half a second; where the plan rests longer, the skin is seen at
-    rest for longer.
+    rest for longer, and it is tapped where the plan says so.
     """
-    rests_s = max(0.0, plan.rest_s - STILL_S)
+    tapped_s = max(0.0, plan.tap_s - STILL_S)
+    n_rest = round(max(0.0, plan.start_s - tapped_s - STILL_S) * rig.camera.fps_hz)
+    rests_s = n_rest / rig.camera.fps_hz
     surface = bumped_surface(float(_spacing(entry.texture)), rig.drum)
-    seconds = plan.total_s - rests_s + _SPARE_S
+    seconds = plan.total_s - rests_s - tapped_s + _SPARE_S
     run = simulate(rig, entry.texture, surface, entry.speed_mm_s, seconds, entry.seed)
-    n_rest = round(rests_s * rig.camera.fps_hz)
-    still_s = (np.arange(n_rest) + 0.5) / rig.camera.fps_hz
-    place = _led_by(n_rest, project(run.position_mm, rig.camera))
+    still = (np.arange(n_rest) + 0.5) / rig.camera.fps_hz
+    silence = np.zeros((round(rests_s * SAMPLE_RATE_HZ), 2))
+    time, place, sound = [still], [np.repeat(run.position_mm[:1], n_rest, axis=0)], [silence]
+    if tapped_s:
+        taps = tap(rig, entry.texture, entry.speed_mm_s, tapped_s, TAPS_S, entry.seed)
+        time.append(rests_s + taps.time_s)
+        place.append(taps.position_mm)
+        sound.append(_stereo(taps))
+    n_before = sum(map(len, time))
+    position = project(np.concatenate([*place, run.position_mm]), rig.camera)
     renderer = Renderer(rig.camera, entry.seed)
-    jpegs = [_jpeg(renderer.draw(positions)) for positions in place]
-    sound = np.stack([np.clip(run.room, -1, 1), np.clip(run.sensor, -1, 1)], axis=1)
-    silence = np.zeros((round(n_rest / rig.camera.fps_hz * SAMPLE_RATE_HZ), 2))
-    samples = np.rint(np.concatenate([silence, sound]) * 32767).astype(np.int16)
     way = (run.angle_rad - run.angle_rad[0]) * rig.drum.diameter_mm / 2
     return Film(
-        np.concatenate([still_s, run.time_s + n_rest / rig.camera.fps_hz]),
-        jpegs,
-        place,
-        samples,
-        _led_by(n_rest, way),
-        _led_by(n_rest, run.speed_mm_s),
+        np.concatenate([*time, rests_s + tapped_s + run.time_s]),
+        [_jpeg(renderer.draw(positions)) for positions in position],
+        position,
+        np.rint(np.concatenate([*sound, _stereo(run)]) * 32767).astype(np.int16),
+        _led_by(n_before, way),
+        _led_by(n_before, run.speed_mm_s),
     )
+
+
+def _stereo(run: Simulated) -> NDArray[np.float64]:
+    return np.stack([np.clip(run.room, -1, 1), np.clip(run.sensor, -1, 1)], axis=1)
 
 
 def _led_by(n: int, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from afferents.core.errors import InputError
-from afferents.devices import CAMERAS, DRIVES, MICROPHONES, device_of
+from afferents.devices import CAMERAS, DRIVES, MICROPHONES, MicrophoneSettings, device_of
 from afferents.pipeline.record import simulated
 from afferents.pipeline.record.bench import Bench
 from afferents.pipeline.record.clock import Clock
 from afferents.pipeline.record.plan import Plan
 from afferents.pipeline.record.run import Devices
+from afferents.pipeline.record.sound import LONGEST_BYTES, SAMPLE_BYTES
 
 
 def devices_of(plan: Plan, path: Path) -> Devices:
@@ -23,6 +24,10 @@ def devices_of(plan: Plan, path: Path) -> Devices:
         If a kind or an option is unknown or wrong, or a speed is outside the drive's limits.
     """
     sound = plan.microphone
+    if any(map(_is_simulated, (plan.camera, sound or {}, plan.drive))):
+        raise InputError(
+            path, "real devices", f"kind = '{simulated.NAME}'", "give --dry-run, or name real ones"
+        )
     return Devices(
         device_of(CAMERAS, plan.camera, f"{path}, [camera]"),
         None if sound is None else device_of(MICROPHONES, sound, f"{path}, [microphone]"),
@@ -68,6 +73,25 @@ def _simulated(table: Mapping[str, Any]) -> Mapping[str, Any]:
     return table if _is_simulated(table) else {"kind": simulated.NAME}
 
 
+def _check_sound(settings: MicrophoneSettings, plan: Plan, path: Path) -> None:
+    """Refuse a channel that is not there, and runs longer than a wav can be."""
+    channel = plan.sensor_channel
+    if channel is not None and channel >= settings.channels:
+        raise InputError(
+            path,
+            f"sensor_channel below {settings.channels}, as the microphone has channels",
+            f"{channel}",
+        )
+    longest_s = LONGEST_BYTES / (settings.rate_hz * settings.channels * SAMPLE_BYTES)
+    if plan.total_s > longest_s:
+        raise InputError(
+            path,
+            f"runs of at most {longest_s / 3600:.1f} h, as long as a wav of this sound can be",
+            f"{plan.total_s / 3600:.1f} h",
+            "take shorter runs and more repetitions",
+        )
+
+
 @contextmanager
 def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
     """Open the devices, and let them go whatever happens; the drive stops first.
@@ -75,12 +99,14 @@ def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
     Raises
     ------
     InputError
-        If one can't be opened or set, or a speed is outside the drive's limits.
+        If one can't be opened or set, or a speed is outside the drive's limits, or the plan wants
+        a channel that is not there or runs longer than a wav can be.
     """
     with ExitStack() as stack:
         stack.enter_context(devices.camera)
         if devices.microphone is not None:
             stack.enter_context(devices.microphone)
+            _check_sound(devices.microphone.settings, plan, path)
         stack.enter_context(devices.drive)
         limits = devices.drive.limits
         for speed in plan.speeds_mm_s:

@@ -120,8 +120,10 @@ def _times(path: Path) -> pd.DataFrame:
         table = pd.read_csv(path)
     except (OSError, ValueError) as error:
         raise InputError(path, what, reason_of(error)) from error
-    if TIME not in table or len(table) < 2:
+    if TIME not in table:
         raise InputError(path, what, f"columns {', '.join(map(str, table.columns))}")
+    if len(table) < 2:
+        raise InputError(path, f"{what}, of at least 2 frames", f"{len(table)} rows")
     try:
         table = table.astype({TIME: float, **({SEQUENCE: int} if SEQUENCE in table else {})})
     except ValueError as error:

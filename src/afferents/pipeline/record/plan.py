@@ -5,10 +5,10 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
@@ -19,6 +19,7 @@ from afferents.recordings import NOT_TEXTURES
 _WHAT = "a plan of a recording"
 _TEXTURE = re.compile(r"[\w][\w .+-]*")
 FASTEST_MM_S = 1000.0
+LEAST_TAP_S = 2.0
 
 
 def is_texture(name: str) -> bool:
@@ -68,6 +69,9 @@ class Plan(BaseModel):
         Of constant speed in each run.
     rest_s
         How long the drum stands still first: the skin at rest.
+    tap_s
+        Between the two: how long somebody taps the fingertip, which gives the offset of sound and
+        picture; 0 for never.
     settle_s
         From the start of the drive until the speed is constant.
     seed
@@ -94,6 +98,7 @@ class Plan(BaseModel):
     repetitions: int = Field(1, ge=1, le=1000)
     seconds: float = Field(gt=0, le=24 * 3600)
     rest_s: float = Field(0.5, ge=0.2, le=600)
+    tap_s: float = Field(0.0, ge=0, le=60)
     settle_s: float = Field(1.0, ge=0, le=600)
     seed: int = Field(0, ge=0, lt=1 << 32)
     redo: int = Field(2, ge=0, le=20)
@@ -122,15 +127,26 @@ class Plan(BaseModel):
             raise ValueError(f"speeds above 0 and up to {FASTEST_MM_S:g} mm/s")
         return speeds
 
+    @model_validator(mode="after")
+    def _can_tap(self) -> Self:
+        if self.tap_s and (self.tap_s < LEAST_TAP_S or self.microphone is None):
+            raise ValueError(f"with tap_s, a [microphone] and at least {LEAST_TAP_S:g} s")
+        return self
+
+    @property
+    def start_s(self) -> float:
+        """When the drive starts, s."""
+        return self.rest_s + self.tap_s
+
     @property
     def total_s(self) -> float:
         """Length of a run, s."""
-        return self.rest_s + self.settle_s + self.seconds
+        return self.start_s + self.settle_s + self.seconds
 
     @property
     def steady_s(self) -> tuple[float, float]:
         """Start and end of constant speed, s."""
-        return self.rest_s + self.settle_s, self.total_s
+        return self.start_s + self.settle_s, self.total_s
 
     def entries(self) -> "list[Entry]":
         """Return the runs in the order in which they are made.
@@ -198,6 +214,7 @@ repetitions = 1
 seconds = 5.0                    # of constant speed, after:
 rest_s = 0.5                     #   the drum stands still, the skin is at rest
 settle_s = 1.0                   #   the drum gets up to speed
+# tap_s = 3.0                    # between the two: tap the fingertip, to set sound against picture
 seed = 0                         # of the order of drums, and of speeds on each
 redo = 2                         # times a run that is not good enough is done again
 sensor = "tip_b"                 # or your sensor file: "mine.toml"

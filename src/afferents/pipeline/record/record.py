@@ -18,6 +18,8 @@ from afferents.pipeline.record.plan import Entry, Plan, read_plan
 from afferents.pipeline.record.preflight import preflight
 from afferents.pipeline.record.run import Devices, Run, RunFailedError
 from afferents.pipeline.record.session import RecordedSession
+from afferents.pipeline.record.taps import tapped
+from afferents.pipeline.record.watch import Watch
 from afferents.pipeline.sensor_rig import rig_of
 
 
@@ -76,10 +78,26 @@ class Person:
             self._ask(f"change the drum to {entry.texture}, then press enter")
             self._texture = entry.texture
         if attempt and math.isinf(self._drive.limits.highest_mm_s):  # it takes any speed: no motor
+            plan = self._plan
+            tap = f", tap the fingertip for {plan.tap_s:g} s" if plan.tap_s else ""
             self._ask(
-                f"press enter, let the drum stand for {self._plan.rest_s:g} s, then turn it at "
-                f"{entry.speed_mm_s:g} mm/s until {self._plan.total_s:g} s are over"
+                f"press enter, let the drum stand for {plan.rest_s:g} s{tap}, then turn it at "
+                f"{entry.speed_mm_s:g} mm/s until {plan.total_s:g} s are over"
             )
+
+
+class Rehearsal:
+    """A person who is asked as in truth, at a simulated fingertip."""
+
+    def __init__(self, person: Person, bench: Bench) -> None:
+        """Nothing is mounted yet."""
+        self._person, self._bench = person, bench
+
+    def __call__(self, entry: Entry, attempt: int) -> None:
+        """Mount the drum, ask, and begin its film anew."""
+        self._bench.mount(entry, 0)
+        self._person(entry, attempt)
+        self._bench.mount(entry, attempt)
 
 
 @dataclass(frozen=True)
@@ -92,10 +110,15 @@ class Recording:
     devices: Devices
     crew: Crew
     simulated: bool
+    watch: Watch = field(default_factory=Watch)
 
 
 def recording_of(
-    path: Path, dry_run: bool, ask: Callable[[str], None], speed: float = 4.0
+    path: Path,
+    dry_run: bool,
+    ask: Callable[[str], None],
+    speed: float = 4.0,
+    watch: Watch | None = None,
 ) -> Recording:
     """Read a plan and find what it needs; nothing is touched or moved.
 
@@ -105,6 +128,9 @@ def recording_of(
         Shows a person what to do and waits until it is done.
     speed
         How much faster than in truth a dry run goes.
+    watch
+        Where who looks on finds the newest, if somebody does; a dry run then asks a person to
+        change drums, as a rehearsal.
 
     Raises
     ------
@@ -112,12 +138,17 @@ def recording_of(
         If the plan is not what it should be.
     """
     plan = read_plan(path)
-    sensor = load_sensor(plan.sensor)
+    sensor, seen = load_sensor(plan.sensor), watch or Watch()
     if not dry_run:
         devices = devices_of(plan, path)
-        return Recording(plan, path, sensor, devices, Person(ask, plan, devices.drive), False)
+        person = Person(ask, plan, devices.drive)
+        return Recording(plan, path, sensor, devices, person, False, seen)
     bench = Bench(rig_of(sensor), plan, speed)
-    return Recording(plan, path, sensor, simulated_devices(plan, path, bench), bench.mount, True)
+    devices = simulated_devices(plan, path, bench)
+    crew: Crew = bench.mount
+    if watch is not None:
+        crew = Rehearsal(Person(ask, plan, devices.drive), bench)
+    return Recording(plan, path, sensor, devices, crew, True, seen)
 
 
 def check(recording: Recording, session: Path) -> list[Check]:
@@ -145,9 +176,12 @@ def record(recording: Recording, session: Path, progress: Progress) -> Recorded:
         writing_alone(session, "record"),
         opened(recording.devices, recording.plan, recording.path) as devices,
     ):
+        n_done = len(kept.finished)
+        recording.watch.opened(devices, recording.plan, session, n_done, n_done + len(todo))
+        recording.watch.prepare(todo[0], 0)
         recording.crew(todo[0], 0)
         outcome.preflight = preflight(devices, recording.plan, recording.sensor, session)
-        _require(outcome.preflight, recording.path, progress)
+        _require(outcome.preflight, recording, progress)
         kept.begin(devices)
         for entry in progress.track(todo, "recording", len(todo)):
             _record_one(recording, kept, entry, outcome, progress)
@@ -155,14 +189,15 @@ def record(recording: Recording, session: Path, progress: Progress) -> Recorded:
     return outcome
 
 
-def _require(checks: Sequence[Check], path: Path, progress: Progress) -> None:
+def _require(checks: Sequence[Check], recording: Recording, progress: Progress) -> None:
     """Refuse to begin where the preflight says no."""
     for line in checks:
         progress.note(line.describe())
+        recording.watch.note(line.describe())
     failed = [line for line in checks if not line.passes]
     if failed:
         raise InputError(
-            path,
+            recording.path,
             "devices that are ready",
             "; ".join(f"{line.name}: {line.found}" for line in failed),
             "; ".join(line.do for line in failed if line.do),
@@ -177,15 +212,21 @@ def _record_one(
     progress: Progress,
 ) -> None:
     """Record a run until the gate accepts it, or there are no attempts left."""
-    why = ""
-    for attempt in range(1, recording.plan.redo + 2):
+    why, attempt = "", 1
+    while attempt <= recording.plan.redo + 1:
+        recording.watch.heed()
+        recording.watch.prepare(entry, attempt)
         recording.crew(entry, attempt)
+        recording.watch.prepare(entry, attempt)
         why = _attempt(recording, kept, entry, outcome)
         if not why:
             outcome.recorded.append(entry.name)
+            recording.watch.accepted()
             return
-        again = "recorded again" if attempt <= recording.plan.redo else "kept aside"
+        attempt += not recording.watch.wants_redo
+        again = "recorded again" if attempt <= recording.plan.redo + 1 else "kept aside"
         progress.note(f"{entry.name}: {why}; {again}")
+        recording.watch.note(f"{entry.name}: {why}; {again}")
     outcome.kept_aside[entry.name] = why
 
 
@@ -200,7 +241,8 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     devices, plan = recording.devices, recording.plan
     folder = kept.running(entry)
     try:
-        log = Run(devices, plan, folder, entry.speed_mm_s).make()
+        log = Run(devices, plan, folder, entry.speed_mm_s, recording.watch).make()
+        recording.watch.judge()
     except AfferentsError as error:
         _put_aside(kept, folder, entry, str(error), [], outcome)
         if isinstance(error, RunFailedError) and error.ends_plan:
@@ -216,11 +258,13 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     camera = devices.camera.settings
     sound = devices.microphone.settings if devices.microphone else None
     checks = gate(log, folder, plan, entry.speed_mm_s, camera, sound, recording.sensor)
+    heard = tapped(folder, plan, recording.sensor) if plan.tap_s else None
+    checks += [heard.check] if heard else []
     why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
     if why:
         _put_aside(kept, folder, entry, why, checks, outcome)
     else:
-        kept.accept(folder, entry, checks, count(log, camera, plan.total_s))
+        kept.accept(folder, entry, checks, count(log, camera, plan.total_s), heard)
     return why
 
 

@@ -26,6 +26,7 @@ from afferents.pipeline.record.film import Film
 from afferents.pipeline.record.log import BlockRow, DriveRow, FrameRow, Log
 from afferents.pipeline.record.plan import Plan
 from afferents.pipeline.record.sound import Sound
+from afferents.pipeline.record.watch import Watch
 
 VIDEO, AUDIO, DAMAGED = "video.mp4", "audio.wav", "damaged"
 LOOK_S = 0.02
@@ -80,11 +81,21 @@ class Run:
         Where its files are written; it is there.
     speed_mm_s
         Of the drum.
+    watch
+        Where who looks on finds the newest of it.
     """
 
-    def __init__(self, devices: Devices, plan: Plan, folder: Path, speed_mm_s: float) -> None:
+    def __init__(
+        self,
+        devices: Devices,
+        plan: Plan,
+        folder: Path,
+        speed_mm_s: float,
+        watch: Watch | None = None,
+    ) -> None:
         """Touch no device yet."""
         self._devices, self._plan, self._folder = devices, plan, folder
+        self._watch = watch or Watch()
         self._speed_mm_s, self._set_mm_s = speed_mm_s, 0.0
         self.log = Log()
         self._seen, self._begun = threading.Event(), threading.Event()
@@ -109,6 +120,7 @@ class Run:
             threading.Thread(target=self._guarded, args=(work,), name=work.__name__, daemon=True)
             for work in self._work()
         ]
+        self._watch.begin()
         for thread in threads:
             thread.start()
         try:
@@ -158,13 +170,17 @@ class Run:
             elapsed_s = clock.now() - self.log.origin_s
             if elapsed_s >= plan.total_s + TAIL_S:
                 return
-            if elapsed_s >= plan.rest_s and not self._set_mm_s:
+            if elapsed_s >= plan.start_s and not self._set_mm_s:
                 self._set_mm_s = self._speed_mm_s
                 self._devices.drive.start(self._speed_mm_s)
-            self._note(self._devices.drive.read())
+            self._note(self._devices.drive.read(), elapsed_s)
+            self._watch.heed()
+            if self._watch.wants_redo:
+                raise RunFailedError("somebody asked for it once more")
             clock.wait(LOOK_S, self._over)
 
-    def _note(self, state: DriveState) -> None:
+    def _note(self, state: DriveState, elapsed_s: float) -> None:
+        self._watch.drive(state, self._set_mm_s, elapsed_s)
         self.log.drive.append(DriveRow(*state[:3], self._set_mm_s, state.fault))
         if state.fault is not None:
             raise RunFailedError(f"the drive reports a fault: {state.fault}")
@@ -173,6 +189,7 @@ class Run:
         """Take frames from the camera, and nothing else: the disk may be slow, this never waits."""
         for number, frame in enumerate(self._devices.camera.frames()):
             self._waiting.put(frame)
+            self._watch.frame(frame)
             if number == WARM_UP:
                 self._seen.set()
             if self._over.is_set():
@@ -248,6 +265,7 @@ class Run:
         most = round(self._plan.total_s * settings.rate_hz)
         try:
             for block in microphone.blocks():
+                self._watch.block(block)
                 if not self._seen.is_set():
                     continue
                 if self.log.origin_s is None:

@@ -17,6 +17,7 @@ from afferents.pipeline.record.gate import Check, Counts
 from afferents.pipeline.record.plan import Entry, Plan
 from afferents.pipeline.record.run import AUDIO, VIDEO, Devices
 from afferents.pipeline.record.sound import repair
+from afferents.pipeline.record.taps import Tapped
 from afferents.recordings.session_file import SESSION_FILE
 
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
@@ -25,6 +26,7 @@ that is whole: where it is, the run is finished."""
 SENSOR = "sensor.toml"
 """The plan's sensor file, kept with the recordings."""
 _PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
+_OFFSET = "audio_offset"
 
 
 class RecordedSession:
@@ -123,14 +125,23 @@ class RecordedSession:
             folder.mkdir()
         return folder
 
-    def accept(self, folder: Path, entry: Entry, checks: list[Check], counts: Counts) -> None:
+    def accept(
+        self,
+        folder: Path,
+        entry: Entry,
+        checks: list[Check],
+        counts: Counts,
+        heard: Tapped | None = None,
+    ) -> None:
         """Give a run its name: it is whole."""
         files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
-        about = {
+        about: dict[str, Any] = {
             _SUMS: {path.name: checksum(path) for path in files},
             "checks": [check.as_json() for check in checks],
             "frames": counts._asdict(),
         }
+        if heard:
+            about[_OFFSET] = {"seconds": heard.offset_s, "error_s": heard.error_s}
         write_json(folder / RUN, about)
         target = self.folder(entry)
         with naming(target):

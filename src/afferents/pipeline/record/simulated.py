@@ -108,11 +108,14 @@ class SimulatedMicrophoneOptions(SimulatedOptions):
         When it vanishes or loses samples, s from the start of a run; None for never.
     silent
         Whether it gives nothing but zeros.
+    offset_ms
+        How far its clock is ahead of the camera's, always.
     """
 
     gone_at_s: float | None = None
     overflow_at_s: float | None = None
     silent: bool = False
+    offset_ms: float = Field(0.0, ge=-100, le=100)
 
 
 class SimulatedMicrophone(Microphone):
@@ -154,7 +157,8 @@ class SimulatedMicrophone(Microphone):
                 continue
             samples = film.sound[first : first + _BLOCK]
             quiet = np.zeros_like(samples) if faults.silent else samples
-            yield Block(zero_s + time_s, quiet, number == lost + 1 > 0)
+            ahead_s = self.options.offset_ms / 1000
+            yield Block(zero_s + time_s + ahead_s, quiet, number == lost + 1 > 0)
         self._ended.wait()
 
 

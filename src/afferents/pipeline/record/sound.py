@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from afferents.core.errors import InputError
 
 _HEADER = struct.Struct("<4sI4s4sIHHIIHH4sI")
-_DATA_AT, _BYTES = _HEADER.size - 8, 2
-_LONGEST = 0xFFFFFFFF - _HEADER.size
+_DATA_AT = _HEADER.size - 8
+SAMPLE_BYTES = 2
+LONGEST_BYTES = 0xFFFFFFFF - _HEADER.size
+"""A wav says in 32 bits how much there is."""
 
 
 class Sound:
@@ -89,17 +91,17 @@ def repair(path: Path) -> int:
         if (fields[0], fields[2], fields[11]) != (b"RIFF", b"WAVE", b"data"):
             raise InputError(path, "a wav that 'afferents record' began", "another file")
         channels, rate_hz = fields[6], fields[7]
-        n: int = (path.stat().st_size - _HEADER.size) // (_BYTES * channels)
-        file.truncate(_HEADER.size + n * _BYTES * channels)
+        n: int = (path.stat().st_size - _HEADER.size) // (SAMPLE_BYTES * channels)
+        file.truncate(_HEADER.size + n * SAMPLE_BYTES * channels)
         file.seek(0)
         file.write(_header(rate_hz, channels, n))
     return n
 
 
 def _header(rate_hz: int, channels: int, n_samples: int) -> bytes:
-    frame = _BYTES * channels
-    n_bytes = min(n_samples * frame, _LONGEST // frame * frame)
+    frame = SAMPLE_BYTES * channels
+    n_bytes = min(n_samples * frame, LONGEST_BYTES // frame * frame)
     return _HEADER.pack(
         b"RIFF", n_bytes + _DATA_AT, b"WAVE", b"fmt ", 16, 1, channels, rate_hz,
-        rate_hz * frame, frame, 8 * _BYTES, b"data", n_bytes,
+        rate_hz * frame, frame, 8 * SAMPLE_BYTES, b"data", n_bytes,
     )  # fmt: skip

@@ -54,6 +54,7 @@ def test_the_example_is_a_plan(tmp_path):
         ('"linen"', '"2"', "each texture and each speed once"),
         ("[20, 40]", "[20, -40]", "speeds above 0"),
         ("seconds = 1", "", "'seconds'"),
+        ("seconds = 1", "seconds = 1\ntap_s = 3", r"with tap_s, a \[microphone\]"),
         ("seconds = 1", "seconds = 1\nspeed = 3", "unknown key 'speed'"),
         ('[camera]\nkind = "v4l2"', "", "'camera'"),
     ],

@@ -94,6 +94,33 @@ def test_lost_frames_are_found_at_exactly_these_frames(faulty):
     assert len(list(VideoFile(session / ".aside/4~60/1/video.mp4").frames())) == len(frames) - 1
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"sensor_channel": 7}, "sensor_channel below 2"),
+        ({"seconds": 86400.0}, "runs of at most 6.8 h"),
+    ],
+)
+def test_what_the_microphone_cannot_do_is_refused(begin, tmp_path, change, said):
+    recording = begin()
+    recording = replace(recording, plan=recording.plan.model_copy(update=change))
+    with pytest.raises(InputError, match=said):
+        made(recording, tmp_path / "S")
+
+
+def test_a_dry_run_is_not_too_long_and_needs_to_be_asked_for(run, tmp_path):
+    plan = tmp_path / "PLAN.toml"
+    plan.write_text(PLAN.format(redo=0, camera="", microphone="", drive=""))
+    code, _, said = run("record", plan, tmp_path / "S")
+    assert code == 2
+    assert "give --dry-run" in said
+    plan.write_text(plan.read_text().replace("seconds = 0.5", "seconds = 500.0"))
+    code, _, said = run("record", plan, tmp_path / "S", "--dry-run")
+    assert code == 2
+    assert "at most 120 s in a dry run" in said.replace("\n", " ")
+    assert not (tmp_path / "S").exists()
+
+
 def test_the_run_is_recorded_again_and_the_session_whole(faulty):
     session, outcome = faulty
     assert outcome.recorded == [RUN]

@@ -1,6 +1,7 @@
 // Draws what the server sends: a greeting with the models, then states and pictures.
 
 import { colour, drawMap, drawSpectrum } from "./draw.js";
+import { showRecording } from "./record.js";
 
 const STALE_S = 1; // older than that nothing is shown as if it were now
 const HISTORY = 600; // columns of the history, one a message
@@ -22,6 +23,7 @@ function greet(hello) {
   document.body.classList.toggle("looking", !feeling.length); // nobody feels: pictures take the page
   $("models").hidden = !feeling.length;
   $("title").textContent = feeling.length ? "What the fingertip feels" : "What the sensor shows";
+  if (hello.recording) $("title").textContent = "Recording";
   $("models").replaceChildren(...feeling.map((model) => {
     const view = modelView(model);
     models.set(model.model, view);
@@ -187,7 +189,9 @@ function troublesOf(percept) {
 }
 
 function show() {
-  if (!state || paused) return;
+  if (!state) return;
+  if (state.recording) showRecording(state.recording); // never paused: it says what is to be done
+  if (paused) return;
   const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
@@ -217,6 +221,7 @@ function connect() {
     else state = message, show();
   };
   socket.onclose = () => {
+    if (state?.recording?.ended) return void ($("link").textContent = "the recording is over");
     $("link").textContent = "connection lost, trying again…";
     for (const view of models.values()) view.article.classList.add("stale");
     setTimeout(connect, 1000);

@@ -1,0 +1,63 @@
+"""Sound against picture: the offset of a simulated microphone, from taps at the start of a run."""
+
+import json
+
+import pytest
+
+from afferents.core.progress import Progress
+from afferents.markers import load_sensor
+from afferents.pipeline.record.bench import Bench
+from afferents.pipeline.record.devices import simulated_devices
+from afferents.pipeline.record.plan import read_plan
+from afferents.pipeline.record.record import Recording, record
+from afferents.rig import Rig
+
+PLAN = """
+textures = ["4"]
+speeds_mm_s = [60]
+seconds = 0.3
+tap_s = 2.0
+redo = 0
+[camera]
+kind = "simulated"
+[microphone]
+kind = "simulated"
+{microphone}
+[drive]
+kind = "simulated"
+"""
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Return what came of the run with a microphone of its own, and its session's file."""
+    folder = tmp_path_factory.mktemp("taps")
+    path = folder / "PLAN.toml"
+    path.write_text(PLAN.format(microphone=""))
+    bench = Bench(Rig(), read_plan(path), speed=4)
+
+    def recorded(microphone):
+        path.write_text(PLAN.format(microphone=microphone))
+        plan, session = read_plan(path), folder / microphone
+        devices = simulated_devices(plan, path, bench)
+        with Progress(quiet=True) as progress:
+            made = Recording(plan, path, load_sensor("tip_b"), devices, bench.mount, True)
+            outcome = record(made, session, progress)
+        return outcome, json.loads((session / "session.json").read_text())
+
+    return recorded
+
+
+@pytest.mark.parametrize("offset_ms", [-30, 45])
+def test_the_offset_of_a_run_is_found(recorded, offset_ms):
+    outcome, said = recorded(f"offset_ms = {offset_ms}")
+    assert outcome.recorded == ["4/60"]
+    found = said["runs"]["4/60"]["audio_offset"]
+    assert 1000 * found["seconds"] == pytest.approx(offset_ms, abs=3)
+    assert abs(1000 * found["seconds"] - offset_ms) < 2 * 1000 * found["error_s"]
+    assert said["steady_s"] == pytest.approx([3.5, 3.8])
+
+
+def test_a_run_without_a_tap_that_both_show_is_refused(recorded):
+    outcome, _ = recorded("silent = true")
+    assert "sound against picture: no tap that both show" in outcome.kept_aside["4/60"]

@@ -1,0 +1,104 @@
+"""A rehearsal with a page: camera, sound, what is to be done, and three things to ask for."""
+
+import json
+import time
+import urllib.error
+import urllib.request
+
+from .test_page import Running, browser, visit  # noqa: F401
+
+PLAN = """
+textures = ["0", "4"]
+speeds_mm_s = [60]
+seconds = 4.0
+[camera]
+kind = "simulated"
+[microphone]
+kind = "simulated"
+[drive]
+kind = "simulated"
+"""
+ASKS = "document.querySelector('#say').textContent.startsWith('change the drum to')"
+
+
+class Rehearsal(Running):
+    """`afferents record --dry-run --web` in a process of its own."""
+
+    def __init__(self, launch, folder, *arguments):
+        (folder / "PLAN.toml").write_text(PLAN)
+        command = ["record", folder / "PLAN.toml", folder / "S", "--dry-run", "--web"]
+        self.process = launch([*command, "--port", "0", *arguments])
+        said = iter(self.process.stderr.readline, "")
+        page = next(line for line in said if line.startswith("Page: "))
+        self.url = page.removeprefix("Page: ").strip()
+
+    def ask(self, what, query="", **headers):
+        address = f"{self.url.split('?')[0].rstrip('/')}/do/{what}{query}"
+        try:
+            request = urllib.request.Request(address, b"", headers)
+            return urllib.request.urlopen(request, timeout=10).status
+        except urllib.error.HTTPError as error:
+            return error.code
+
+
+def until(visitor, true):
+    """The first state of which something is true, and whether a picture came before."""
+    seen, late = False, time.monotonic() + 60
+    while time.monotonic() < late:
+        message = visitor.recv(timeout=20)
+        if isinstance(message, bytes):
+            seen = True
+        elif (state := json.loads(message))["type"] == "state" and true(state["recording"]):
+            return state, seen
+    raise AssertionError("it did not come to that")
+
+
+def test_next_redo_and_stop(launch, tmp_path):
+    running = Rehearsal(launch, tmp_path, "--token", "a long word")
+    word = "?token=a%20long%20word"
+    try:
+        assert running.ask("next") == 403
+        assert running.ask("next", word, Origin="http://elsewhere.example") == 403
+        assert running.ask("dance", word) == 409
+        with running.socket(word) as visitor:
+            state, _ = until(visitor, lambda r: r["can"] == ["next", "stop"])
+            assert state["recording"]["say"].startswith("change the drum to ")
+            assert running.ask("redo", word) == 409
+            assert running.ask("next", word) == 200
+            until(visitor, lambda r: "redo" in r["can"])
+            assert running.ask("redo", word) == 200
+            until(visitor, lambda r: any("asked for it once more" in n for n in r["notes"]))
+            state, _ = until(visitor, lambda r: r["done"] == 1 and "next" in r["can"])
+            assert state["recording"]["attempt"] == 1  # what was asked for is not counted
+            state, seen = until(visitor, lambda r: True)
+            assert len(state["video"]["markers"]) == 361
+            assert until(visitor, lambda r: True)[1] or seen
+            assert running.ask("stop", word) == 200
+        assert running.process.wait(20) == 130
+    finally:
+        running.stop()
+    said = json.loads((tmp_path / "S/session.json").read_text())
+    assert list(said["runs"]) in (["0/60"], ["4/60"])
+    assert len(list((tmp_path / "S/.aside").glob("*/*/why.json"))) == 1
+
+
+def test_the_page_in_a_browser(launch, browser, tmp_path):  # noqa: F811
+    running = Rehearsal(launch, tmp_path)
+    try:
+        page = visit(browser, running.url)
+        page.set_viewport_size({"width": 390, "height": 844})
+        page.wait_for_function(ASKS)
+        page.keyboard.press("Enter")
+        recorded = "document.querySelector('#plan').value === 1"
+        page.wait_for_function(f"{recorded} && {ASKS}", timeout=60000)
+        assert page.locator("#do-redo").is_disabled()
+        wide = "document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+        assert page.evaluate(wide)
+        page.on("dialog", lambda asked: asked.accept())
+        page.keyboard.press("s")
+        assert running.process.wait(20) == 130
+        page.wait_for_function("document.querySelector('#link').textContent.includes('is over')")
+        assert page.locator("#say").text_content() == "stopped: what is finished is kept"
+        assert page.faults == []
+    finally:
+        running.stop()
