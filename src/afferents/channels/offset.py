@@ -7,6 +7,7 @@ smooth surface, or a tap, serves best: the hum of a regular texture looks the sa
 
 Places and accelerations stand beside the speeds since gel and amplifier shift phases; the price is
 a flat maximum, so that one touch tells the offset to 1 to 3 ms. Several of one set-up tell more.
+What gel and amplifier delay all they pass by belongs to the offset: nothing can tell it from one.
 """
 
 from typing import NamedTuple

@@ -148,7 +148,7 @@ BEYOND: dict[str, Model] = {
 
 MODELS: dict[str, Model] = TABLE1 | BEYOND
 
-BEST = ("ra-wave-vector", "vib-te-aug")
+BEST = ("sa-wave-vector", "vib-te-aug")
 """What is recommended: the first that the data support, to be trained and felt with.
 
 By the kind of data, not by scores at held-out speeds, so that nothing is picked on a test.

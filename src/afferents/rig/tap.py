@@ -46,7 +46,9 @@ def tap(
     Simulated
         As of a run; the drum stands still, and the clocks have no offset.
     """
-    drawn = draw(rig, texture, speed_mm_s, seed)
+    # Where the microphone is: the rim is pressed late, or not at all, by what meets the middle.
+    towards = -rig.microphone.y_mm / rig.skin.tip_radius_mm
+    drawn = draw(rig, texture, speed_mm_s, seed)._replace(tilt_rad=(0.0, towards))
     rng = random_of(seed, texture, speed_mm_s, _TAPS)
     time = (np.arange(round((seconds + 0.25) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
     pressed = np.full(len(time), -_OFF_MM)

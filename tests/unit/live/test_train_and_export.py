@@ -78,7 +78,7 @@ def test_from_python_a_model_says_what_its_file_says(models, stores):
 def test_the_best_is_trained_where_nothing_is_asked_for(run, stores, tmp_path, kind):
     code, out, _ = run("train", stores[kind], tmp_path / "m", "--preset", "quick", "--json")
     assert code == 0
-    best = {"video": "ra-wave-vector", "audio": "vib-te-aug"}[kind]
+    best = {"video": "sa-wave-vector", "audio": "vib-te-aug"}[kind]
     assert json.loads(out)["model"] == best
 
 

@@ -53,7 +53,7 @@ def simulated(page):
 
 def test_it_ends_with_table_1_under_both_protocols(page):
     summary = json.loads((page.parent / "summary.json").read_text())
-    assert set(summary["models"]) == {*SOME, "ra-wave-vector"}
+    assert set(summary["models"]) == {*SOME, "sa-wave-vector"}
     assert all(set(found) == {"nested", "published"} for found in summary["models"].values())
     nested = {name: found["nested"] for name, found in summary["models"].items()}
     assert not any(any(found["leaks"].values()) for found in nested.values())

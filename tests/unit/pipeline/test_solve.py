@@ -73,7 +73,7 @@ def test_lines_that_follow_the_speed_are_cut_out_where_it_is_known(heard, tmp_pa
 
 
 def test_the_best_is_evaluated_for_what_the_data_are(stored, heard, tmp_path, run):
-    for store, best in ((stored, "ra-wave-vector"), (heard, "vib-te-aug")):
+    for store, best in ((stored, "sa-wave-vector"), (heard, "vib-te-aug")):
         code, out, err = run(
             "evaluate", store, "--out", tmp_path / best, "--models", "best", "--json",
             "--held-out", 40, "--workers", 1, *(("--frames", 5) if store == stored else ()),
