@@ -25,7 +25,7 @@ from afferents.markers import load_sensor
 from afferents.pipeline.extract import extract
 from afferents.pipeline.extraction import Extraction
 from afferents.pipeline.simulate import simulate_session
-from afferents.rig import AUDIO, VIDEO
+from afferents.rig import AUDIO, VIDEO, Rig
 from afferents.rig.simulation import simulation_of
 
 CACHE = "AFFERENTS_CACHE"
@@ -45,7 +45,7 @@ def example(folder: str | Path | None = None, quiet: bool = False) -> Responses:
     The soft fingertip has 361 markers inside. A drum with bumps 4 mm apart turns under it: at
     rest first, from 1.5 s on at 40 mm/s. A camera sees the markers and a microphone in the gel
     hears the vibration. The recording is simulated when it is asked for first, which takes some
-    seconds, and is kept for the next time (about 5 MB).
+    seconds, and is kept for the next time (about 10 MB).
 
     Parameters
     ----------
@@ -131,6 +131,7 @@ def _about(kept: Path) -> dict[str, Any]:
     return {
         "afferents": __version__,
         "made": [SPACING_MM, SPEED_MM_S, SECONDS],
+        "rig": Rig().model_dump(mode="json"),
         "files": [path.relative_to(kept).as_posix() for path in files],
         "checksum": checksum(*files),
     }
