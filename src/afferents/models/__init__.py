@@ -6,6 +6,7 @@ from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.deployed import Deployed, Stepping
 from afferents.models.discriminant import Discriminant
 from afferents.models.fusion import JointFusion, LateFusion
+from afferents.models.keras import KerasArray, put_keras_weights
 from afferents.models.layers import (
     L2,
     ParameterCount,
@@ -40,6 +41,7 @@ __all__ = [
     "FitData",
     "Gram",
     "JointFusion",
+    "KerasArray",
     "LateFusion",
     "Network",
     "Novelty",
@@ -63,6 +65,7 @@ __all__ = [
     "kernels_with_l2",
     "l2_penalty",
     "log_probabilities",
+    "put_keras_weights",
     "sum_of",
     "weighted",
 ]
