@@ -19,6 +19,7 @@ from afferents.cli.shared import (
     PresetName,
     ProtocolName,
     Quiet,
+    RecipeFile,
     SensorName,
     SteadyPart,
     Workers,
@@ -50,6 +51,7 @@ def evaluate(
     ] = "all",
     protocol: ProtocolName = "nested",
     preset: PresetName = "quick",
+    recipe: RecipeFile = None,
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="First random seed.")] = 0,
     seeds: Annotated[
@@ -162,6 +164,7 @@ def evaluate(
         "models": models,
         "protocol": protocol,
         "preset": preset,
+        "recipe": recipe,
         "cut": cut,
         "seeds": range(seed, seed + seeds),
         "held_out": parse_speeds(held_out, "--held-out") if by_speed else _names(held_out),

@@ -247,6 +247,7 @@ class About(Form):
     steady_s: Steady | None = None
     disturb: Spoilt = {}
     disturb_training: Spoilt = {}
+    recipe: dict[str, dict[str, Any]] = {}
     textures: tuple[str, ...] = Field(min_length=1)
     intervals: Intervals | None = None
     skipped: tuple[Skipped, ...]

@@ -9,6 +9,7 @@ from afferents.encodings import Encodings
 from afferents.evaluation.disturbance import Disturbances
 from afferents.models import Solved, classifier_of
 from afferents.pipeline.encode import sources_of
+from afferents.training import Hyperparameters, learns_in_a_loop, recipe_of
 
 
 def require_disturbed(
@@ -50,6 +51,26 @@ def _has_penalty(model: Model) -> bool:
     if issubclass(kind, Solved):
         return bool(kind.searched) or len(kind.penalties) > 1
     return any(_has_penalty(MODELS[name]) for name in model.parts)
+
+
+def require_trained_so(
+    models: Sequence[Model], encodings: Encodings, hyperparameters: Hyperparameters
+) -> None:
+    """Refuse hyperparameters of networks that none of the models asked for is.
+
+    Raises
+    ------
+    InputError
+        Naming the models.
+    """
+    if not hyperparameters.changed:
+        return
+    learnt = [part for model in models for part in _parts(model) if learns_in_a_loop(part)]
+    used = {recipe_of(part, encodings.of(part.encoding)) for part in learnt}
+    if not used & set(hyperparameters.changed):
+        networks = ", ".join(hyperparameters.changed)
+        names = ", ".join(model.name for model in models)
+        raise InputError("--recipe", f"models that learn as {networks}", names, "leave it out")
 
 
 def require_told(models: Sequence[Model], encodings: Encodings) -> None:

@@ -32,7 +32,12 @@ from afferents.evaluation import (
 )
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
-from afferents.pipeline.asked import require_disturbed, require_searched, require_told
+from afferents.pipeline.asked import (
+    require_disturbed,
+    require_searched,
+    require_told,
+    require_trained_so,
+)
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
@@ -111,6 +116,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     require_disturbed(able, recipe.encodings, recipe.disturbances)
     require_searched(able, recipe.penalty)
     require_told(able, recipe.encodings)
+    require_trained_so(able, recipe.encodings, recipe.hyperparameters)
     require_speeds_known(able, recipe.encodings, everything)
     recipe.split.groups_of(everything)
     if recipe.ablation.markers != 1:

@@ -52,6 +52,7 @@ from afferents.training import (
     RECIPES,
     Checkpoint,
     Compute,
+    Hyperparameters,
     Part,
     Preset,
     TrainingConfig,
@@ -91,6 +92,8 @@ class Recipe:
         Whether that of every ridge is chosen inside each fold, or of those alone that have none.
     compute
         What the networks run on, and in which precision.
+    hyperparameters
+        Of the networks' training, where not the preset's.
     skipped
         Recordings that no model uses, and why; found out when the evaluation begins.
     tested
@@ -110,16 +113,14 @@ class Recipe:
     steady_s: Steady | None = None
     penalty: Penalty = "fixed"
     compute: Compute = field(default_factory=Compute)
+    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
 
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder: its `config.json`."""
-        training = {
-            recipe: training_config(self.preset, recipe, self.compute).model_dump()
-            for recipe in RECIPES
-        }
+        training = {recipe: self.training_of(recipe).model_dump(mode="json") for recipe in RECIPES}
         return {
             "schema": SCHEMA,
             "data": [origin.describe() for origin in self.data],
@@ -139,7 +140,9 @@ class Recipe:
         split = {} if self.split == SPEED else {"split": self.split.name}
         steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
         penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
-        return split | steady | penalty | self.disturbances.describe()
+        own = self.hyperparameters.describe()
+        recipe = {"recipe": own} if own else {}
+        return split | steady | penalty | recipe | self.disturbances.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
@@ -163,7 +166,12 @@ class Recipe:
 
     def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
         """Return how a network is trained."""
-        return training_config(self.preset, recipe_of(model, encoding), self.compute)
+        return self.training_of(recipe_of(model, encoding))
+
+    def training_of(self, recipe: str) -> TrainingConfig:
+        """Return how networks of a recipe (see `RECIPES`) are trained."""
+        changed = self.hyperparameters.of_network(recipe)
+        return training_config(self.preset, recipe, self.compute, changed)
 
 
 @dataclass(frozen=True)

@@ -142,6 +142,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(protocols) or "none"),
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
         *([("Steady part", f"{written(steady)} s (--steady)")] if steady else []),
+        *_set_otherwise(summary),
         *_spoilt(summary),
         ("Chance", f"{percent(summary['chance'])} %"),
     ]
@@ -154,6 +155,14 @@ def textures_line(textures: Sequence[str]) -> str:
     if names == list(textures):
         return line
     return f"{line}; letters as in the paper, for bumps {shortened(textures)} mm apart"
+
+
+def _set_otherwise(summary: Summary) -> list[tuple[str, str]]:
+    """Return which hyperparameters were not the preset's, a line for each network that has some."""
+    return [
+        (f"Set otherwise: {network}", ", ".join(f"{name} = {value}" for name, value in own.items()))
+        for network, own in summary.get("recipe", {}).items()
+    ]
 
 
 def _spoilt(summary: Summary) -> list[tuple[str, str]]:

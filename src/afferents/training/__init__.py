@@ -15,6 +15,7 @@ from afferents.training.fitted import Fitted, Part, require_buildable
 from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
 from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.history import Epoch
+from afferents.training.hyperparameters import Hyperparameters
 from afferents.training.keras_file import load_keras_weights
 from afferents.training.learning_set import LearningSet, learning_set
 from afferents.training.loop import TrainedModel, predict, train
@@ -29,6 +30,7 @@ __all__ = [
     "Compute",
     "Epoch",
     "Fitted",
+    "Hyperparameters",
     "LearningSet",
     "Part",
     "Preset",

@@ -19,7 +19,7 @@ _WEIGHTS = "model_weights"
 _WHAT = "a network that Keras saved as HDF5"
 _LARGEST = 10_000_000
 """Values of one array: those of the paper's networks have at most 147,456."""
-_SETTINGS = {
+_SETTINGS: dict[str, dict[str, str | float]] = {
     "LSTM": {"activation": "tanh", "recurrent_activation": "sigmoid"},
     "BatchNormalization": {"epsilon": 0.001},
 }
@@ -60,7 +60,7 @@ def read_keras_weights(path: Path) -> list[KerasArray]:
     try:
         with h5py.File(path, "r") as file:
             _require_settings(path, file.attrs.get("model_config"))
-            return list(_arrays(path, file[_WEIGHTS] if _WEIGHTS in file else file))
+            return list(_arrays(path, file.get(_WEIGHTS, file)))
     except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise InputError(path, _WHAT, str(error)) from error
 

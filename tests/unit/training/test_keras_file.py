@@ -98,7 +98,7 @@ def test_gates_that_ours_have_not_are_refused(tmp_path):
         lstm = next(one for one in config["config"]["layers"] if one["class_name"] == "LSTM")
         lstm["config"]["recurrent_activation"] = "hard_sigmoid"
         file.attrs["model_config"] = json.dumps(config)
-    with pytest.raises(InputError, match="LSTM with recurrent_activation = sigmoid.*hard_sigmoid"):
+    with pytest.raises(InputError, match=r"LSTM with recurrent_activation = sigmoid.*hard_sigmoid"):
         load_keras_weights(build("cnn-lstm", 13, (10, 19, 19)), path)
 
 
