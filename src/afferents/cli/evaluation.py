@@ -275,12 +275,12 @@ def _names(text: str | None) -> tuple[str, ...]:
 
 def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting import by_touch_table, table1, touches_table
+    from afferents.reporting import by_touch_table, lengths_table, table1, touches_table
 
     evaluated = set(summary["models"])
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
-    tables += [table] if (table := by_touch_table(summary)) else []
+    tables += [table for of in (lengths_table, by_touch_table) if (table := of(summary))]
     return [TerminalTable.of(table) for table in tables]
 
 

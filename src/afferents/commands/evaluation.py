@@ -110,7 +110,8 @@ def evaluate(
         mapping, such as ``{"spatial-net": {"max_epochs": 40}}``; see
         `afferents.training.TrainingConfig`.
     encoding
-        Options of the encodings by name, such as ``frames=20`` or ``window_s=2``.
+        Options of the encodings by name, such as ``frames=20`` or ``window_s=2``. Several lengths,
+        ``frames=[1, 2, 5, 10]``, make a model of each, named by its length (``sa-ste-5``).
 
     Returns
     -------
@@ -209,9 +210,12 @@ def _evaluation(
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.job import Recipe
+    from afferents.pipeline.lengths import FIELD, by_length, lengths_in
     from afferents.training import Compute, Hyperparameters
 
     asked, under = models_in(models), protocols(protocol)
+    lengths = lengths_in(encoding.get(FIELD))
+    encoding = {name: v for name, v in encoding.items() if not (lengths and name == FIELD)}
     what, steady_s = split_named(split), steady_in(steady, cut)
     wanted = what.read(held_out, "--held-out")
     at_test = Disturbance.of(disturb, "--disturb")
@@ -223,6 +227,7 @@ def _evaluation(
     used, left_out = only or Ablation(), without or {}
     encodings = encodings_for(opened, cut, encoding)
     chosen = asked or [best_of(recordings_in(opened))]
+    chosen = by_length(chosen, lengths, encodings) if lengths else chosen
     say_choice(opened, chosen, encodings, progress)
     whole = Recipe(
         out=Path(out),

@@ -267,6 +267,7 @@ class Summary(About):
     groups: tuple[GroupName, ...] = ()
     chance: Share
     titles: dict[str, str] = {}
+    lengths: dict[str, dict[Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}$")], str]] = {}
     models: dict[str, dict[ProtocolName, Outcome]]
     selection_effect: dict[str, Paired] = {}
     comparisons: tuple[Comparison, ...] = ()

@@ -60,6 +60,8 @@ class Model:
         Who tells it the speed of what is tested.
     parts
         Names of the models that a fusion joins; its decisions are timed by the first.
+    variant_of
+        Name of the model that it is, but for the length of its windows; none of most.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Model:
     stretched: bool = False
     speed_from: SpeedFrom = "nobody"
     parts: tuple[str, ...] = ()
+    variant_of: str = ""
 
     def __post_init__(self) -> None:
         """Refuse names that are no names of folders, and take the name for a title."""

@@ -15,7 +15,11 @@ from afferents.encodings.tactile_image import tactile_images
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
-FRAMES_OPTION = Option("--frames", "Length of a run of tactile images, video frames.", int)
+FRAMES_OPTION = Option(
+    "--frames",
+    "Length of a run of tactile images, video frames; 'evaluate' also takes several: 1,2,5,10.",
+    str,
+)
 
 
 class SpatiotemporalEncoding(ImageEncoding):

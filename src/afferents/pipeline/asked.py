@@ -12,6 +12,26 @@ from afferents.pipeline.encode import sources_of
 from afferents.training import Hyperparameters, learns_in_a_loop, recipe_of
 
 
+def require_options(
+    models: Sequence[Model],
+    encodings: Encodings,
+    disturbances: Disturbances,
+    hyperparameters: Hyperparameters,
+    penalty: Penalty = "fixed",
+) -> None:
+    """Refuse what would do nothing, or tell a model what it must not know.
+
+    Raises
+    ------
+    InputError
+        Naming the option.
+    """
+    require_disturbed(models, encodings, disturbances)
+    require_searched(models, penalty)
+    require_told(models, encodings)
+    require_trained_so(models, encodings, hyperparameters)
+
+
 def require_disturbed(
     models: Sequence[Model], encodings: Encodings, disturbances: Disturbances
 ) -> None:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,6 @@ from afferents.training import (
     fit,
     is_out_of_memory,
     recipe_of,
-    training_config,
     weights_of,
 )
 
@@ -120,7 +119,8 @@ class Recipe:
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder: its `config.json`."""
-        training = {recipe: self.training_of(recipe).model_dump(mode="json") for recipe in RECIPES}
+        trained = partial(self.hyperparameters.training, self.preset, compute=self.compute)
+        training = {name: trained(name).model_dump(mode="json") for name in RECIPES}
         return {
             "schema": SCHEMA,
             "data": [origin.describe() for origin in self.data],
@@ -140,8 +140,7 @@ class Recipe:
         split = {} if self.split == SPEED else {"split": self.split.name}
         steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
         penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
-        own = self.hyperparameters.describe()
-        recipe = {"recipe": own} if own else {}
+        recipe = {"recipe": own} if (own := self.hyperparameters.describe()) else {}
         return split | steady | penalty | recipe | self.disturbances.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
@@ -166,12 +165,8 @@ class Recipe:
 
     def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
         """Return how a network is trained."""
-        return self.training_of(recipe_of(model, encoding))
-
-    def training_of(self, recipe: str) -> TrainingConfig:
-        """Return how networks of a recipe (see `RECIPES`) are trained."""
-        changed = self.hyperparameters.of_network(recipe)
-        return training_config(self.preset, recipe, self.compute, changed)
+        recipe = recipe_of(model, encoding)
+        return self.hyperparameters.training(self.preset, recipe, self.compute)
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.evaluation.disturbance import Disturbance, Disturbances
 from afferents.models import Deployed, classifier_of
-from afferents.pipeline.asked import require_disturbed, require_told, require_trained_so
+from afferents.pipeline.asked import require_options
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
@@ -52,7 +52,6 @@ from afferents.training import (
     own_types,
     recipe_of,
     save_model,
-    training_config,
 )
 
 Indices = NDArray[np.int64]
@@ -117,9 +116,8 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
     spoilt = Disturbances(training=training.disturbance)
-    require_told([training.model], training.encodings)
-    require_trained_so([training.model], training.encodings, training.hyperparameters)
-    require_disturbed([training.model], training.encodings, spoilt)
+    hyperparameters = training.hyperparameters
+    require_options([training.model], training.encodings, spoilt, hyperparameters)
     require_speeds_known([training.model], training.encodings, recordings)
     training.split.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
@@ -199,8 +197,7 @@ def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
     recipe = recipe_of(training.model, part.encoding)
-    changed = training.hyperparameters.of_network(recipe)
-    config = training_config(training.preset, recipe, training.compute, changed)
+    config = training.hyperparameters.training(training.preset, recipe, training.compute)
     network, learnt = fit_once(training.model, part, config, training.seed)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 

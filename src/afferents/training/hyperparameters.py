@@ -19,7 +19,7 @@ from torch import nn
 from afferents.core.choices import Preset
 from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
-from afferents.training.config import RECIPES, TrainingConfig, training_config
+from afferents.training.config import RECIPES, Compute, TrainingConfig, training_config
 
 DROPOUT_LAYERS = {"spatial-net": 3, "cnn-lstm": 3, "vibration-net": 1}
 """How many there are in each network, from the input to the output."""
@@ -62,6 +62,12 @@ class Hyperparameters:
     def of_network(self, network: str) -> Mapping[str, Any]:
         """Return what is set of a network's training, by name of the field."""
         return self.changed.get(network, {})
+
+    def training(
+        self, preset: Preset, network: str, compute: Compute | None = None
+    ) -> TrainingConfig:
+        """Return how a network is trained, to be computed so."""
+        return training_config(preset, network, compute, self.of_network(network))
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return it ready for JSON."""
