@@ -158,9 +158,27 @@ class Encoding(BaseModel, ABC):
         return 0
 
     def stretched(
-        self, values: Floats, rng: np.random.Generator, stretch: Stretch
+        self,
+        samples: Samples,
+        index: NDArray[np.int64],
+        rng: np.random.Generator,
+        stretch: Stretch,
     ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return copies of samples as other speeds would give them, and the sample each is of.
+        """Return copies of samples as other speeds would give them, and which each is of.
+
+        Parameters
+        ----------
+        samples, index
+            All samples, and those that are copied, (n,).
+        rng
+            Draws the factors of speed.
+        stretch
+            How spectra are stretched.
+
+        Returns
+        -------
+        Copies (`n_copies` * n, *sample_shape) as a network sees them, and the place in `index` of
+        the sample that each came from.
 
         Raises
         ------

@@ -85,7 +85,8 @@ def require_trained_so(
     """
     if not hyperparameters.changed:
         return
-    learnt = [part for model in models for part in _parts(model) if learns_in_a_loop(part)]
+    parts = (p for model in models for p in ([model] if learns_in_a_loop(model) else _parts(model)))
+    learnt = [part for part in parts if learns_in_a_loop(part)]
     used = {recipe_of(part, encodings.of(part.encoding)) for part in learnt}
     if not used & set(hyperparameters.changed):
         networks = ", ".join(hyperparameters.changed)

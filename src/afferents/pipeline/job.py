@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from afferents.core.results import SCHEMA
 from afferents.core.samples import Samples, textures_of
 from afferents.core.split import SPEED, Split
 from afferents.core.steady import Steady, with_steady
-from afferents.encodings import Encoding, Encodings
+from afferents.encodings import Encodings
 from afferents.evaluation import (
     PLAN,
     FoldKey,
@@ -58,7 +58,7 @@ from afferents.training import (
     TrainingConfig,
     fit,
     is_out_of_memory,
-    recipe_of,
+    recipes_of,
     weights_of,
 )
 
@@ -119,8 +119,7 @@ class Recipe:
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder: its `config.json`."""
-        trained = partial(self.hyperparameters.training, self.preset, compute=self.compute)
-        training = {name: trained(name).model_dump(mode="json") for name in RECIPES}
+        training = {name: self.training(name).model_dump(mode="json") for name in RECIPES}
         return {
             "schema": SCHEMA,
             "data": [origin.describe() for origin in self.data],
@@ -163,10 +162,9 @@ class Recipe:
         """Return the model of that name."""
         return next(model for model in self.models if model.name == name)
 
-    def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
-        """Return how a network is trained."""
-        recipe = recipe_of(model, encoding)
-        return self.hyperparameters.training(self.preset, recipe, self.compute)
+    def training(self, network: str) -> TrainingConfig:
+        """Return how a network is trained; by name, see `RECIPES`."""
+        return self.hyperparameters.training(self.preset, network, self.compute)
 
 
 @dataclass(frozen=True)
@@ -263,9 +261,10 @@ def train_and_test(
             if protocol.name == "nested":
                 refuse_leaks(leaks[-1], part.fold)
 
-    config, rank = recipe.training(model, parts[0].encoding), ranks_and_folds[0][0]
+    configs = [recipe.training(network) for network in recipes_of(model, parts)]
+    rank = ranks_and_folds[0][0]
     searched = recipe.penalty == "searched"
-    fitted = fit(model, parts, protocol, config, key.seed, rank, check, checkpoint, searched)
+    fitted = fit(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
     table = predictions_table(

@@ -12,7 +12,7 @@ from afferents.training.config import (
 )
 from afferents.training.estimator_file import own_types
 from afferents.training.fitted import Fitted, Part, require_buildable
-from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
+from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of, recipes_of
 from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.history import Epoch
 from afferents.training.hyperparameters import Hyperparameters
@@ -52,6 +52,7 @@ __all__ = [
     "own_types",
     "predict",
     "recipe_of",
+    "recipes_of",
     "require_buildable",
     "save_model",
     "save_weights",
