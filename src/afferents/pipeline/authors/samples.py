@@ -64,7 +64,8 @@ class TestSets:
             expected = f"samples of {' x '.join(map(str, shape))}"
             raise InputError(where, expected, " x ".join(map(str, samples.shape[1:])))
         in_turn = samples.reshape(-1, n, *shape)
-        return in_turn if _of_vibration(model) else in_turn.swapaxes(-1, -2)
+        (source,) = sources_of(model, Encodings())
+        return in_turn if source.encoding.of_vibration else in_turn.swapaxes(-1, -2)
 
     def outputs(self, model: Model, speed_mm_s: float) -> Floats | None:
         """Return what Keras' network said of their samples, (n, texture), if it was asked."""
@@ -87,7 +88,7 @@ class TestSets:
         if [str(r.attrs[dims.TEXTURE]) for r in at] != self.textures:
             return None
         encoded = np.stack([encode(r, source, "published").values for r in at], axis=1)
-        if not _of_vibration(model):
+        if not source.encoding.of_vibration:
             if theirs is not None and len(theirs) != len(encoded[1::2]):
                 expected = f"{len(encoded[1::2])} samples of each texture of {model.name}, as here"
                 raise InputError(f"{speed_mm_s:g} mm/s", expected, f"{len(theirs)}")
@@ -114,7 +115,3 @@ def nearest(ours: Floats, theirs: Floats) -> Floats:
     flat = (x.reshape(len(x), -1) for x in (theirs, ours))
     apart = cdist(*flat, "cityblock")  # one line that differs does not decide
     return np.asarray(apart.argmin(axis=1))
-
-
-def _of_vibration(model: Model) -> bool:
-    return bool(model.encoding == "spectral")
