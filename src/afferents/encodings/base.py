@@ -21,6 +21,7 @@ from afferents.encodings.streams import ImageStream, VibrationStream
 from afferents.encodings.tactile_image import image_runs
 
 Floats = NDArray[np.float32]
+Indices = NDArray[np.int64]
 
 
 class Option(NamedTuple):
@@ -158,27 +159,11 @@ class Encoding(BaseModel, ABC):
         return 0
 
     def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return copies of samples as other speeds would give them, and which each is of.
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
+        """Return copies of samples (at `index`) as other speeds give them, as a network sees them.
 
-        Parameters
-        ----------
-        samples, index
-            All samples, and those that are copied, (n,).
-        rng
-            Draws the factors of speed.
-        stretch
-            How spectra are stretched.
-
-        Returns
-        -------
-        Copies (`n_copies` * n, *sample_shape) as a network sees them, and the place in `index` of
-        the sample that each came from.
+        Beside them the place in `index` of the sample each is of; `stretch` is for spectra.
 
         Raises
         ------
