@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from afferents.channels import CHANNELS, Channel, hold, marker_speed, ra1, ra2, sa1
     from afferents.commands import (
         calibrate,
+        compare,
         evaluate,
         evaluate_textures,
         explain,
@@ -104,6 +105,7 @@ _COMMANDS = (
     "load_model",
     "evaluate_textures",
     "explain_shear",
+    "compare",
 )
 _MODULES = {
     "devices": "afferents.devices",
@@ -175,6 +177,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "load_model",
     "evaluate_textures",
     "explain_shear",
+    "compare",
     "DATA_SETS",
     "DataSet",
     "Recording",

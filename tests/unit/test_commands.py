@@ -16,6 +16,7 @@ NAMES = [
     "evaluate",
     "report",
     "train",
+    "compare",
     "export",
     "explain",
     "explain_shear",

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from afferents.cli.compare import compare
 from afferents.cli.devices import devices
 from afferents.cli.doctor import doctor
 from afferents.cli.encodings import Commands
@@ -45,7 +46,7 @@ def _afferents(
 
 for _command in (
     *(record, init, inspect, calibrate, track, simulate, drum, extract),
-    *(evaluate, report, status),
+    *(evaluate, report, status, compare),
     *(train, explain, export, align, live),
     *(reproduce, devices, doctor),
 ):

@@ -19,6 +19,7 @@ from afferents.cli.shared import (
     PresetName,
     ProtocolName,
     Quiet,
+    RecipeFile,
     SensorName,
     SteadyPart,
     Workers,
@@ -50,6 +51,7 @@ def evaluate(
     ] = "all",
     protocol: ProtocolName = "nested",
     preset: PresetName = "quick",
+    recipe: RecipeFile = None,
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="First random seed.")] = 0,
     seeds: Annotated[
@@ -162,6 +164,7 @@ def evaluate(
         "models": models,
         "protocol": protocol,
         "preset": preset,
+        "recipe": recipe,
         "cut": cut,
         "seeds": range(seed, seed + seeds),
         "held_out": parse_speeds(held_out, "--held-out") if by_speed else _names(held_out),
@@ -272,12 +275,12 @@ def _names(text: str | None) -> tuple[str, ...]:
 
 def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting import by_touch_table, table1, touches_table
+    from afferents.reporting import by_touch_table, lengths_table, table1, touches_table
 
     evaluated = set(summary["models"])
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
-    tables += [table] if (table := by_touch_table(summary)) else []
+    tables += [table for of in (lengths_table, by_touch_table) if (table := of(summary))]
     return [TerminalTable.of(table) for table in tables]
 
 

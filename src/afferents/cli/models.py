@@ -18,6 +18,7 @@ from afferents.cli.shared import (
     PrecisionName,
     PresetName,
     Quiet,
+    RecipeFile,
     SteadyPart,
 )
 
@@ -39,6 +40,7 @@ def train(
         typer.Option(help="Results of 'evaluate', whose accuracy the model's card is to state."),
     ] = None,
     preset: PresetName = "fast",
+    recipe: RecipeFile = None,
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="Random seed of the training.")] = 0,
     force: Force = False,
@@ -72,7 +74,7 @@ def train(
 
     card = commands.train(
         data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
-        split, parse_steady(steady), disturb_training, **encoding,
+        split, parse_steady(steady), disturb_training, recipe, **encoding,
     )  # fmt: skip
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"Model: {out}")
 

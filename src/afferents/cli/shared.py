@@ -87,6 +87,14 @@ PresetName = Annotated[
         "fewer samples and epochs, 'quick' to see that it runs.",
     ),
 ]
+RecipeFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--recipe",
+        help="TOML file of hyperparameters that are not to be the preset's: learning_rate, "
+        "max_epochs, dropout and others, for all networks or in a table for each.",
+    ),
+]
 ProtocolName = Annotated[
     str,
     typer.Option(

@@ -7,6 +7,7 @@ what it should be. What a function writes is kept if it is called again, as the 
 The command line calls these functions: checks and defaults of Python stand here, once.
 """
 
+from afferents.commands.compare import compare
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
 from afferents.commands.record import import_recording, record
@@ -23,6 +24,7 @@ from afferents.commands.simulation import simulate
 __all__ = [
     "Extracted",
     "calibrate",
+    "compare",
     "evaluate",
     "evaluate_textures",
     "explain",

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from afferents.pipeline.job import Recipe
 
     Disturbed = str | Mapping[str, float | str] | Disturbance | None
+    Changed = str | Path | Mapping[str, Any] | None
 
 
 def evaluate(
@@ -53,6 +54,7 @@ def evaluate(
     disturb: "Disturbed" = None,
     disturb_training: "Disturbed" = None,
     penalty: Penalty = "fixed",
+    recipe: "Changed" = None,
     **encoding: Any,
 ) -> Results:
     """Train and test models, one speed, or group of another split, held out at a time.
@@ -103,8 +105,13 @@ def evaluate(
     penalty
         ``searched`` chooses that of every ridge inside each fold, by leaving out its training
         speeds in turn; ``fixed`` takes the usual one where there is one.
+    recipe
+        Hyperparameters of networks that are not to be the preset's: a TOML file, or the same as a
+        mapping, such as ``{"spatial-net": {"max_epochs": 40}}``; see
+        `afferents.training.TrainingConfig`.
     encoding
-        Options of the encodings by name, such as ``frames=20`` or ``window_s=2``.
+        Options of the encodings by name, such as ``frames=20`` or ``window_s=2``. Several lengths,
+        ``frames=[1, 2, 5, 10]``, make a model of each, named by its length (``sa-ste-5``).
 
     Returns
     -------
@@ -130,7 +137,7 @@ def evaluate(
         wanted = _evaluation(
             progress, data, out, models, protocol, preset, cut, seeds, held_out, without, only,
             keep_going, workers, cluster, device, precision, split, steady, disturb,
-            disturb_training, penalty, **encoding,
+            disturb_training, penalty, recipe, **encoding,
         )  # fmt: skip
         run(wanted, progress)
     return load_results(Path(out))
@@ -191,6 +198,7 @@ def _evaluation(
     disturb: "Disturbed" = None,
     disturb_training: "Disturbed" = None,
     penalty: Penalty = "fixed",
+    recipe: "Changed" = None,
     **encoding: Any,
 ) -> "Evaluation":
     """Open the data, after checking what can be checked without them; see `evaluate`."""
@@ -202,21 +210,26 @@ def _evaluation(
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
     from afferents.pipeline.job import Recipe
-    from afferents.training import Compute
+    from afferents.pipeline.lengths import FIELD, by_length, lengths_in
+    from afferents.training import Compute, Hyperparameters
 
     asked, under = models_in(models), protocols(protocol)
+    lengths = lengths_in(encoding.get(FIELD))
+    encoding = {name: v for name, v in encoding.items() if not (lengths and name == FIELD)}
     what, steady_s = split_named(split), steady_in(steady, cut)
     wanted = what.read(held_out, "--held-out")
     at_test = Disturbance.of(disturb, "--disturb")
     in_training = Disturbance.of(disturb_training, "--disturb-training")
     disturbances = Disturbances((at_test,), in_training)
+    hyperparameters = Hyperparameters.of(recipe, preset)
     opened = open_data(sources_in(data), without, keep_going, progress)
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
     encodings = encodings_for(opened, cut, encoding)
     chosen = asked or [best_of(recordings_in(opened))]
+    chosen = by_length(chosen, lengths, encodings) if lengths else chosen
     say_choice(opened, chosen, encodings, progress)
-    recipe = Recipe(
+    whole = Recipe(
         out=Path(out),
         data=origins_of(opened),
         models=chosen,
@@ -230,9 +243,10 @@ def _evaluation(
         steady_s=steady_s,
         penalty=penalty,
         compute=Compute(device, precision),
+        hyperparameters=hyperparameters,
     )
     return Evaluation(
-        recipe,
+        whole,
         opened,
         protocols=under,
         seeds=list(seeds),
@@ -241,7 +255,8 @@ def _evaluation(
         held_out=wanted,
         options=[
             *_options(used, wanted, left_out),
-            *_choices(recipe),
+            *_choices(whole),
+            *hyperparameters.words(),
             *disturbances.words(),
             *_encoding_options(chosen, encodings),
         ],

@@ -37,6 +37,7 @@ def train(
     split: str = "speed",
     steady: Sequence[float] | None = None,
     disturb_training: "str | Mapping[str, float | str] | Disturbance | None" = None,
+    recipe: str | Path | Mapping[str, Any] | None = None,
     **encoding: Any,
 ) -> Card:
     """Train one model to feel with, on all speeds but the one that calibrates it.
@@ -61,7 +62,7 @@ def train(
         Whether no progress is shown.
     split
         Of what one group calibrates it instead of a speed, such as ``trial``.
-    steady, disturb_training
+    steady, disturb_training, recipe
         As of `evaluate`.
 
     Returns
@@ -87,8 +88,9 @@ def train(
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.train import Training
     from afferents.pipeline.train import train as run
-    from afferents.training import Compute
+    from afferents.training import Compute, Hyperparameters
 
+    hyperparameters = Hyperparameters.of(recipe, preset)
     asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
     if len(asked) > 1:
         raise InputError("--model", "'best' or one model", f"'{model}'")
@@ -102,6 +104,7 @@ def train(
             opened, chosen, preset, cut, encodings, seed,
             None if results is None else Path(results), Compute(device, precision),
             what, steady_s, Disturbance.of(disturb_training, "--disturb-training"),
+            hyperparameters,
         )  # fmt: skip
         return run(wanted, Path(out), progress, force)
 

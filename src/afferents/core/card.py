@@ -4,6 +4,7 @@ It lies beside the weights as `model.json`, and in the metadata of an exported O
 """
 
 import json
+from collections.abc import Mapping
 from math import prod
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -51,6 +52,12 @@ def _unsaid(usual: Any) -> Any:
     return Field(default=usual, exclude_if=lambda value: value == usual)
 
 
+def set_otherwise(recipe: Mapping[str, Any]) -> str:
+    """Return in words, to go on a preset's name, what was set otherwise; nothing for nothing."""
+    said = ", ".join(f"{name} = {value}" for name, value in recipe.items())
+    return f" but {said}" if said else ""
+
+
 class Score(BaseModel):
     """What an evaluation found of this model: accuracy at speeds, or another split's groups.
 
@@ -62,6 +69,8 @@ class Score(BaseModel):
         At the worst speed, or group of another split.
     split
         What was held out.
+    recipe
+        Hyperparameters of the network that were set otherwise than the preset has them.
     same_data
         Whether the evaluation learnt from the data that the model learnt from, cut and encoded
         alike, all of their textures, speeds and markers.
@@ -81,6 +90,7 @@ class Score(BaseModel):
     same_data: bool
     disturb: Spoilt = _unsaid({})
     disturb_training: Spoilt = _unsaid({})
+    recipe: dict[str, Any] = _unsaid({})
 
     @model_validator(mode="after")
     def _says_the_worst(self) -> Self:
@@ -97,7 +107,8 @@ class Score(BaseModel):
         assert worst is not None
         return (
             f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at {split.many} held out "
-            f"({self.protocol}, {self.preset}{other}{self._disturbed()}), "
+            f"({self.protocol}, {self.preset}{set_otherwise(self.recipe)}{other}"
+            f"{self._disturbed()}), "
             f"{100 * self.worst_accuracy:.1f}% {split.at([worst])}"
         )
 
@@ -155,6 +166,8 @@ class Card(BaseModel):
         Part of the recordings that it learnt from, s, where that was said when it was trained.
     disturb_training
         What spoilt the recordings that it learnt from: `--disturb-training`.
+    recipe
+        Hyperparameters of the network that were set otherwise than the preset has them.
     scores
         Of an evaluation at held-out speeds; empty where there was none.
     """
@@ -189,6 +202,7 @@ class Card(BaseModel):
     validated_on: GroupName | None = _unsaid(None)
     steady_s: Steady | None = _unsaid(None)
     disturb_training: Spoilt = _unsaid({})
+    recipe: dict[str, Any] = _unsaid({})
     validation_accuracy: Share
     data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()
@@ -258,7 +272,8 @@ class Card(BaseModel):
         split = self.held_out
         validated = split.at([self.validated_on_mm_s or self.validated_on or ""])
         kind = "simulated recordings" if self.simulated else "recordings"
-        recipe = f" (preset {self.preset})" if self.preset else ""
+        own = set_otherwise(self.recipe)
+        recipe = f" (preset {self.preset}{own})" if self.preset else ""
         chosen = "weights and temperature" if self.preset else "the temperature"
         return [
             f"{self.title}: {len(self.textures)} textures, learnt from "

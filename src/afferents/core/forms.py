@@ -247,6 +247,7 @@ class About(Form):
     steady_s: Steady | None = None
     disturb: Spoilt = {}
     disturb_training: Spoilt = {}
+    recipe: dict[str, dict[str, Any]] = {}
     textures: tuple[str, ...] = Field(min_length=1)
     intervals: Intervals | None = None
     skipped: tuple[Skipped, ...]
@@ -266,6 +267,7 @@ class Summary(About):
     groups: tuple[GroupName, ...] = ()
     chance: Share
     titles: dict[str, str] = {}
+    lengths: dict[str, dict[Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}$")], str]] = {}
     models: dict[str, dict[ProtocolName, Outcome]]
     selection_effect: dict[str, Paired] = {}
     comparisons: tuple[Comparison, ...] = ()

@@ -54,12 +54,14 @@ class Model:
     recipe
         Of networks, how they are trained: a name in `training.RECIPES`; none for the classifier's.
     stretched
-        Whether copies of the training samples, stretched in frequency, stand in for speeds that
-        were never seen (section 2.4.3).
+        Whether copies of the training samples stand in for speeds that were never seen: spectra
+        stretched in frequency (section 2.4.3), or images gone through faster and slower (ours).
     speed_from
         Who tells it the speed of what is tested.
     parts
         Names of the models that a fusion joins; its decisions are timed by the first.
+    variant_of
+        Name of the model that it is, but for the length of its windows; none of most.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Model:
     stretched: bool = False
     speed_from: SpeedFrom = "nobody"
     parts: tuple[str, ...] = ()
+    variant_of: str = ""
 
     def __post_init__(self) -> None:
         """Refuse names that are no names of folders, and take the name for a title."""
@@ -101,6 +104,13 @@ TABLE1: dict[str, Model] = {
 BEYOND: dict[str, Model] = {
     model.name: model
     for model in (
+        _row("ra-se-aug", "RA-SE augmented", RA1, "spatial", "spatial-net", stretched=True),
+        _row(
+            "sa-ste-aug", "SA-STE augmented", SA1, "spatiotemporal", "cnn-lstm", stretched=True
+        ),
+        _row(
+            "ra-ste-aug", "RA-STE augmented", RA1, "spatiotemporal", "cnn-lstm", stretched=True
+        ),
         _row("ridge-te", "ridge on log spectra", RA2, "orders", "ridge"),
         _row("order-te", "orders", RA2, "orders", "orders"),
         _row(
@@ -137,6 +147,14 @@ BEYOND: dict[str, Model] = {
         _row(
             "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
             speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
+        ),
+        _row(
+            "fusion-networks", "fusion, late, of the paper's networks", RA2, "spectral",
+            "mean-fusion", parts=("vib-te-aug", "sa-ste", "ra-ste"),
+        ),
+        _row(
+            "three-stems", "fusion, one network with three stems", RA2, "spectral", "three-stems",
+            parts=("vib-te", "sa-ste", "ra-ste"),
         ),
         _row(
             "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",

@@ -21,6 +21,7 @@ from afferents.encodings.streams import ImageStream, VibrationStream
 from afferents.encodings.tactile_image import image_runs
 
 Floats = NDArray[np.float32]
+Indices = NDArray[np.int64]
 
 
 class Option(NamedTuple):
@@ -158,9 +159,11 @@ class Encoding(BaseModel, ABC):
         return 0
 
     def stretched(
-        self, values: Floats, rng: np.random.Generator, stretch: Stretch
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return copies of samples as other speeds would give them, and the sample each is of.
+        self, samples: Samples, index: Indices, rng: np.random.Generator, stretch: Stretch
+    ) -> tuple[Floats, Indices]:
+        """Return copies of samples (at `index`) as other speeds give them, as a network sees them.
+
+        Beside them the place in `index` of the sample each is of; `stretch` is for spectra.
 
         Raises
         ------

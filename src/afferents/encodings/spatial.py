@@ -6,7 +6,9 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.samples import Samples, make_samples
+from afferents.encodings.augment import Stretch
 from afferents.encodings.base import Floats, ImageEncoding
+from afferents.encodings.faster import RANGES, faster_images
 from afferents.encodings.tactile_image import tactile_images
 
 
@@ -22,6 +24,21 @@ class SpatialEncoding(ImageEncoding):
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs of one."""
         return runs[:, 0, 0]
+
+    @property
+    def n_copies(self) -> int:
+        """How many copies of a sample are made."""
+        return len(RANGES)
+
+    def stretched(
+        self,
+        samples: Samples,
+        index: NDArray[np.int64],
+        rng: np.random.Generator,
+        stretch: Stretch,
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Return two copies of RA-I images as other speeds would give them; see `faster_images`."""
+        return faster_images(samples, index, rng)
 
     def stream(self, lookback: int) -> "OneByOne":
         """Return what takes an image for a sample."""

@@ -5,17 +5,24 @@ from typing import Annotated
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from pydantic import PositiveInt
 
 from afferents.core import dims
 from afferents.core.samples import Samples, make_samples
+from afferents.encodings.augment import Stretch
 from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
+from afferents.encodings.faster import RANGES, faster_runs
 from afferents.encodings.spatial import frame_extents
 from afferents.encodings.tactile_image import tactile_images
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
-FRAMES_OPTION = Option("--frames", "Length of a run of tactile images, video frames.", int)
+FRAMES_OPTION = Option(
+    "--frames",
+    "Length of a run of tactile images, video frames; 'evaluate' also takes several: 1,2,5,10.",
+    str,
+)
 
 
 class SpatiotemporalEncoding(ImageEncoding):
@@ -43,6 +50,21 @@ class SpatiotemporalEncoding(ImageEncoding):
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the images of runs."""
         return runs[:, :, 0]
+
+    @property
+    def n_copies(self) -> int:
+        """How many copies of a sample are made."""
+        return len(RANGES)
+
+    def stretched(
+        self,
+        samples: Samples,
+        index: NDArray[np.int64],
+        rng: np.random.Generator,
+        stretch: Stretch,
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Return two copies of every run as other speeds would give them; see `faster_runs`."""
+        return faster_runs(samples, index, rng)
 
     def stream(self, lookback: int) -> "LastRun":
         """Return what gives, at every image, the run that it ends."""

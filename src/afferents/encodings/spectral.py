@@ -126,9 +126,14 @@ class SpectralEncoding(VibrationEncoding):
         return len(COPIES)
 
     def stretched(
-        self, values: Floats, rng: np.random.Generator, stretch: Stretch
+        self,
+        samples: Samples,
+        index: NDArray[np.int64],
+        rng: np.random.Generator,
+        stretch: Stretch,
     ) -> tuple[Floats, NDArray[np.int64]]:
         """Return six stretched copies of every spectrum (section 2.4.3)."""
+        values = samples.values[index]
         return stretched_copies(values, rng, stretch, self.seen(values).shape[-1])
 
     def stream(self, rate_hz: float, n_channels: int) -> "SpectrumStream":

@@ -5,7 +5,8 @@ from afferents.models.calibration import best_weights, cross_entropy, fit_temper
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.deployed import Deployed, Stepping
 from afferents.models.discriminant import Discriminant
-from afferents.models.fusion import JointFusion, LateFusion
+from afferents.models.fusion import JointFusion, LateFusion, MeanFusion
+from afferents.models.keras import KerasArray, put_keras_weights
 from afferents.models.layers import (
     L2,
     ParameterCount,
@@ -25,6 +26,7 @@ from afferents.models.ridge import (
     sum_of,
 )
 from afferents.models.spatial import SpatialNet
+from afferents.models.stems import ThreeStems
 from afferents.models.table import CLASSIFIERS, build, classifier_of
 from afferents.models.vibration import VibrationNet
 
@@ -40,7 +42,9 @@ __all__ = [
     "FitData",
     "Gram",
     "JointFusion",
+    "KerasArray",
     "LateFusion",
+    "MeanFusion",
     "Network",
     "Novelty",
     "OrderSearch",
@@ -51,6 +55,7 @@ __all__ = [
     "SpatialNet",
     "Stepping",
     "Task",
+    "ThreeStems",
     "VibrationNet",
     "best_weights",
     "build",
@@ -63,6 +68,7 @@ __all__ = [
     "kernels_with_l2",
     "l2_penalty",
     "log_probabilities",
+    "put_keras_weights",
     "sum_of",
     "weighted",
 ]

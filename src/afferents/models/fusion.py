@@ -40,6 +40,12 @@ class LateFusion(Classifier):
         return cls({}, [])
 
 
+class MeanFusion(LateFusion):
+    """Networks of the parts, each learnt alone, whose log-probabilities count the same."""
+
+    name = "mean-fusion"
+
+
 class JointFusion(Ridge):
     """One ridge on the values of all parts."""
 

@@ -91,14 +91,14 @@ def kernels_with_l2(model: nn.Module) -> list[nn.Parameter]:
     return [module.get_parameter("weight") for module in marked]
 
 
-def l2_penalty(model: nn.Module) -> Tensor:
-    """Return 0.005 * the sum of squares of the regularised kernels, a scalar.
+def l2_penalty(model: nn.Module, factor: float = L2) -> Tensor:
+    """Return a factor times the sum of squares of the regularised kernels, a scalar.
 
     It is a term of the loss, as in Keras, so Adam rescales its gradient with the rest;
     decoupled weight decay would not.
     """
     squares = [kernel.square().sum() for kernel in kernels_with_l2(model)]
-    return L2 * torch.stack(squares).sum() if squares else torch.zeros(())
+    return factor * torch.stack(squares).sum() if squares else torch.zeros(())
 
 
 class ParameterCount(NamedTuple):

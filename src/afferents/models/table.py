@@ -6,18 +6,19 @@ from afferents.core.errors import InputError
 from afferents.models.base import Classifier, Task, build_for
 from afferents.models.cnn_lstm import CnnLstm
 from afferents.models.discriminant import Discriminant
-from afferents.models.fusion import JointFusion, LateFusion
+from afferents.models.fusion import JointFusion, LateFusion, MeanFusion
 from afferents.models.orders import OrderSearch
 from afferents.models.own import own_classifier
 from afferents.models.ridge import Ridge, SearchedRidge
 from afferents.models.spatial import SpatialNet
+from afferents.models.stems import ThreeStems
 from afferents.models.vibration import VibrationNet
 
 CLASSIFIERS: dict[str, type[Classifier]] = {
     kind.name: kind
     for kind in (
         SpatialNet, CnnLstm, VibrationNet, Ridge, SearchedRidge, OrderSearch, LateFusion,
-        JointFusion, Discriminant,
+        JointFusion, Discriminant, MeanFusion, ThreeStems,
     )
 }  # fmt: skip
 """The paper's three networks, then ours."""

@@ -9,6 +9,27 @@ from afferents.encodings import Encodings
 from afferents.evaluation.disturbance import Disturbances
 from afferents.models import Solved, classifier_of
 from afferents.pipeline.encode import sources_of
+from afferents.training import Hyperparameters, learns_in_a_loop, recipe_of
+
+
+def require_options(
+    models: Sequence[Model],
+    encodings: Encodings,
+    disturbances: Disturbances,
+    hyperparameters: Hyperparameters,
+    penalty: Penalty = "fixed",
+) -> None:
+    """Refuse what would do nothing, or tell a model what it must not know.
+
+    Raises
+    ------
+    InputError
+        Naming the option.
+    """
+    require_disturbed(models, encodings, disturbances)
+    require_searched(models, penalty)
+    require_told(models, encodings)
+    require_trained_so(models, encodings, hyperparameters)
 
 
 def require_disturbed(
@@ -50,6 +71,27 @@ def _has_penalty(model: Model) -> bool:
     if issubclass(kind, Solved):
         return bool(kind.searched) or len(kind.penalties) > 1
     return any(_has_penalty(MODELS[name]) for name in model.parts)
+
+
+def require_trained_so(
+    models: Sequence[Model], encodings: Encodings, hyperparameters: Hyperparameters
+) -> None:
+    """Refuse hyperparameters of networks that none of the models asked for is.
+
+    Raises
+    ------
+    InputError
+        Naming the models.
+    """
+    if not hyperparameters.changed:
+        return
+    parts = (p for model in models for p in ([model] if learns_in_a_loop(model) else _parts(model)))
+    learnt = [part for part in parts if learns_in_a_loop(part)]
+    used = {recipe_of(part, encodings.of(part.encoding)) for part in learnt}
+    if not used & set(hyperparameters.changed):
+        networks = ", ".join(hyperparameters.changed)
+        names = ", ".join(model.name for model in models)
+        raise InputError("--recipe", f"models that learn as {networks}", names, "leave it out")
 
 
 def require_told(models: Sequence[Model], encodings: Encodings) -> None:

@@ -32,7 +32,7 @@ from afferents.evaluation import (
 )
 from afferents.execution.dask import on_cluster, workers_at
 from afferents.execution.local import side_by_side
-from afferents.pipeline.asked import require_disturbed, require_searched, require_told
+from afferents.pipeline.asked import require_options
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
@@ -43,7 +43,7 @@ from afferents.pipeline.encode import (
     sources_of,
 )
 from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
-from afferents.pipeline.own import keep_own_models, titles_kept
+from afferents.pipeline.own import keep_own_models, said_of_own
 from afferents.pipeline.reading import read_whole
 from afferents.training import learns_in_a_loop
 
@@ -108,9 +108,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, recipe.encodings)
-    require_disturbed(able, recipe.encodings, recipe.disturbances)
-    require_searched(able, recipe.penalty)
-    require_told(able, recipe.encodings)
+    own = recipe.disturbances, recipe.hyperparameters, recipe.penalty
+    require_options(able, recipe.encodings, *own)
     require_speeds_known(able, recipe.encodings, everything)
     recipe.split.groups_of(everything)
     if recipe.ablation.markers != 1:
@@ -342,7 +341,7 @@ def summarise_folder(
         "chance": 1 / len(textures),
         "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
-        **({"titles": titles} if (titles := titles_kept(recipe.out)) else {}),
+        **said_of_own(recipe.out),
         **recipe.choices,
     }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(groups)]

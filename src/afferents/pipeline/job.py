@@ -27,7 +27,7 @@ from afferents.core.results import SCHEMA
 from afferents.core.samples import Samples, textures_of
 from afferents.core.split import SPEED, Split
 from afferents.core.steady import Steady, with_steady
-from afferents.encodings import Encoding, Encodings
+from afferents.encodings import Encodings
 from afferents.evaluation import (
     PLAN,
     FoldKey,
@@ -52,13 +52,13 @@ from afferents.training import (
     RECIPES,
     Checkpoint,
     Compute,
+    Hyperparameters,
     Part,
     Preset,
     TrainingConfig,
     fit,
     is_out_of_memory,
-    recipe_of,
-    training_config,
+    recipes_of,
     weights_of,
 )
 
@@ -91,6 +91,8 @@ class Recipe:
         Whether that of every ridge is chosen inside each fold, or of those alone that have none.
     compute
         What the networks run on, and in which precision.
+    hyperparameters
+        Of the networks' training, where not the preset's.
     skipped
         Recordings that no model uses, and why; found out when the evaluation begins.
     tested
@@ -110,16 +112,14 @@ class Recipe:
     steady_s: Steady | None = None
     penalty: Penalty = "fixed"
     compute: Compute = field(default_factory=Compute)
+    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
 
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder: its `config.json`."""
-        training = {
-            recipe: training_config(self.preset, recipe, self.compute).model_dump()
-            for recipe in RECIPES
-        }
+        training = {name: self.training(name).model_dump(mode="json") for name in RECIPES}
         return {
             "schema": SCHEMA,
             "data": [origin.describe() for origin in self.data],
@@ -139,7 +139,8 @@ class Recipe:
         split = {} if self.split == SPEED else {"split": self.split.name}
         steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
         penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
-        return split | steady | penalty | self.disturbances.describe()
+        recipe = {"recipe": own} if (own := self.hyperparameters.describe()) else {}
+        return split | steady | penalty | recipe | self.disturbances.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
@@ -161,9 +162,9 @@ class Recipe:
         """Return the model of that name."""
         return next(model for model in self.models if model.name == name)
 
-    def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
-        """Return how a network is trained."""
-        return training_config(self.preset, recipe_of(model, encoding), self.compute)
+    def training(self, network: str) -> TrainingConfig:
+        """Return how a network is trained; by name, see `RECIPES`."""
+        return self.hyperparameters.training(self.preset, network, self.compute)
 
 
 @dataclass(frozen=True)
@@ -260,9 +261,10 @@ def train_and_test(
             if protocol.name == "nested":
                 refuse_leaks(leaks[-1], part.fold)
 
-    config, rank = recipe.training(model, parts[0].encoding), ranks_and_folds[0][0]
+    configs = [recipe.training(network) for network in recipes_of(model, parts)]
+    rank = ranks_and_folds[0][0]
     searched = recipe.penalty == "searched"
-    fitted = fit(model, parts, protocol, config, key.seed, rank, check, checkpoint, searched)
+    fitted = fit(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
     table = predictions_table(

@@ -10,6 +10,7 @@ from afferents.core.errors import InputError
 from afferents.core.files import write_json
 from afferents.core.model import Model, own_of
 from afferents.encodings import Encodings
+from afferents.pipeline.lengths import lengths_kept
 
 OWN_MODELS = "own_models.json"
 
@@ -25,14 +26,22 @@ def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
         "classifier": where if callable(classifier) else repr(classifier),
         "recipe": model.recipe,
         "stretched": model.stretched,
+        **({"variant_of": model.variant_of} if model.variant_of else {}),
     }
 
 
-def titles_kept(results: Path) -> dict[str, str]:
-    """Return the titles of the models of a user's own that a folder holds results of."""
+def own_kept(results: Path) -> dict[str, Any]:
+    """Return what the models of a user's own are that a folder holds results of; see `describe`."""
     path = results / OWN_MODELS
-    kept = read_json(path, "models of one's own") if path.is_file() else {}
-    return {name: str(found["title"]) for name, found in kept.items()}
+    return read_json(path, "models of one's own") if path.is_file() else {}
+
+
+def said_of_own(results: Path) -> dict[str, Any]:
+    """Return what a summary says of models that are none of the package's, if there are any."""
+    kept = own_kept(results)
+    titles = {name: str(found["title"]) for name, found in kept.items()}
+    said = {"titles": titles, "lengths": lengths_kept(kept)}
+    return {name: content for name, content in said.items() if content}
 
 
 def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings) -> None:
@@ -43,8 +52,7 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
     InputError
         If a name stood for another model before.
     """
-    path = results / OWN_MODELS
-    kept = read_json(path, "models of one's own") if path.is_file() else {}
+    kept = own_kept(results)
     for model in own_of(models):
         found = describe(model, encodings)
         if kept.setdefault(model.name, found) != found:
@@ -55,4 +63,4 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
                 "give it another name, or choose another --out",
             )
     if kept:
-        write_json(path, kept)
+        write_json(results / OWN_MODELS, kept)

@@ -28,7 +28,7 @@ from afferents.core.version import __version__
 from afferents.encodings import Encodings, described
 from afferents.evaluation.disturbance import Disturbance, Disturbances
 from afferents.models import Deployed, classifier_of
-from afferents.pipeline.asked import require_disturbed, require_told
+from afferents.pipeline.asked import require_options
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
 from afferents.pipeline.encode import (
@@ -41,6 +41,7 @@ from afferents.pipeline.encode import (
 )
 from afferents.training import (
     Compute,
+    Hyperparameters,
     LearningSet,
     Part,
     Preset,
@@ -51,7 +52,6 @@ from afferents.training import (
     own_types,
     recipe_of,
     save_model,
-    training_config,
 )
 
 Indices = NDArray[np.int64]
@@ -71,6 +71,8 @@ class Training:
         Start and end of constant speed, s, of all recordings; None for what each says of its own.
     disturbance
         What spoils the recordings.
+    hyperparameters
+        Of a network's training, where not the preset's.
     """
 
     data: list[OpenedData]
@@ -84,6 +86,7 @@ class Training:
     split: Split = SPEED
     steady_s: Steady | None = None
     disturbance: Disturbance = field(default_factory=Disturbance)
+    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
 
 
 def train(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
@@ -113,8 +116,8 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
     spoilt = Disturbances(training=training.disturbance)
-    require_told([training.model], training.encodings)
-    require_disturbed([training.model], training.encodings, spoilt)
+    hyperparameters = training.hyperparameters
+    require_options([training.model], training.encodings, spoilt, hyperparameters)
     require_speeds_known([training.model], training.encodings, recordings)
     training.split.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
@@ -148,6 +151,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=training.preset if learns_in_a_loop(model) else None,
+        recipe=dict(training.hyperparameters.of_network(_recipe_of(training))),
         seed=training.seed,
         **_groups_of(samples, fold),
         steady_s=training.steady_s,
@@ -193,7 +197,7 @@ def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
     recipe = recipe_of(training.model, part.encoding)
-    config = training_config(training.preset, recipe, training.compute)
+    config = training.hyperparameters.training(training.preset, recipe, training.compute)
     network, learnt = fit_once(training.model, part, config, training.seed)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 
@@ -264,10 +268,16 @@ def scores_of(training: Training) -> tuple[Score, ...]:
             same_data=same,
             disturb=summary.get("disturb", {}),
             disturb_training=summary.get("disturb_training", {}),
+            recipe=summary.get("recipe", {}).get(_recipe_of(training), {}),
             **_worst(split, entry[split.worst]),
         )
         for protocol, entry in sorted(found.items())
     )
+
+
+def _recipe_of(training: Training) -> str:
+    """Return the name of the recipe that the model's network is trained by."""
+    return recipe_of(training.model, training.encodings.of(training.model.encoding))
 
 
 def _worst(split: Split, group: str) -> dict[str, Any]:

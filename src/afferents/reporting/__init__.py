@@ -11,6 +11,7 @@ from afferents.reporting.html import write_report
 from afferents.reporting.images import figure08, figure10
 from afferents.reporting.in_short import headline
 from afferents.reporting.inspection import markers_figure, responses_figure, vibration_figure
+from afferents.reporting.lengths import lengths_table
 from afferents.reporting.overlay import draw_overlay, is_overlay, write_overlay
 from afferents.reporting.pictures import FigureData, ReportFigure, draw_pictures, save_pictures
 from afferents.reporting.reliability import reliability_figure, reliability_table
@@ -52,6 +53,7 @@ __all__ = [
     "is_overlay",
     "leak_sentences",
     "leak_table",
+    "lengths_table",
     "markers_figure",
     "reliability_figure",
     "reliability_table",

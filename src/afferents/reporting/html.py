@@ -3,7 +3,7 @@
 import base64
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +33,7 @@ from afferents.reporting.labels import (
     outcomes,
     percent,
 )
+from afferents.reporting.lengths import lengths_table
 from afferents.reporting.pictures import ReportFigure
 from afferents.reporting.published import CITATION
 from afferents.reporting.reliability import has_reliability, reliability_table
@@ -100,6 +101,7 @@ def render_report(
         by_speed=accuracy_by_speed(summary),
         touches=touches_table(summary),
         by_touch=by_touch_table(summary),
+        lengths=lengths_table(summary),
         reliability=reliability_table(summary) if has_reliability(summary) else None,
         differences=differences(summary),
         leak_sentences=leak_sentences(summary),
@@ -142,6 +144,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Protocol", " and ".join(protocols) or "none"),
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
         *([("Steady part", f"{written(steady)} s (--steady)")] if steady else []),
+        *_set_otherwise(summary),
         *_spoilt(summary),
         ("Chance", f"{percent(summary['chance'])} %"),
     ]
@@ -154,6 +157,14 @@ def textures_line(textures: Sequence[str]) -> str:
     if names == list(textures):
         return line
     return f"{line}; letters as in the paper, for bumps {shortened(textures)} mm apart"
+
+
+def _set_otherwise(summary: Summary) -> list[tuple[str, str]]:
+    """Return which hyperparameters were not the preset's, a line for each network that has some."""
+    return [
+        (f"Set otherwise: {network}", ", ".join(f"{name} = {value}" for name, value in own.items()))
+        for network, own in summary.get("recipe", {}).items()
+    ]
 
 
 def _spoilt(summary: Summary) -> list[tuple[str, str]]:
@@ -174,13 +185,27 @@ def redo_command(results: Results) -> str:
     arguments = [
         *(data["source"] for data in summary["data"]),
         *("--out", results.root.name or "RESULTS"),
-        *("--models", ",".join(model_order(summary))),
+        *("--models", ",".join(dict.fromkeys(_asked_for(summary)))),
         *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
         *("--cut", summary["cut"], "--preset", summary["preset"]),
         *("--seed", str(seeds[0]), "--seeds", str(len(seeds))),
         *summary.get("options", []),
+        *_lengths(summary),
     ]
     return shlex.join(["afferents", "evaluate", *arguments])
+
+
+def _asked_for(summary: Summary) -> Iterator[str]:
+    """Yield the models as they were asked for: of several lengths the one that they are."""
+    bases = {name: base for base, of in summary.get("lengths", {}).items() for name in of.values()}
+    for name in model_order(summary):
+        yield bases.get(name, name)
+
+
+def _lengths(summary: Summary) -> list[str]:
+    """Return the words that ask for the same lengths of windows, if there were several."""
+    lengths = {n for of in summary.get("lengths", {}).values() for n in of}
+    return ["--frames", ",".join(sorted(lengths, key=int))] if lengths else []
 
 
 def shortened(names: Sequence[str], most: int = 16) -> str:

@@ -74,7 +74,7 @@ def source_line(summary: Summary) -> str:
             *([note] if (note := spacing_note(summary["textures"])) else []),
             f"cut {summary['cut']}",
             *choices(summary),
-            f"preset {summary['preset']}",
+            f"preset {summary['preset']}{recipe_note(summary)}",
             f"afferents {summary['afferents']}",
         )
     )
@@ -88,6 +88,11 @@ def choices(summary: Summary) -> list[str]:
     if summary.get("steady_s"):
         said.append(f"steady part {written(summary['steady_s'])} s")
     return said
+
+
+def recipe_note(summary: Summary) -> str:
+    """Return that hyperparameters were set otherwise than the preset has them, where they were."""
+    return " with hyperparameters of its own" if summary.get("recipe") else ""
 
 
 def preset_note(summary: Summary) -> str:

@@ -20,6 +20,7 @@ from afferents.reporting.figure07 import StretchExample, figure07
 from afferents.reporting.figure12 import figure12
 from afferents.reporting.images import figure08, figure10
 from afferents.reporting.labels import outcomes, percent, source_line
+from afferents.reporting.lengths import has_lengths, lengths_figure
 from afferents.reporting.reliability import has_reliability, reliability_figure, scaled
 from afferents.reporting.replicates import drawn_over
 from afferents.reporting.speeds import speed_figure
@@ -94,6 +95,7 @@ def draw_pictures(results: Results, data: FigureData) -> list[ReportFigure]:
     ]
     return [
         *_speed_picture(results),
+        *_lengths_picture(results),
         *_reliability_picture(results),
         *sorted(of_paper, key=_number_in_paper),
     ]
@@ -121,6 +123,20 @@ def _speed_picture(results: Results) -> Iterator[ReportFigure]:
         "The same numbers stand in the table above.",
         speed_figure(results.summary),
     )
+
+
+def _lengths_picture(results: Results) -> Iterator[ReportFigure]:
+    if has_lengths(results.summary):
+        yield ReportFigure(
+            "accuracy-by-length",
+            "Accuracy by length of window",
+            "Mean over what was held out, against the frames of a window. Filled: nested protocol. "
+            f"Open: published protocol. Bars: 95% intervals, drawn over "
+            f"{drawn_over(results.summary)}. The dashed line is chance.",
+            "Line chart of accuracy in percent against frames of a window, a panel for each model. "
+            "The same numbers stand in the table above.",
+            lengths_figure(results.summary),
+        )
 
 
 def _reliability_picture(results: Results) -> Iterator[ReportFigure]:

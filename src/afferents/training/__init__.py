@@ -12,9 +12,11 @@ from afferents.training.config import (
 )
 from afferents.training.estimator_file import own_types
 from afferents.training.fitted import Fitted, Part, require_buildable
-from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of
+from afferents.training.fitting import fit, fit_once, learns_in_a_loop, recipe_of, recipes_of
 from afferents.training.hardware import computed_with, is_out_of_memory
 from afferents.training.history import Epoch
+from afferents.training.hyperparameters import Hyperparameters
+from afferents.training.keras_file import load_keras_weights
 from afferents.training.learning_set import LearningSet, learning_set
 from afferents.training.loop import TrainedModel, predict, train
 from afferents.training.model_folder import is_model_folder, load_model, save_model
@@ -28,6 +30,7 @@ __all__ = [
     "Compute",
     "Epoch",
     "Fitted",
+    "Hyperparameters",
     "LearningSet",
     "Part",
     "Preset",
@@ -42,12 +45,14 @@ __all__ = [
     "is_out_of_memory",
     "learning_set",
     "learns_in_a_loop",
+    "load_keras_weights",
     "load_model",
     "load_weights",
     "named_when_left_out",
     "own_types",
     "predict",
     "recipe_of",
+    "recipes_of",
     "require_buildable",
     "save_model",
     "save_weights",

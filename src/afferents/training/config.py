@@ -1,11 +1,16 @@
 """How a network is trained: frozen, and by name for the presets."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core.choices import Device, Precision, Preset
 from afferents.core.errors import InputError
+from afferents.models import L2
+
+Dropped = Annotated[float, Field(ge=0, lt=1)]
+"""Share of the values that a dropout layer sets to 0."""
 
 
 class Compute(NamedTuple):
@@ -48,6 +53,10 @@ class TrainingConfig(BaseModel):
         LSTMs too on a CPU that has none in bfloat16; `auto` takes it where the processor has it.
     device
         `auto` takes a CUDA GPU where there is one.
+    dropout
+        Share that each dropout layer drops, or one for all; None for the network's own.
+    l2
+        Factor of the sum of squared kernels in the loss, of the layers that have the term.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -65,6 +74,10 @@ class TrainingConfig(BaseModel):
     warm_up_statistics: bool = True
     precision: Precision = "auto"
     device: Device = "auto"
+    dropout: Dropped | tuple[Dropped, ...] | None = Field(
+        default=None, exclude_if=lambda dropout: dropout is None
+    )
+    l2: float = Field(default=L2, ge=0, exclude_if=lambda l2: l2 == L2)
 
     @model_validator(mode="after")
     def _ends_its_cycle(self) -> "TrainingConfig":
@@ -146,8 +159,15 @@ _PRESETS: dict[str, dict[str, TrainingConfig]] = {
 }
 
 
-def training_config(preset: Preset, recipe: str, compute: Compute | None = None) -> TrainingConfig:
+def training_config(
+    preset: Preset,
+    recipe: str,
+    compute: Compute | None = None,
+    changed: Mapping[str, Any] | None = None,
+) -> TrainingConfig:
     """Return a recipe (see `RECIPES`) as a preset has it, to be computed so.
+
+    `changed` sets fields of the `TrainingConfig` otherwise.
 
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
@@ -174,4 +194,5 @@ def training_config(preset: Preset, recipe: str, compute: Compute | None = None)
     if recipe not in RECIPES:
         raise InputError("recipe", f"one of {', '.join(RECIPES)}", f"'{recipe}'")
     usual = _PRESETS[preset][recipe]
-    return usual.model_copy(update=compute._asdict()) if compute else usual
+    others = {**(changed or {}), **(compute._asdict() if compute else {})}
+    return TrainingConfig(**{**dict(usual), **others}) if others else usual

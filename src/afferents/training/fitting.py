@@ -2,21 +2,31 @@
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
-from afferents.core.model import Model
+from afferents.core.model import MODELS, Model
 from afferents.core.protocol import PROTOCOLS, Protocol
 from afferents.core.samples import labels_of
-from afferents.models import Classifier, CnnLstm, LateFusion, Network, Solved, classifier_of
+from afferents.models import (
+    Classifier,
+    CnnLstm,
+    LateFusion,
+    MeanFusion,
+    Network,
+    Solved,
+    classifier_of,
+)
 from afferents.models.own import OwnEstimator
 from afferents.training.checkpoint import Checkpoint
 from afferents.training.config import TrainingConfig
 from afferents.training.estimator import fit_estimator
 from afferents.training.fitted import Fitted, Part, new_classifier
+from afferents.training.fused_networks import in_a_row, mean_of
 from afferents.training.hardware import computed_with
 from afferents.training.learning_set import LearningSet, learning_set
 from afferents.training.loop import TrainedModel, predict, train
@@ -36,11 +46,18 @@ def recipe_of(model: Model, encoding: object) -> str:
     return model.recipe or getattr(kind, "recipe", "") or usual
 
 
+def recipes_of(model: Model, parts: Sequence[Part]) -> list[str]:
+    """Return the recipe of a model's network; of networks that learn apart, that of each."""
+    alone = model.parts if classifier_of(model.classifier).learns_parts else ()
+    rows = [MODELS[name] for name in alone] or [model]
+    return [recipe_of(row, part.encoding) for row, part in zip(rows, parts, strict=False)]
+
+
 def fit(
     model: Model,
     parts: Sequence[Part],
     protocol: Protocol,
-    config: TrainingConfig,
+    configs: Sequence[TrainingConfig],
     seed: int,
     rank: int,
     check: Callable[[Sequence[Indices]], None],
@@ -53,8 +70,8 @@ def fit(
     ----------
     parts
         Of each of the model's sources.
-    config
-        Of a network's training.
+    configs
+        Of a network's training, for each of the model's parts; one where it has none.
     rank
         Of the fold among its protocol's: stretched copies are drawn anew for each.
     check
@@ -69,15 +86,48 @@ def fit(
     AfferentsError
         If the training fails; of a classifier of a user's own, whatever it raises.
     """
-    kind = classifier_of(model.classifier)
+    kind, config = classifier_of(model.classifier), configs[0]
+    if issubclass(kind, MeanFusion):
+        return _fit_each(model, parts, protocol, configs, seed, rank, check)
     if issubclass(kind, Network):
         rng = np.random.default_rng([seed, rank])
-        return _fit_network(model, parts[0], protocol, config, seed, rng, check, checkpoint)
+        nothing = [part.fold.train[:0] for part in parts[1:]]
+        joined = in_a_row(parts, protocol, config, check) if nothing else parts[0]
+        told = partial(_with, check, 0, len(parts))
+        return _fit_network(model, joined, protocol, config, seed, rng, told, checkpoint)
     if issubclass(kind, OwnEstimator):
         return fit_estimator(model, parts[0], seed, check)
     if issubclass(kind, Solved | LateFusion):
         return fit_solved(model, parts, protocol.name == "nested", seed, check, searched)
     raise InputError("classifier", "a Network or a Solved one", kind.__name__)
+
+
+def _fit_each(
+    model: Model,
+    parts: Sequence[Part],
+    protocol: Protocol,
+    configs: Sequence[TrainingConfig],
+    seed: int,
+    rank: int,
+    check: Callable[[Sequence[Indices]], None],
+) -> Fitted:
+    """Train the network of each part alone; a training that is cut off begins anew."""
+    fitted = {}
+    each = zip(model.parts, parts, configs, strict=True)
+    for number, (name, part, config) in enumerate(each):
+        rng = np.random.default_rng([seed, rank])
+        told = partial(_with, check, number, len(parts))
+        fitted[name] = _fit_network(
+            MODELS[name], part, protocol, config, seed, rng, told, checkpoint=None
+        )
+    return mean_of(fitted, parts)
+
+
+def _with(
+    check: Callable[[Sequence[Indices]], None], number: int, n: int, learnt: Sequence[Indices]
+) -> None:
+    """Tell a check what one of several sources is scaled on, and nothing of the others."""
+    check([learnt[0] if i == number else learnt[0][:0] for i in range(n)])
 
 
 def learns_in_a_loop(model: Model) -> bool:

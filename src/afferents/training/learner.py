@@ -23,7 +23,7 @@ class Learner:
     ) -> None:
         """Prepare to train `model`, which lies on `device` already, for at most so many steps."""
         self.model = model
-        self.device = device
+        self.device, self.l2 = device, config.l2
         self.precision = autocast(config, device)
         trainable = [p for p in model.parameters() if p.requires_grad]
         rate = config.learning_rate
@@ -85,7 +85,7 @@ class Learner:
         """Return logits and loss; only the network itself may run in bfloat16."""
         with self.precision:
             logits = self.model(samples).float()
-        return logits, F.cross_entropy(logits, labels) + l2_penalty(self.model)
+        return logits, F.cross_entropy(logits, labels) + l2_penalty(self.model, self.l2)
 
 
 class Tally:

@@ -84,7 +84,7 @@ def learning_set(
     labels = labels_of(samples)
     values = encoding.seen(samples.values)
     if stretched:
-        copies, origin = encoding.stretched(samples.values[train], rng, protocol.stretch)
+        copies, origin = encoding.stretched(samples, train, rng, protocol.stretch)
         added = np.arange(len(values), len(values) + len(copies))
         values = np.concatenate([values, copies])
         labels = np.concatenate([labels, labels[train][origin]])

@@ -22,6 +22,7 @@ from afferents.training.config import TrainingConfig
 from afferents.training.data import gather, split
 from afferents.training.hardware import autocast, choose_device, computed_with, to_channels_last
 from afferents.training.history import Epoch, History
+from afferents.training.hyperparameters import set_dropout
 from afferents.training.learner import Learner
 from afferents.training.learning_set import LearningSet
 
@@ -89,12 +90,13 @@ def train(
     Raises
     ------
     InputError
-        If there are fewer than two training samples or no validation samples, or the scale is
-        not a positive number.
+        If there are fewer than two training samples or no validation samples, the scale is not a
+        positive number, or the network has another number of dropout layers.
     AfferentsError
         If the loss is no longer a finite number.
     """
     _check(learnt)
+    set_dropout(model, config.dropout)
     start = time.perf_counter()
     device = choose_device(config)
     to_channels_last(model.to(device))

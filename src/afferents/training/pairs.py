@@ -41,6 +41,30 @@ def mean_within(
     return found
 
 
+def last_within(lead: Samples, other: Samples) -> Indices:
+    """Return which sample of another kind ends last in each window, (n,).
+
+    Of a window in which none ends, as where the sound goes on after the video, it is the one of its
+    recording that ended last before it, or the first one.
+
+    Parameters
+    ----------
+    lead
+        Samples whose extents are the windows, (n,).
+    other
+        Samples of another kind, of the same recordings.
+    """
+    found = np.zeros(len(lead), dtype=np.int64)
+    of_window, of_other = _touches(lead), _touches(other)
+    stop_s = other[dims.STOP].values
+    for name in np.unique(of_window):
+        mine, theirs = np.flatnonzero(of_window == name), np.flatnonzero(of_other == name)
+        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
+        after = np.searchsorted(stop_s[order], lead[dims.STOP].values[mine], side="right")
+        found[mine] = order[np.maximum(after - 1, 0)]
+    return found
+
+
 def _touches(samples: Samples) -> NDArray[np.str_]:
     """Return what names each sample's recording, and its variant where there are several."""
     recording = samples[dims.RECORDING].values.astype(np.str_)

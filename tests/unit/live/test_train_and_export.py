@@ -147,7 +147,7 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
     )
     assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
     said = refused(stores["video"], tmp_path / "m", "--model", "sa-se", "--frames", 5)
-    assert "--frames: expected models that it is for (sa-ste, ra-ste, sa-wave" in said
+    assert "--frames: expected models that it is for (sa-ste, ra-ste, sa-ste-aug" in said
     assert "found sa-se; leave it out" in said
     (tmp_path / "taken").mkdir()
     said = refused(store, tmp_path / "taken", "--model", "vib-te")

@@ -144,6 +144,8 @@ def _refuse(evaluation: Evaluation) -> None:
         "--train-speeds": evaluation.recipe.ablation.train_speeds,
         "--test-only": evaluation.recipe.ablation.test_only,
         "--penalty": evaluation.recipe.choices.get("penalty"),
+        "--recipe": evaluation.recipe.hyperparameters.source
+        or evaluation.recipe.choices.get("recipe"),
         "--disturb": " ".join(evaluation.recipe.disturbances.words()),
         "--cluster": evaluation.cluster,
         "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,

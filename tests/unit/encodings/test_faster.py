@@ -1,0 +1,98 @@
+"""Runs and images as other speeds would give them: a known wave, gone through faster."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.core.errors import InputError
+from afferents.core.protocol import PROTOCOLS
+from afferents.core.samples import concatenate, make_samples
+from afferents.encodings import SpatialEncoding, SpatiotemporalEncoding
+from afferents.encodings.faster import RANGES, faster_runs
+
+N_FRAMES, SIDE = 10, 2
+
+
+class Known:
+    """Draws factors that a test knows."""
+
+    def __init__(self, *factors):
+        self.factors = list(factors)
+
+    def uniform(self, low, high, n):
+        factor = self.factors.pop(0)
+        assert low <= factor <= high
+        return np.full(n, factor)
+
+
+def runs(frames, units, name="1/20"):
+    """Runs of a recording whose every marker shows `frames`, one after the other."""
+    values = np.repeat(frames, SIDE * SIDE).reshape(-1, N_FRAMES, SIDE, SIDE).astype(np.float32)
+    start = np.arange(len(values)) / 9
+    attrs = {"texture": "1", "speed_mm_s": 20.0, "name": name, "units": units}
+    return make_samples(values, ("frame", "row", "column"), start, start + 1 / 9, attrs)
+
+
+def wave(time):
+    return np.sin(time / 4)
+
+
+def test_a_run_is_gone_through_faster_and_slower():
+    samples = runs(wave(np.arange(30)), "px")
+    copies, origin = faster_runs(samples, np.array([1]), Known(0.5, 1.8))
+    assert list(origin) == [0, 0]
+    time = np.arange(N_FRAMES)
+    np.testing.assert_allclose(copies[0, :, 0, 0], wave(10 + 0.5 * time), atol=0.01)
+    np.testing.assert_allclose(copies[1, :, 1, 1], wave(10 + 1.8 * time), atol=0.01)
+
+
+def test_ra1_is_larger_as_well():
+    """It is what SA-I at that speed gives."""
+    factor, time = 1.5, np.arange(N_FRAMES)
+    slope = np.abs(np.diff(wave(np.arange(-1, 30))))
+    copies, _ = faster_runs(runs(slope, "px/frame"), np.array([0]), Known(1.0, factor))
+    faster = np.abs(wave(factor * time) - wave(factor * (time - 1)))
+    np.testing.assert_allclose(copies[1, 1:, 0, 0], faster[1:], atol=0.04)
+    np.testing.assert_allclose(copies[0, :, 0, 0], slope[:10], atol=1e-6)
+
+
+def test_the_last_run_of_a_recording_is_never_sped_up():
+    first, second = runs(np.arange(20.0), "px"), runs(100 + np.arange(20.0), "px", "1/40")
+    samples = concatenate([first, second])
+    copies, _ = faster_runs(samples, np.array([1, 2]), Known(0.75, 2.0))
+    np.testing.assert_allclose(copies[2, :, 0, 0], 10 + np.arange(10))  # nothing follows it
+    np.testing.assert_allclose(copies[3, :, 0, 0], 100 + 2 * np.arange(10))
+
+
+def test_single_images_of_ra1_are_scaled_and_of_sa1_the_same():
+    ra1 = runs(np.arange(20.0), "px/frame").isel(frame=0, drop=True)
+    copies, origin = SpatialEncoding().stretched(ra1, np.array([0, 1]), Known(0.5, 2.0), "rebinned")
+    np.testing.assert_allclose(copies[:, 0, 0], [0, 5, 0, 20])
+    assert list(origin) == [0, 1, 0, 1]
+    sa1 = ra1.assign_attrs(units="px")
+    with pytest.raises(InputError, match="that change with the speed, found single images"):
+        SpatialEncoding().stretched(sa1, np.array([0]), Known(0.5, 2.0), "rebinned")
+
+
+@pytest.mark.parametrize("protocol", ["nested", "published"])
+def test_what_is_learnt_from_holds_copies(protocol):
+    from afferents.core.fold import Fold
+    from afferents.training import learning_set, training_config
+
+    samples = concatenate(
+        [runs(t + np.arange(40.0), "px", f"{t}/20").assign_coords(
+            texture=("sample", np.full(4, str(t)))) for t in (1, 2)]
+    )  # fmt: skip
+    train, none = np.array([0, 1, 4, 5]), np.array([2, 6])
+    fold = Fold(20.0, 20.0, train, none, none)
+    encoding, config = SpatiotemporalEncoding(), training_config("paper", "cnn-lstm")
+    learnt = learning_set(
+        samples, encoding, True, PROTOCOLS[protocol], fold, config, np.random.default_rng(0)
+    )
+    kept = 1 if PROTOCOLS[protocol].keep_originals else 0
+    assert encoding.n_copies == len(RANGES)
+    assert len(learnt.train) == (len(RANGES) + kept) * len(train)
+    labels = learnt.labels.numpy()[learnt.train]
+    assert (labels == 0).sum() == (labels == 1).sum()
+    assert learnt.values.shape[1:] == (N_FRAMES, SIDE, SIDE)
+    assert isinstance(samples, xr.DataArray)

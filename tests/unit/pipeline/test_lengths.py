@@ -1,0 +1,53 @@
+"""Several lengths of window in one evaluation: a model of each, and accuracy against length."""
+
+import pytest
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.core.model import MODELS
+from afferents.encodings import Encodings
+from afferents.pipeline.lengths import by_length, lengths_in
+
+
+@pytest.mark.parametrize(
+    ("given", "lengths"),
+    [(None, ()), (20, ()), ("20", ()), ("1,2, 50", (1, 2, 50)), ([5, 5, 10], (5, 10))],
+)
+def test_several_lengths_are_told_from_one(given, lengths):
+    assert lengths_in(given) == lengths
+
+
+@pytest.mark.parametrize("given", ["1,0", "2,x", "5,2.5", [10, -1]])
+def test_lengths_are_whole_numbers(given):
+    with pytest.raises(InputError, match="--frames: expected whole numbers of frames"):
+        lengths_in(given)
+
+
+def test_models_of_single_frames_stay_as_they_are():
+    models = [MODELS["sa-se"], MODELS["ra-ste"], MODELS["sa-wave"]]
+    names = [model.name for model in by_length(models, (1, 20), Encodings())]
+    assert names == ["sa-se", "ra-ste-1", "ra-ste-20", "sa-wave-1", "sa-wave-20"]
+    with pytest.raises(InputError, match=r"--frames: expected models .*sa-ste.*, found sa-se"):
+        by_length(models[:1], (1, 20), Encodings())
+
+
+def test_a_study_goes_to_its_report(stores, tmp_path, run):
+    out = tmp_path / "r"
+    asked = ("evaluate", stores["video"], "--models", "sa-wave", "--workers", 1)
+    code, _, err = run(*asked, "--frames", "2,1", "--held-out", 40, "--out", out, "--quiet")
+    assert code == 0, err
+    # Another length later joins those that are there.
+    code, printed, err = run(*asked, "--frames", "5,2", "--held-out", 40, "--out", out, "--quiet")
+    assert code == 0, err
+    assert "Accuracy by length of window" in printed
+    results = afferents.load_results(out)
+    assert results.summary["lengths"]["sa-wave"] == {
+        "1": "sa-wave-1", "2": "sa-wave-2", "5": "sa-wave-5",
+    }  # fmt: skip
+    counts = results.predictions.groupby("model").size()
+    assert counts["sa-wave-1"] > 1.9 * counts["sa-wave-2"] > 3.7 * counts["sa-wave-5"]
+    page = afferents.report(out, quiet=True).read_text()
+    assert "Accuracy by length of window" in page
+    assert "--models sa-wave --protocol" in page
+    assert "--frames 1,2,5" in page
+    assert (out / "figures/accuracy-by-length.png").is_file()
