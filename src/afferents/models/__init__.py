@@ -24,6 +24,7 @@ from afferents.models.ridge import (
     log_probabilities,
     sum_of,
 )
+from afferents.models.shapes import LayerShape, layer_shapes, written_shape
 from afferents.models.spatial import SpatialNet
 from afferents.models.table import CLASSIFIERS, build, classifier_of
 from afferents.models.vibration import VibrationNet
@@ -41,6 +42,7 @@ __all__ = [
     "Gram",
     "JointFusion",
     "LateFusion",
+    "LayerShape",
     "Network",
     "Novelty",
     "OrderSearch",
@@ -62,7 +64,9 @@ __all__ = [
     "fit_temperature",
     "kernels_with_l2",
     "l2_penalty",
+    "layer_shapes",
     "log_probabilities",
     "sum_of",
     "weighted",
+    "written_shape",
 ]
