@@ -14,7 +14,6 @@ import numpy as np
 from afferents.core.split import SPEED, key_of, split_of
 from afferents.reporting.labels import (
     ABSENT,
-    PROTOCOL_TITLES,
     Summary,
     groups_in,
     model_title,
@@ -28,11 +27,12 @@ from afferents.reporting.published import (
     published_speeds,
     published_textures,
 )
-from afferents.reporting.table import Cell, Table, comparison_note
+from afferents.reporting.table import OTHER_RECORDINGS, SAME_GRID, Cell, Table
 from afferents.reporting.texture_names import are_published
 
 LARGER = "yes"
 """What stands beside a difference that the spread does not make likely."""
+_OTHER_LOG = "The paper's accuracies of SA-STE are not of the trainings that its log tells of. "
 _RULE = (
     "The rule: each of the paper's folds is compared with the mean of its two neighbours in speed, "
     "which takes the trend with speed away; the root mean square of that, divided by √1.5, is the "
@@ -64,16 +64,15 @@ def beside_paper(summary: Summary) -> Table | None:
         f"whose titles print them rounded. Best epoch: the one whose weights were kept. First "
         f"epoch: accuracy in training (with dropout) and in validation; means over seeds. "
         f"{_RULE.format(spreads=spreads)} {_recipe_note(summary)}"
-        f"{comparison_note(summary)}",
+        f"{_OTHER_LOG if 'sa-ste' in names else ''}{_recordings_note(summary)}",
         (
-            "Model", "Protocol here", "Held out (mm/s)",
+            "Model, protocol here", "Held out (mm/s)",
             "Accuracy: paper", "Accuracy: here", "Difference", "Larger than likely",
-            "Best epoch: paper", "Best epoch: here",
-            "Training, epoch 1: paper", "Training, epoch 1: here",
-            "Validation, epoch 1: paper", "Validation, epoch 1: here",
+            "Best epoch: paper / here",
+            "Epoch 1, training / validation: paper", "Epoch 1, training / validation: here",
         ),
         tuple(rows),
-        n_headers=3,
+        n_headers=2,
     )  # fmt: skip
 
 
@@ -119,10 +118,10 @@ def _rows(
         for group in groups_in(summary)
         if found["by_speed"].get(key_of(group)) is not None
     }
-    head = Cell(model_title(model, summary)), Cell(PROTOCOL_TITLES[protocol].split()[0])
+    head = Cell(f"{model_title(model, summary)}, {protocol}")
     for speed, here in tested.items():
         yield (
-            *head,
+            head,
             Cell(key_of(speed)),
             *_compared(family.folds[speed].percent, here, spread, 1),
             *_course(family.folds[speed], found, key_of(speed)),
@@ -131,7 +130,7 @@ def _rows(
         theirs = float(np.mean([family.by_speed[speed] for speed in tested]))
         ours = float(np.mean(list(tested.values())))
         cells = _compared(theirs, ours, spread, len(tested))
-        yield *head, Cell("mean"), *cells, *[Cell("")] * 6
+        yield head, Cell("mean"), *cells, *[Cell("")] * 3
 
 
 def _compared(theirs: float, ours: float, spread: float, n_folds: int) -> tuple[Cell, ...]:
@@ -147,17 +146,20 @@ def _compared(theirs: float, ours: float, spread: float, n_folds: int) -> tuple[
 def _course(theirs: PublishedFold, found: dict[str, Any], key: str) -> tuple[Cell, ...]:
     best, first = found.get("best_epoch", {}).get(key), found.get("first_epoch", {}).get(key)
     return (
-        Cell(f"{theirs.best_epoch}"),
-        Cell(", ".join(map(str, best)) if best else ABSENT),
-        Cell(f"{theirs.first_training_percent:.1f}"),
-        Cell(_mean(first, "training")),
-        Cell(f"{theirs.first_validation_percent:.1f}"),
-        Cell(_mean(first, "validation")),
+        Cell(f"{theirs.best_epoch} / {', '.join(map(str, best)) if best else ABSENT}"),
+        Cell(f"{theirs.first_training_percent:.1f} / {theirs.first_validation_percent:.1f}"),
+        Cell(f"{_mean(first, 'training')} / {_mean(first, 'validation')}" if first else ABSENT),
     )
 
 
-def _mean(epochs: Sequence[dict[str, float]] | None, name: str) -> str:
-    return percent(float(np.mean([epoch[name] for epoch in epochs]))) if epochs else ABSENT
+def _mean(epochs: Sequence[dict[str, float]], name: str) -> str:
+    return percent(float(np.mean([epoch[name] for epoch in epochs])))
+
+
+def _recordings_note(summary: Summary) -> str:
+    """Return how far recordings may be the paper's; they may hold out a few of its speeds only."""
+    simulated = any(data["simulated"] for data in summary["data"])
+    return OTHER_RECORDINGS if simulated else SAME_GRID
 
 
 def _recipe_note(summary: Summary) -> str:

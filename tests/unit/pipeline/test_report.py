@@ -53,7 +53,7 @@ def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path, monkeypatc
     about = {"skipped": [], "textures": textures, "speeds_mm_s": [20.0, 40.0, 60.0], "models": {}}
     results = Results(tmp_path / "r", config, about, pd.DataFrame())
     monkeypatch.setattr(writing, "draw_paper_pictures", lambda *given: given)
-    (_, data, paper), notes = writing._pictures(results, QUIET, "paper")
+    (_, _, paper), notes = writing._pictures(results, QUIET, "paper")
     assert notes == []
     rows = paper.frames["ra1", 1]
     assert [(row.panel, row.shown.speed_mm_s) for row in rows] == [

@@ -43,7 +43,7 @@ def test_the_nearest_speed_stands_in_and_is_named():
     (shown,) = shown_for([("g", 50.0)], [("3", 10.0), ("3", 40.0), ("0", 50.0)])
     assert (shown.texture, shown.speed_mm_s) == ("3", 40.0)
     assert shown.label == "g\n40 mm/s\n(for 50)"
-    assert instead_of([shown]).endswith("session lacks: g at 40 mm/s for g at 50 mm/s. ")
+    assert instead_of([shown]).endswith("session lacks: g at 40 mm/s for 50 mm/s. ")
 
 
 def test_other_textures_stand_in_by_their_place():

@@ -47,7 +47,7 @@ def matrices_figure(results: Results, model: str, protocol: str) -> Figure | Non
                   ("as it should be", panels)]  # fmt: skip
     n_rows = -(-len(panels) // COLUMNS)
     title = confusion_title(model, protocol, results.summary)
-    height = len(blocks) * (1.83 * n_rows + 0.5) + 0.75
+    height = len(blocks) * (1.8 * n_rows + (0.4 if len(blocks) > 1 else 0.2)) + 0.7
     figure = new_figure(9.4, height, title, source_line(results.summary))
     whole = figure.subfigures(len(blocks), 1, squeeze=False)
     for part, (said, shown) in zip(whole.flat, blocks, strict=True):
@@ -62,8 +62,7 @@ def matrices_figure(results: Results, model: str, protocol: str) -> Figure | Non
         label_edges(grid, results.textures)
         bar = part.colorbar(image, ax=grid, fraction=0.02, pad=0.012, aspect=26)
         bar.set_label("as printed" if said.startswith("as printed") else OF_TRUE, fontsize=7)
-        bar.set_ticks(range(0, 101, 20), labels=[f"{value}" for value in range(0, 101, 20)])
-        bar.ax.tick_params(labelsize=7, labelfontfamily="DejaVu Sans")
+        bar.ax.tick_params(labelsize=7)
         bar.outline.set_visible(False)
     return figure
 

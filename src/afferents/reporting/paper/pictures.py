@@ -24,8 +24,8 @@ from afferents.reporting.pictures import (
 )
 
 _FRAMES = {
-    "sa1": ("figure08", "Figure 8", "SA-I", "displacement of each marker from rest", PIXELS),
-    "ra1": ("figure10", "Figure 10", "RA-I", "change of SA-I of each marker", PIXELS_PER_FRAME),
+    "sa1": ("figure08", "Figure 8", "SA-I", "Displacement of each marker from rest", PIXELS),
+    "ra1": ("figure10", "Figure 10", "RA-I", "Change of SA-I of each marker", PIXELS_PER_FRAME),
 }
 _APART = {20: ("frames 20 apart", "20-apart"), 1: ("frames in a row", "in-a-row")}
 
@@ -118,7 +118,7 @@ def _frame_pictures(paper: PaperData, source: str, sliding: str) -> Iterator[Rep
         yield ReportFigure(
             f"paper-{name}-{suffix}",
             title,
-            f"{what.capitalize()}, {unit}. A: textures a, g and m at 50 mm/s. B: texture g at 10, "
+            f"{what}, {unit}. A: textures a, g and m at 50 mm/s. B: texture g at 10, "
             f"50 and 100 mm/s. {instead_of(row.shown for row in rows)}Ten {said}, {drawn}, "
             f"beginning {paper.began}. All images have one colour scale, which spans what is "
             "shown. Row is the rank of a marker in y, column its rank in x; the paper's images "

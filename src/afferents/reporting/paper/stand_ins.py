@@ -52,7 +52,8 @@ class Shown(NamedTuple):
         if not self.wanted:
             return ""
         here = f"{self.name} at {speed_key(self.speed_mm_s)} mm/s"
-        return f"{here} for {self.letter} at {speed_key(self.paper_mm_s)} mm/s"
+        letter = "" if self.is_letter else f"{self.letter} at "
+        return f"{here} for {letter}{speed_key(self.paper_mm_s)} mm/s"
 
     @property
     def is_letter(self) -> bool:
