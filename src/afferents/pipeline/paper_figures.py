@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from afferents.channels import CHANNELS, hold
 from afferents.core import dims
 from afferents.core.errors import InputError
@@ -9,7 +11,7 @@ from afferents.core.model import MODELS, TABLE1
 from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, speed_of
 from afferents.core.results import Results
-from afferents.encodings import spatial_samples
+from afferents.encodings import covered, spatial_samples
 from afferents.models import build, classifier_of, count_parameters, layer_shapes, written_shape
 from afferents.reporting import FigureData
 from afferents.reporting.paper import (
@@ -85,7 +87,9 @@ def _row(
     read = response.isel({dims.TIME: slice(max(0, first - SETTLING_FRAMES), first + length)})
     kept = slice(max(0, read.sizes[dims.TIME] - length), None)
     samples = spatial_samples(hold(read.load()), kept, CHANNELS[channel].lookback)
-    values = samples.values[::apart]
+    # Pixels beside the markers of a layout that is not square show nothing.
+    there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
+    values = np.where(there, samples.values[::apart], np.float32(np.nan))
     time_s = read[dims.TIME].values[kept][::apart]
     said = (
         f"at video frame {FIRST_SHOWN} as in the paper"
