@@ -1,8 +1,8 @@
 """Condense the published figures that the report carries: `condense_published.py FOLDER`.
 
 FOLDER holds `results.json` and `confusion.json`, digitised from the paper's notebook. What is
-written to `src/afferents/reporting/published` is Table 1, the accuracy at every held-out speed
-and the confusion matrices averaged over speeds.
+written to `src/afferents/reporting/published` is Table 1, of every held-out speed the accuracy and
+how the training went, and the confusion matrices averaged over speeds.
 """
 
 import argparse
@@ -30,7 +30,7 @@ SOURCE = {
 
 
 def condense_accuracy(family: dict[str, Any]) -> dict[str, Any]:
-    """Return Table 1's mean and the accuracy at every held-out speed, all in percent."""
+    """Return Table 1's mean, and of every held-out speed the accuracy, percent, and training."""
     return {
         "figure": family["figure"],
         "table1_percent": family["table1_mean_percent"],
@@ -38,6 +38,9 @@ def condense_accuracy(family: dict[str, Any]) -> dict[str, Any]:
             str(fold["held_out_speed"]): {
                 "title_percent": fold["title_accuracy_percent"],
                 "digitised_percent": round(fold["digitised_test_accuracy_percent"], 1),
+                "best_epoch": fold["best_epoch"],
+                "first_training_percent": round(100 * fold["train_accuracy_epoch1"], 2),
+                "first_validation_percent": round(100 * fold["val_accuracy_epoch1"], 2),
             }
             for fold in family["folds"]
         },
@@ -67,7 +70,9 @@ def main() -> None:
         "accuracy.json",
         {
             "fields": "title_percent: integer printed above the matrix; digitised_percent: from "
-            "the colours of the matrix",
+            "the colours of the matrix; best_epoch, first_training_percent and "
+            "first_validation_percent: from the training logs in the notebooks, the epoch whose "
+            "weights were kept, and accuracies of the first epoch",
             "families": {ours: condense_accuracy(results[name]) for name, ours in NAMES.items()},
         },
     )

@@ -25,7 +25,7 @@ from afferents.cli.shared import (
     Workers,
 )
 from afferents.cli.tables import TerminalTable
-from afferents.core.choices import Penalty, Size
+from afferents.core.choices import Figures, Penalty, Size
 from afferents.core.model import TABLE1
 from afferents.core.progress import Progress
 
@@ -194,6 +194,13 @@ def evaluate(
 
 def report(
     results: Annotated[list[Path], typer.Argument(help="Results folders that 'evaluate' wrote.")],
+    figures: Annotated[
+        Figures,
+        typer.Option(
+            help="How the paper's figures are drawn: as suits what was evaluated ('report'), or "
+            "as they are printed, 3 and 5 to 13 ('paper')."
+        ),
+    ] = "report",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -204,7 +211,7 @@ def report(
     from afferents import commands
     from afferents.pipeline.report import compare_runs
 
-    pages = [commands.report(folder, quiet or as_json) for folder in results]
+    pages = [commands.report(folder, quiet or as_json, figures) for folder in results]
     table, written = compare_runs(results)
     found = {"reports": [str(page) for page in pages], "table": str(written)}
     lines = [f"Report: {page}" for page in pages]

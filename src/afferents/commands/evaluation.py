@@ -10,7 +10,7 @@ from afferents.commands.given import (
     models_in,
     sources_in,
 )
-from afferents.core.choices import Device, Penalty, Precision, Preset
+from afferents.core.choices import Device, Figures, Penalty, Precision, Preset
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
@@ -304,13 +304,16 @@ def _written(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-def report(results: Place, quiet: bool = False) -> Path:
+def report(results: Place, quiet: bool = False, figures: Figures = "report") -> Path:
     """Write Table 1, figures and a self-contained page from a results folder.
 
     Parameters
     ----------
     results
         As `evaluate` leaves it.
+    figures
+        ``paper`` to draw the paper's figures as they are printed (3, 5 to 13), each saying where
+        it departs from that; ``report`` for those that suit what was evaluated.
     quiet
         Whether no progress is shown.
 
@@ -332,4 +335,4 @@ def report(results: Place, quiet: bool = False) -> Path:
     from afferents.pipeline.report import write_report
 
     with Progress(quiet) as progress:
-        return write_report(Path(results), progress)
+        return write_report(Path(results), progress, figures)

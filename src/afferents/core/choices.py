@@ -22,3 +22,5 @@ Nodules = Literal["on", "off"]
 """Whether the simulated skin has its fingerprint."""
 Penalty = Literal["fixed", "searched"]
 """Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
+Figures = Literal["report", "paper"]
+"""How a report draws the paper's figures: as suits what was evaluated, or as they are printed."""

@@ -125,6 +125,13 @@ class Failed(Form):
     why: str
 
 
+class EpochFacts(Form):
+    """An epoch of a fold's history."""
+
+    accuracy: Share
+    validation_accuracy: Share
+
+
 class FoldFacts(Job):
     """`fold.json`: a finished fold."""
 
@@ -134,6 +141,8 @@ class FoldFacts(Job):
     validation_group: GroupName | None = None
     validation_accuracy: Share
     epochs: Count
+    best_epoch: Count | None = None
+    history: tuple[EpochFacts, ...] = ()
     leaks: dict[str, Counted]
 
     @model_validator(mode="after")
@@ -190,6 +199,13 @@ class Bins(Form):
         return self
 
 
+class FirstEpoch(Form):
+    """Accuracies of the first epoch of a training."""
+
+    training: Share
+    validation: Share
+
+
 class Outcome(Touches):
     """What came out for a model under a protocol."""
 
@@ -203,6 +219,8 @@ class Outcome(Touches):
     validation_speeds: dict[Key, Speed] | None = None
     validation_groups: dict[GroupName, GroupName] | None = None
     epochs: dict[GroupName, tuple[Count, ...]]
+    best_epoch: dict[GroupName, tuple[Count, ...]] = {}
+    first_epoch: dict[GroupName, tuple[FirstEpoch, ...]] = {}
     leaks: dict[str, Counted | None]
 
 

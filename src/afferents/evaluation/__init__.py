@@ -1,6 +1,7 @@
 """Leave one group out, by default a speed: folds, leakage, metrics and results on disk."""
 
 from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, paired_difference
+from afferents.evaluation.course import read_course
 from afferents.evaluation.folds import (
     PLAN,
     FoldKey,
@@ -33,11 +34,13 @@ from afferents.evaluation.shares import (
     variance_shares,
 )
 from afferents.evaluation.splits import LeaveOneGroupOut, LeaveOneSpeedOut, number_in_recording
+from afferents.evaluation.steadiness import APART, steadiness, steadiness_of
 from afferents.evaluation.summary import summarise
 from afferents.evaluation.touches import inside_speeds
 from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, summarise_unknown
 
 __all__ = [
+    "APART",
     "PLAN",
     "Accuracy",
     "FoldKey",
@@ -73,6 +76,7 @@ __all__ = [
     "plane_basis",
     "planned_workers",
     "predictions_table",
+    "read_course",
     "recordings_of",
     "refuse_leaks",
     "reliability",
@@ -80,6 +84,8 @@ __all__ = [
     "save_fold",
     "seconds_left",
     "share_unknown",
+    "steadiness",
+    "steadiness_of",
     "summarise",
     "summarise_unknown",
     "variance_shares",

@@ -17,6 +17,7 @@ from afferents.evaluation.bootstrap import (
     intervals_by_group,
     paired_difference,
 )
+from afferents.evaluation.course import course_of
 from afferents.evaluation.folds import FoldKey, load_fold
 from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
 from afferents.evaluation.reliability import reliability_of
@@ -127,6 +128,7 @@ def _summary_of(
         split.validations: _by_group(facts, split, split.validation, first=True),
         "validation_accuracy": _by_group(facts, split, "validation_accuracy"),
         "epochs": _by_group(facts, split, "epochs"),
+        **course_of(facts, split),
         "seconds": sum(fact["seconds"] for fact in facts),
         "leaks": _total_leaks(facts),
     }

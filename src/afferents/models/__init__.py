@@ -25,6 +25,7 @@ from afferents.models.ridge import (
     log_probabilities,
     sum_of,
 )
+from afferents.models.shapes import LayerShape, layer_shapes, written_shape
 from afferents.models.spatial import SpatialNet
 from afferents.models.stems import ThreeStems
 from afferents.models.table import CLASSIFIERS, build, classifier_of
@@ -44,6 +45,7 @@ __all__ = [
     "JointFusion",
     "KerasArray",
     "LateFusion",
+    "LayerShape",
     "MeanFusion",
     "Network",
     "Novelty",
@@ -67,8 +69,10 @@ __all__ = [
     "fit_temperature",
     "kernels_with_l2",
     "l2_penalty",
+    "layer_shapes",
     "log_probabilities",
     "put_keras_weights",
     "sum_of",
     "weighted",
+    "written_shape",
 ]

@@ -13,6 +13,7 @@ from afferents.core.own import in_a_sentence
 from afferents.core.progress import Progress
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses
+from afferents.evaluation import APART, steadiness_of
 from afferents.execution.local import side_by_side
 from afferents.markers import Sensor
 from afferents.pipeline.copies import notes_in
@@ -27,8 +28,14 @@ from afferents.pipeline.inspect_files import (
     inspect_wav,
 )
 from afferents.recordings import DataSet, data_set_of, facts, is_described
-from afferents.reporting import is_overlay
+from afferents.reporting import (
+    is_overlay,
+    save_figure,
+    steadiness_figure,
+    steadiness_sentence,
+)
 
+STEADINESS = "steadiness.png"
 MOST_LOST = 0.01
 """Share of marker positions lost beyond which a recording is named."""
 
@@ -63,7 +70,7 @@ def inspect(
     is_wav = path.suffix.lower() == ".wav"
     if overlay is not None and (is_wav or not path.is_file()):
         raise InputError("--overlay", "a video to draw markers into", f"'{source}'")
-    require_pictures_free(out, MARKERS, RESPONSES, VIBRATION)
+    require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
     if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
@@ -77,7 +84,7 @@ def inspect(
         raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
     stored = data_set.responses()
     if stored is not None:
-        return inspect_responses(str(source), data_set, stored)
+        return inspect_responses(str(source), data_set, stored, out)
     return inspect_recordings(str(source), data_set, out, progress)
 
 
@@ -173,9 +180,9 @@ def too_short_sentences(rows: list[dict[str, Any]]) -> list[str]:
 
 
 def inspect_responses(
-    source: str, data_set: DataSet, recordings: Sequence[Responses]
+    source: str, data_set: DataSet, recordings: Sequence[Responses], out: Path
 ) -> Inspection:
-    """Say what responses a data set holds."""
+    """Say what responses a data set holds, and how steady its tactile images are."""
     found = Inspection(source, facts={"config": dict(data_set.config())})
     names = sorted({str(name) for r in recordings for name in r.data_vars})
     found.sentences.append(
@@ -188,4 +195,9 @@ def inspect_responses(
             if lost > MOST_LOST:
                 name = responses.attrs["name"]
                 found.problems.append(f"{name}: {100 * lost:.1f}% of marker positions are lost.")
+    if rows := steadiness_of(recordings):
+        found.facts["steadiness"] = rows
+        found.sentences.append(steadiness_sentence(rows, APART))
+        figure = steadiness_figure(rows, APART, f"{source}, middle of each recording")
+        found.pictures = [save_figure(figure, out / STEADINESS)]
     return found

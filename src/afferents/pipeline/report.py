@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import xarray as xr
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from afferents.channels import CHANNELS, hold
 from afferents.core import dims
+from afferents.core.choices import Figures
 from afferents.core.documents import as_form
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import write_text
@@ -26,15 +27,20 @@ from afferents.core.results import (
 from afferents.core.samples import Samples, concatenate
 from afferents.core.steady import with_steady
 from afferents.encodings import SpectralEncoding, covered, spatial_samples, stretch_spectrum
-from afferents.evaluation import reliability_of
+from afferents.evaluation import read_course, reliability_of
 from afferents.evaluation.ablation import Ablation
 from afferents.pipeline.data import open_data, recordings_in
 from afferents.pipeline.encode import Source, encode_all
+from afferents.pipeline.paper_figures import drums, paper_data
 from afferents.reporting import (
     FACTORS,
     FigureData,
+    ReportFigure,
     StretchExample,
     Table,
+    are_published,
+    beside_paper,
+    by_texture_table,
     draw_pictures,
     runs_side_by_side,
     save_pictures,
@@ -45,39 +51,80 @@ from afferents.reporting import (
     write_texture_page,
 )
 from afferents.reporting import write_report as write_page
+from afferents.reporting.paper import PaperData, draw_paper_pictures
 
-PAGE, TABLE1, TEXTURES = "report.html", "table1.md", "textures.md"
+PAGE, TABLE1, TEXTURES, BESIDE = "report.html", "table1.md", "textures.md", "beside_paper.md"
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
 """Frames from the middle of each recording for Figures 8 and 10, and how many before them are
 read so that a lost marker can be held at its last value."""
+_UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)
+"""What data that are gone, damaged or changed raise; a store's bad chunk is a RuntimeError."""
 
 
-def write_report(results_folder: Path, progress: Progress) -> Path:
+def write_report(results_folder: Path, progress: Progress, figures: Figures = "report") -> Path:
     """Write `report.html`, `table1.md` and the figures of a results folder.
 
     Of one of `--split texture`, the page and `textures.md`.
 
+    Parameters
+    ----------
+    results_folder
+        As `evaluate` leaves it.
+    figures
+        `paper` to draw Figures 3 to 13 as they are printed, in place of our own of the same
+        numbers.
+
     Raises
     ------
     InputError
-        If there are no results. Data that are gone, damaged, or others than were evaluated only
-        cost their figures; the report says so.
+        If there are no results, or no such way to draw. Data that are gone, damaged, or others
+        than were evaluated only cost their figures; the report says so.
     """
+    if figures not in get_args(Figures):
+        raise InputError("figures", " or ".join(get_args(Figures)), f"'{figures}'")
     summaries = texture_summaries(results_folder)
     if summaries:
         _write_textures(results_folder, texture_tables(summaries))
         return write_texture_page(results_folder / PAGE, summaries)
-    results = with_reliability(load_results(results_folder))
-    data, notes = figure_data(results, progress)
-    pictures = draw_pictures(results, data)
+    results = with_course(with_reliability(load_results(results_folder)))
+    pictures, notes = _pictures(results, progress, figures)
     drawn = progress.track(pictures, "drawing", len(pictures))
     save_pictures(drawn, results_folder / "figures")
     write_text(results_folder / TABLE1, to_markdown(table1(results.summary)))
+    _write_beside(results_folder / BESIDE, results)
     return write_page(results_folder / PAGE, results, pictures, notes)
 
 
 def _write_textures(folder: Path, tables: Sequence[Table]) -> None:
     write_text(folder / TEXTURES, "\n".join(map(to_markdown, tables)))
+
+
+def _write_beside(path: Path, results: Results) -> None:
+    """Write our numbers beside the paper's, where textures are its own."""
+    tables = [beside_paper(results.summary)]
+    if are_published(results.textures):
+        tables.append(by_texture_table(results))
+    if text := "\n".join(to_markdown(table) for table in tables if table is not None):
+        write_text(path, text)
+
+
+def with_course(results: Results) -> Results:
+    """Return results whose summary says how trainings went; earlier ones left it to the folds."""
+    models = {
+        model: {
+            protocol: found
+            if "best_epoch" in found
+            else {**found, **_course(results, model, protocol, found["seeds"])}
+            for protocol, found in protocols.items()
+        }
+        for model, protocols in results.summary.get("models", {}).items()
+    }
+    return replace(results, summary={**results.summary, "models": models})
+
+
+def _course(results: Results, model: str, protocol: str, seeds: Sequence[int]) -> dict[str, Any]:
+    groups = results.summary[results.split.groups]
+    return read_course(results.root, model, protocol, seeds, groups, results.split)
 
 
 def with_reliability(results: Results) -> Results:
@@ -127,15 +174,36 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
     return table, path
 
 
+def _pictures(
+    results: Results, progress: Progress, figures: Figures
+) -> tuple[list[ReportFigure], list[str]]:
+    if figures == "report":
+        data, notes = figure_data(results, progress)
+        return draw_pictures(results, data), notes
+    try:
+        recordings = _recordings(results, progress)
+        data = _read_data(results, recordings, progress)
+        paper, notes = paper_data(results, recordings, data), []
+    except _UNREADABLE as error:
+        data, paper = FigureData(), PaperData(drums=drums(results.textures))
+        notes = [_missing(error)]
+    return draw_paper_pictures(results, data, paper), notes
+
+
 def figure_data(results: Results, progress: Progress) -> tuple[FigureData, list[str]]:
     """Read what the figures of the data show; notes say what could not be had."""
     try:
-        return _read_data(results, progress), []
-    except (AfferentsError, OSError, ValueError, RuntimeError) as error:  # a store's bad chunk
-        return FigureData(), [f"Figures of the data are missing: {error}."]
+        return _read_data(results, _recordings(results, progress), progress), []
+    except _UNREADABLE as error:
+        return FigureData(), [_missing(error)]
 
 
-def _read_data(results: Results, progress: Progress) -> FigureData:
+def _missing(error: Exception) -> str:
+    return f"Figures of the data are missing: {error}."
+
+
+def _recordings(results: Results, progress: Progress) -> list[Responses]:
+    """Return the recordings that were evaluated and whose speed is known."""
     config = results.config
     sources = [data["source"] for data in config["data"]]
     opened = open_data(sources, config["without"], keep_going=True, progress=progress)
@@ -147,6 +215,11 @@ def _read_data(results: Results, progress: Progress) -> FigureData:
     recordings = [r for r in everything if r.attrs["name"] not in left_out and speed_of(r)]
     if not recordings:
         raise InputError("the data", "recordings whose speed is known, to show by it", "none")
+    return recordings
+
+
+def _read_data(results: Results, recordings: list[Responses], progress: Progress) -> FigureData:
+    config = results.config
     spectra = _spectra(recordings, config, progress)
     example = stretch_example(spectra) if spectra is not None else None
     return FigureData(

@@ -1,5 +1,7 @@
 """Table 1, Figures 7 to 13 and one self-contained page, from results alone."""
 
+from afferents.reporting.beside_paper import beside_paper
+from afferents.reporting.by_texture import by_texture_figure, by_texture_table
 from afferents.reporting.by_touch import by_touch_table
 from afferents.reporting.confusion import confusion_figure
 from afferents.reporting.differences import differences, runs_side_by_side
@@ -18,6 +20,7 @@ from afferents.reporting.reliability import reliability_figure, reliability_tabl
 from afferents.reporting.roughness import roughness_table
 from afferents.reporting.shear import ShearFigure, shear_figure, shear_tables
 from afferents.reporting.speeds import speed_figure
+from afferents.reporting.steadiness import steadiness_figure, steadiness_sentence
 from afferents.reporting.style import save_figure
 from afferents.reporting.table import (
     Table,
@@ -27,6 +30,7 @@ from afferents.reporting.table import (
     run_table,
     table1,
 )
+from afferents.reporting.texture_names import are_published
 from afferents.reporting.textures import write_texture_page
 from afferents.reporting.touches import touches_table
 from afferents.reporting.unknown import texture_tables, unknown_by_texture, unknown_table
@@ -39,6 +43,10 @@ __all__ = [
     "StretchExample",
     "Table",
     "accuracy_by_speed",
+    "are_published",
+    "beside_paper",
+    "by_texture_figure",
+    "by_texture_table",
     "by_touch_table",
     "confusion_figure",
     "differences",
@@ -66,6 +74,8 @@ __all__ = [
     "shear_figure",
     "shear_tables",
     "speed_figure",
+    "steadiness_figure",
+    "steadiness_sentence",
     "stretch_example",
     "table1",
     "texture_tables",

@@ -10,7 +10,8 @@ from afferents.core.samples import Samples, textures_of
 from afferents.reporting.texture_names import texture_letter
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
-"""The textures that the paper's figures compare: 0, 2, 4 and 6 mm."""
+"""Four of the paper's textures, evenly spread: 0, 2, 4 and 6 mm. Its own figures show others, which
+`report --figures paper` draws."""
 
 Item = TypeVar("Item")
 

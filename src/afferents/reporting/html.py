@@ -14,6 +14,8 @@ from afferents.core.results import Results
 from afferents.core.split import SPEED, key_of, split_of
 from afferents.core.spoilt import spoilt_by
 from afferents.core.steady import written
+from afferents.reporting.beside_paper import beside_paper
+from afferents.reporting.by_texture import by_texture_table
 from afferents.reporting.by_touch import by_touch_table
 from afferents.reporting.differences import differences
 from afferents.reporting.in_short import (
@@ -102,6 +104,8 @@ def render_report(
         touches=touches_table(summary),
         by_touch=by_touch_table(summary),
         lengths=lengths_table(summary),
+        by_texture=by_texture_table(results),
+        folds=beside_paper(summary),
         reliability=reliability_table(summary) if has_reliability(summary) else None,
         differences=differences(summary),
         leak_sentences=leak_sentences(summary),

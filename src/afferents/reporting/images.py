@@ -25,7 +25,7 @@ from afferents.reporting.style import MISSING, SEQUENTIAL, VERMILION, frame_all,
 from afferents.reporting.texture_names import texture_names
 
 SPEED = 50.0
-"""The paper's images are at 50 mm/s."""
+"""Of the texture in panel B; the paper shows it at 10, 50 and 100 mm/s (`reporting.paper`)."""
 MOST_SPEEDS = 10
 N_CONSECUTIVE = 10
 FEW_SPEEDS = 3
@@ -88,7 +88,7 @@ def tactile_image_figure(
     panel_b = grid[:, shape_a[1] :] if beside else grid[shape_a[0] :]
     shown = consecutive[: panel_b.size]
     _draw_on_one_scale(figure, panel_b, shown, unit)
-    _name_axes(panel_b.flat[len(shown) - 1], sliding)
+    name_axes(panel_b.flat[len(shown) - 1], sliding)
     return figure
 
 
@@ -208,7 +208,7 @@ def draw_image(axes: Axes, image: TactileImage, low: float, high: float) -> Axes
     )
 
 
-def _name_axes(axes: Axes, sliding: str) -> None:
+def name_axes(axes: Axes, sliding: str) -> None:
     """Say on one image what the axes are, and draw the sliding direction over it."""
     axes.set_xlabel(f"column (x) →\nsliding {sliding}", fontsize=7)
     axes.yaxis.set_label_position("right")

@@ -15,6 +15,7 @@ from afferents.core.files import write_aside
 from afferents.core.results import Results
 from afferents.core.samples import Samples
 from afferents.core.split import SPEED
+from afferents.reporting.by_texture import by_texture_figure
 from afferents.reporting.confusion import LEAST_WRITTEN, confusion_figure, confusion_title
 from afferents.reporting.figure07 import StretchExample, figure07
 from afferents.reporting.figure12 import figure12
@@ -82,23 +83,37 @@ def save_pictures(pictures: Iterable[ReportFigure], folder: Path) -> list[Path]:
     return paths
 
 
-def draw_pictures(results: Results, data: FigureData) -> list[ReportFigure]:
+def draw_pictures(
+    results: Results, data: FigureData, with_confusion: bool = True
+) -> list[ReportFigure]:
     """Draw every figure that the results and the data allow, in the order of the report.
 
     Those of results come first, then those that the paper has too, in its order, then the rest.
+
+    Parameters
+    ----------
+    with_confusion
+        Whether confusion matrices are drawn.
     """
     source = source_line(results.summary)
     of_paper = [
-        *_spectrum_pictures(data, source),
+        *stretch_picture(data, source),
+        *_spectrum_picture(data, source),
         *_image_pictures(data, source),
-        *_confusion_pictures(results),
+        *(confusion_pictures(results) if with_confusion else ()),
     ]
     return [
         *_speed_picture(results),
         *_lengths_picture(results),
+        *_texture_picture(results),
         *_reliability_picture(results),
-        *sorted(of_paper, key=_number_in_paper),
+        *in_order_of_paper(of_paper),
     ]
+
+
+def in_order_of_paper(pictures: Iterable[ReportFigure]) -> list[ReportFigure]:
+    """Return figures by their numbers in the paper, then those that have none."""
+    return sorted(pictures, key=_number_in_paper)
 
 
 def _number_in_paper(picture: ReportFigure) -> tuple[float, str]:
@@ -139,6 +154,21 @@ def _lengths_picture(results: Results) -> Iterator[ReportFigure]:
         )
 
 
+def _texture_picture(results: Results) -> Iterator[ReportFigure]:
+    crosses = results.split == SPEED and are_published(results.textures)
+    yield ReportFigure(
+        "accuracy-by-texture",
+        "Accuracy by texture",
+        f"Share of each texture's test samples named rightly, mean over held-out "
+        f"{results.split.many}. Filled: nested protocol. Open: published protocol. "
+        + ("Crosses: the paper, from the diagonals of its matrices. " if crosses else "")
+        + "The dashed line is chance.",
+        "Chart of accuracy in percent against texture, a panel for each model. The same numbers "
+        "stand in a table above.",
+        by_texture_figure(results),
+    )
+
+
 def _reliability_picture(results: Results) -> Iterator[ReportFigure]:
     if has_reliability(results.summary):
         yield ReportFigure(
@@ -155,7 +185,8 @@ def _reliability_picture(results: Results) -> Iterator[ReportFigure]:
         )
 
 
-def _confusion_pictures(results: Results) -> Iterator[ReportFigure]:
+def confusion_pictures(results: Results) -> Iterator[ReportFigure]:
+    """Draw the confusion matrices of every model and protocol."""
     for model, protocol, found in outcomes(results.summary):
         figure = confusion_figure(results, model, protocol)
         if figure is None:
@@ -174,7 +205,8 @@ def _confusion_pictures(results: Results) -> Iterator[ReportFigure]:
         )
 
 
-def _spectrum_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
+def stretch_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    """Draw Figure 7, where some texture has a speed, its half and its double."""
     if data.example is not None:
         yield ReportFigure(
             "figure07",
@@ -187,6 +219,9 @@ def _spectrum_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
             "Three panels of amplitude against frequency: half the speed, the speed, twice it.",
             figure07(data.example, data.stretched, source),
         )
+
+
+def _spectrum_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
     if data.spectra is not None:
         yield ReportFigure(
             "figure12",

@@ -21,6 +21,27 @@ CITATION = (
 
 
 @dataclass(frozen=True)
+class PublishedFold:
+    """One training of the paper: how it went, and what its test gave.
+
+    Attributes
+    ----------
+    percent
+        Accuracy at the held-out speed, to one decimal from the colours of the printed matrix; the
+        titles print it rounded.
+    best_epoch
+        Number, from 1, of the epoch whose weights were kept.
+    first_training_percent, first_validation_percent
+        Accuracies of the first epoch, from the training log.
+    """
+
+    percent: float
+    best_epoch: int
+    first_training_percent: float
+    first_validation_percent: float
+
+
+@dataclass(frozen=True)
 class PublishedFamily:
     """One row of the paper's Table 1 and the figure behind it.
 
@@ -31,10 +52,13 @@ class PublishedFamily:
     by_speed
         Accuracy in percent at each held-out speed (mm/s), to one decimal from the colours of
         the confusion matrices.
+    folds
+        The same trainings with how each went, by held-out speed (mm/s).
     """
 
     mean_percent: int
     by_speed: dict[float, float]
+    folds: dict[float, PublishedFold]
 
 
 @cache
@@ -77,6 +101,16 @@ def _read_family(content: dict[str, Any]) -> PublishedFamily:
     return PublishedFamily(
         mean_percent=content["table1_percent"],
         by_speed={speed: fold["digitised_percent"] for speed, fold in folds.items()},
+        folds={speed: _read_fold(fold) for speed, fold in folds.items()},
+    )
+
+
+def _read_fold(content: dict[str, Any]) -> PublishedFold:
+    return PublishedFold(
+        content["digitised_percent"],
+        content["best_epoch"],
+        content["first_training_percent"],
+        content["first_validation_percent"],
     )
 
 

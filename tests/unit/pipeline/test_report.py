@@ -3,9 +3,11 @@
 import json
 import shutil
 
+import numpy as np
 import pandas as pd
 import pytest
 
+from afferents.core.errors import InputError
 from afferents.core.progress import Progress
 from afferents.core.results import Results
 from afferents.encodings import Encodings
@@ -37,6 +39,47 @@ def test_data_as_evaluated_are_drawn(results):
     assert notes == []
     assert data.spectra.sizes["sample"] == 12 * 4
     assert data.spectra.attrs == {"units": "full scale"}
+
+
+def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path, monkeypatch):
+    opened = open_data([str(stores["video"])])
+    config = {
+        "data": [data.origin.describe() for data in opened],
+        "without": {},
+        "cut": "all",
+        **Encodings(wanted={"window_s": 0.2, "stride_s": 0.1}).describe(),
+    }
+    textures = sorted({str(r.attrs["texture"]) for data in opened for r in data.responses})
+    about = {"skipped": [], "textures": textures, "speeds_mm_s": [20.0, 40.0, 60.0], "models": {}}
+    results = Results(tmp_path / "r", config, about, pd.DataFrame())
+    monkeypatch.setattr(writing, "draw_paper_pictures", lambda *given: given)
+    (_, _, paper), notes = writing._pictures(results, QUIET, "paper")
+    assert notes == []
+    rows = paper.frames["ra1", 1]
+    assert [(row.panel, row.shown.speed_mm_s) for row in rows] == [
+        ("A", 40.0), ("A", 40.0), ("A", 40.0), ("B", 20.0), ("B", 40.0), ("B", 60.0),
+    ]  # fmt: skip
+    assert all(row.images.shape == (10, 19, 19) for row in rows)
+    np.testing.assert_allclose(np.diff(rows[0].time_s), 1 / 90, rtol=0.05)
+    assert "shorter than the paper's" in paper.began
+    shown = rows[3]
+    name = f"{shown.shown.texture}/20"
+    first = next(r for d in opened for r in d.responses if r.attrs["name"] == name)
+    middle = first["ra1"].sizes["time"] // 2 - 5
+    grid = first["ra1"].isel(time=middle).values
+    places = first["row"].values.astype(int), first["column"].values.astype(int)
+    np.testing.assert_allclose(shown.images[0][places], grid, atol=1e-6)
+    assert [drum.name.split()[-2:] for drum in paper.drums] == [[f"({t}", "mm)"] for t in textures]
+    (spatial, temporal), (vibration,) = paper.networks[5], paper.networks[6]
+    assert spatial.input_shape == "19 x 19"
+    assert temporal.input_shape == "10 x 19 x 19"
+    assert vibration.title == "vib-TE, vib-TE augmented"
+    assert spatial.layers[-1].shape == f"{len(textures)}"
+
+
+def test_a_way_to_draw_that_there_is_not(tmp_path):
+    with pytest.raises(InputError, match="report or paper"):
+        writing.write_report(tmp_path, QUIET, "newspaper")
 
 
 def test_data_that_changed_are_not_drawn_as_if_they_were_the_results(results, store):

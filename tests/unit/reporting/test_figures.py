@@ -220,7 +220,7 @@ def test_figures_of_the_paper_stand_in_its_order(results):
     rows = results.predictions[results.predictions["model"] == "vib-te"]
     named = [rows.assign(model=name) for name in results.summary["models"]]
     pictures = draw_pictures(replace(results, predictions=pd.concat(named)), FigureData())
-    numbers = [picture.title.split(".")[0] for picture in pictures[1:]]
+    numbers = [picture.title.split(".")[0] for picture in pictures[2:]]
     assert numbers[:-2] == [f"Figure {n}" for n in ("9A", "9A", "9B", "9B", "11A", "11A")]
     assert all(one.startswith("fusion") for one in numbers[-2:])
 
@@ -229,6 +229,7 @@ def test_without_spectra_and_images_only_results_are_drawn(results):
     names = [picture.name for picture in draw_pictures(results, FigureData())]
     assert names == [
         "accuracy-by-speed",
+        "accuracy-by-texture",
         "confusion-vib-te-nested",
         "confusion-vib-te-published",
         "confusion-vib-te-aug-nested",
