@@ -8,9 +8,10 @@ from afferents.commands.given import (
     Data,
     Place,
     models_in,
+    names_in,
     sources_in,
 )
-from afferents.core.choices import Device, Penalty, Precision, Preset
+from afferents.core.choices import Device, Penalty, Precision, Preset, Statistics
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
@@ -53,6 +54,7 @@ def evaluate(
     disturb: "Disturbed" = None,
     disturb_training: "Disturbed" = None,
     penalty: Penalty = "fixed",
+    statistics: Statistics = "warmed-up",
     **encoding: Any,
 ) -> Results:
     """Train and test models, one speed, or group of another split, held out at a time.
@@ -65,7 +67,8 @@ def evaluate(
         Results folder; finished folds in it are kept.
     models
         Names, `Model` objects of your own, or both; ``all`` for the six of the paper's Table 1,
-        without those that the data don't support, ``best`` for what we recommend for such data.
+        without those that the data don't support, ``best`` for what we recommend for such data,
+        ``all,best`` for these and that.
     protocol
         ``nested``, ``published`` or ``both``: whether anything of the held-out speed may be seen
         before the test; see docs/protocols.md.
@@ -103,6 +106,9 @@ def evaluate(
     penalty
         ``searched`` chooses that of every ridge inside each fold, by leaving out its training
         speeds in turn; ``fixed`` takes the usual one where there is one.
+    statistics
+        ``keras`` starts the running statistics of batch normalisation at 0 and 1, as the paper's
+        networks did; ``warmed-up`` as plain averages.
     encoding
         Options of the encodings by name, such as ``frames=20`` or ``window_s=2``.
 
@@ -130,7 +136,7 @@ def evaluate(
         wanted = _evaluation(
             progress, data, out, models, protocol, preset, cut, seeds, held_out, without, only,
             keep_going, workers, cluster, device, precision, split, steady, disturb,
-            disturb_training, penalty, **encoding,
+            disturb_training, penalty, statistics, **encoding,
         )  # fmt: skip
         run(wanted, progress)
     return load_results(Path(out))
@@ -191,6 +197,7 @@ def _evaluation(
     disturb: "Disturbed" = None,
     disturb_training: "Disturbed" = None,
     penalty: Penalty = "fixed",
+    statistics: Statistics = "warmed-up",
     **encoding: Any,
 ) -> "Evaluation":
     """Open the data, after checking what can be checked without them; see `evaluate`."""
@@ -205,6 +212,7 @@ def _evaluation(
     from afferents.training import Compute
 
     asked, under = models_in(models), protocols(protocol)
+    named = names_in(models)
     what, steady_s = split_named(split), steady_in(steady, cut)
     wanted = what.read(held_out, "--held-out")
     at_test = Disturbance.of(disturb, "--disturb")
@@ -214,7 +222,10 @@ def _evaluation(
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
     encodings = encodings_for(opened, cut, encoding)
-    chosen = asked or [best_of(recordings_in(opened))]
+    chosen = asked
+    if "best" in named or not asked:
+        best = best_of(recordings_in(opened))
+        chosen = asked if best in asked else [*asked, best]
     say_choice(opened, chosen, encodings, progress)
     recipe = Recipe(
         out=Path(out),
@@ -229,6 +240,7 @@ def _evaluation(
         split=what,
         steady_s=steady_s,
         penalty=penalty,
+        statistics=statistics,
         compute=Compute(device, precision),
     )
     return Evaluation(
@@ -236,11 +248,11 @@ def _evaluation(
         opened,
         protocols=under,
         seeds=list(seeds),
-        may_leave_out=models == "all",
+        may_leave_out="all" in named,
         keep_going=keep_going,
         held_out=wanted,
         options=[
-            *_options(used, wanted, left_out),
+            *options_in_words(used, wanted, left_out),
             *_choices(recipe),
             *disturbances.words(),
             *_encoding_options(chosen, encodings),
@@ -250,7 +262,9 @@ def _evaluation(
     )
 
 
-def _options(only: "Ablation", held_out: Sequence[Group], without: Mapping[str, str]) -> list[str]:
+def options_in_words(
+    only: "Ablation", held_out: Sequence[Group], without: Mapping[str, str]
+) -> list[str]:
     """Return the words of a command line that uses the same part of the data, for the report."""
     given = {
         "--textures": ",".join(only.textures),
@@ -268,7 +282,9 @@ def _choices(recipe: "Recipe") -> list[str]:
     """Return the words that hold out the same, of the same part of recordings, as strictly."""
     split = [] if recipe.split == SPEED else [SPLIT_OPTION, recipe.split.name]
     steady = [] if recipe.steady_s is None else [STEADY_OPTION, written(recipe.steady_s)]
-    return split + steady + ([] if recipe.penalty == "fixed" else ["--penalty", recipe.penalty])
+    penalty = [] if recipe.penalty == "fixed" else ["--penalty", recipe.penalty]
+    kept = [] if recipe.statistics == "warmed-up" else ["--statistics", recipe.statistics]
+    return split + steady + penalty + kept
 
 
 def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:

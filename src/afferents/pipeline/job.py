@@ -14,7 +14,7 @@ import pandas as pd
 import torch
 from numpy.typing import NDArray
 
-from afferents.core.choices import Penalty
+from afferents.core.choices import Penalty, Statistics
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
 from afferents.core.extras import import_extra
@@ -89,6 +89,8 @@ class Recipe:
         Start and end of constant speed, s, of all recordings; None for what each says of its own.
     penalty
         Whether that of every ridge is chosen inside each fold, or of those alone that have none.
+    statistics
+        Running statistics of the networks' batch normalisation: see `WarmUp`.
     compute
         What the networks run on, and in which precision.
     skipped
@@ -109,6 +111,7 @@ class Recipe:
     split: Split = SPEED
     steady_s: Steady | None = None
     penalty: Penalty = "fixed"
+    statistics: Statistics = "warmed-up"
     compute: Compute = field(default_factory=Compute)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
@@ -116,10 +119,7 @@ class Recipe:
     @property
     def config(self) -> dict[str, Any]:
         """Return what must agree for folds to stand in one results folder: its `config.json`."""
-        training = {
-            recipe: training_config(self.preset, recipe, self.compute).model_dump()
-            for recipe in RECIPES
-        }
+        training = {recipe: self._recipe(recipe).model_dump() for recipe in RECIPES}
         return {
             "schema": SCHEMA,
             "data": [origin.describe() for origin in self.data],
@@ -139,7 +139,8 @@ class Recipe:
         split = {} if self.split == SPEED else {"split": self.split.name}
         steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
         penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
-        return split | steady | penalty | self.disturbances.describe()
+        kept = {} if self.statistics == "warmed-up" else {"statistics": self.statistics}
+        return split | steady | penalty | kept | self.disturbances.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
@@ -163,7 +164,10 @@ class Recipe:
 
     def training(self, model: Model, encoding: Encoding) -> TrainingConfig:
         """Return how a network is trained."""
-        return training_config(self.preset, recipe_of(model, encoding), self.compute)
+        return self._recipe(recipe_of(model, encoding))
+
+    def _recipe(self, name: str) -> TrainingConfig:
+        return training_config(self.preset, name, self.compute, self.statistics)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents.core.choices import Device, Precision, Preset
+from afferents.core.choices import Device, Precision, Preset, Statistics
 from afferents.core.errors import InputError
 
 
@@ -146,13 +146,18 @@ _PRESETS: dict[str, dict[str, TrainingConfig]] = {
 }
 
 
-def training_config(preset: Preset, recipe: str, compute: Compute | None = None) -> TrainingConfig:
+def training_config(
+    preset: Preset,
+    recipe: str,
+    compute: Compute | None = None,
+    statistics: Statistics = "warmed-up",
+) -> TrainingConfig:
     """Return a recipe (see `RECIPES`) as a preset has it, to be computed so.
 
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
 
-    One thing differs from it, unless `warm_up_statistics` is set to False: see `WarmUp`.
+    One thing differs from it, unless `statistics` is ``keras``: see `WarmUp`.
 
     `fast` is a shorter road, meant for about the same accuracy: frames are nearly equal, so it
     takes some of them, few epochs with a rate that rises and falls once, and trains the CNN-LSTM in
@@ -173,5 +178,7 @@ def training_config(preset: Preset, recipe: str, compute: Compute | None = None)
         raise InputError("--preset", "quick, fast or paper", f"'{preset}'")
     if recipe not in RECIPES:
         raise InputError("recipe", f"one of {', '.join(RECIPES)}", f"'{recipe}'")
-    usual = _PRESETS[preset][recipe]
-    return usual.model_copy(update=compute._asdict()) if compute else usual
+    kept = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
+    return _PRESETS[preset][recipe].model_copy(
+        update={**kept, **(compute._asdict() if compute else {})}
+    )
