@@ -69,10 +69,16 @@ def choices_in_words(like: Like, given: Mapping[str, Any]) -> list[str]:
     """Return a line for each choice; published ones say what they stand for."""
     values = chosen(like, given)
     return [
-        f"{one.flag} {values[one.name]}"
+        f"{one.flag} {written(values[one.name])}"
         + (f": {one.meaning}" if values[one.name] == one.published else "")
         for one in CHOICES
     ]
+
+
+def written(value: Any) -> str:
+    """Return what a choice is as a shell has it: several models separated by commas."""
+    several = value if isinstance(value, list | tuple) else [value]
+    return ",".join(str(getattr(one, "name", one)) for one in several)
 
 
 def otherwise(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) -> list[str]:
@@ -86,7 +92,7 @@ def otherwise(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) 
         What else is asked for that changes what is computed.
     """
     changed = [
-        f"{one.flag} {given[one.name]} ({like}: {one.of(like)})"
+        f"{one.flag} {written(given[one.name])} ({like}: {one.of(like)})"
         for one in CHOICES
         if one.name in given and given[one.name] != one.of(like)
     ]

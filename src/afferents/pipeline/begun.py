@@ -10,6 +10,7 @@ from afferents.core.choices import Like
 from afferents.core.documents import read_checked
 from afferents.core.files import require_same_config, write_json
 from afferents.core.forms import Form
+from afferents.core.like import written
 
 REPORT = "report.html"
 """In the results."""
@@ -71,7 +72,7 @@ def require_same(places: Places, like: Like, choices: Mapping[str, Any]) -> None
     if places.begun.is_file():
         found = read_begun(places)
         earlier, wanted = (
-            {"like": of, **{n: str(v) for n, v in its.items() if n not in _FREE}}
+            {"like": of, **{n: written(v) for n, v in its.items() if n not in _FREE}}
             for of, its in ((found.like, found.choices), (like, choices))
         )
         require_same_config(places.out, "a reproduction", earlier, wanted)
@@ -89,7 +90,7 @@ def write_begun(
     """Write down what a reproduction begins with, for `status` and for whoever reads it later."""
     content = {
         "like": like,
-        "choices": {name: str(value) for name, value in choices.items()},
+        "choices": {name: written(value) for name, value in choices.items()},
         "otherwise": list(otherwise),
         "differs": list(differs),
         "recordings": n_recordings,

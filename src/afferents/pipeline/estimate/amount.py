@@ -8,12 +8,13 @@ import xarray as xr
 
 from afferents.core import dims
 from afferents.core.cut import AUDIO_S, Cut, cut_audio, cut_frames
+from afferents.core.errors import AfferentsError
 from afferents.core.recording import EDGE_S, Recording
 from afferents.core.responses import label
 from afferents.core.split import Group, Split
 from afferents.core.steady import Steady
 from afferents.evaluation.ablation import Ablation
-from afferents.recordings import Session, facts
+from afferents.recordings import Facts, Session, facts
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def amount_of(
     Raises
     ------
     InputError
-        If a file is unreadable, or a group or texture asked for is not there.
+        If a group or texture asked for is not there.
     """
     named = [label(xr.Dataset(), recording) for recording in session.recordings]
     evaluated = ablation.recordings(named)
@@ -68,21 +69,31 @@ def amount_of(
 
 
 def n_frames(recording: Recording) -> int:
-    """Return how many frames a recording's video declares."""
-    video = facts(recording).video
-    return video.n_frames if video else 0
+    """Return how many frames a recording's video declares; 0 if it can't be read."""
+    found = _facts(recording)
+    return found.video.n_frames if found and found.video else 0
 
 
 def used_s(recording: Recording, cut: Cut, steady: Steady | None = None) -> float:
-    """Return about how much of a recording the cut leaves, s; never nothing."""
+    """Return about how much of a recording the cut leaves, s; 0 if it can't be read."""
+    found = _facts(recording)
+    if found is None:
+        return 0.0
     if cut == "published":
         return AUDIO_S
     start_stop = steady or recording.steady_s
     if start_stop is not None:
         return max(1e-3, start_stop[1] - start_stop[0])
-    found = facts(recording)
     lengths = [f.duration_s for f in (found.video, found.vibration) if f is not None]
     return max(1e-3, min(lengths) - 2 * EDGE_S)
+
+
+def _facts(recording: Recording) -> Facts | None:
+    """Return what a recording's headers say; None where that is refused when it is extracted."""
+    try:
+        return facts(recording)
+    except AfferentsError:
+        return None
 
 
 def require_length(session: Session, cut: Cut) -> None:

@@ -10,13 +10,13 @@ from afferents.core.model import Model
 from afferents.core.protocol import Protocol
 from afferents.core.recording import Recording
 from afferents.core.split import Group
-from afferents.core.store import responses_there
+from afferents.core.store import open_responses, responses_there
 from afferents.evaluation import FoldKey, finished
 from afferents.markers import Method
 from afferents.pipeline.encode import best_of, lacking
 from afferents.pipeline.estimate.amount import amount_of, n_frames
 from afferents.pipeline.estimate.estimate import Estimate
-from afferents.pipeline.estimate.measure import measure_recording
+from afferents.pipeline.estimate.measure import Measured, measure_recording
 from afferents.pipeline.estimate.trainings import Trainings
 from afferents.pipeline.job import Recipe
 from afferents.pipeline.sensors import Sensors
@@ -50,7 +50,8 @@ def estimate_of(
     AfferentsError
         If no recording can be tracked, or what is measured is too short to be encoded.
     """
-    measured = measure_recording(session, sensors, method)
+    missing = [r for r in session.recordings if not _is_there(store, r)]
+    measured = measure_recording(session, sensors, method) if missing else _stored(session, store)
     able = [model for model in recipe.models if lacking(model, [measured.responses]) is None]
     best = best_of([measured.responses]) if with_best else None
     models = able if best is None or best in able else [*able, best]
@@ -66,7 +67,6 @@ def estimate_of(
         return sum(not finished(recipe.out, key) for key in keys)
 
     trainings = Trainings(replace(recipe, models=models), measured, amount)
-    missing = [r for r in session.recordings if not _is_there(store, r)]
     return Estimate(
         float(sum(n_frames(recording) for recording in missing)),
         measured.frame_s,
@@ -74,6 +74,13 @@ def estimate_of(
         trainings.works(models, protocols, left),
         recipe.compute.device != "cpu" and torch.cuda.is_available(),
     )
+
+
+def _stored(session: Session, store: Path) -> Measured:
+    """Return a recording that has been extracted: nothing is left to be tracked."""
+    first = session.recordings[0]
+    there = {str(responses.attrs["name"]): responses for responses in open_responses(store)}
+    return Measured(first, there[first.name], 0.0)
 
 
 def _is_there(store: Path, recording: Recording) -> bool:
