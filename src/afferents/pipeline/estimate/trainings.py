@@ -13,7 +13,7 @@ from afferents.pipeline.estimate.estimate import Work
 from afferents.pipeline.estimate.measure import Measured, measure_encoding
 from afferents.pipeline.job import Recipe
 from afferents.reporting.published import published_costs
-from afferents.training import TrainingConfig
+from afferents.training import TrainingConfig, learns_in_a_loop
 from afferents.training.rate import Amounts, Rate, measure_rate
 
 Left = Callable[[Model, Protocol], int]
@@ -72,6 +72,8 @@ class Trainings:
         rate = self._rate(model, source, samples, protocol, config)
         n = len(samples) * self.amount.used
         amounts = amounts_of(n, self.amount.n_groups, protocol)
+        if protocol.name == "nested" and not learns_in_a_loop(model):  # it needs no validation
+            amounts = amounts._replace(train=amounts.train + amounts.validation)
         epochs = expected_epochs(model, config)
         return Work(
             model,
