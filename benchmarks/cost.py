@@ -40,7 +40,7 @@ def main() -> None:
         session = afferents.simulate(
             Path(folder) / "s", textures="g", speeds_mm_s=[50], seconds=8, workers=1, quiet=True
         )
-        measured = measure_recording(session, sensors_of(session, None), "published")
+        measured = measure_recording(session.recordings, sensors_of(session, None), "published")
     measured = measured._replace(responses=at_full_length(measured.responses))
     recipe = Recipe(
         Path("none"), (), list(TABLE1.values()), "paper", "published", Encodings(),

@@ -12,7 +12,7 @@ from afferents.core.split import SPEED
 from afferents.encodings import Encodings
 from afferents.evaluation.ablation import Ablation
 from afferents.pipeline.estimate import measure
-from afferents.pipeline.estimate.amount import amount_of
+from afferents.pipeline.estimate.amount import amount_of, typical
 from afferents.pipeline.estimate.estimate import Estimate, Work, makespan
 from afferents.pipeline.estimate.measure import Clip, measure_recording
 from afferents.pipeline.estimate.trainings import Trainings, amounts_of, expected_epochs
@@ -110,7 +110,9 @@ def test_a_clip_ends_when_enough_is_measured(monkeypatch):
 @pytest.fixture(scope="module")
 def measured(small_session):
     session = read_session(small_session)
-    return session, measure_recording(session, sensors_of(session, None), "one-to-one")
+    return session, measure_recording(
+        typical(session.recordings, "all"), sensors_of(session, None), "one-to-one"
+    )
 
 
 def test_every_kind_of_model_is_measured(measured, tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ import xarray as xr
 
 from afferents.core import dims
 from afferents.core.cut import AUDIO_S, Cut, cut_audio, cut_frames
-from afferents.core.errors import AfferentsError
+from afferents.core.errors import AfferentsError, InputError
 from afferents.core.recording import EDGE_S, Recording
 from afferents.core.responses import label
 from afferents.core.split import Group, Split
@@ -105,12 +105,37 @@ def require_length(session: Session, cut: Cut) -> None:
         Naming the first.
     """
     for recording in session.recordings if cut == "published" else ():
-        found = facts(recording)
-        if found.video is not None:
-            cut_frames(np.zeros(found.video.n_frames), cut, None, recording.name)
-        if found.vibration is not None:
-            n, rate = found.vibration.n_samples, found.vibration.sample_rate_hz
-            cut_audio(n, rate, cut, None, recording.name)
+        _require_fits(facts(recording), cut)
+
+
+def typical(
+    recordings: Sequence[Recording], cut: Cut, steady: Steady | None = None
+) -> list[Recording]:
+    """Return recordings that the cut leaves something of, those of usual length first."""
+    fitting = [recording for recording in recordings if _fits(recording, cut)]
+    seconds = {recording.name: used_s(recording, cut, steady) for recording in fitting}
+    usual = float(np.median(list(seconds.values()))) if fitting else 0.0
+    return sorted(fitting, key=lambda recording: abs(seconds[recording.name] - usual))
+
+
+def _fits(recording: Recording, cut: Cut) -> bool:
+    found = _facts(recording)
+    if found is None:
+        return False
+    try:
+        if cut == "published":
+            _require_fits(found, cut)
+    except InputError:
+        return False
+    return True
+
+
+def _require_fits(found: Facts, cut: Cut) -> None:
+    if found.video is not None:
+        cut_frames(np.zeros(found.video.n_frames), cut, None, found.name)
+    if found.vibration is not None:
+        n, rate_hz = found.vibration.n_samples, found.vibration.sample_rate_hz
+        cut_audio(n, rate_hz, cut, None, found.name)
 
 
 def lengthened(responses: xr.Dataset, recording: Recording) -> xr.Dataset:

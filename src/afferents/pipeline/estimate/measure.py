@@ -1,7 +1,7 @@
 """Rates of this machine: frames tracked, recordings encoded, batches learnt from."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -20,7 +20,6 @@ from afferents.pipeline.encode import Source, encode
 from afferents.pipeline.estimate.amount import lengthened
 from afferents.pipeline.extract import responses_of
 from afferents.pipeline.sensors import Sensors
-from afferents.recordings import Session
 
 TRACKED_S = 0.7
 """So long, about, tracking is measured."""
@@ -94,7 +93,9 @@ class Measured(NamedTuple):
     frame_s: float
 
 
-def measure_recording(session: Session, sensors: Sensors, method: Method) -> Measured:
+def measure_recording(
+    recordings: Sequence[Recording], sensors: Sensors, method: Method
+) -> Measured:
     """Track the first frames of the first recording that can be; the others will be like it.
 
     Raises
@@ -103,12 +104,12 @@ def measure_recording(session: Session, sensors: Sensors, method: Method) -> Mea
         If none of the first few recordings can be tracked.
     """
     fault: AfferentsError | None = None
-    for recording in session.recordings[:_TRIED]:
+    for recording in recordings[:_TRIED]:
         try:
             return _measured(recording, sensors, method)
         except AfferentsError as error:
             fault = fault or error
-    raise fault or InputError(session.root, "recordings", "none")
+    raise fault or InputError("the session", "a recording that is long enough", "none")
 
 
 def _measured(recording: Recording, sensors: Sensors, method: Method) -> Measured:

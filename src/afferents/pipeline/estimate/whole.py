@@ -6,6 +6,7 @@ from pathlib import Path
 
 import torch
 
+from afferents.core.errors import InputError
 from afferents.core.model import Model
 from afferents.core.protocol import Protocol
 from afferents.core.recording import Recording
@@ -14,7 +15,7 @@ from afferents.core.store import open_responses, responses_there
 from afferents.evaluation import FoldKey, finished
 from afferents.markers import Method
 from afferents.pipeline.encode import best_of, lacking
-from afferents.pipeline.estimate.amount import amount_of, n_frames
+from afferents.pipeline.estimate.amount import amount_of, n_frames, typical
 from afferents.pipeline.estimate.estimate import Estimate
 from afferents.pipeline.estimate.measure import Measured, measure_recording
 from afferents.pipeline.estimate.trainings import Trainings
@@ -51,7 +52,10 @@ def estimate_of(
         If no recording can be tracked, or what is measured is too short to be encoded.
     """
     missing = [r for r in session.recordings if not _is_there(store, r)]
-    measured = measure_recording(session, sensors, method) if missing else _stored(session, store)
+    candidates = typical(session.recordings, recipe.cut, recipe.steady_s)
+    measured = (
+        measure_recording(candidates, sensors, method) if missing else _stored(candidates, store)
+    )
     able = [model for model in recipe.models if lacking(model, [measured.responses]) is None]
     best = best_of([measured.responses]) if with_best else None
     models = able if best is None or best in able else [*able, best]
@@ -76,9 +80,11 @@ def estimate_of(
     )
 
 
-def _stored(session: Session, store: Path) -> Measured:
+def _stored(recordings: Sequence[Recording], store: Path) -> Measured:
     """Return a recording that has been extracted: nothing is left to be tracked."""
-    first = session.recordings[0]
+    if not recordings:
+        raise InputError("the session", "a recording that is long enough", "none")
+    first = recordings[0]
     there = {str(responses.attrs["name"]): responses for responses in open_responses(store)}
     return Measured(first, there[first.name], 0.0)
 
