@@ -92,7 +92,7 @@ def _doubts(estimate: Estimate) -> Iterator[str]:
             "  Where training stops early, as many epochs are taken as the authors' logs have in "
             "the mean; yours may need fewer or more."
         )
-    yield "  Not in it: reading the files, the report, and whatever else runs on the machine."
+    yield "  Not in it: checking and writing files, the report, and whatever else runs here."
 
 
 def _stops_early(work: Work) -> bool:
