@@ -81,11 +81,14 @@ def reproduce(
     recommend beside them.
     """
     from afferents import commands
+    from afferents.core.results import Results
     from afferents.reporting import headline, table1
 
     given = as_function_takes_it(options)
     results = commands.reproduce(out, session, like, size, estimate, quiet or as_json, **given)
-    if results is None:
+    if not isinstance(results, Results):
+        if as_json:
+            say(True, results.describe())
         return
     page = results.root / "report.html"
     said = ("", headline(results.summary), f"Report: {page.resolve()}")

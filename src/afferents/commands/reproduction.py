@@ -1,6 +1,7 @@
 """Command of the whole way: a session, its responses, the models, the report."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,7 +37,7 @@ def reproduce(
     only_estimate: bool = False,
     quiet: bool = False,
     **options: Any,
-) -> Results | None:
+) -> "Results | Estimate":
     """Go the whole way, keeping what is finished already: extract, evaluate, report.
 
     It first says what is chosen, where that differs from the authors' code (``published``), and
@@ -64,7 +65,7 @@ def reproduce(
     Returns
     -------
     Results
-        As of `evaluate`; None if only an estimate was wanted.
+        As of `evaluate`; an `Estimate` if only that was wanted, whose `total_s` is its sum.
 
     Raises
     ------
@@ -100,14 +101,13 @@ def reproduce(
         there = read_session(root)
         if not given.get("keep_going"):
             require_length(there, choices["cut"])
-        estimate, processes = _estimated(there, places, everything)
-        for line in in_words(estimate, processes, "cluster" in given):
+        estimate = _estimated(there, places, everything)
+        for line in in_words(estimate):
             progress.note(line)
     if only_estimate:
-        return None
-    seconds = estimate.cluster_s if "cluster" in given else estimate.here_s
+        return estimate
     n = len(there.recordings)
-    write_begun(places, like, choices, differs, remaining, n, seconds(processes))
+    write_begun(places, like, choices, differs, remaining, n, estimate.total_s)
     extract(there.root, places.store, quiet=quiet, **_extracting(everything))
     evaluate(places.store, places.results, quiet=quiet, **_evaluating(everything))
     report(places.results, quiet)
@@ -199,8 +199,8 @@ def _simulated(places: "Places", size: Size, given: Options, progress: Progress)
     return simulated(places, size, sensor, seed, given.get("workers"), progress)
 
 
-def _estimated(session: "Session", places: "Places", everything: Options) -> "tuple[Estimate, int]":
-    """Return what is left to be done, and how many processes will do it."""
+def _estimated(session: "Session", places: "Places", everything: Options) -> "Estimate":
+    """Return what is left to be done, and how long that takes."""
     from joblib import cpu_count
 
     from afferents.encodings import Encodings
@@ -233,7 +233,8 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "tu
         split.read(given["held_out"], "--held-out"), "best" in names_in(models),
     )  # fmt: skip
     cluster = given["cluster"]
-    return estimate, workers_at(cluster) if cluster else given["workers"] or cpu_count()
+    processes = workers_at(cluster) if cluster else given["workers"] or cpu_count()
+    return replace(estimate, processes=processes, cluster=cluster is not None)
 
 
 def _defaults(stage: Callable[..., Any]) -> dict[str, Any]:

@@ -44,6 +44,8 @@ def test_models_of_other_samples_wait_here_and_not_on_a_cluster():
     assert estimate.training_s(4) == 10
     assert estimate.cluster_s(6) == 10
     assert replace(estimate, gpu=True).training_s(4) == 30
+    assert replace(estimate, processes=4).total_s == 15
+    assert replace(estimate, processes=6, cluster=True).describe()["total_s"] == 10
 
 
 @pytest.mark.parametrize(
@@ -133,13 +135,13 @@ def test_every_kind_of_model_is_measured(measured, tmp_path, monkeypatch):
     assert [one.epochs for one in works] == [4, None, None]
     # 0.33 s at 90 frames/s in each of nine recordings, of which a third validates and one is held.
     assert works[0].n_train == pytest.approx(3 * 29, rel=0.05)
-    text = "\n".join(in_words(Estimate(90, 0.01, 2, works), 2))
+    text = "\n".join(in_words(Estimate(90, 0.01, 2, works, processes=2)))
     assert "an estimate" in text
     assert "on a cluster of 20 such processes" in text
 
 
 def test_nothing_left_is_said():
-    assert in_words(Estimate(0, 0.0, 0), 2) == ["Nothing is left to be tracked or trained."]
+    assert in_words(Estimate(0, 0.0, 0)) == ["Nothing is left to be tracked or trained."]
 
 
 @pytest.mark.parametrize(

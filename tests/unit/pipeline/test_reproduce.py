@@ -154,6 +154,8 @@ def test_an_estimate_alone_begins_nothing(as_published, tmp_path, run):
     code, _, error = run("reproduce", tmp_path / "out", *asked)
     assert code == 0
     assert "an estimate" in error
+    printed = run("reproduce", tmp_path / "out", *asked, "--json")[1]
+    assert [one["model"] for one in json.loads(printed)["trainings"]] == ["sa-se", "vib-te"]
     assert not (tmp_path / "out").exists()
 
 

@@ -4,6 +4,7 @@ import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Any
 
 from afferents.core.model import Model
 
@@ -48,6 +49,8 @@ class Estimate:
         To be tracked: frames, what one takes in one process (s), and in how many recordings.
     gpu
         Whether trainings were measured on a GPU, which several processes share.
+    processes, cluster
+        How many will be at work, and whether they are a cluster's.
     """
 
     frames: float
@@ -55,6 +58,35 @@ class Estimate:
     recordings: int
     works: tuple[Work, ...] = ()
     gpu: bool = False
+    processes: int = 1
+    cluster: bool = False
+
+    @property
+    def total_s(self) -> float:
+        """Return how long all takes where it will be done, s."""
+        where = self.cluster_s if self.cluster else self.here_s
+        return where(self.processes)
+
+    def describe(self) -> dict[str, Any]:
+        """Return it ready for JSON."""
+        return {
+            "total_s": self.total_s,
+            "processes": self.processes,
+            "cluster": self.cluster,
+            "tracking_s": self.tracking_s(self.processes),
+            "frames": self.frames,
+            "trainings": [
+                {
+                    "model": work.model.name,
+                    "protocol": work.protocol,
+                    "folds": work.n_folds,
+                    "fold_s": work.fold_s,
+                    "epochs": work.epochs,
+                    "samples": work.n_train,
+                }
+                for work in self.works
+            ],
+        }
 
     @property
     def n_folds(self) -> int:

@@ -10,26 +10,18 @@ CORES, NODES = 16, 20
 """Beside this machine's own number of processes, what it would be on so many is said."""
 
 
-def in_words(estimate: Estimate, processes: int, cluster: bool = False) -> list[str]:
-    """Return what an estimate says.
-
-    Parameters
-    ----------
-    processes
-        Side by side, here or on the cluster that is used.
-    cluster
-        Whether they are a cluster's.
-    """
+def in_words(estimate: Estimate) -> list[str]:
+    """Return what an estimate says."""
+    n, total = estimate.processes, duration(estimate.total_s)
     if not estimate.recordings and not estimate.works:
         return ["Nothing is left to be tracked or trained."]
-    total = estimate.cluster_s(processes) if cluster else estimate.here_s(processes)
-    where = f"on the cluster's {processes} processes" if cluster else f"here, {_many(processes)}"
+    where = f"on the cluster's {n} processes" if estimate.cluster else f"here, {_many(n)}"
     return [
-        f"About {duration(total)} {where}: an estimate, from rates measured on a few frames and "
+        f"About {total} {where}: an estimate, from rates measured on a few frames and "
         "batches in one process as if nothing else ran, times what there is.",
-        *_tracking(estimate, processes),
+        *_tracking(estimate),
         *(_training(work) for work in estimate.works),
-        *_elsewhere(estimate, processes),
+        *_elsewhere(estimate),
         *_doubts(estimate),
     ]
 
@@ -38,12 +30,12 @@ def _many(processes: int) -> str:
     return f"in {processes} process{'es' if processes > 1 else ''} (--workers)"
 
 
-def _tracking(estimate: Estimate, processes: int) -> Iterator[str]:
+def _tracking(estimate: Estimate) -> Iterator[str]:
     if estimate.recordings and estimate.frame_s:
         yield (
             f"  tracking {estimate.frames:,.0f} frames of {estimate.recordings} recordings, "
             f"{1 / estimate.frame_s:,.0f} a second in a process: "
-            f"{duration(estimate.tracking_s(processes))}"
+            f"{duration(estimate.tracking_s(estimate.processes))}"
         )
 
 
@@ -56,13 +48,12 @@ def _training(work: Work) -> str:
     return f"  {work.model.title}, {work.protocol}: {folds} {duration(work.fold_s)} ({samples})"
 
 
-def _elsewhere(estimate: Estimate, processes: int) -> Iterator[str]:
+def _elsewhere(estimate: Estimate) -> Iterator[str]:
     if estimate.gpu:
         yield "  Trainings were measured on the GPU, and taken one after the other on it."
         return
-    more = [
-        f"{duration(estimate.here_s(n))} with {n} such cores" for n in (CORES,) if n != processes
-    ]
+    others = [n for n in (CORES,) if n != estimate.processes]
+    more = [f"{duration(estimate.here_s(n))} with {n} such cores" for n in others]
     more.append(f"{duration(estimate.cluster_s(NODES))} on a cluster of {NODES} such processes")
     yield f"  The same work: {', '.join(more)}."
     if (seconds := authors_gpu_s(estimate)) is not None:
