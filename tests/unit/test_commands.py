@@ -15,6 +15,7 @@ NAMES = [
     "extract",
     "evaluate",
     "report",
+    "reproduce",
     "train",
     "compare",
     "export",

@@ -10,11 +10,12 @@ from afferents.cli.devices import devices
 from afferents.cli.doctor import doctor
 from afferents.cli.encodings import Commands
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
-from afferents.cli.evaluation import evaluate, report, reproduce, status
+from afferents.cli.evaluation import evaluate, report, status
 from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
 from afferents.cli.record import import_, record
 from afferents.cli.recordings import align, calibrate, extract, init, inspect, track
+from afferents.cli.reproduction import reproduce
 from afferents.cli.rig import drum, simulate
 from afferents.core.stopping import leave, stop_on_signals
 from afferents.core.streams import flush_streams, prepare_streams

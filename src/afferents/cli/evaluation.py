@@ -1,5 +1,6 @@
-"""Commands of evaluations: test models at held-out speeds, report, status, the whole way."""
+"""Commands of evaluations: test models at held-out speeds, report, status."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,14 +21,13 @@ from afferents.cli.shared import (
     ProtocolName,
     Quiet,
     RecipeFile,
-    SensorName,
+    StatisticsName,
     SteadyPart,
     Workers,
 )
 from afferents.cli.tables import TerminalTable
-from afferents.core.choices import Figures, Penalty, Size
+from afferents.core.choices import Figures, Penalty
 from afferents.core.model import TABLE1
-from afferents.core.progress import Progress
 
 LESS = "Less of the data (to see what it costs)"
 SPOILT = "Worse data (to see what it costs)"
@@ -46,7 +46,7 @@ def evaluate(
         str,
         typer.Option(
             help="Models, comma-separated: names; 'all' of the paper's Table 1; 'best', what we "
-            "recommend for such data; FILE.py:NAME for one of your own."
+            "recommend for such data; 'all,best' for both; FILE.py:NAME for one of your own."
         ),
     ] = "all",
     protocol: ProtocolName = "nested",
@@ -140,6 +140,7 @@ def evaluate(
     cluster: ClusterName = None,
     device: DeviceName = "auto",
     precision: PrecisionName = "auto",
+    statistics: StatisticsName = "warmed-up",
     keep_going: KeepGoing = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -151,14 +152,9 @@ def evaluate(
     With --split it is each trial, or each value of another condition, instead of each speed.
     """
     from afferents import commands
-    from afferents.commands.given import conditions_in
-    from afferents.core.split import SPEED, TEXTURE
-    from afferents.core.steady import parse_steady
-    from afferents.evaluation.ablation import Ablation, parse_speeds
+    from afferents.core.split import TEXTURE
 
-    by_speed = split in (SPEED.name, TEXTURE)
-    apart = conditions_in([test_only], "--test-only").popitem() if test_only else None
-    asked: dict[str, Any] = {
+    asked = as_function_takes_it({
         "data": data,
         "out": out,
         "models": models,
@@ -166,11 +162,17 @@ def evaluate(
         "preset": preset,
         "recipe": recipe,
         "cut": cut,
-        "seeds": range(seed, seed + seeds),
-        "held_out": parse_speeds(held_out, "--held-out") if by_speed else _names(held_out),
-        "steady": parse_steady(steady),
-        "without": conditions_in(without or [], "--without"),
-        "only": Ablation(_names(textures), parse_speeds(speeds), markers, train_speeds, apart),
+        "seed": seed,
+        "seeds": seeds,
+        "split": split,
+        "held_out": held_out,
+        "steady": steady,
+        "without": without,
+        "test_only": test_only,
+        "textures": textures,
+        "speeds": speeds,
+        "train_speeds": train_speeds,
+        "markers": markers,
         "penalty": penalty,
         "disturb": disturb,
         "disturb_training": disturb_training,
@@ -179,17 +181,52 @@ def evaluate(
         "cluster": cluster,
         "device": device,
         "precision": precision,
+        "statistics": statistics,
         "quiet": quiet or as_json,
         **encoding,
-    }
+    })  # fmt: skip
     if split == TEXTURE:
+        del asked["split"]
         found: dict[str, Any] = commands.evaluate_textures(**asked)
         tables, skipped = _texture_tables(found), next(iter(found.values()))["skipped"]
     else:
-        found = commands.evaluate(**asked, split=split).summary
+        found = commands.evaluate(**asked).summary
         tables, skipped = _tables(found), found["skipped"]
     say(as_json, found, *tables, f"Results: {out}")
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})
+
+
+def as_function_takes_it(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options of evaluate, as a command line gives them, as its function takes them.
+
+    Those that are not there are left to the function, and so are their defaults.
+    """
+    from afferents.commands.given import conditions_in
+    from afferents.core.split import SPEED, TEXTURE
+    from afferents.core.steady import parse_steady
+    from afferents.evaluation.ablation import Ablation, parse_speeds
+
+    given = {name: value for name, value in options.items() if value is not None}
+    seed, n_seeds = given.pop("seed", 0), given.pop("seeds", 1)
+    apart = given.pop("test_only", None)
+    only = Ablation(
+        _names(given.pop("textures", None)),
+        parse_speeds(given.pop("speeds", None)),
+        given.pop("markers", 1.0),
+        given.pop("train_speeds", None),
+        conditions_in([apart], "--test-only").popitem() if apart else None,
+    )
+    by_speed = given.get("split", SPEED.name) in (SPEED.name, TEXTURE)
+    held_out = given.pop("held_out", None)
+    groups = parse_speeds(held_out, "--held-out") if by_speed else _names(held_out)
+    return {
+        **given,
+        "seeds": range(seed, seed + n_seeds),
+        "only": only,
+        "held_out": groups,
+        "steady": parse_steady(given.get("steady")),
+        "without": conditions_in(given.get("without", []), "--without"),
+    }
 
 
 def report(
@@ -219,61 +256,19 @@ def report(
 
 
 def status(
-    results: Annotated[Path, typer.Argument(help="Results folder of 'evaluate', running or not.")],
+    results: Annotated[
+        Path,
+        typer.Argument(help="Folder that 'evaluate' or 'reproduce' writes, running or not."),
+    ],
     as_json: Json = False,
 ) -> None:
-    """Show how far an evaluation is: done, running, failed, and when it will end."""
+    """Show how far an evaluation is, or a reproduction: done, running, failed, and when it ends."""
     from afferents.pipeline.status import STATES
     from afferents.pipeline.status import status as look
 
     found = look(results)
     table = TerminalTable(("model", "protocol", *STATES), found.rows, n_headers=2)
     say(as_json, found.facts, table, *found.sentences)
-
-
-def reproduce(
-    out: Annotated[
-        Path, typer.Argument(help="Folder to write session, store, results and report to.")
-    ],
-    session: Annotated[
-        Path | None, typer.Option(help="Session folder of your own (default: one is simulated).")
-    ] = None,
-    sensor: SensorName = "tip_b",
-    preset: PresetName = "fast",
-    size: Annotated[
-        Size,
-        typer.Option(
-            help="Size of the simulated session: 65 recordings of seconds, or the paper's 130 of "
-            "a minute."
-        ),
-    ] = "quick",
-    protocol: ProtocolName = "nested",
-    cut: CutName = "all",
-    seed: Annotated[int, typer.Option(**SEED, help="Random seed of simulation and training.")] = 0,
-    workers: Workers = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Run the paper's experiment from start to end: simulate, extract, evaluate, report.
-
-    Evaluates the six models of Table 1, and the one that we recommend.
-    """
-    from afferents.core.protocol import protocols
-    from afferents.core.results import read_summary
-    from afferents.markers import load_sensor
-    from afferents.pipeline.reproduce import Reproduction
-    from afferents.pipeline.reproduce import reproduce as run
-    from afferents.reporting import headline, table1
-
-    under = tuple(protocols(protocol))
-    wanted = Reproduction(
-        out, session, load_sensor(sensor), preset, size, under, cut, seed, workers
-    )
-    with Progress(quiet or as_json) as progress:
-        page = run(wanted, progress)
-    summary = read_summary(wanted.results)
-    said = ("", headline(summary), f"Report: {page.resolve()}")
-    say(as_json, summary, TerminalTable.of(table1(summary)), *said)
 
 
 def _names(text: str | None) -> tuple[str, ...]:

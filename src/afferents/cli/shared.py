@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.core.choices import Device, Method, Precision, Preset
+from afferents.core.choices import Device, Method, Precision, Preset, Statistics
 from afferents.core.cut import Cut
 from afferents.core.doubt import KINDS
 
@@ -62,6 +62,14 @@ PrecisionName = Annotated[
     Precision,
     typer.Option(
         "--precision", help="Number format; 'auto' is bfloat16 where the processor supports it."
+    ),
+]
+StatisticsName = Annotated[
+    Statistics,
+    typer.Option(
+        "--statistics",
+        help="Running statistics of batch normalisation: 'warmed-up' as plain averages, or from 0 "
+        "and 1 as 'keras' keeps them (matters where an epoch has few steps).",
     ),
 ]
 CutName = Annotated[

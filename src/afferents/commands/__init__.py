@@ -19,6 +19,7 @@ from afferents.commands.recordings import (
     inspect,
     track,
 )
+from afferents.commands.reproduction import reproduce
 from afferents.commands.simulation import simulate
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "load_model",
     "record",
     "report",
+    "reproduce",
     "samples",
     "simulate",
     "track",

@@ -8,9 +8,10 @@ from afferents.commands.given import (
     Data,
     Place,
     models_in,
+    names_in,
     sources_in,
 )
-from afferents.core.choices import Device, Figures, Penalty, Precision, Preset
+from afferents.core.choices import Device, Figures, Penalty, Precision, Preset, Statistics
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
@@ -55,6 +56,7 @@ def evaluate(
     disturb_training: "Disturbed" = None,
     penalty: Penalty = "fixed",
     recipe: "Changed" = None,
+    statistics: Statistics = "warmed-up",
     **encoding: Any,
 ) -> Results:
     """Train and test models, one speed, or group of another split, held out at a time.
@@ -67,7 +69,8 @@ def evaluate(
         Results folder; finished folds in it are kept.
     models
         Names, `Model` objects of your own, or both; ``all`` for the six of the paper's Table 1,
-        without those that the data don't support, ``best`` for what we recommend for such data.
+        without those that the data don't support, ``best`` for what we recommend for such data,
+        ``all,best`` for these and that.
     protocol
         ``nested``, ``published`` or ``both``: whether anything of the held-out speed may be seen
         before the test; see docs/protocols.md.
@@ -109,6 +112,9 @@ def evaluate(
         Hyperparameters of networks that are not to be the preset's: a TOML file, or the same as a
         mapping, such as ``{"spatial-net": {"max_epochs": 40}}``; see
         `afferents.training.TrainingConfig`.
+    statistics
+        ``keras`` starts the running statistics of batch normalisation at 0 and 1, as the paper's
+        networks did; ``warmed-up`` as plain averages.
     encoding
         Options of the encodings by name, such as ``frames=20`` or ``window_s=2``. Several lengths,
         ``frames=[1, 2, 5, 10]``, make a model of each, named by its length (``sa-ste-5``).
@@ -137,7 +143,7 @@ def evaluate(
         wanted = _evaluation(
             progress, data, out, models, protocol, preset, cut, seeds, held_out, without, only,
             keep_going, workers, cluster, device, precision, split, steady, disturb,
-            disturb_training, penalty, recipe, **encoding,
+            disturb_training, penalty, recipe, statistics, **encoding,
         )  # fmt: skip
         run(wanted, progress)
     return load_results(Path(out))
@@ -199,6 +205,7 @@ def _evaluation(
     disturb_training: "Disturbed" = None,
     penalty: Penalty = "fixed",
     recipe: "Changed" = None,
+    statistics: Statistics = "warmed-up",
     **encoding: Any,
 ) -> "Evaluation":
     """Open the data, after checking what can be checked without them; see `evaluate`."""
@@ -216,6 +223,7 @@ def _evaluation(
     asked, under = models_in(models), protocols(protocol)
     lengths = lengths_in(encoding.get(FIELD))
     encoding = {name: v for name, v in encoding.items() if not (lengths and name == FIELD)}
+    named = names_in(models)
     what, steady_s = split_named(split), steady_in(steady, cut)
     wanted = what.read(held_out, "--held-out")
     at_test = Disturbance.of(disturb, "--disturb")
@@ -226,7 +234,10 @@ def _evaluation(
     warn_of_copies(recordings_in(opened), progress)
     used, left_out = only or Ablation(), without or {}
     encodings = encodings_for(opened, cut, encoding)
-    chosen = asked or [best_of(recordings_in(opened))]
+    chosen = asked
+    if "best" in named or not asked:
+        best = best_of(recordings_in(opened))
+        chosen = asked if best in asked else [*asked, best]
     chosen = by_length(chosen, lengths, encodings) if lengths else chosen
     say_choice(opened, chosen, encodings, progress)
     whole = Recipe(
@@ -242,6 +253,7 @@ def _evaluation(
         split=what,
         steady_s=steady_s,
         penalty=penalty,
+        statistics=statistics,
         compute=Compute(device, precision),
         hyperparameters=hyperparameters,
     )
@@ -250,11 +262,11 @@ def _evaluation(
         opened,
         protocols=under,
         seeds=list(seeds),
-        may_leave_out=models == "all",
+        may_leave_out="all" in named,
         keep_going=keep_going,
         held_out=wanted,
         options=[
-            *_options(used, wanted, left_out),
+            *options_in_words(used, wanted, left_out),
             *_choices(whole),
             *hyperparameters.words(),
             *disturbances.words(),
@@ -265,7 +277,9 @@ def _evaluation(
     )
 
 
-def _options(only: "Ablation", held_out: Sequence[Group], without: Mapping[str, str]) -> list[str]:
+def options_in_words(
+    only: "Ablation", held_out: Sequence[Group], without: Mapping[str, str]
+) -> list[str]:
     """Return the words of a command line that uses the same part of the data, for the report."""
     given = {
         "--textures": ",".join(only.textures),
@@ -283,7 +297,9 @@ def _choices(recipe: "Recipe") -> list[str]:
     """Return the words that hold out the same, of the same part of recordings, as strictly."""
     split = [] if recipe.split == SPEED else [SPLIT_OPTION, recipe.split.name]
     steady = [] if recipe.steady_s is None else [STEADY_OPTION, written(recipe.steady_s)]
-    return split + steady + ([] if recipe.penalty == "fixed" else ["--penalty", recipe.penalty])
+    penalty = [] if recipe.penalty == "fixed" else ["--penalty", recipe.penalty]
+    kept = [] if recipe.statistics == "warmed-up" else ["--statistics", recipe.statistics]
+    return split + steady + penalty + kept
 
 
 def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:

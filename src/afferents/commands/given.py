@@ -31,11 +31,18 @@ def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
     """
     if isinstance(wanted, Model):
         return [wanted]
-    if isinstance(wanted, str):
-        return [] if wanted == "best" else models_named(wanted)
-    names = [one for one in wanted if isinstance(one, str)]
+    names = [name for name in names_in(wanted) if name != "best"]
     found = models_named(",".join(names)) if names else []
-    return found + [one for one in wanted if isinstance(one, Model)]
+    own = [] if isinstance(wanted, str) else [one for one in wanted if isinstance(one, Model)]
+    return found + own
+
+
+def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
+    """Return the names among the models asked for, ``all`` and ``best`` with them."""
+    if isinstance(wanted, Model):
+        return []
+    texts = [wanted] if isinstance(wanted, str) else [t for t in wanted if isinstance(t, str)]
+    return [name.strip() for text in texts for name in text.split(",")]
 
 
 def sensor_in(wanted: "str | Path | Sensor") -> "Sensor":

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from afferents.commands.given import Data, Place, models_in
+from afferents.commands.given import Data, Place, models_in, names_in
 from afferents.core import dims
 from afferents.core.card import Card
 from afferents.core.choices import Device, Precision, Preset
@@ -92,7 +92,7 @@ def train(
 
     hyperparameters = Hyperparameters.of(recipe, preset)
     asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
-    if len(asked) > 1:
+    if len(asked) + ("best" in names_in(model)) > 1:
         raise InputError("--model", "'best' or one model", f"'{model}'")
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)

@@ -12,6 +12,8 @@ Method = Literal["windowed", "one-to-one", "published"]
 """How markers are matched from frame to frame."""
 Rest = Literal["own", "reference"]
 """Where SA-I counts from: each recording's own rest frame, or the reference clip's."""
+Statistics = Literal["warmed-up", "keras"]
+"""Running statistics of batch normalisation: plain averages first, or from 0 and 1 as in Keras."""
 Layout = Literal["square", "hexagonal", "radial", "free"]
 """How markers are arranged."""
 Size = Literal["quick", "paper"]
@@ -20,6 +22,8 @@ Remount = Literal["run", "drum"]
 """How often the simulated fingertip is mounted anew."""
 Nodules = Literal["on", "off"]
 """Whether the simulated skin has its fingerprint."""
+Like = Literal["recommended", "published"]
+"""Whose choices `reproduce` goes by: ours, or those of the paper's code."""
 Penalty = Literal["fixed", "searched"]
 """Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
 Figures = Literal["report", "paper"]

@@ -187,7 +187,8 @@ def models_named(names: str) -> list[Model]:
     InputError
         If a name is unknown, or what is imported is no model.
     """
-    chosen = list(TABLE1) if names == "all" else [name.strip() for name in names.split(",")]
+    asked = [name.strip() for name in names.split(",")]
+    chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
     own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
     for name in chosen:
         if ":" not in name and name not in MODELS:

@@ -1,8 +1,8 @@
 """The two evaluation protocols, and the two cuts of a recording. Both frozen, both by name.
 
 `published` is what the paper's code does (commit 880f9e4), `nested` is the same experiment
-without a look at the held-out speed. `docs/protocols.md` says where the
-paper's text and its code differ and which side each preset takes.
+without a look at the held-out speed. `docs/discrepancies.md` says
+where the paper's text and its code differ and which side is taken.
 """
 
 from typing import Literal, Self

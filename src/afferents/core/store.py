@@ -207,6 +207,14 @@ def _is_whole(store: Path, name: str) -> bool:
     return True
 
 
+def recordings_there(store: Path) -> int:
+    """Return how many of its recordings a store holds whole; 0 where there is none yet."""
+    if not is_group(store):
+        return 0
+    names = store_config(store).get("recordings", [])
+    return sum(responses_there(store, name) is not None for name in names)
+
+
 def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return the attributes of those of these recordings that the store holds."""
     there = (name for name in names if (store / name / ROOT).is_file())

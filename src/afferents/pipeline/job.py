@@ -14,7 +14,7 @@ import pandas as pd
 import torch
 from numpy.typing import NDArray
 
-from afferents.core.choices import Penalty
+from afferents.core.choices import Penalty, Statistics
 from afferents.core.cut import Cut
 from afferents.core.errors import AfferentsError, InputError, LeakageError
 from afferents.core.extras import import_extra
@@ -89,6 +89,8 @@ class Recipe:
         Start and end of constant speed, s, of all recordings; None for what each says of its own.
     penalty
         Whether that of every ridge is chosen inside each fold, or of those alone that have none.
+    statistics
+        Running statistics of the networks' batch normalisation: see `WarmUp`.
     compute
         What the networks run on, and in which precision.
     hyperparameters
@@ -111,6 +113,7 @@ class Recipe:
     split: Split = SPEED
     steady_s: Steady | None = None
     penalty: Penalty = "fixed"
+    statistics: Statistics = "warmed-up"
     compute: Compute = field(default_factory=Compute)
     hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
     skipped: Mapping[str, str] = field(default_factory=dict)
@@ -139,8 +142,9 @@ class Recipe:
         split = {} if self.split == SPEED else {"split": self.split.name}
         steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
         penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
+        kept = {} if self.statistics == "warmed-up" else {"statistics": self.statistics}
         recipe = {"recipe": own} if (own := self.hyperparameters.describe()) else {}
-        return split | steady | penalty | recipe | self.disturbances.describe()
+        return split | steady | penalty | kept | recipe | self.disturbances.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
@@ -164,7 +168,7 @@ class Recipe:
 
     def training(self, network: str) -> TrainingConfig:
         """Return how a network is trained; by name, see `RECIPES`."""
-        return self.hyperparameters.training(self.preset, network, self.compute)
+        return self.hyperparameters.training(self.preset, network, self.compute, self.statistics)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What an evaluation has done so far, in words and as a table."""
+"""What an evaluation, or a reproduction, has done so far, in words and as a table."""
 
 import time
 from collections import Counter
@@ -6,13 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from afferents.core.lock import is_locked
+from afferents.core.store import recordings_there
 from afferents.evaluation import (
+    PLAN,
     JobStatus,
     State,
     job_statuses,
     planned_workers,
     seconds_left,
 )
+from afferents.pipeline.begun import REPORT, Places, read_begun
 
 STATES: tuple[State, ...] = ("done", "running", "to do", "failed", "stopped")
 
@@ -26,14 +30,45 @@ class Status:
     facts: dict[str, Any]
 
 
-def status(results: Path) -> Status:
-    """Look at a results folder; nothing in it is touched.
+def status(folder: Path) -> Status:
+    """Look at a results folder, or at that of a reproduction; nothing in it is touched.
 
     Raises
     ------
     InputError
-        If no evaluation was begun there.
+        If none was begun there.
     """
+    places = Places(folder)
+    return _of_reproduction(places) if places.begun.is_file() else _of_results(folder)
+
+
+def _of_reproduction(places: Places) -> Status:
+    """Return how far extraction, trainings and report are."""
+    begun = read_begun(places)
+    there = recordings_there(places.store)
+    begins = f"{there} of {begun.recordings} recordings are extracted"
+    said = [f"{begins}{', and more are being' if is_locked(places.store) else ''}."]
+    trained = _of_results(places.results) if (places.results / PLAN).is_file() else None
+    said += trained.sentences if trained else ["No training has begun."]
+    page = places.results / REPORT
+    if page.is_file():
+        said.append(f"Report: {page}")
+    elif begun.estimated_s is not None:
+        end = _clock(begun.since + begun.estimated_s)
+        took = _duration(begun.estimated_s)
+        said.append(f"Estimated before it began: {took}, until {end} if nothing stopped it.")
+    facts = {
+        "like": begun.like,
+        "recordings": begun.recordings,
+        "extracted": there,
+        "report": str(page) if page.is_file() else None,
+        "estimated_s": begun.estimated_s,
+        "trainings": trained.facts if trained else None,
+    }
+    return Status(trained.rows if trained else [], said, facts)
+
+
+def _of_results(results: Path) -> Status:
     found = job_statuses(results)
     counts = Counter(standing.state for standing in found)
     workers, cluster = planned_workers(results)
@@ -69,11 +104,15 @@ def _sentences(
     if not counts["running"] and cluster is not None:
         said.append(f"Workers at {cluster} that don't see this folder leave no mark in it.")
     elif not counts["running"]:
-        return [*said, "Nothing is running; the same evaluate command goes on where it stopped."]
+        return [*said, "Nothing is running; the same command goes on where it stopped."]
     if left is not None:
-        end = time.strftime("%H:%M on %d %b", time.localtime(time.time() + left))
+        end = _clock(time.time() + left)
         said.append(f"Expected end: {end}, in {_duration(left)}{_unless(found)}.")
     return said
+
+
+def _clock(at: float) -> str:
+    return time.strftime("%H:%M on %d %b", time.localtime(at))
 
 
 def _unless(found: list[JobStatus]) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from afferents.core.choices import Device, Precision, Preset
+from afferents.core.choices import Device, Precision, Preset, Statistics
 from afferents.core.errors import InputError
 from afferents.models import L2
 
@@ -164,6 +164,7 @@ def training_config(
     recipe: str,
     compute: Compute | None = None,
     changed: Mapping[str, Any] | None = None,
+    statistics: Statistics = "warmed-up",
 ) -> TrainingConfig:
     """Return a recipe (see `RECIPES`) as a preset has it, to be computed so.
 
@@ -172,7 +173,7 @@ def training_config(
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
 
-    One thing differs from it, unless `warm_up_statistics` is set to False: see `WarmUp`.
+    One thing differs from it, unless `statistics` is ``keras``: see `WarmUp`.
 
     `fast` is a shorter road, meant for about the same accuracy: frames are nearly equal, so it
     takes some of them, few epochs with a rate that rises and falls once, and trains the CNN-LSTM in
@@ -194,5 +195,6 @@ def training_config(
     if recipe not in RECIPES:
         raise InputError("recipe", f"one of {', '.join(RECIPES)}", f"'{recipe}'")
     usual = _PRESETS[preset][recipe]
-    others = {**(changed or {}), **(compute._asdict() if compute else {})}
+    kept = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
+    others = {**kept, **(changed or {}), **(compute._asdict() if compute else {})}
     return TrainingConfig(**{**dict(usual), **others}) if others else usual

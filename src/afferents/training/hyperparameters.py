@@ -16,7 +16,7 @@ from typing import Any
 
 from torch import nn
 
-from afferents.core.choices import Preset
+from afferents.core.choices import Preset, Statistics
 from afferents.core.documents import as_form, read_toml
 from afferents.core.errors import InputError
 from afferents.training.config import RECIPES, Compute, TrainingConfig, training_config
@@ -64,10 +64,14 @@ class Hyperparameters:
         return self.changed.get(network, {})
 
     def training(
-        self, preset: Preset, network: str, compute: Compute | None = None
+        self,
+        preset: Preset,
+        network: str,
+        compute: Compute | None = None,
+        statistics: Statistics = "warmed-up",
     ) -> TrainingConfig:
         """Return how a network is trained, to be computed so."""
-        return training_config(preset, network, compute, self.of_network(network))
+        return training_config(preset, network, compute, self.of_network(network), statistics)
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return it ready for JSON."""

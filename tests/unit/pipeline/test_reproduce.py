@@ -4,55 +4,54 @@ import json
 
 import pytest
 
-from afferents.core.model import TABLE1
-from afferents.core.progress import Progress
-from afferents.core.protocol import PROTOCOLS
-from afferents.markers import load_sensor
+from afferents import commands
 from afferents.pipeline import reproduce as reproducing
-from afferents.pipeline.reproduce import Reproduction, reproduce
+from afferents.pipeline.estimate import measure
 from afferents.rig.simulation import simulation_of
+from afferents.training import rate
 
 from ...conftest import few_epochs
 
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
-SOME = {name: TABLE1[name] for name in ("ra-ste", "vib-te-aug")}
+SOME = ("ra-ste", "vib-te-aug")
 """Enough to see that all are asked for; every model goes its whole way in `test_whole_way`."""
 
 
-def run(out, session):
-    both = tuple(PROTOCOLS.values())
-    wanted = Reproduction(out, session, load_sensor("tip_b"), "quick", protocols=both, workers=1)
-    with Progress(quiet=True) as progress:
-        return reproduce(wanted, progress)
-
-
 @pytest.fixture(scope="module", autouse=True)
-def _some_families():
-    assert reproducing.TABLE1 == TABLE1
+def _measured_briefly():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reproducing, "TABLE1", SOME)
+        for name, less in (("MEASURED_S", 0.01), ("_BATCHES", 1), ("_FEW", 1), ("_MORE", 2)):
+            patch.setattr(rate, name, less)
+        patch.setattr(measure, "TRACKED_S", 0.0)
         yield
 
 
+def reproduce(out, session):
+    models = [*SOME, "best"]
+    return commands.reproduce(
+        out, session, protocol="both", preset="quick", models=models, workers=1, quiet=True
+    )
+
+
 @pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    """The page of a run without a session."""
+def results(tmp_path_factory):
+    """The results of a run without a session."""
 
     def few(session, preset, **given):
         return simulation_of(session, preset, **given, **FEW)
 
     with pytest.MonkeyPatch.context() as patch, few_epochs():
         patch.setattr(reproducing, "simulation_of", few)
-        return run(tmp_path_factory.mktemp("reproduced") / "out", None)
+        return reproduce(tmp_path_factory.mktemp("reproduced") / "out", None)
 
 
 @pytest.fixture(scope="module")
-def simulated(page):
-    return page.parent.parent / "session"
+def page(results):
+    return results.root / "report.html"
 
 
-def test_it_ends_with_table_1_under_both_protocols(page):
-    summary = json.loads((page.parent / "summary.json").read_text())
+def test_it_ends_with_table_1_under_both_protocols(results, page):
+    summary = results.summary
     assert set(summary["models"]) == {*SOME, "sa-wave-vector"}
     assert all(set(found) == {"nested", "published"} for found in summary["models"].values())
     nested = {name: found["nested"] for name, found in summary["models"].items()}
@@ -70,17 +69,116 @@ def test_the_report_says_that_it_was_simulated_and_reproduces_nothing(page):
     assert "no reproduction" in text
 
 
-def test_without_a_session_one_is_simulated(page, simulated):
-    assert page.is_file()
-    assert (simulated / "3" / "100" / "video.mp4").is_file()
+def test_without_a_session_one_is_simulated(results):
+    assert (results.root.parent / "session" / "3" / "100" / "video.mp4").is_file()
 
 
-def test_a_second_run_keeps_what_is_finished(page, simulated, monkeypatch):
+def test_a_second_run_keeps_what_is_finished(results, monkeypatch):
     """It is given the session, so that none is simulated."""
     monkeypatch.setattr(reproducing, "simulation_of", None)
-    out = page.parent.parent
+    out = results.root.parent
     before = {p: p.stat().st_mtime_ns for p in out.rglob("fold.json")}
     assert len(before) == (len(SOME) + 1) * 2 * 3
     with few_epochs():
-        run(out, simulated)
+        reproduce(out, out / "session")
     assert {p: p.stat().st_mtime_ns for p in before} == before
+
+
+ASKED = ("--like", "published", "--cut", "all", "--preset", "quick", "--models", "sa-se,vib-te")
+ASKED += ("--window-s", 0.1, "--stride-s", 0.05, "--held-out", 40, "--keep-going", "--workers", 1)
+
+
+@pytest.fixture(scope="module")
+def as_published(tmp_path_factory, make_session, add_reference_video):
+    """A session named as the published one, with its reference clip; one video is damaged."""
+    root = tmp_path_factory.mktemp("published") / "session"
+    make_session(root, textures=(0, 3), speeds=(10, 40, 50))
+    add_reference_video(root / "0" / "10")
+    (root / "3" / "50" / "video.mp4").write_bytes(b"no video")
+    return root
+
+
+def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tmp_path, run):
+    out = tmp_path / "out"
+    with few_epochs():
+        code, printed, error = run("reproduce", out, "--session", as_published, *ASKED, "--quiet")
+    assert code == 3, "a recording is skipped"
+    assert "skipped 1 of the recordings: 3/50" in error
+    lines = [line.strip() for line in error.splitlines()]
+    for line in (
+        "--tracker published: the nearest blob within 10 px, else the old position; "
+        "two markers may share a blob",
+        "--statistics keras: running statistics of batch normalisation from 0 and 1, momentum 0.99",
+        "--precision float32: no bfloat16",
+        "--cut all (published: published)",
+        "--preset quick (published: paper)",
+        "--held-out 40",
+        "--window-s 0.1",
+        "Where this still differs from the authors' code (16 places):",
+    ):
+        assert line in lines
+    assert "an estimate" in error
+    assert "tracking 225 frames of 6 recordings" in error
+    assert "Table 1" in printed
+
+    config = json.loads((out / "results" / "config.json").read_text())
+    assert config["statistics"] == "keras"
+    kept = {"warm_up_statistics": False, "precision": "float32"}
+    assert all(kept.items() <= training.items() for training in config["training"].values())
+    summary = json.loads((out / "results" / "summary.json").read_text())
+    assert [set(found) for found in summary["models"].values()] == [{"published"}] * 2
+
+    code, printed, _ = run("status", out)
+    assert code == 0
+    assert "5 of 6 recordings are extracted." in printed
+    assert "2 of 2 trainings are done." in printed
+    assert f"Report: {out / 'results' / 'report.html'}" in printed
+    facts = json.loads(run("status", out, "--json")[1])
+    assert facts["like"] == "published"
+    assert facts["estimated_s"] > 0
+
+
+def test_status_says_what_was_estimated_before_anything_is_done(as_published, tmp_path, run):
+    from afferents.pipeline.begun import Places, write_begun
+
+    write_begun(Places(tmp_path), "published", {"cut": "all"}, [], [], 6, 7200.0)
+    code, printed, _ = run("status", tmp_path)
+    assert code == 0
+    assert "0 of 6 recordings are extracted." in printed
+    assert "No training has begun." in printed
+    assert "Estimated before it began: 2 h 00 min" in printed
+
+
+def test_an_estimate_alone_begins_nothing(as_published, tmp_path, run):
+    asked = ("--session", as_published, *ASKED, "--estimate", "--quiet")
+    code, _, error = run("reproduce", tmp_path / "out", *asked)
+    assert code == 0
+    assert "an estimate" in error
+    printed = run("reproduce", tmp_path / "out", *asked, "--json")[1]
+    assert [one["model"] for one in json.loads(printed)["trainings"]] == ["sa-se", "vib-te"]
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_makes_no_sense_is_refused_before_anything_is_begun(as_published, tmp_path, fails):
+    out, given = tmp_path / "out", ("--session", as_published, "--quiet")
+    short = fails("reproduce", out, *given, "--like", "published")
+    assert short.startswith("afferents: 0/10: expected at least 5510 video frames")
+    quick = fails("reproduce", out, "--like", "published", "--quiet")
+    assert "--cut published: expected recordings of a minute (--size paper), or --session" in quick
+    assert "a session to measure" in fails("reproduce", out, "--estimate", "--quiet")
+    assert "'tea'" in fails("reproduce", out, *given, "--models", "tea")
+    assert "--protocol" in fails("reproduce", out, *given, "--protocol", "tea")
+    assert "15" in fails("reproduce", out, *given, "--held-out", "15", "--keep-going")
+    assert not out.exists()
+
+
+def test_another_experiment_does_not_go_on_in_the_same_folder(results, fails):
+    out = results.root.parent
+    asked = ("--session", out / "session", "--cut", "published", "--quiet")
+    assert "another (" in fails("reproduce", out, *asked)
+
+
+def test_the_whole_list_is_printed(run):
+    code, printed, _ = run("reproduce", "--discrepancies")
+    assert code == 0
+    assert "44. Labels of speed" in printed

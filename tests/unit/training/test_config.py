@@ -21,6 +21,13 @@ def test_paper_is_the_published_recipe(recipe, rate, patience):
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
+def test_statistics_may_be_kept_as_keras_does(recipe):
+    usual, kept = training_config("paper", recipe), training_config("paper", recipe, None, "keras")
+    assert usual.warm_up_statistics
+    assert kept == usual.model_copy(update={"warm_up_statistics": False})
+
+
+@pytest.mark.parametrize("recipe", RECIPES)
 def test_quick_sees_fewer_samples_for_fewer_epochs(recipe):
     quick, paper = training_config("quick", recipe), training_config("paper", recipe)
     assert quick.training_samples is not None

@@ -10,6 +10,7 @@ from torch import nn
 
 from afferents.core.errors import AfferentsError, InputError
 from afferents.models import build, l2_penalty
+from afferents.models.layers import batch_norm_units
 from afferents.training import Epoch, LearningSet, hardware, predict, train
 from afferents.training.data import split
 from afferents.training.hardware import autocast, choose_device, has_bfloat16
@@ -301,6 +302,14 @@ def test_warmed_up_statistics_are_the_average_of_all_batches_so_far():
         warm_up.step()
         norm(torch.tensor([[mean - 1], [mean + 1]]))
         assert norm.running_mean.item() == pytest.approx(running)
+
+
+def test_statistics_as_keras_keeps_them_hold_a_hundredth_of_each_batch():
+    samples = torch.randn(64, 4, generator=torch.Generator().manual_seed(0)) + 5
+    norm = batch_norm_units(4)
+    norm.train()(samples)
+    assert torch.allclose(norm.running_mean, 0.01 * samples.mean(0))
+    assert torch.allclose(norm.running_var, 0.99 + 0.01 * samples.var(0))
 
 
 def test_warming_up_ends_at_the_layers_own_momentum():

@@ -1,0 +1,97 @@
+"""Command of the whole way: from a session to its report."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from afferents.cli.encodings import takes_encodings
+from afferents.cli.errors import fail_if_skipped
+from afferents.cli.evaluation import as_function_takes_it, evaluate
+from afferents.cli.printing import say
+from afferents.cli.recordings import extract
+from afferents.cli.shared import Json, Quiet
+from afferents.cli.stages import takes_options_of
+from afferents.cli.tables import TerminalTable
+from afferents.core.choices import Like, Size
+from afferents.core.like import CHOICES
+
+
+def _list_discrepancies(wanted: bool) -> None:
+    if wanted:
+        from afferents.reporting.discrepancies import discrepancies
+
+        say(False, None, *discrepancies().whole())
+        raise typer.Exit
+
+
+@takes_encodings
+@takes_options_of(
+    {"Options of extract": extract, "Options of evaluate": evaluate},
+    own=("session", "data", "out", "as_json", "quiet"),
+    values={
+        one.name: one.recommended
+        if one.recommended == one.published
+        else f"{one.recommended}, or {one.published} with --like published"
+        for one in CHOICES
+    },
+)
+def reproduce(
+    out: Annotated[
+        Path, typer.Argument(help="Folder to write session, store, results and report to.")
+    ],
+    session: Annotated[
+        Path | None, typer.Option(help="Session folder of your own (default: one is simulated).")
+    ] = None,
+    like: Annotated[
+        Like,
+        typer.Option(
+            help="'published': tracker, cut, protocol and training as in the paper's code; "
+            "'recommended': as we would do it. Any option given beside it overrules it."
+        ),
+    ] = "recommended",
+    size: Annotated[
+        Size,
+        typer.Option(
+            help="Size of the simulated session: 65 recordings of seconds, or the paper's 130 of "
+            "a minute."
+        ),
+    ] = "quick",
+    estimate: Annotated[
+        bool,
+        typer.Option("--estimate", help="Only say what is chosen and how long it would take."),
+    ] = False,
+    discrepancies: Annotated[
+        bool,
+        typer.Option(
+            "--discrepancies",
+            callback=_list_discrepancies,
+            is_eager=True,
+            help="List where the paper's text and its code differ and what is done here, and end.",
+        ),
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    **options: Any,
+) -> None:
+    """Run the paper's experiment from start to end: extract, evaluate, report.
+
+    Says first what is chosen, where that differs from the authors' code, and how long it will take.
+    Without --like it evaluates the six models of Table 1 as we recommend, and the one that we
+    recommend beside them.
+    """
+    from afferents import commands
+    from afferents.core.results import Results
+    from afferents.reporting import headline, table1
+
+    given = as_function_takes_it(options)
+    results = commands.reproduce(out, session, like, size, estimate, quiet or as_json, **given)
+    if not isinstance(results, Results):
+        if as_json:
+            say(True, results.describe())
+        return
+    page = results.root / "report.html"
+    said = ("", headline(results.summary), f"Report: {page.resolve()}")
+    say(as_json, results.summary, TerminalTable.of(table1(results.summary)), *said)
+    skipped = results.summary["skipped"]
+    fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})

@@ -1,0 +1,1 @@
+"""How long a reproduction will take: rates measured on a few frames and batches, multiplied."""

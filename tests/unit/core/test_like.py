@@ -1,0 +1,38 @@
+"""What `reproduce` chooses, and what is asked for otherwise."""
+
+from typing import get_args
+
+from afferents.core import choices
+from afferents.core.cut import Cut
+from afferents.core.like import CHOICES, chosen, otherwise
+from afferents.core.protocol import PROTOCOLS
+
+MAY_BE = {
+    "method": get_args(choices.Method),
+    "rest": get_args(choices.Rest),
+    "cut": get_args(Cut),
+    "protocol": tuple(PROTOCOLS),
+    "models": ("all", "all,best"),
+    "preset": get_args(choices.Preset),
+    "statistics": get_args(choices.Statistics),
+    "precision": get_args(choices.Precision),
+}
+
+
+def test_every_choice_is_a_value_that_its_option_takes():
+    assert {one.name for one in CHOICES} == set(MAY_BE)
+    for one in CHOICES:
+        assert {one.recommended, one.published} <= set(MAY_BE[one.name])
+
+
+def test_what_is_given_overrules_and_is_named():
+    given = {"cut": "all", "preset": "paper", "workers": 3}
+    assert chosen("published", given) == {
+        "method": "published", "rest": "own", "cut": "all", "protocol": "published",
+        "models": "all", "preset": "paper", "statistics": "keras", "precision": "float32",
+    }  # fmt: skip
+    assert otherwise("published", given) == ["--cut all (published: published)"]
+    assert otherwise("recommended", given, ["--held-out 50"]) == [
+        "--preset paper (recommended: fast)",
+        "--held-out 50",
+    ]
