@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from afferents.markers.detect import Positions
 
 
-class _Found(Protocol):
+class Found(Protocol):
     """Where markers are in a frame."""
 
     @property
@@ -53,7 +53,7 @@ class Renamed(NamedTuple):
     which: NDArray[np.bool_]
     n_frames: int
 
-    def lose(self, tracked: Sequence[_Found]) -> None:
+    def lose(self, tracked: Sequence[Found]) -> None:
         """Lose them in the frames before they were found slipped, back to the last check."""
         for frame in tracked[-self.n_frames : -1]:
             frame.position[self.which] = np.nan
