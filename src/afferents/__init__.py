@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         explain_shear,
         export,
         extract,
+        fetch,
         import_recording,
         init_session,
         inspect,
@@ -87,6 +88,7 @@ if TYPE_CHECKING:
 
 
 _COMMANDS = (
+    "fetch",
     "init_session",
     "record",
     "import_recording",
@@ -158,6 +160,7 @@ _HOME = {
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
+    "fetch",
     "init_session",
     "record",
     "import_recording",

@@ -14,9 +14,14 @@ class Found(Protocol):
     """Where markers are in a frame."""
 
     @property
-    def position(self) -> Positions: ...
+    def position(self) -> Positions:
+        """Shape (n, 2), px; NaN where a marker is lost."""
+        ...
+
     @property
-    def detected(self) -> NDArray[np.bool_]: ...
+    def detected(self) -> NDArray[np.bool_]:
+        """Which were seen, shape (n,)."""
+        ...
 
 
 @dataclass

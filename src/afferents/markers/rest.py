@@ -14,13 +14,13 @@ from afferents.core.choices import Method
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_markers
+from afferents.markers.false_markers import MOST_FALSE, without_false_markers
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
 from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
-from afferents.markers.false_markers import MOST_FALSE, without_false_markers
 from afferents.markers.suspects import beyond_layout
 
 """How markers are followed; see `Tracker`."""
