@@ -142,7 +142,7 @@ def test_a_video_of_the_published_sensor_is_recognised_all_the_same(clip, n):
     assert why.endswith(f"finds {n} blobs for its 361 markers; they form its grid.")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     roll_deg=st.floats(-30, 30),
     barrel=st.floats(0, 0.08),
