@@ -27,7 +27,7 @@ from afferents.recordings.remote import (
     written,
 )
 
-CHECKSUMS = "checksums.txt"
+CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
 _UNITS = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 

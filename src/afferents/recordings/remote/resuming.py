@@ -117,6 +117,9 @@ class Resuming:
                     return True
                 remove(self._part)
                 return False
+            if start and not _begins_at(start, answer):
+                remove(self._part)
+                return False
             if answer.status_code != codes.partial_content:
                 start = 0  # the server gives all of it, or another file by now
             whole = _length(answer, start)
@@ -153,6 +156,12 @@ class Resuming:
         validators = (answer.headers.get(name, "") for name in _VALIDATORS)
         strong = next((said for said in validators if said and not said.startswith("W/")), "")
         write_json(self._note, {"url": self._url, "validator": strong, "n_bytes": whole})
+
+
+def _begins_at(start: int, answer: Any) -> bool:
+    """Say whether an answer that is a part is the part that was asked for."""
+    said = answer.headers.get("Content-Range", "")
+    return not said or said.startswith(f"bytes {start}-")
 
 
 def _length(answer: Any, start: int) -> int | None:
