@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         explain_shear,
         export,
         extract,
+        fetch,
         import_recording,
         init_session,
         inspect,
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
 
 
 _COMMANDS = (
+    "fetch",
     "init_session",
     "record",
     "import_recording",
@@ -162,6 +164,7 @@ _HOME = {
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "example",
     "plot",
+    "fetch",
     "init_session",
     "record",
     "import_recording",

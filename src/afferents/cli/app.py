@@ -11,6 +11,7 @@ from afferents.cli.doctor import doctor
 from afferents.cli.encodings import Commands
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
 from afferents.cli.evaluation import evaluate, report, status
+from afferents.cli.fetch import fetch
 from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
 from afferents.cli.record import import_, record
@@ -46,7 +47,7 @@ def _afferents(
 
 
 for _command in (
-    *(record, init, inspect, calibrate, track, simulate, drum, extract),
+    *(fetch, record, init, inspect, calibrate, track, simulate, drum, extract),
     *(evaluate, report, status, compare),
     *(train, explain, export, align, live),
     *(reproduce, devices, doctor),

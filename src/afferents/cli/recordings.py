@@ -12,6 +12,7 @@ from afferents.cli.shared import (
     Accept,
     ClusterName,
     Force,
+    FpsHz,
     Json,
     KeepGoing,
     Quiet,
@@ -57,6 +58,7 @@ def inspect(
         Path | None,
         typer.Option(help="Video to write with the tracked markers drawn in, such as o.mp4."),
     ] = None,
+    fps: FpsHz = None,
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -64,7 +66,7 @@ def inspect(
     """Check a file or a session: what it holds, whether it is sound, and a picture of it."""
     from afferents import commands
 
-    found = commands.inspect(source, out, sensor, overlay, force, quiet or as_json)
+    found = commands.inspect(source, out, sensor, overlay, force, quiet or as_json, fps)
     say(
         as_json,
         vars(found),
@@ -115,6 +117,7 @@ def track(
     method: TrackerName = "windowed",
     workers: Workers = None,
     cluster: ClusterName = None,
+    fps: FpsHz = None,
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -128,7 +131,7 @@ def track(
 
     with Progress(quiet or as_json) as progress:
         given = load_sensor(sensor) if sensor else None
-        said = track_into(source, out, given, method, progress, force, workers, cluster)
+        said = track_into(source, out, given, method, progress, force, workers, cluster, fps)
     say(as_json, {"store": str(out), "said": said}, *said, f"Store: {out}")
 
 
@@ -150,6 +153,7 @@ def extract(
             "frame, or of the 'reference' clip throw_away.mp4."
         ),
     ] = "own",
+    fps: FpsHz = None,
     workers: Workers = None,
     cluster: ClusterName = None,
     keep_going: KeepGoing = False,
@@ -175,6 +179,7 @@ def extract(
         workers=workers,
         cluster=cluster,
         quiet=quiet or as_json,
+        fps_hz=fps,
     ).skipped
     found = {"store": str(out), "skipped": skipped, **asdict(notes_of(out))}
     say(as_json, found, f"Store: {out}")

@@ -111,6 +111,14 @@ ProtocolName = Annotated[
         "paper's code, it selects the model (leaky). Or 'both'.",
     ),
 ]
+FpsHz = Annotated[
+    float | None,
+    typer.Option(
+        "--fps",
+        help="True frame rate of the videos, frames a second, where their files say another; "
+        "times then count from it (default: what the session file says, else the files).",
+    ),
+]
 SteadyPart = Annotated[
     str | None,
     typer.Option(

@@ -9,6 +9,7 @@ The command line calls these functions: checks and defaults of Python stand here
 
 from afferents.commands.compare import compare
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
+from afferents.commands.fetch import fetch
 from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
 from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import (
@@ -32,6 +33,7 @@ __all__ = [
     "explain_shear",
     "export",
     "extract",
+    "fetch",
     "import_recording",
     "init_session",
     "inspect",

@@ -28,6 +28,7 @@ def inspect(
     overlay: Place | None = None,
     force: bool = False,
     quiet: bool = False,
+    fps_hz: float | None = None,
 ) -> "Inspection":
     """Say what is in a file or session and whether it is sound, and draw pictures of it.
 
@@ -46,6 +47,8 @@ def inspect(
         Whether one that was written there before may be replaced.
     quiet
         Whether no progress is shown.
+    fps_hz
+        True frame rate of the video or of a session's, where their containers' is wrong.
 
     Returns
     -------
@@ -70,7 +73,7 @@ def inspect(
     folder = Path(out) if out is not None else Path(f"{name}-inspected")
     drawn = None if overlay is None else Path(overlay)
     with Progress(quiet) as progress:
-        return look(source, folder, given, progress, drawn, force)
+        return look(source, folder, given, progress, drawn, force, fps_hz)
 
 
 def init_session(folder: Place, force: bool = False) -> "FirstSession":
@@ -210,6 +213,7 @@ def extract(
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
+    fps_hz: float | None = None,
 ) -> Extracted:
     """Turn videos and audio into marker tracks, SA-I, RA-I and RA-II.
 
@@ -233,6 +237,8 @@ def extract(
         Processes here (None for one a core), or the address of a Dask scheduler.
     quiet
         Whether no progress is shown.
+    fps_hz
+        True frame rate of all videos, where their containers' is wrong: times then count from it.
 
     Returns
     -------
@@ -257,7 +263,7 @@ def extract(
     wanted = Extraction(
         Path(session) if isinstance(session, str | Path) else session, Path(out),
         None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,
-        cluster=cluster, accept=kinds_named(list(accept)),
+        cluster=cluster, accept=kinds_named(list(accept)), fps_hz=fps_hz,
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = run(wanted, progress)

@@ -21,17 +21,22 @@ class Doubt:
         By which it can be accepted.
     where, expected, found
         As of an `InputError`.
+    cause
+        What may be the reason, and then to be done, in a clause; empty where nothing suggests one.
     """
 
     kind: Kind
     where: object
     expected: str
     found: str
+    cause: str = ""
 
     @property
     def error(self) -> InputError:
         """The refusal, which says how to accept it."""
         do = f"record it again, or keep it as it is with --accept {self.kind}"
+        if self.cause:
+            do = f"{self.cause}; else {do}"
         return InputError(self.where, self.expected, self.found, do)
 
     @property

@@ -7,6 +7,7 @@ from afferents.markers.grid import Grid, assign_grid, published_grid
 from afferents.markers.lens import undistort, undistorted
 from afferents.markers.quality import TrackingQuality, describe, doubt_markers, measure_quality
 from afferents.markers.rest import check_size
+from afferents.markers.rest_notes import rest_sentences
 from afferents.markers.sensor import (
     BlobDetector,
     DiscDetector,
@@ -47,6 +48,7 @@ __all__ = [
     "published_grid",
     "recognise_sensor",
     "rest_positions",
+    "rest_sentences",
     "track",
     "undistort",
     "undistorted",

@@ -10,13 +10,18 @@ from numpy.typing import NDArray
 from afferents.markers.detect import Positions
 
 
-class _Found(Protocol):
+class Found(Protocol):
     """Where markers are in a frame."""
 
     @property
-    def position(self) -> Positions: ...
+    def position(self) -> Positions:
+        """Shape (n, 2), px; NaN where a marker is lost."""
+        ...
+
     @property
-    def detected(self) -> NDArray[np.bool_]: ...
+    def detected(self) -> NDArray[np.bool_]:
+        """Which were seen, shape (n,)."""
+        ...
 
 
 @dataclass
@@ -53,7 +58,7 @@ class Renamed(NamedTuple):
     which: NDArray[np.bool_]
     n_frames: int
 
-    def lose(self, tracked: Sequence[_Found]) -> None:
+    def lose(self, tracked: Sequence[Found]) -> None:
         """Lose them in the frames before they were found slipped, back to the last check."""
         for frame in tracked[-self.n_frames : -1]:
             frame.position[self.which] = np.nan

@@ -8,6 +8,8 @@ from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_blobs, find_markers, spacing_px
 from afferents.markers.discs import find_discs
+from afferents.markers.false_markers import MOST_FALSE, without_false_markers
+from afferents.markers.grid import find_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.rest import rest_images
 from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
@@ -105,8 +107,9 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     Returns
     -------
     tuple
-        The published sensor `tip_b` if its detector finds its markers in the rest frame, an
-        estimated one if not; and a sentence that says which and why.
+        The published sensor `tip_b` if its detector finds its markers in the rest frame, or a few
+        blobs more or less that form its grid, an estimated one if not; and a sentence that says
+        which and why.
 
     Raises
     ------
@@ -115,9 +118,15 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
     """
     published = load_sensor("tip_b")
     image = rest_images(video, published.rest_frame)[0]
-    found = len(detect(image, published))
+    blobs = detect(image, published)
+    found = len(blobs)
     if found == published.n_markers:
         return published, f"The published detector ({published.name}) finds its {found} markers."
+    if _forms_grid_of(blobs, published):
+        return published, (
+            f"The published detector ({published.name}) finds {found} blobs for its "
+            f"{published.n_markers} markers; they form its grid."
+        )
     sensor = estimate_detector(image, video.path)
     shade = "bright" if sensor.detector.blob_colour else "dark"
     return sensor, (
@@ -125,6 +134,15 @@ def recognise_sensor(video: Video) -> tuple[Sensor, str]:
         f"markers in frame {published.rest_frame}, so this is another sensor: markers were taken "
         f"to be {shade} {looks(sensor.detector)}, as the image itself suggests."
     )
+
+
+def _forms_grid_of(blobs: Positions, sensor: Sensor) -> bool:
+    """Say whether blobs, a few too many or too few, form a square sensor's grid."""
+    n, rows, columns = sensor.n_markers or 0, sensor.rows or 0, sensor.columns or 0
+    if abs(len(blobs) - n) > MOST_FALSE * n:
+        return False
+    grid = find_grid(without_false_markers(blobs, rows, columns))
+    return grid is not None and (grid.row.max() + 1, grid.column.max() + 1) == (rows, columns)
 
 
 def looks(detector: Detector) -> str:

@@ -81,7 +81,7 @@ def assign_grid(
     expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
     if not (1 - MOST_MISSING) * rows * columns <= len(position) <= rows * columns:
         raise InputError(where, expected, f"{len(position)} markers")
-    row, column = _places(position)
+    row, column = places_of(position)
     size = (int(row.max()) + 1, int(column.max()) + 1)
     n_places = len(np.unique(row * size[1] + column))
     if size != (rows, columns) or n_places < len(position):
@@ -108,7 +108,7 @@ def fill_grid(
     """
     row, column = np.divmod(np.arange(rows * columns), columns)
     own = grid.row * columns + grid.column
-    filled = _smooth(position, grid)(np.stack([column, row], axis=1))
+    filled = smooth(position, grid)(np.stack([column, row], axis=1))
     filled[own] = position
     return filled, np.isin(np.arange(rows * columns), own)
 
@@ -123,18 +123,18 @@ def find_grid(position: Positions) -> Grid | None:
     """
     if len(position) < 4:
         return None
-    row, column = _places(position)
+    row, column = places_of(position)
     rows, columns = int(row.max()) + 1, int(column.max()) + 1
     whole = rows > 1 and columns > 1 and len(position) >= (1 - MOST_MISSING) * rows * columns
     if not whole or len(np.unique(row * columns + column)) < len(position):
         return None
     grid = Grid(row, column, _roll_from_places(position, row, column))
-    off = _smooth(position, grid)(np.stack([column, row], axis=1)) - position
+    off = smooth(position, grid)(np.stack([column, row], axis=1)) - position
     straight = np.sqrt((off**2).sum(axis=1).mean()) <= STRAIGHT * spacing_px(position)
     return grid if straight else None
 
 
-def _smooth(position: Positions, grid: Grid) -> Callable[[Positions], Positions]:
+def smooth(position: Positions, grid: Grid) -> Callable[[Positions], Positions]:
     """Return what leads from places (column, row) to positions, smoothly."""
     return _polynomial(np.stack([grid.column, grid.row], axis=1), position)
 
@@ -153,7 +153,7 @@ def _polynomial(source: Positions, target: Positions) -> Callable[[Positions], P
     return lambda points: np.asarray(terms(points) @ factors)
 
 
-def _places(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def places_of(position: Positions) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return row and column of each marker, as the links to its neighbours say."""
     upright = turn(position, -_roll_from_neighbours(position))
     along_x, along_y = _neighbours(upright, axis=0), _neighbours(upright, axis=1)

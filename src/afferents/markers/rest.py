@@ -14,9 +14,11 @@ from afferents.core.choices import Method
 from afferents.core.errors import InputError
 from afferents.core.recording import GreyImage, Video
 from afferents.markers.detect import Positions, detect, find_markers
+from afferents.markers.false_markers import MOST_FALSE, without_false_markers
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
+from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import beyond_layout
@@ -126,22 +128,29 @@ class AtRest(NamedTuple):
 
 
 def find_rest_markers(
-    images: Sequence[GreyImage], sensor: Sensor, where: object, method: Method = "published"
+    images: Sequence[GreyImage],
+    sensor: Sensor,
+    where: object,
+    method: Method = "published",
+    led: bool = False,
 ) -> AtRest:
     """Find the markers of the rest frame, sorted by x (the published order).
 
     They are looked for in the rest frame, as the paper did; where it does not show all that the
-    sensor file declares, in the median of the frames at rest.
+    sensor file declares, `published` goes on with what it shows if a reference leads it, and the
+    others look in the median of the frames at rest.
 
     Parameters
     ----------
     images
         The rest frame and those after it (`rest_images`).
     method
-        ``published`` wants all that the sensor file declares; to the others some may be
-        missing where it says where they are.
+        ``published`` wants all that the sensor file declares, unless it is `led`; to the others
+        some may be missing, and a few too many, where it says where they are.
     where
         The video, for the error.
+    led
+        Whether markers of a reference are given the nearest of these (`order_markers`).
 
     Returns
     -------
@@ -152,7 +161,7 @@ def find_rest_markers(
     Raises
     ------
     InputError
-        If there are none, or fewer or more than the sensor file declares.
+        If there are none, or so many fewer or more than the sensor file declares.
     """
     image, faint, n_still = images[0], np.zeros((0, 2)), 1
     by_layout = sensor.n_markers is None or sensor.markers is not None
@@ -167,15 +176,19 @@ def find_rest_markers(
         if method != "published" and len(found) != sensor.n_markers and len(images) > 1:
             median, n_median = still_picture(images, sensor)
             again = _within(detect(median, sensor), sensor)
-            if _plausible(len(again), sensor, method):
+            if _plausible(len(again), sensor, method, led):
                 found, image, n_still = again, median, n_median
-    if len(found) == 0 or not _plausible(len(found), sensor, method):
+    if len(found) == 0 or not _plausible(len(found), sensor, method, led):
+        near = _plausible(len(found), sensor, method, led=True)
         raise InputError(
             where,
             f"{sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in frame "
             f"{sensor.rest_frame}",
             f"{len(found)}{fault_of_light(image)}",
-            "check the picture, or give a sensor file that fits it",
+            "the tracker 'published' needs a reference clip that shows all of them; use another "
+            "tracker"
+            if near and len(found)
+            else "check the picture, or give a sensor file that fits it",
         )
     return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
 
@@ -197,12 +210,13 @@ def _within(found: Positions, sensor: Sensor) -> Positions:
     return near
 
 
-def _plausible(n_found: int, sensor: Sensor, method: Method) -> bool:
+def _plausible(n_found: int, sensor: Sensor, method: Method, led: bool) -> bool:
     """Say whether so many markers can be this sensor's."""
     if sensor.n_markers is None or sensor.markers is not None:
         return True  # `match_layout` finds the missing and leaves out the false ones
-    if sensor.layout == "square" and method != "published":
-        return (1 - MOST_MISSING) * sensor.n_markers <= n_found <= sensor.n_markers
+    if led if method == "published" else sensor.layout == "square":
+        least, most = (1 - MOST_MISSING), (1 + MOST_FALSE)
+        return least * sensor.n_markers <= n_found <= most * sensor.n_markers
     return n_found == sensor.n_markers
 
 
@@ -214,7 +228,8 @@ class RestMarkers(NamedTuple):
     position
         Shape (n, 2), px; a missing marker stands where it should be.
     present
-        Which were found, shape (n,).
+        Which were found, shape (n,). One that `published` did not find within the gate stands
+        where the reference has it.
     grid
         Their places; None for layouts that the sensor file does not describe.
     """
@@ -239,7 +254,8 @@ def order_markers(
     each reference marker getting a marker of its own; and without that the order by y, then x.
 
     ``published`` keeps the order by x, or gives each marker of `reference` the nearest one of
-    this video, be it taken already or not; its grid assumes the published roll.
+    this video, be it taken already or not, and the reference's own position where none lies within
+    the sensor's gate (preprocess/afferent_response.py); its grid assumes the published roll.
 
     Parameters
     ----------
@@ -255,9 +271,10 @@ def order_markers(
     """
     found = at_rest.found
     if method == "published":
-        kept = found if reference is None else found[cKDTree(found).query(reference)[1]]
-        return RestMarkers(kept, np.ones(len(kept), bool), _published_places(kept, sensor))
+        kept, near = _nearest_to(reference, found, sensor.gate_px)
+        return RestMarkers(kept, near, _published_places(kept, sensor))
     if sensor.layout == "square" and sensor.rows and sensor.columns:
+        found = without_false_markers(found, sensor.rows, sensor.columns)
         grid = assign_grid(found, sensor.rows, sensor.columns, where)
         position, present = fill_grid(found, grid, sensor.rows, sensor.columns)
         row, column = np.divmod(np.arange(len(position)), sensor.columns)
@@ -270,6 +287,17 @@ def order_markers(
     if reference is not None:
         order = _match_reference(found, reference, where)
     return RestMarkers(found[order], np.ones(len(found), bool))
+
+
+def _nearest_to(
+    reference: Positions | None, found: Positions, gate_px: float
+) -> tuple[Positions, NDArray[np.bool_]]:
+    """Give each marker of the reference the nearest one found, or its own place for want of it."""
+    if reference is None:
+        return found, np.ones(len(found), dtype=bool)
+    nearest = link_nearest(reference, found, gate_px)
+    near = nearest != NO_BLOB
+    return np.where(near[:, None], found[nearest], reference), near
 
 
 def _published_places(position: Positions, sensor: Sensor) -> Grid | None:

@@ -17,6 +17,7 @@ from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.image_quality import image_quality
+from afferents.markers.labelled import labelled
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
     N_FRAMES,
@@ -27,6 +28,7 @@ from afferents.markers.rest import (
     rest_images,
     too_short,
 )
+from afferents.markers.rest_notes import rest_seen
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Windowed, nearest_markers
 
@@ -65,8 +67,8 @@ class Tracker:
         a lost marker is NaN and not detected; it is looked for where its neighbours'
         displacement from rest says it is, so it comes back under its own name.
         ``published``: every marker takes the nearest blob; without one within the gate it
-        keeps its old position, and `detected` (which the published code does not know) is
-        False. Two markers may run together for good.
+        keeps its old position, in the rest frame that of the reference, and `detected` (which the
+        published code does not know) is False. Two markers may run together for good.
     """
 
     def __init__(
@@ -142,8 +144,12 @@ class Tracker:
         rest = order_markers(found, first, self.method, None, where)
         self._present, self.grid = rest.present, rest.grid
         self._begin(rest.position, image)
-        position = np.where(rest.present[:, None], self.rest_position, np.nan)
-        return Tracked(position, rest.present)
+        return self.at_rest(rest.present)
+
+    def at_rest(self, present: NDArray[np.bool_]) -> Tracked:
+        """Return the rest frame's markers, of which those `present`, shape (n,), were found."""
+        held = present if self.method != "published" else np.ones_like(present)
+        return Tracked(np.where(held[:, None], self.rest_position, np.nan), present)
 
     def _begin(self, rest_position: Positions, rest_image: GreyImage | None) -> None:
         """Take the rest positions over."""
@@ -233,7 +239,8 @@ def track(
     reference
         Rest markers of the reference video (`rest_positions`), shape (n, 2), px, which fix the
         order of the markers; see `order_markers`. Not needed for square layouts, whose grid
-        fixes it, and used for them by ``published`` only.
+        fixes it, and used for them by ``published`` only, which then takes rest frames with some
+        markers too many or too few.
     count_from
         Rest positions that displacement is to count from, of a clip of the same mounting
         (`ordered_rest`), shape (n, 2), px; None for the run's own rest frame.
@@ -250,7 +257,7 @@ def track(
         ones also have their roll in the attribute `roll_deg`. Every frame of the
         video has its place: those before the rest frame are NaN and not detected.
         `frame_change` (time) and the attributes of `ImageQuality` and `Audit` serve
-        `measure_quality`.
+        `measure_quality`, those of `rest_seen` `rest_sentences`.
 
     Raises
     ------
@@ -283,14 +290,15 @@ def track(
         elif index == sensor.rest_frame:
             at_rest = early[sensor.rest_frame :]
             images = [each.image for each in at_rest]
-            found = find_rest_markers(images, sensor, video.path, method)
+            led = reference is not None
+            found = find_rest_markers(images, sensor, video.path, method, led)
             rest = order_markers(found, sensor, method, reference, video.path)
             still = median_picture([each.luma for each in at_rest[: found.n_still]])
             tracker = Tracker(sensor, rest.position, method, still, frame.levels, rest.present)
-            there = np.where(rest.present[:, None], tracker.rest_position, np.nan)
-            tracked.append(Tracked(there, rest.present))
-            picture = image_quality(images[0], rest.position[rest.present])
-            grid = rest.grid
+            tracked.append(tracker.at_rest(rest.present))
+            shown = rest.position[rest.present] if rest.present.any() else found.found
+            picture = image_quality(images[0], shown)
+            grid, seen = rest.grid, rest_seen(found, rest)
     if stopped and (tracker is None or not keep_partial):
         raise AfferentsError(stopped[0])
     if tracker is None:
@@ -299,7 +307,7 @@ def track(
     if count_from is not None and count_from.shape != own.shape:
         expected = f"{len(count_from)} markers, as the reference clip shows"
         raise InputError(video.path, expected, f"{len(own)}")
-    tracks = _label(time_s, tracked, own if count_from is None else count_from, grid)
+    tracks = labelled(time_s, tracked, own if count_from is None else count_from, grid)
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(change))
     return tracks.assign_attrs(
         sensor=sensor.name,
@@ -307,6 +315,7 @@ def track(
         rest_frame=sensor.rest_frame,
         stopped=stopped[0] if stopped else "",
         jumps_s=jumps,
+        **seen,
         **vars(picture),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
@@ -318,30 +327,3 @@ def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
         yield from video.frames()
     except AfferentsError as error:
         stopped.append(str(error))
-
-
-def _label(
-    time_s: list[float], tracked: list[Tracked], rest: Positions, grid: Grid | None
-) -> xr.Dataset:
-    """Put names, units and the untracked frames at the start to the arrays."""
-    shape = (len(time_s), len(rest))
-    position, detected = np.full((*shape, 2), np.nan), np.zeros(shape, dtype=bool)
-    for index, frame in enumerate(tracked, start=len(time_s) - len(tracked)):
-        position[index], detected[index] = frame
-    px = {dims.UNITS: dims.PIXELS}
-    tracks = xr.Dataset(
-        {
-            dims.POSITION: ((dims.TIME, dims.MARKER, dims.SPACE), position, px),
-            dims.DETECTED: ((dims.TIME, dims.MARKER), detected),
-            dims.REST_POSITION: ((dims.MARKER, dims.SPACE), rest, px),
-        },
-        coords={
-            dims.TIME: (dims.TIME, np.asarray(time_s), {dims.UNITS: dims.SECONDS}),
-            dims.SPACE: (dims.SPACE, ["x", "y"]),
-        },
-    )
-    if grid is None:
-        return tracks
-    places = {dims.ROW: (dims.MARKER, grid.row), dims.COLUMN: (dims.MARKER, grid.column)}
-    roll = {"roll_deg": grid.roll_deg} if np.isfinite(grid.roll_deg) else {}
-    return tracks.assign_coords(places).assign_attrs(roll)

@@ -11,6 +11,7 @@ from afferents.core.fingerprint import Fingerprint, find_copies, fingerprint, re
 from afferents.core.progress import Progress
 from afferents.core.responses import Responses, doubts_in
 from afferents.core.store import store_config, stored_attributes
+from afferents.markers import rest_sentences
 
 FINGERPRINT = "fingerprint"
 """Attribute of a recording's responses that holds its fingerprint."""
@@ -30,10 +31,11 @@ class Likeness:
 
 @dataclass(frozen=True)
 class Notes:
-    """What is to be said of a store: what was accepted, by recording, and copies."""
+    """What is to be said of a store: what was accepted, by recording, copies, and rest frames."""
 
     accepted: dict[str, list[str]]
     copies: list[Likeness]
+    at_rest: list[str]
 
     @property
     def sentences(self) -> list[str]:
@@ -43,7 +45,7 @@ class Notes:
             for name, doubts in self.accepted.items()
             for doubt in doubts
         ]
-        return [*kept, *warning_of(self.copies)]
+        return [*kept, *self.at_rest, *warning_of(self.copies)]
 
 
 def with_fingerprint(responses: Responses) -> Responses:
@@ -59,7 +61,7 @@ def notes_of(store: Path) -> Notes:
 def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
     """Return what is to be said of recordings, by the attributes of their responses."""
     accepted = {name: doubts for name, one in attributes.items() if (doubts := doubts_in(one))}
-    return Notes(accepted, copies_among(attributes))
+    return Notes(accepted, copies_among(attributes), rest_sentences(attributes))
 
 
 def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Likeness]:

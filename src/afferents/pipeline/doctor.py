@@ -16,7 +16,7 @@ from afferents.core.version import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""
-EXTRAS = ("live", "record", "dynamixel", "lsl", "cluster", "baselines")
+EXTRAS = ("live", "record", "dynamixel", "lsl", "cluster", "baselines", "fetch")
 NATIVE = ("cv2", "soundfile")
 """Modules that need libraries of the system, so that one that is installed may still not work."""
 

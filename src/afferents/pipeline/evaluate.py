@@ -244,7 +244,8 @@ def skipped_recordings(
 ) -> dict[str, str]:
     """Return the recordings that no model uses, and why, before anything is trained.
 
-    A recording that one model can't use is used by none: all numbers are of the same ones.
+    A recording that one model can't use is used by none: all numbers are of the same ones. With
+    `keep_going` all is read once, so that what is damaged is found now, and not after days.
 
     Raises
     ------
@@ -258,7 +259,7 @@ def skipped_recordings(
         try:
             require_within(responses, source.channel.made_of, evaluation.recipe.steady_s)
             kept_part(responses, source, evaluation.recipe.cut)
-            if source.encoding.of_vibration:
+            if source.encoding.of_vibration or evaluation.keep_going:
                 read_whole(responses, source.channel.made_of)
         except AfferentsError as error:
             if not evaluation.keep_going:

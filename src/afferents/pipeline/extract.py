@@ -68,8 +68,8 @@ def extract(extraction: Extraction, progress: Progress) -> dict[str, str]:
         If a recording is not what it should be (without `keep_going`), or a process died.
     """
     extraction = extraction.as_found_anywhere()
-    given = extraction.session
-    session = given if isinstance(given, Session) else read_session(given)
+    given, fps_hz = extraction.session, extraction.fps_hz
+    session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
     sensors = sensors_of(session, extraction.sensor)
     reference = _reference(session, sensors.usual, extraction)
     require_own_files(session)
@@ -314,7 +314,8 @@ def _require_times_that_go_on(tracks: xr.Dataset, path: Path) -> None:
             path,
             "frame times of which each is after the one before",
             f"{after:.3f} s after {before:.3f} s",
-            "write its true fps_hz into session.toml; times then count from it",
+            "give --fps with the true rate, or write its fps_hz into session.toml: times then "
+            "count from it",
         )
 
 

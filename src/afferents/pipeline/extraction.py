@@ -28,6 +28,9 @@ class Extraction:
         Address of a Dask scheduler whose workers extract; None for this machine.
     accept
         Kinds of what may be wrong with a recording that is kept nevertheless, and marked.
+    fps_hz
+        True frame rate of all videos, whatever their containers say; None for what these and the
+        session file say.
     """
 
     session: Path | Session
@@ -40,6 +43,7 @@ class Extraction:
     rest: Rest = "own"
     cluster: str | None = None
     accept: frozenset[Kind] = frozenset()
+    fps_hz: float | None = None
 
     def as_found_anywhere(self) -> "Extraction":
         """Return it with paths that a cluster's workers find, wherever they were started."""

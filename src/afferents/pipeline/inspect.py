@@ -15,7 +15,7 @@ from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses
 from afferents.evaluation import APART, steadiness_of
 from afferents.execution.local import side_by_side
-from afferents.markers import Sensor
+from afferents.markers import Sensor, rest_positions
 from afferents.pipeline.copies import notes_in
 from afferents.pipeline.doubts import doubts_without_tracking
 from afferents.pipeline.inspect_files import (
@@ -27,7 +27,9 @@ from afferents.pipeline.inspect_files import (
     inspect_video,
     inspect_wav,
 )
+from afferents.pipeline.sensors import sensors_of
 from afferents.recordings import DataSet, data_set_of, facts, is_described
+from afferents.recordings import Session as FolderSession
 from afferents.reporting import (
     is_overlay,
     save_figure,
@@ -47,6 +49,7 @@ def inspect(
     progress: Progress,
     overlay: Path | None = None,
     force: bool = False,
+    fps_hz: float | None = None,
 ) -> Inspection:
     """Look at a video, a wav file, a session, a store or another data set.
 
@@ -60,6 +63,8 @@ def inspect(
         For a video; where to write it with its markers drawn in.
     force
         Whether an overlay that was written there before may be replaced.
+    fps_hz
+        True frame rate of the video or videos, where their containers' is wrong.
 
     Raises
     ------
@@ -74,18 +79,19 @@ def inspect(
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
     if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
-        return (
-            inspect_wav(path, out)
-            if is_wav
-            else inspect_video(path, out, sensor, progress, overlay)
-        )
+        if is_wav and fps_hz is not None:
+            raise InputError("--fps", "a video, or a session of videos", f"'{source}'")
+        if is_wav:
+            return inspect_wav(path, out)
+        return inspect_video(path, out, sensor, progress, overlay, fps_hz)
     data_set = data_set_of(source)
+    data_set = data_set if fps_hz is None else data_set.at_rate(fps_hz)
     if data_set.path == path and not path.exists():
         raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
     stored = data_set.responses()
     if stored is not None:
         return inspect_responses(str(source), data_set, stored, out)
-    return inspect_recordings(str(source), data_set, out, progress)
+    return inspect_recordings(str(source), data_set, out, progress, sensor)
 
 
 @dataclass(frozen=True)
@@ -117,12 +123,15 @@ def look_at(number: int, recording: Recording, data_set: DataSet) -> tuple[int, 
     return number, Look(row, [str(doubt) for doubt in doubts])
 
 
-def inspect_recordings(source: str, data_set: DataSet, out: Path, progress: Progress) -> Inspection:
+def inspect_recordings(
+    source: str, data_set: DataSet, out: Path, progress: Progress, sensor: Sensor | None = None
+) -> Inspection:
     """Check every recording of a data set, all pictures and samples; draw the first vibration."""
     with in_a_sentence(source):
         session = data_set.recordings()
     found = Inspection(source)
     found.sentences += [grid_sentence(session), *data_set.describe(session)]
+    found.sentences += reference_sentences(session, sensor)
     jobs = [(n, recording, data_set) for n, recording in enumerate(session.recordings)]
     # Sound alone is read sooner than processes begin.
     workers = None if any(r.video for r in session.recordings) else 1
@@ -149,6 +158,17 @@ def grid_sentence(session: Session) -> str:
         f"{len(session.recordings)} recordings of {len(session.textures)} textures "
         f"({', '.join(session.textures)}) at {at}."
     )
+
+
+def reference_sentences(session: Session, sensor: Sensor | None) -> list[str]:
+    """Say of a marker reference that does not show the sensor's markers what the matter is."""
+    if session.reference is None or not isinstance(session, FolderSession):
+        return []
+    try:
+        rest_positions(session.reference, sensors_of(session, sensor).usual)
+    except AfferentsError as error:
+        return [f"The published tracker can't be led by it: {error}."]
+    return []
 
 
 def length_sentences(rows: list[dict[str, Any]]) -> list[str]:

@@ -28,6 +28,7 @@ from afferents.recordings import (
     clipped_share,
     doubt_loudness,
     open_video,
+    rate_in,
     require_finite,
     video_facts,
 )
@@ -64,9 +65,10 @@ def inspect_video(
     sensor: Sensor | None,
     progress: Progress,
     overlay: Path | None = None,
+    fps_hz: float | None = None,
 ) -> Inspection:
     """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
-    video = open_video(path)
+    video = open_video(path, None if fps_hz is None else rate_in(fps_hz))
     found = Inspection(str(path), facts={"video": asdict(video_facts(video))})
     declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
     found.sentences.append(

@@ -16,7 +16,7 @@ from afferents.markers import (
 )
 from afferents.pipeline.extract import extract, marker_responses
 from afferents.pipeline.extraction import Extraction
-from afferents.recordings import VideoWithProgress, open_video
+from afferents.recordings import VideoWithProgress, open_video, rate_in
 
 
 def track_into(
@@ -28,6 +28,7 @@ def track_into(
     force: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
+    fps_hz: float | None = None,
 ) -> list[str]:
     """Track a video, or all videos of a session, into a store; say how that of one video went.
 
@@ -40,6 +41,8 @@ def track_into(
         Whether a video's tracks that were written there before may be replaced.
     workers, cluster
         For a session: processes here (None for one a core), or the address of a Dask scheduler.
+    fps_hz
+        True frame rate, where the containers' is wrong.
 
     Raises
     ------
@@ -49,11 +52,11 @@ def track_into(
         As `track_video`.
     """
     if source.is_dir():
-        track_session(source, out, sensor, method, workers, progress, cluster)
+        track_session(source, out, sensor, method, workers, progress, cluster, fps_hz)
         return []
     if cluster is not None:
         raise InputError("--cluster", "a session, whose videos go side by side", "one video")
-    return track_video(source, out, sensor, method, progress, force)
+    return track_video(source, out, sensor, method, progress, force, fps_hz)
 
 
 def track_video(
@@ -63,6 +66,7 @@ def track_video(
     method: Method,
     progress: Progress,
     force: bool = False,
+    fps_hz: float | None = None,
 ) -> list[str]:
     """Track one video and write a Zarr store that plain xarray reads; say how that went.
 
@@ -72,6 +76,8 @@ def track_video(
         None to recognise or estimate it.
     force
         Whether tracks that were written there before may be replaced.
+    fps_hz
+        True frame rate, where the container's is wrong.
 
     Raises
     ------
@@ -81,7 +87,7 @@ def track_video(
         If the video can't be decoded to its end; the store holds what came before.
     """
     require_free(out, "a video's tracks", is_tracks, force=force, reads=[path])
-    video = open_video(path)
+    video = open_video(path, None if fps_hz is None else rate_in(fps_hz))
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
@@ -102,6 +108,7 @@ def track_session(
     workers: int | None,
     progress: Progress,
     cluster: str | None = None,
+    fps_hz: float | None = None,
 ) -> None:
     """Track the videos of a session into a store as `extract` writes it, without vibration.
 
@@ -111,6 +118,7 @@ def track_session(
         As `extract`.
     """
     extraction = Extraction(
-        session, out, sensor, method, workers=workers, vibration=False, cluster=cluster
-    )
+        session, out, sensor, method, workers=workers, vibration=False, cluster=cluster,
+        fps_hz=fps_hz,
+    )  # fmt: skip
     extract(extraction, progress)

@@ -21,7 +21,13 @@ from afferents.recordings.media import is_sound, media_in, named
 from afferents.recordings.published import NOT_TEXTURES, published
 from afferents.recordings.series import SeriesFile
 from afferents.recordings.session import PublishedSession, Session, read_session
-from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile, session_file
+from afferents.recordings.session_file import (
+    SESSION_FILE,
+    SESSION_TOML,
+    SessionFile,
+    rate_in,
+    session_file,
+)
 from afferents.recordings.stored import Stored
 from afferents.recordings.table import DATA_SETS, data_set_of, source_of
 from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, open_video
@@ -65,6 +71,7 @@ __all__ = [
     "named",
     "open_video",
     "published",
+    "rate_in",
     "read_data_set_file",
     "read_session",
     "require_finite",

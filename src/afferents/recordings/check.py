@@ -10,6 +10,7 @@ from afferents.core.errors import InputError
 from afferents.core.files import checksum, size_of
 from afferents.core.recording import EDGE_S, Recording, Session
 from afferents.recordings.audio import WavFile
+from afferents.recordings.frame_rate import rate_doubted, wrong_rate
 from afferents.recordings.images import ImageFolder
 from afferents.recordings.session_file import SessionFile
 from afferents.recordings.video import VideoFile
@@ -17,8 +18,8 @@ from afferents.recordings.video import VideoFile
 ClipFile = VideoFile | ImageFolder
 """What a camera leaves on disk."""
 
-SHORTER_AUDIO_S = 0.5
-"""How much shorter than the video the audio may be, s, whatever is cut off."""
+SHORTER_AUDIO_S, SHORTER_AUDIO = 0.5, 0.02
+"""How much shorter than the video the audio may be, s or as a share of it, whatever is cut off."""
 LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
 """How much longer, s and as a share of the video: recorders are started and stopped one after the
 other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
@@ -113,16 +114,17 @@ def check_recording(
         longer.
     """
     video, audio = recording.video, recording.audio
+    sound = audio if isinstance(audio, WavFile) else None
     if isinstance(video, ClipFile):
-        _check_video(video, declared)
-    if isinstance(audio, WavFile):
-        _check_audio(audio, declared)
-    if isinstance(video, ClipFile) and isinstance(audio, WavFile):
-        return accepted(_doubt_lengths(video, audio, recording.steady_s), accept)
+        _check_video(video, sound, declared)
+    if sound is not None:
+        _check_audio(sound, declared)
+    if isinstance(video, ClipFile) and sound is not None:
+        return accepted(_doubt_lengths(video, sound, recording.steady_s, declared), accept)
     return []
 
 
-def _check_video(video: ClipFile, declared: SessionFile) -> None:
+def _check_video(video: ClipFile, audio: WavFile | None, declared: SessionFile) -> None:
     found = (video.width, video.height)
     width, height = declared.frame_width or found[0], declared.frame_height or found[1]
     if found != (width, height):
@@ -140,8 +142,7 @@ def _check_video(video: ClipFile, declared: SessionFile) -> None:
             video.path,
             f"about {expected_hz:g} frames a second",
             f"{video.fps_hz:g}",
-            f"declare fps_hz in {declared.file}; if the container is wrong, write "
-            "fps_overrules = true beside it",
+            wrong_rate(video.n_frames, video.fps_hz, expected_hz, audio, declared.file),
         )
 
 
@@ -158,15 +159,19 @@ def _check_audio(audio: WavFile, declared: SessionFile) -> None:
 
 
 def _doubt_lengths(
-    video: ClipFile, audio: WavFile, steady_s: tuple[float, float] | None
+    video: ClipFile,
+    audio: WavFile,
+    steady_s: tuple[float, float] | None,
+    declared: SessionFile,
 ) -> list[Doubt]:
     """Compare the lengths; audio need not go on after the part that is used has ended."""
     video_s, audio_s = video.duration_s, audio.n_samples / audio.sample_rate_hz
     used_s = steady_s[1] if steady_s else video_s - min(EDGE_S, video_s / SHORT)
-    least_s = min(video_s - SHORTER_AUDIO_S, used_s)
+    least_s = min(video_s - max(SHORTER_AUDIO_S, SHORTER_AUDIO * video_s), used_s)
     most_s = video_s * (1 + LONGER_AUDIO) + LONGER_AUDIO_S
     if least_s <= audio_s and (audio_s <= most_s or video_s == 0):  # 0: none is declared
         return []
     bound = f"at least {least_s:.2f}" if audio_s < least_s else f"at most {most_s:.2f}"
     expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
-    return [Doubt("length", audio.path, expected, f"{audio_s:.2f} s")]
+    cause = rate_doubted(video.n_frames, video.fps_hz, audio, declared.file)
+    return [Doubt("length", audio.path, expected, f"{audio_s:.2f} s", cause)]

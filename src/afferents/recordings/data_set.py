@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from afferents.core.doubt import Doubt
+from afferents.core.errors import InputError
 from afferents.core.recording import Recording, Session
 from afferents.core.responses import Responses
 
@@ -118,6 +119,16 @@ class DataSet(ABC):
     def describe(self, session: Session) -> list[str]:
         """Return sentences that `inspect` says of its recordings beside what it says of all."""
         return []
+
+    def at_rate(self, fps_hz: float) -> Self:
+        """Return it with the true frame rate of its videos, Hz, whatever their containers say.
+
+        Raises
+        ------
+        InputError
+            If it has none.
+        """
+        raise InputError("--fps", "a video, or a session of videos", f"'{self}'", "leave it out")
 
     def located(self) -> Self:
         """Return it with its path as any process finds it, wherever it was started."""

@@ -1,9 +1,10 @@
 """The session folder: recordings that belong together, in the published layout or as it says."""
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from afferents.core import recording as core
 from afferents.core.documents import as_form
@@ -19,11 +20,18 @@ from afferents.recordings.media import media_in, named
 from afferents.recordings.published import (
     AUDIO,
     NOT_TEXTURES,
+    REFERENCE,
     VIDEO,
     published,
     reference_in,
 )
-from afferents.recordings.session_file import SESSION_TOML, SessionFile, declared_by, session_file
+from afferents.recordings.session_file import (
+    SESSION_TOML,
+    SessionFile,
+    declared_by,
+    rate_in,
+    session_file,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,6 +55,16 @@ class Session(core.Session):
             used.add(self.reference.path.resolve())
         there = media_in(self.root, NOT_TEXTURES)
         return [path for path in there if path.resolve() not in used]
+
+    def at_rate(self, fps_hz: float | None) -> "Session":
+        """Return it with the true frame rate of all videos, Hz; as it is for None.
+
+        Raises
+        ------
+        InputError
+            If it is no rate, or recordings name theirs.
+        """
+        return self if fps_hz is None else _session(self.root, self.declared.at_rate(fps_hz))
 
     @classmethod
     def from_table(
@@ -105,6 +123,7 @@ class PublishedSession(DataSet):
 
     name, title = "session", "A session"
     extracted_first = True
+    fps_hz: float | None = None
 
     @classmethod
     def is_at(cls, path: Path) -> bool:
@@ -113,28 +132,38 @@ class PublishedSession(DataSet):
 
     def recordings(self) -> Session:
         """Return a recording a condition."""
-        return read_session(self.path)
+        return read_session(self.path, self.fps_hz)
+
+    def at_rate(self, fps_hz: float) -> Self:
+        """Return it with the true frame rate of its videos."""
+        found = copy(self)
+        found.fps_hz = rate_in(fps_hz)
+        return found
 
     def check(self, recording: Recording) -> list[Doubt]:
         """Return what differs from the session's own declaration."""
-        return check_recording(recording, session_file(self.path), KINDS)
+        declared = session_file(self.path).at_rate(self.fps_hz)
+        return check_recording(recording, declared, KINDS)
 
     def describe(self, session: core.Session) -> list[str]:
-        """Say what the order of the markers comes from, and what was found but is not used."""
+        """Say whether there is a marker reference, and what was found but is not used."""
         assert isinstance(session, Session)
         sentences = []
         if session.reference:
-            sentences.append("The order of markers comes from throw_away.mp4.")
+            sentences.append(
+                f"There is a {REFERENCE}: the order of markers comes from it with the published "
+                "tracker only; the others take it from the sensor's layout."
+            )
         elif not session.declared.names_files:
             sentences.append(
-                "There is no throw_away.mp4; it is needed only by the published tracker."
+                f"There is no {REFERENCE}; it is needed only by the published tracker."
             )
         if unused := session.unused:
             sentences.append(f"Found but not used: {named(session.root, unused)}.")
         return sentences
 
 
-def read_session(root: str | Path) -> Session:
+def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
     """Read a session folder; no video or audio is opened until it is asked for.
 
     Where ``session.toml`` or ``session.json`` names files, by a list or a pattern, these are the
@@ -142,6 +171,14 @@ def read_session(root: str | Path) -> Session:
     a `video` of any kind or `audio.wav`; folders without conditions, hidden ones and
     `NOT_TEXTURES` are ignored. Only the grid is checked here; `check_recording` checks one
     recording.
+
+    Parameters
+    ----------
+    root
+        The folder.
+    fps_hz
+        True frame rate of all its videos, where their containers' is wrong: times then count from
+        it. It goes before what the session file says. None for what that and the containers say.
 
     Returns
     -------
@@ -159,7 +196,7 @@ def read_session(root: str | Path) -> Session:
     root = Path(root)
     if not root.is_dir():
         raise InputError(root, "a session folder", "a file" if root.exists() else "no such folder")
-    return _session(root, session_file(root))
+    return _session(root, session_file(root).at_rate(fps_hz))
 
 
 def _session(root: Path, declared: SessionFile) -> Session:

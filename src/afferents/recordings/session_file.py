@@ -35,6 +35,8 @@ _UNKNOWN = ("sample_rate_hz", "audio_channels", "sensor_channel", "fps_hz", "fra
 """What is not checked where the files are named one by one and nothing is declared of them."""
 _WHAT = "a session file"
 _LAYOUT = ("pattern", "recordings")
+FPS = "--fps"
+"""The option that says the true frame rate."""
 
 
 class SessionFile(BaseModel):
@@ -121,6 +123,24 @@ class SessionFile(BaseModel):
         sums = {name: self.checksums[name]} if name in self.checksums else {}
         return self.model_copy(update={"checksums": sums, "holes": (), "recordings": ()})
 
+    def at_rate(self, fps_hz: float | None) -> "SessionFile":
+        """Return it with the true frame rate, Hz, of all videos, whatever their containers say.
+
+        Raises
+        ------
+        InputError
+            If it is no rate, or recordings name theirs.
+        """
+        if fps_hz is None:
+            return self
+        true_hz = rate_in(fps_hz)
+        for recording in self.recordings:
+            if recording.fps_hz is not None:
+                found = f"{recording.fps_hz:g} for {recording.name} in {self.file}"
+                expected = "a session whose recordings name no fps_hz"
+                raise InputError(FPS, expected, found, "leave it out")
+        return self.model_copy(update={"fps_hz": true_hz, "fps_overrules": True})
+
     @model_validator(mode="after")
     def _has_one_layout(self) -> "SessionFile":
         if self.pattern is not None and self.recordings:
@@ -170,6 +190,19 @@ def _named(hole: object) -> object:
     if isinstance(hole, list | tuple) and len(hole) == 2:
         return (text_of(hole[0]), hole[1])
     return hole
+
+
+def rate_in(fps_hz: float) -> float:
+    """Return a frame rate, Hz, as it is given to a command.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if not 0 < fps_hz < float("inf"):
+        raise InputError(FPS, "frames a second, above 0", f"{fps_hz:g}")
+    return float(fps_hz)
 
 
 def session_file(root: Path) -> SessionFile:

@@ -178,13 +178,15 @@ class VideoFile:
         )
 
 
-def open_video(path: str | Path) -> VideoFile:
+def open_video(path: str | Path, fps_hz: float | None = None) -> VideoFile:
     """Open a video and read its header.
 
     Parameters
     ----------
     path
         Any file that FFmpeg reads.
+    fps_hz
+        True frame rate, where the container's is wrong; None for the container's.
 
     Returns
     -------
@@ -197,7 +199,7 @@ def open_video(path: str | Path) -> VideoFile:
     InputError
         If the file is missing or not a readable video.
     """
-    video = VideoFile(Path(path))
+    video = VideoFile(Path(path), fps_hz)
     _ = video.header
     return video
 

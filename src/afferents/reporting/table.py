@@ -31,6 +31,8 @@ SAME_GRID = (
     "The textures and speeds are those of the paper. The paper's column is comparable only if "
     "these are the published recordings themselves, which the results cannot tell."
 )
+_NAMED = 5
+"""So many missing recordings are named below the table; the page names all."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,20 @@ def table1(summary: Summary) -> Table:
         f"Table 1. Accuracy at {split.many} held out of training",
         f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets "
         f"(over {drawn_over(summary)}). Chance: {percent(summary['chance'])}. "
-        f"{comparison_note(summary)} {preset_note(summary)}".rstrip(),
+        f"{missing_note(summary)}{comparison_note(summary)} {preset_note(summary)}".rstrip(),
         ("Model", *paper, *here, f"Worst {split.name} here"),
         tuple(_table1_row(summary, name) for name in (*TABLE1, *others)),
     )
+
+
+def missing_note(summary: Summary) -> str:
+    """Say how many recordings the numbers are without, and which; empty where none is missing."""
+    missing = [entry["recording"] for entry in summary["skipped"]]
+    if not missing:
+        return ""
+    named = ", ".join(missing[:_NAMED]) + (" and others" if len(missing) > _NAMED else "")
+    are = "recording is" if len(missing) == 1 else "recordings are"
+    return f"{len(missing)} {are} missing: {named}. "
 
 
 def accuracy_by_speed(summary: Summary) -> Table:

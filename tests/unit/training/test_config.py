@@ -22,7 +22,10 @@ def test_paper_is_the_published_recipe(recipe, rate, patience):
 
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_statistics_may_be_kept_as_keras_does(recipe):
-    usual, kept = training_config("paper", recipe), training_config("paper", recipe, None, "keras")
+    usual, kept = (
+        training_config("paper", recipe),
+        training_config("paper", recipe, statistics="keras"),
+    )
     assert usual.warm_up_statistics
     assert kept == usual.model_copy(update={"warm_up_statistics": False})
 

@@ -1,0 +1,20 @@
+"""Public data sets on servers: which files they have, and how these come here."""
+
+from afferents.recordings.remote.archives import ARCHIVES, Archive
+from afferents.recordings.remote.landing import Listing, files_on, sizes_of
+from afferents.recordings.remote.manifest import RemoteFile, read_manifest, written
+from afferents.recordings.remote.resuming import download
+from afferents.recordings.remote.web import web
+
+__all__ = [
+    "ARCHIVES",
+    "Archive",
+    "Listing",
+    "RemoteFile",
+    "download",
+    "files_on",
+    "read_manifest",
+    "sizes_of",
+    "web",
+    "written",
+]

@@ -1,0 +1,154 @@
+"""The files that a page of a data set lists: folders as web servers show them, and their links."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+from typing import Any, NamedTuple
+from urllib.parse import unquote, urldefrag, urljoin, urlsplit
+
+from afferents.core.errors import InputError
+from afferents.recordings.remote.manifest import RemoteFile, path_within
+from afferents.recordings.remote.web import ANY_WAY_ROUND, opened, web
+
+MOST_PAGES = 1000
+"""So many pages of folders are read at most."""
+_LICENCES = ("creativecommons.org/", "nationalarchives.gov.uk/", "opendatacommons.org/")
+
+
+class Listing(NamedTuple):
+    """What a page lists.
+
+    Attributes
+    ----------
+    files
+        By path; none has a checksum.
+    licence
+        As the page names it; empty where it names none.
+    page
+        Where the list was found, after redirections.
+    """
+
+    files: list[RemoteFile]
+    licence: str
+    page: str
+
+
+class _Links(HTMLParser):
+    """Collects links with their text, and says which of them name a licence."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.licence = ""
+        self._in_licence = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Take a link's target."""
+        given = dict(attrs)
+        target = given.get("href")
+        if tag != "a" or not target:
+            return
+        self.links.append(target.strip())
+        is_licence = "license" in (given.get("rel") or "") or any(
+            name in target for name in _LICENCES
+        )
+        self._in_licence = is_licence and not self.licence
+
+    def handle_data(self, data: str) -> None:
+        """Take the text of a licence's link."""
+        if self._in_licence and data.strip():
+            self.licence = " ".join(data.split())
+
+    def handle_endtag(self, tag: str) -> None:
+        """End a link."""
+        self._in_licence = self._in_licence and tag != "a"
+
+
+def files_on(url: str, name: str) -> Listing:
+    """Find the files of a data set on its landing page, or in a folder that a web server shows.
+
+    Parameters
+    ----------
+    url
+        A DOI's address, the landing page that it leads to, or the folder itself.
+    name
+        The data set's name on the server: files lie below ``.../datasets/NAME/``. Where the page
+        links to nothing there, that folder of the same server is asked; and what lies below `url`
+        itself counts too.
+
+    Raises
+    ------
+    InputError
+        If nothing answers, or no files are found.
+    """
+    with web().Session() as session:
+        page = opened(session, url)
+        landing, found = page.url, _links_in(page)
+        base = _folder_of(landing, found.links, name)
+        listed = {link for link in found.links if link.startswith(base)}
+        if not any(map(_is_file, listed)):
+            listed |= {base}
+        files = sorted(_below(session, base, listed))
+    if not files:
+        expected = "links to the data set's files"
+        raise InputError(landing, expected, "none", ANY_WAY_ROUND)
+    paths = [(path_within(unquote(file.removeprefix(base)), landing), file) for file in files]
+    return Listing([RemoteFile(path, file) for path, file in paths], found.licence, landing)
+
+
+def _folder_of(landing: str, links: list[str], name: str) -> str:
+    """Return the folder that files lie below: the data set's own, or the page's."""
+    marker = f"/datasets/{name}/"
+    for link in links:
+        if marker in f"{link}/":
+            return link[: f"{link}/".index(marker)] + marker
+    below = landing if landing.endswith("/") else f"{landing}/"
+    if any(link.startswith(below) and link != below for link in links):
+        return below
+    return urljoin(landing, marker)
+
+
+def _below(session: Any, base: str, listed: set[str]) -> Iterator[str]:
+    """Yield the files that links lead to, below a folder, and in its folders."""
+    waiting, seen = sorted(listed), set(listed)
+    n_pages = 0
+    while waiting:
+        link = waiting.pop()
+        if _is_file(link):
+            yield link
+            continue
+        n_pages += 1
+        if n_pages > MOST_PAGES:
+            raise InputError(base, f"at most {MOST_PAGES} folders", "more", ANY_WAY_ROUND)
+        links = _links_in(opened(session, link)).links
+        new = {one for one in links if one.startswith(link) and one != link} - seen
+        waiting += sorted(new)
+        seen |= new
+
+
+def _is_file(link: str) -> bool:
+    return not link.endswith("/")
+
+
+def _links_in(page: Any) -> _Links:
+    """Return the links of a page, whole, without those that only sort a list."""
+    found = _Links()
+    if "html" in page.headers.get("Content-Type", "html"):
+        found.feed(page.text)
+    page.close()
+    whole = (urldefrag(urljoin(page.url, link))[0] for link in found.links)
+    found.links = [link for link in dict.fromkeys(whole) if not urlsplit(link).query]
+    return found
+
+
+def sizes_of(files: Iterable[RemoteFile]) -> Iterator[RemoteFile]:
+    """Yield files with their sizes, as far as the server says them."""
+    with web().Session() as session:
+        for file in files:
+            yield file if file.n_bytes is not None else _sized(session, file)
+
+
+def _sized(session: Any, file: RemoteFile) -> RemoteFile:
+    answer = opened(session, file.url, "head")
+    said = answer.headers.get("Content-Length", "")
+    return replace(file, n_bytes=int(said)) if said.isdigit() else file

@@ -1,0 +1,126 @@
+"""A simulated session made as the published one may be: `scripts/as_published.py`, and on from it.
+
+The raw names and nothing else, mp4v under 30 frames a second, reflections, a hidden marker, sound
+that is short, and a picture that lies beside the reference's.
+"""
+
+import json
+import runpy
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+import afferents
+from afferents.pipeline.copies import notes_in
+
+SCRIPT = Path(__file__).resolve().parents[3] / "scripts/as_published.py"
+SECONDS, N_FRAMES = 1.6, 144
+EXTRA, LACKING, SHORT, SHIFTED = "0/40", "3/40", "3/40", "3/20"
+SHIFT_PX = np.array([12.0, 0.0])
+PUBLISHED = {"audio.wav", "video.mp4"}
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rig") / "session"
+    afferents.simulate(
+        folder, textures="ag", speeds_mm_s=[20, 40], seconds=SECONDS, workers=1, quiet=True
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder(simulated, tmp_path_factory):
+    """The same as it may be published."""
+    script = runpy.run_path(str(SCRIPT))
+    flaws = script["Flaws"](
+        extra=(EXTRA,), lacking=(LACKING,), short=(SHORT,), shifted=(SHIFTED,), short_s=0.4
+    )
+    made = tmp_path_factory.mktemp("published") / "afferents"
+    script["as_published"](simulated, made, flaws, 1, True)
+    return made
+
+
+@pytest.fixture(scope="module")
+def extracted(folder, tmp_path_factory):
+    """Its responses by either tracker, and where they are."""
+    root = tmp_path_factory.mktemp("stores")
+    return {
+        method: afferents.extract(
+            folder, root / method, method=method, fps_hz=90, workers=1, quiet=True
+        )
+        for method in ("windowed", "published")
+    }
+
+
+def truth_of(simulated, name):
+    """Return where the markers are in the picture, (frame, marker, 2), px."""
+    true = np.load(simulated / name / "truth.npz")["position"]
+    return true + SHIFT_PX if name == SHIFTED else true
+
+
+def test_nothing_but_the_published_names(folder):
+    there = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
+    conditions = {f"{texture}/{speed}" for texture in (0, 3) for speed in (20, 40)}
+    names = {f"{condition}/{name}" for condition in conditions for name in PUBLISHED}
+    assert there == names | {"0/20/throw_away.mp4"}
+    with av.open(str(folder / "0/20/video.mp4")) as container:
+        stream = container.streams.video[0]
+        assert stream.codec_context.name == "mpeg4"
+        assert (stream.average_rate, stream.frames) == (30, N_FRAMES)
+
+
+def test_inspect_names_the_cause_and_is_clean_once_it_is_given(folder, tmp_path, run):
+    code, out, _ = run("inspect", folder, "--out", tmp_path / "p", "--quiet", "--json")
+    found = json.loads(out)
+    assert (code, len(found["problems"])) == (2, 4)
+    assert "the container's rate is wrong: give --fps 90" in found["problems"][0]
+    given = ("--out", tmp_path / "q", "--fps", 90, "--quiet", "--json")
+    code, out, err = run("inspect", folder, *given)
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["problems"] == []
+    said = " ".join(found["sentences"])
+    assert "1.60 to 1.60 s long" in said
+    assert "comes from it with the published tracker only" in said
+    assert "can't be led by it" not in said
+
+
+def test_times_follow_the_true_rate(extracted):
+    for recordings in extracted.values():
+        for recording in recordings:
+            np.testing.assert_allclose(recording.time, np.arange(N_FRAMES) / 90, atol=1e-6)
+
+
+def test_our_tracker_follows_the_361_through_all_of_it(extracted, simulated):
+    for recording in extracted["windowed"]:
+        name = recording.attrs["name"]
+        off = recording.position.values[10:] - truth_of(simulated, name)[10:]
+        lost = np.isnan(off[..., 0])
+        assert np.nanmax(np.hypot(*np.moveaxis(off, -1, 0))) < 0.5, name
+        assert (lost.any(axis=0).sum(), lost.mean() < 0.001) == (int(name == LACKING), True)
+        assert recording.attrs["rest_blobs"] == {EXTRA: 362, LACKING: 360}.get(name, 361)
+
+
+def test_the_published_tracker_goes_on_as_the_published_code_does(extracted):
+    ours = {recording.attrs["name"]: recording for recording in extracted["windowed"]}
+    for recording in extracted["published"]:
+        name = recording.attrs["name"]
+        assert recording.attrs["rest_blobs"] == {EXTRA: 362, LACKING: 360}.get(name, 361)
+        mean, true = (float(one.sa1[100:].mean()) for one in (recording, ours[name]))
+        if name == SHIFTED:  # many count from where the reference has them
+            assert recording.attrs["rest_replaced"] > 100
+            assert mean > 3 * true
+        else:
+            assert mean == pytest.approx(true, rel=0.05)
+            assert recording.attrs["rest_replaced"] == int(name == LACKING)
+
+
+def test_what_was_amiss_is_said(extracted):
+    said = " ".join(notes_in({r.attrs["name"]: r.attrs for r in extracted["published"]}).at_rest)
+    assert f"2 recordings, {EXTRA} (362 blobs), {LACKING} (360 blobs): the rest frame shows" in said
+    assert "markers farther from the reference clip's than the gate were put where those" in said
+    said = " ".join(notes_in({r.attrs["name"]: r.attrs for r in extracted["windowed"]}).at_rest)
+    assert f"1 recording, {EXTRA} (362 for 361): the rest frame shows blobs" in said

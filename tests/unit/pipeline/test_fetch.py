@@ -1,0 +1,285 @@
+"""Public data sets from a server that answers, breaks off, changes its mind, or is full of lies."""
+
+import json
+import resource
+import shutil
+from collections import namedtuple
+from contextlib import contextmanager
+from dataclasses import replace
+from hashlib import sha256
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.core.progress import Progress
+from afferents.pipeline import fetch as fetching
+from afferents.recordings.remote import ARCHIVES, read_manifest, resuming, written
+
+from .served_files import serving
+
+KEY = ARCHIVES["pestell2022"].key
+BASE = f"/datasets/{KEY}/"
+RNG = np.random.default_rng(0)
+FILES = {
+    "readme.txt": b"what it is",
+    "0/10/video.mp4": RNG.bytes(300_000),
+    "0/10/audio.wav": RNG.bytes(20_000),
+    "0/10/throw_away.mp4": RNG.bytes(5_000),
+    "0.5/10/a name.wav": RNG.bytes(10_000),
+}
+VIDEO = "0/10/video.mp4"
+PIECE = 1 << 16
+LICENCE = '<a rel="license" href="http://www.nationalarchives.gov.uk/doc/x">Non-commercial</a>'
+
+
+@pytest.fixture
+def site(monkeypatch):
+    monkeypatch.setattr(resuming, "WAIT_S", 0.0)
+    with serving() as found:
+        found.files = {BASE + name: content for name, content in FILES.items()}
+        found.moved = {"/doi": f"/data/dataset/{KEY}"}
+        found.pages = {f"/data/dataset/{KEY}": f'{LICENCE} <a href="{BASE}">All files</a>'}
+        yield found
+
+
+@pytest.fixture
+def archive(site):
+    return replace(ARCHIVES["pestell2022"], url=f"{site.url}/doi", page=f"{site.url}/doi")
+
+
+def go(archive, folder, **more):
+    with Progress(quiet=True) as progress:
+        plan = fetching.plan_fetch(fetching.Fetching(archive, folder, **more), progress)
+        return plan, fetching.fetch(plan, progress)
+
+
+def here(folder):
+    """Return what is in a folder, but for the list of checksums."""
+    files = {
+        p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()
+    }
+    files.pop(fetching.CHECKSUMS, None)
+    return files
+
+
+def test_from_a_doi_to_its_files(site, archive, tmp_path):
+    plan, found = go(archive, tmp_path / "d")
+    assert here(tmp_path / "d") == FILES
+    assert (found.fetched, found.kept) == (len(FILES), 0)
+    assert found.n_bytes == sum(map(len, FILES.values()))
+    said = " ".join(plan.describe())
+    assert "Licence: Non-commercial." in said
+    assert f"5 files, 335 kB, listed by {site.url}/data/dataset/{KEY}." in said
+    assert "not been tried against the real server" in said
+    listed = read_manifest(tmp_path / "d" / fetching.CHECKSUMS, "http://x/")
+    assert {f.path: f.sha256 for f in listed} == {
+        name: sha256(content).hexdigest() for name, content in FILES.items()
+    }
+
+
+def test_a_second_time_all_is_checked_and_kept(site, archive, tmp_path):
+    go(archive, tmp_path)
+    site.asked.clear()
+    plan, found = go(archive, tmp_path)
+    assert (found.fetched, found.kept) == (0, len(FILES))
+    assert "5 are here; 0 bytes to fetch." in plan.describe()
+    assert not any(site.bytes_sent(BASE + name) for name in FILES)
+    (tmp_path / VIDEO).write_bytes(FILES[VIDEO][:-1] + b"?")
+    with pytest.raises(InputError, match=r"video\.mp4: expected the file that is listed, found an"):
+        go(archive, tmp_path)
+    assert (tmp_path / VIDEO).read_bytes().endswith(b"?")  # nothing is overwritten
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        "",  # no link at all: the folder is asked by its name
+        f'<a href="{BASE}0/">0</a> <a href="{BASE}0.5/">0.5</a> <a href="{BASE}readme.txt">r</a>',
+        " ".join(f'<a href="..{BASE}{name.replace(" ", "%20")}">x</a>' for name in FILES),
+    ],
+    ids=["none", "folders", "files"],
+)
+def test_pages_as_they_may_be(site, archive, tmp_path, page):
+    site.pages = {f"/data/dataset/{KEY}": page.replace("../", "../../")}
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+
+
+def test_a_folder_of_another_server(site, archive, tmp_path):
+    plan, _ = go(archive, tmp_path, url=f"{site.url}{BASE}")
+    assert here(tmp_path) == FILES
+    assert "not named by" in " ".join(plan.describe())
+    assert "real server" not in " ".join(plan.describe())
+
+
+def test_a_manifest_as_a_way_round(site, archive, tmp_path):
+    lines = [f"{sha256(content).hexdigest()}  {name}\n" for name, content in FILES.items()]
+    (tmp_path / "sums").write_text("".join(lines))
+    with pytest.raises(InputError, match="--manifest: expected --url as well"):
+        go(archive, tmp_path / "d", manifest=tmp_path / "sums")
+    url = f"{site.url}{BASE}"
+    plan, _ = go(archive, tmp_path / "d", manifest=tmp_path / "sums", url=url)
+    assert here(tmp_path / "d") == FILES
+    assert "no checksum is known" not in " ".join(plan.describe())
+
+
+@pytest.mark.parametrize("validators", [("ETag",), ("Last-Modified",)])
+def test_a_broken_connection_is_gone_on_with(site, archive, tmp_path, validators):
+    site.validators = validators
+    site.breaks = {BASE + VIDEO: [2 * PIECE, PIECE]}
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+    assert site.bytes_sent(BASE + VIDEO) == [None, f"bytes={2 * PIECE}-", f"bytes={3 * PIECE}-"]
+
+
+def test_another_run_goes_on_from_what_is_there(site, archive, tmp_path):
+    site.breaks = {BASE + VIDEO: [PIECE, *[0] * resuming.TRIES]}
+    with pytest.raises(InputError, match=r"breaks after 65536 bytes; run the same command again"):
+        go(archive, tmp_path)
+    assert (tmp_path / f"{VIDEO}.part").stat().st_size == PIECE
+    site.asked.clear(), site.breaks.clear()
+    go(archive, tmp_path)
+    assert site.bytes_sent(BASE + VIDEO) == [f"bytes={PIECE}-"]
+    assert here(tmp_path) == FILES
+
+
+def test_a_file_that_changed_meanwhile_begins_anew(site, archive, tmp_path):
+    site.breaks = {BASE + VIDEO: [PIECE, *[0] * resuming.TRIES]}
+    with pytest.raises(InputError, match="breaks after"):
+        go(archive, tmp_path)
+    site.breaks.clear()
+    site.files[BASE + VIDEO] = RNG.bytes(310_000)
+    go(archive, tmp_path)
+    assert (tmp_path / VIDEO).read_bytes() == site.files[BASE + VIDEO]
+
+
+@pytest.mark.parametrize(("takes_ranges", "validators"), [(False, ("ETag",)), (True, ())])
+def test_where_nothing_can_be_gone_on_with_it_begins_anew(
+    site, archive, tmp_path, takes_ranges, validators
+):
+    site.takes_ranges, site.validators = takes_ranges, validators
+    site.breaks = {BASE + VIDEO: [PIECE]}
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+
+
+def test_a_part_that_is_whole_already(site, archive, tmp_path):
+    site.breaks = {BASE + VIDEO: [299_999, *[0] * resuming.TRIES]}
+    with pytest.raises(InputError, match="breaks after"):
+        go(archive, tmp_path)
+    (tmp_path / f"{VIDEO}.part").write_bytes(FILES[VIDEO])
+    site.breaks.clear()
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+
+
+def test_a_wrong_checksum_leaves_nothing(site, archive, tmp_path):
+    wrong = sha256(b"something else").hexdigest()
+    (tmp_path / "list").write_text(f"{VIDEO} {wrong} -\n")
+    more = {"manifest": tmp_path / "list", "url": f"{site.url}{BASE}"}
+    expected = (
+        rf"video\.mp4: expected the file with SHA-256 {wrong}, as it is listed, found another"
+    )
+    with pytest.raises(InputError, match=expected):
+        go(archive, tmp_path / "d", **more)
+    assert here(tmp_path / "d") == {}
+
+
+def test_a_disk_that_is_too_small_is_told_before_it_begins(site, archive, tmp_path, monkeypatch):
+    usage = namedtuple("usage", "free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(300_000))
+    with pytest.raises(InputError, match=r"expected room for 335 kB, found 300 kB on that disk"):
+        go(archive, tmp_path / "d")
+    assert not any(site.bytes_sent(BASE + name) for name in FILES)
+    assert not (tmp_path / "d").exists()
+
+
+@contextmanager
+def files_no_larger_than(n_bytes):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_disk_that_fills_up_keeps_what_came(site, archive, tmp_path):
+    with (
+        files_no_larger_than(100_000),
+        pytest.raises(InputError, match=r"room and permission .*goes on from what is there"),
+    ):
+        go(archive, tmp_path)
+    assert not (tmp_path / VIDEO).exists()
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+
+
+@pytest.mark.parametrize("name", ["../out", "/etc/passwd", "a/.ssh/x", "a\\b"])
+def test_names_that_lead_elsewhere_are_refused(site, archive, tmp_path, name):
+    (tmp_path / "list").write_text(f"{name} - 1\n")
+    with pytest.raises(
+        InputError, match=r"line 1 of .*expected paths of files within the data set"
+    ):
+        go(archive, tmp_path / "d", manifest=tmp_path / "list", url=site.url)
+
+
+def test_what_is_no_list_is_refused(tmp_path):
+    (tmp_path / "list").write_text("# nothing\nvideo.mp4\n")
+    with pytest.raises(InputError, match=r"line 2 of .*: expected PATH SHA-256 BYTES.*'video.mp4'"):
+        read_manifest(tmp_path / "list", "http://x")
+    (tmp_path / "list").write_text("# nothing\n")
+    with pytest.raises(InputError, match="a list of files, found none in it"):
+        read_manifest(tmp_path / "list", "http://x")
+
+
+def test_a_server_that_has_nothing(site, archive, tmp_path):
+    site.files = {}
+    with pytest.raises(
+        InputError, match=r"links to the data set's files, found none; .*--manifest"
+    ):
+        go(archive, tmp_path)
+    with pytest.raises(InputError, match="expected an answer, found 404 Not Found"):
+        go(archive, tmp_path, url=f"{site.url}/nowhere")
+    with pytest.raises(InputError, match="expected an answer, found no connection"):
+        go(archive, tmp_path, url="http://127.0.0.1:9/")
+
+
+def test_the_list_of_fabricslide_is_whole():
+    archive = ARCHIVES["fabricslide"]
+    files = read_manifest(archive.manifest, archive.url)
+    assert len(files) == 990
+    assert {f.path.split("/")[1] for f in files} == {"board", "fabric"}
+    assert all(f.sha256 and f.n_bytes for f in files)
+    assert files[0].url == archive.url + files[0].path
+    assert written(files) == "".join(
+        line for line in archive.manifest.read_text().splitlines(True) if line[0] != "#"
+    )
+
+
+def test_the_command(site, tmp_path, run):
+    manifest = tmp_path / "list"
+    manifest.write_text(f"readme.txt {sha256(FILES['readme.txt']).hexdigest()} 10\n")
+    given = (
+        "fetch",
+        "fabricslide",
+        tmp_path / "d",
+        "--url",
+        site.url + BASE,
+        "--manifest",
+        manifest,
+    )
+    code, out, err = run(*given, "--json")
+    assert code == 0, err
+    assert json.loads(out) == {
+        "folder": str(tmp_path / "d"),
+        "fetched": 1,
+        "kept": 0,
+        "n_bytes": 10,
+    }
+    assert "Licence: MIT." in err
+    code, out, _ = run(*given, "--quiet")
+    assert out.splitlines()[1] == f"Next: afferents inspect fabricslide:{tmp_path / 'd'}"
+    code, _, err = run("fetch", "nothing", tmp_path)
+    assert (code, "one of pestell2022, fabricslide, found 'nothing'" in err) == (2, True)
