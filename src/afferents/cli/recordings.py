@@ -153,7 +153,7 @@ def extract(
             "frame, or of the 'reference' clip throw_away.mp4."
         ),
     ] = "own",
-    fps: FpsHz = None,
+    fps_hz: FpsHz = None,
     workers: Workers = None,
     cluster: ClusterName = None,
     keep_going: KeepGoing = False,
@@ -179,7 +179,7 @@ def extract(
         workers=workers,
         cluster=cluster,
         quiet=quiet or as_json,
-        fps_hz=fps,
+        fps_hz=fps_hz,
     ).skipped
     found = {"store": str(out), "skipped": skipped, **asdict(notes_of(out))}
     say(as_json, found, f"Store: {out}")

@@ -14,7 +14,7 @@ from afferents.cli.shared import Json, Quiet
 from afferents.cli.stages import takes_options_of
 from afferents.cli.tables import TerminalTable
 from afferents.core.choices import Like, Size
-from afferents.core.like import CHOICES
+from afferents.core.like import CHOICES, written
 
 
 def _list_discrepancies(wanted: bool) -> None:
@@ -30,9 +30,9 @@ def _list_discrepancies(wanted: bool) -> None:
     {"Options of extract": extract, "Options of evaluate": evaluate},
     own=("session", "data", "out", "as_json", "quiet"),
     values={
-        one.name: one.recommended
+        one.name: written(one.published)
         if one.recommended == one.published
-        else f"{one.recommended}, or {one.published} with --like published"
+        else f"{written(one.recommended)}, or {written(one.published)} with --like published"
         for one in CHOICES
     },
 )

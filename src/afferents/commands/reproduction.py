@@ -98,7 +98,7 @@ def reproduce(
         if session is None:
             _require_simulated(choices["cut"], size, only_estimate)
         root = Path(session) if session else _simulated(places, size, given, progress)
-        there = read_session(root)
+        there = read_session(root, choices["fps_hz"])
         if not given.get("keep_going"):
             require_length(there, choices["cut"])
         estimate = _estimated(there, places, everything)
@@ -110,7 +110,7 @@ def reproduce(
     write_begun(places, like, choices, differs, remaining, n, estimate.total_s)
     extract(there.root, places.store, quiet=quiet, **_extracting(everything))
     evaluate(places.store, places.results, quiet=quiet, **_evaluating(everything))
-    report(places.results, quiet)
+    report(places.results, quiet=quiet, figures="paper" if like == "published" else "report")
     return load_results(places.results)
 
 

@@ -16,18 +16,18 @@ class Choice:
     name, flag
         Of the option, in Python and in the shell.
     recommended, published
-        Its value.
+        Its value; None where recordings say it themselves.
     meaning
         What the published value stands for, in words.
     """
 
     name: str
     flag: str
-    recommended: str
-    published: str
+    recommended: str | float | None
+    published: str | float
     meaning: str
 
-    def of(self, like: Like) -> str:
+    def of(self, like: Like) -> str | float | None:
         """Return its value for one of the two."""
         return self.published if like == "published" else self.recommended
 
@@ -38,6 +38,10 @@ CHOICES = (
         "the nearest blob within 10 px, else the old position; two markers may share a blob",
     ),
     Choice("rest", "--rest", "own", "own", "SA-I counts from frame 10 of each recording"),
+    Choice(
+        "fps_hz", "--fps", None, 90.0,
+        "frames count a ninetieth of a second each, whatever the videos' containers say",
+    ),
     Choice("cut", "--cut", "all", "published", "video frames 510 to 5509, the last 60 s of sound"),
     Choice(
         "protocol", "--protocol", "nested", "published",
@@ -72,13 +76,18 @@ def choices_in_words(like: Like, given: Mapping[str, Any]) -> list[str]:
         f"{one.flag} {written(values[one.name])}"
         + (f": {one.meaning}" if values[one.name] == one.published else "")
         for one in CHOICES
+        if values[one.name] is not None
     ]
 
 
 def written(value: Any) -> str:
     """Return what a choice is as a shell has it: several models separated by commas."""
+    if value is None:
+        return "as recordings say"
     several = value if isinstance(value, list | tuple) else [value]
-    return ",".join(str(getattr(one, "name", one)) for one in several)
+    return ",".join(
+        f"{one:g}" if isinstance(one, float) else str(getattr(one, "name", one)) for one in several
+    )
 
 
 def otherwise(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) -> list[str]:
@@ -92,7 +101,7 @@ def otherwise(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) 
         What else is asked for that changes what is computed.
     """
     changed = [
-        f"{one.flag} {written(given[one.name])} ({like}: {one.of(like)})"
+        f"{one.flag} {written(given[one.name])} ({like}: {written(one.of(like))})"
         for one in CHOICES
         if one.name in given and given[one.name] != one.of(like)
     ]

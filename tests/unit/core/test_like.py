@@ -10,6 +10,7 @@ from afferents.core.protocol import PROTOCOLS
 MAY_BE = {
     "method": get_args(choices.Method),
     "rest": get_args(choices.Rest),
+    "fps_hz": (None, 90.0),
     "cut": get_args(Cut),
     "protocol": tuple(PROTOCOLS),
     "models": ("all", "all,best"),
@@ -28,7 +29,7 @@ def test_every_choice_is_a_value_that_its_option_takes():
 def test_what_is_given_overrules_and_is_named():
     given = {"cut": "all", "preset": "paper", "workers": 3}
     assert chosen("published", given) == {
-        "method": "published", "rest": "own", "cut": "all", "protocol": "published",
+        "method": "published", "rest": "own", "fps_hz": 90.0, "cut": "all", "protocol": "published",
         "models": "all", "preset": "paper", "statistics": "keras", "precision": "float32",
     }  # fmt: skip
     assert otherwise("published", given) == ["--cut all (published: published)"]
