@@ -4,30 +4,21 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from afferents.commands.given import (
-    Data,
-    Place,
-    models_in,
-    names_in,
-    sources_in,
-)
+from afferents.commands.given import Data, Place, models_in, names_in, sources_in
+from afferents.commands.in_words import choices_in_words, encodings_in_words, options_in_words
 from afferents.core.choices import Device, Figures, Penalty, Precision, Preset, Statistics
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.core.results import Results, load_results
-from afferents.core.split import OPTION as SPLIT_OPTION
-from afferents.core.split import SPEED, Group, key_of, split_named
-from afferents.core.steady import OPTION as STEADY_OPTION
-from afferents.core.steady import steady_in, written
+from afferents.core.split import split_named
+from afferents.core.steady import steady_in
 
 if TYPE_CHECKING:
-    from afferents.encodings import Encodings
     from afferents.evaluation.ablation import Ablation
     from afferents.evaluation.disturbance import Disturbance
     from afferents.pipeline.evaluate import Evaluation
-    from afferents.pipeline.job import Recipe
 
     Disturbed = str | Mapping[str, float | str] | Disturbance | None
     Changed = str | Path | Mapping[str, Any] | None
@@ -267,57 +258,14 @@ def _evaluation(
         held_out=wanted,
         options=[
             *options_in_words(used, wanted, left_out),
-            *_choices(whole),
+            *choices_in_words(whole),
             *hyperparameters.words(),
             *disturbances.words(),
-            *_encoding_options(chosen, encodings),
+            *encodings_in_words(chosen, encodings),
         ],
         workers=workers,
         cluster=cluster,
     )
-
-
-def options_in_words(
-    only: "Ablation", held_out: Sequence[Group], without: Mapping[str, str]
-) -> list[str]:
-    """Return the words of a command line that uses the same part of the data, for the report."""
-    given = {
-        "--textures": ",".join(only.textures),
-        "--speeds": _listed(only.speeds_mm_s),
-        "--markers": "" if only.markers == 1 else f"{only.markers:g}",
-        "--train-speeds": f"{only.train_speeds or ''}",
-        "--test-only": "=".join(only.test_only or ()),
-        "--held-out": ",".join(map(key_of, held_out)),
-    }
-    words = [word for flag, text in given.items() if text for word in (flag, text)]
-    return words + [w for name, value in without.items() for w in ("--without", f"{name}={value}")]
-
-
-def _choices(recipe: "Recipe") -> list[str]:
-    """Return the words that hold out the same, of the same part of recordings, as strictly."""
-    split = [] if recipe.split == SPEED else [SPLIT_OPTION, recipe.split.name]
-    steady = [] if recipe.steady_s is None else [STEADY_OPTION, written(recipe.steady_s)]
-    penalty = [] if recipe.penalty == "fixed" else ["--penalty", recipe.penalty]
-    kept = [] if recipe.statistics == "warmed-up" else ["--statistics", recipe.statistics]
-    return split + steady + penalty + kept
-
-
-def _encoding_options(models: Iterable[Model], encodings: "Encodings") -> list[str]:
-    """Return the words that ask for the same samples; a field without a flag by its name."""
-    from afferents.pipeline.encode import sources_of
-
-    used = [source.encoding for model in models for source in sources_of(model, encodings)]
-    flags = {name: option.flag for one in used for name, option in one.options().items()}
-    given = {flags.get(name, name): value for name, value in encodings.wanted}
-    return [word for flag, value in given.items() for word in (flag, _written(value))]
-
-
-def _listed(numbers: Iterable[float]) -> str:
-    return ",".join(f"{number:g}" for number in numbers)
-
-
-def _written(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
 def report(results: Place, quiet: bool = False, figures: Figures = "report") -> Path:

@@ -6,8 +6,9 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from afferents.commands.evaluation import evaluate, options_in_words, report
+from afferents.commands.evaluation import evaluate, report
 from afferents.commands.given import Place, models_in, names_in, sensor_in
+from afferents.commands.in_words import options_in_words
 from afferents.commands.recordings import extract
 from afferents.core.choices import Like, Size
 from afferents.core.cut import Cut

@@ -112,8 +112,7 @@ class Encoding(BaseModel, ABC):
         Parameters
         ----------
         variable
-            Name of the response, or of what it is worked out of: only its length, times and rate
-            are looked at.
+            Name of the response, or of its source: only length, times and rate matter.
         lookback
             How many earlier frames the response depends on.
 
