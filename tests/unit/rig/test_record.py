@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import soundfile
 
+from afferents.core.drum import DRIVE
 from afferents.core.errors import InputError
 from afferents.recordings import open_video
 from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
@@ -19,7 +20,7 @@ def folder(tmp_path_factory):
 
 
 def test_the_folder_holds_what_the_published_one_holds(folder):
-    assert {path.name for path in folder.iterdir()} == {VIDEO, AUDIO, TRUTH, REFERENCE}
+    assert {path.name for path in folder.iterdir()} == {VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE}
     assert soundfile.info(folder / AUDIO).frames == round(1.6 * 44100)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from afferents.core.drum import MARK
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
@@ -143,7 +144,9 @@ def recording_of(
         devices = devices_of(plan, path)
         person = Person(ask, plan, devices.drive)
         return Recording(plan, path, sensor, devices, person, False, seen)
-    bench = Bench(rig_of(sensor), plan, speed)
+    rig = rig_of(sensor)
+    plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
+    bench = Bench(rig, plan, speed)
     devices = simulated_devices(plan, path, bench)
     crew: Crew = bench.mount
     if watch is not None:
@@ -241,7 +244,8 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     devices, plan = recording.devices, recording.plan
     folder = kept.running(entry)
     try:
-        log = Run(devices, plan, folder, entry.speed_mm_s, recording.watch).make()
+        drum = plan.drum(kept.opened, entry.texture)
+        log = Run(devices, plan, folder, entry.speed_mm_s, recording.watch, drum).make()
         recording.watch.judge()
     except AfferentsError as error:
         _put_aside(kept, folder, entry, str(error), [], outcome)
@@ -251,6 +255,7 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
                 "the same command then goes on; what is finished is kept",
             ) from error  # fmt: skip
         _open_again(devices)
+        kept.open()
         return str(error)
     except BaseException:
         _put_aside(kept, folder, entry, "stopped while it was recorded", [], outcome)

@@ -4,6 +4,7 @@ import json
 import shutil
 from collections.abc import Mapping
 from dataclasses import asdict
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,11 @@ class RecordedSession:
     simulated
         Whether it is a dry run.
 
+    Attributes
+    ----------
+    opened
+        When the devices were opened last.
+
     Raises
     ------
     InputError
@@ -52,6 +58,7 @@ class RecordedSession:
         self.root, self.plan, self._simulated = root, plan, simulated
         self._file = root / SESSION_FILE
         self._content: dict[str, Any] = {}
+        self.open()
         if self._file.is_file():
             self._content = read_json(self._file, "a session file")
             self._require_same()
@@ -65,6 +72,10 @@ class RecordedSession:
             if isinstance(one[_PLAN], dict):
                 one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
         require_same_config(self.root, "a session", before, now)
+
+    def open(self) -> None:
+        """Note that devices are opened, from which on a drive's positions may count anew."""
+        self.opened = datetime.now(UTC).isoformat(timespec="milliseconds")
 
     @property
     def finished(self) -> set[str]:
