@@ -216,6 +216,31 @@ def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
     assert made(begin(), tmp_path / "S").recorded == [RUN]
 
 
+def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
+    shutil.copytree(faulty[0], tmp_path / "S")
+    before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
+    with Progress(quiet=True) as progress:
+        outcome = record(begin(), tmp_path / "S", progress, again=[RUN])
+    assert (outcome.recorded, outcome.remaining, outcome.kept_aside) == ([RUN], [], {})
+    ((place, why),) = outcome.attempts_aside
+    assert why == "accepted, and another was recorded in its place"
+    assert (Path(place) / "frames.parquet").read_bytes() == before
+    assert json.loads((Path(place) / "why.json").read_text())["why"] == why
+    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() != before
+    with pytest.raises(InputError, match=r"runs of the plan \(4/60\), found '9/9'"):
+        record(begin(), tmp_path / "S", Progress(quiet=True), again=["9/9"])
+
+
+def test_an_accepted_run_stays_where_a_new_one_is_refused(faulty, begin, tmp_path):
+    shutil.copytree(faulty[0], tmp_path / "S")
+    before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
+    with Progress(quiet=True) as progress:
+        faults = begin(redo=0, camera="lost = [40, 41, 42]")
+        outcome = record(faults, tmp_path / "S", progress, again=[RUN])
+    assert (outcome.recorded, [*outcome.kept_aside]) == ([], [RUN])
+    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() == before
+
+
 def test_another_plan_is_refused(faulty, begin):
     session, _ = faulty
     other = begin()
