@@ -42,6 +42,12 @@ def test_the_truth_has_a_row_for_every_frame(folder):
     assert truth["speed_mm_s"][-1] == pytest.approx(50, rel=0.05)
 
 
+def test_the_drums_way_is_logged_as_it_truly_was(folder):
+    truth, way = np.load(folder / TRUTH), logged_way(folder)
+    np.testing.assert_allclose(way.at(truth["time"]) / 40, truth["drum_angle_rad"], atol=1e-9)
+    assert (way.drum.circumference_mm, way.drum.zero) == (np.pi * 80, "mark")
+
+
 def test_the_reference_clip_shows_the_skin_at_rest(folder):
     clip = [frame.image for frame in open_video(folder / REFERENCE).frames()]
     assert len(clip) == 45
