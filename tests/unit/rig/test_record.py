@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.drum import DRIVE
+from afferents.core.drum import DRIVE, logged_way
 from afferents.core.errors import InputError
 from afferents.recordings import open_video
 from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
