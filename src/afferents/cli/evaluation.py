@@ -61,7 +61,8 @@ def evaluate(
         str,
         typer.Option(
             help="What is held out: one 'speed' at a time; or one value of a condition that all "
-            "recordings carry, such as 'trial'; or a 'texture' as well as a speed, to ask whether "
+            "recordings carry, such as 'trial'; or an 'angle' of the drum, in all recordings, of "
+            "five ('angle-8': of eight); or a 'texture' as well as a speed, to ask whether "
             "it is recognised as unknown and how coarse it is."
         ),
     ] = "speed",

@@ -31,6 +31,13 @@ def record(
     example: Annotated[
         bool, typer.Option("--example", help="Write a plan to begin with, and record nothing.")
     ] = False,
+    again: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Record this run, such as 4/60, although the session holds it; the earlier one is "
+            "kept aside. May be repeated."
+        ),
+    ] = None,
     web: Annotated[
         bool,
         typer.Option(
@@ -68,7 +75,9 @@ def record(
     if session is None:
         raise InputError("SESSION", "a folder to write", "none", "name one, or give --check")
     page = (host, port, token) if web else None
-    done = commands.record(plan, session, dry_run, quiet=quiet or as_json, web=page)
+    done = commands.record(
+        plan, session, dry_run, quiet=quiet or as_json, web=page, again=again or ()
+    )
     say(
         as_json,
         {

@@ -2,7 +2,7 @@
 
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from afferents.pipeline.record.record import Recorded
 
 
+_ONCE_MORE = "r"
+
+
 def record(
     plan: Place,
     session: Place,
@@ -22,6 +25,7 @@ def record(
     ask: Callable[[str], None] | None = None,
     quiet: bool = False,
     web: tuple[str, int, str | None] | None = None,
+    again: Sequence[str] = (),
 ) -> "Recorded":
     """Record a session: camera, microphone and drum on one clock, run after run of a plan.
 
@@ -41,6 +45,9 @@ def record(
     web
         Address, port and token of a page that shows the recording and asks instead of the
         terminal; None for no page. A dry run with a page is a rehearsal: it asks, too.
+    again
+        Names of runs, such as ``4/60``, to be recorded although they are in the session. Those in
+        it are kept aside once the new ones are accepted.
 
     Returns
     -------
@@ -57,34 +64,39 @@ def record(
     from afferents.pipeline.record.record import recording_of
 
     if web is not None:
-        return _beside_a_page(Path(plan), Path(session), dry_run, quiet, web)
+        return _beside_a_page(Path(plan), Path(session), dry_run, quiet, web, again)
     wanted = recording_of(Path(plan), dry_run, ask or ask_in_terminal)
     with Progress(quiet) as progress:
-        return run(wanted, Path(session), progress)
+        return run(wanted, Path(session), progress, again)
 
 
 def _beside_a_page(
-    plan: Path, session: Path, dry_run: bool, quiet: bool, web: tuple[str, int, str | None]
+    plan: Path,
+    session: Path,
+    dry_run: bool,
+    quiet: bool,
+    web: tuple[str, int, str | None],
+    again: Sequence[str],
 ) -> "Recorded":
     """Record; who looks on at the page may press its buttons, or enter in the terminal."""
     from afferents.live.recording_page import RecordingPage
     from afferents.live.web.beside import page_beside
     from afferents.pipeline.record.record import record as run
     from afferents.pipeline.record.record import recording_of
-    from afferents.pipeline.record.watch import NEXT, Watch
+    from afferents.pipeline.record.watch import NEXT, REDO, Watch
 
     watch = Watch(show_in_terminal)
     wanted = recording_of(plan, dry_run, watch.wait, watch=watch)
 
     def typed() -> None:
-        for _ in sys.stdin:
-            watch.request(NEXT)
+        for line in sys.stdin:
+            watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
 
     with page_beside(RecordingPage(watch, wanted.sensor), *web, watch.request):
         threading.Thread(target=typed, name="afferents-enter", daemon=True).start()
         try:
             with Progress(quiet) as progress:
-                done = run(wanted, session, progress)
+                done = run(wanted, session, progress, again)
         except BaseException as error:
             stopped = not isinstance(error, Exception)
             watch.end("stopped: what is finished is kept" if stopped else str(error))
@@ -152,9 +164,16 @@ def ask_in_terminal(sentence: str) -> None:
 
     Raises
     ------
+    OnceMoreError
+        If somebody enters ``r``: the last run is to be made once more first.
     InputError
         If nobody is there to press it.
     """
     show_in_terminal(sentence)
-    if not sys.stdin.readline():
+    line = sys.stdin.readline()
+    if line.strip() == _ONCE_MORE:
+        from afferents.pipeline.record.watch import OnceMoreError
+
+        raise OnceMoreError
+    if not line:
         raise InputError("stdin", "somebody who changes drums and presses enter", "nobody")

@@ -9,6 +9,7 @@ variable                  dims                  unit         meaning
 `sa1`                     time, marker          px           SA-I (Eq. 1)
 `ra1`                     time, marker          px/frame     RA-I (Eq. 2), first frame NaN
 `ra2`                     audio_time, channel   (as read)    RA-II / vibration
+`drum_position`           drive_time            mm           the drum's way; only where logged
 ========================  ====================  ===========  ==================================
 
 A recording without video has only `ra2`, one without audio none. Coordinates: `time` (s),
@@ -52,6 +53,8 @@ _DIMS: dict[str, tuple[str, ...]] = {
 }
 
 
+_BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,)}
+"""What may stand beside these, and is no response."""
 _ATTRIBUTES = "the attributes of a recording"
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
@@ -181,9 +184,9 @@ def check_responses(responses: Responses, where: Path | str) -> Responses:
     known = [name for name in _DIMS if name in responses]
     if not known:
         raise InputError(where, f"one of {', '.join(_DIMS)}", f"{list(responses) or 'nothing'}")
-    for name in known:
-        if responses[name].dims != _DIMS[name]:
-            raise InputError(where, f"{name} {_DIMS[name]}", f"{name} {responses[name].dims}")
+    for name, its in {**_DIMS, **_BESIDE}.items():
+        if name in responses and responses[name].dims != its:
+            raise InputError(where, f"{name} {its}", f"{name} {responses[name].dims}")
     _check_attributes(responses, where)
     _check_clocks(responses, where)
     _check_layout(responses, where)
@@ -238,12 +241,9 @@ def _check_attributes(responses: Responses, where: Path | str) -> None:
 
 def _check_clocks(responses: Responses, where: Path | str) -> None:
     """Refuse times that don't go on, and rates that no vibration has."""
-    if dims.TIME in responses.coords:
-        time_s = responses[dims.TIME].values
-        if time_s.dtype.kind != "f" or not (
-            np.isfinite(time_s).all() and (np.diff(time_s) > 0).all()
-        ):
-            raise InputError(where, "frame times in s, each after the one before", "others")
+    for clock, what in ((dims.TIME, "frame"), (dims.DRIVE_TIME, "drive")):
+        if clock in responses.coords and not _goes_on(responses[clock].values):
+            raise InputError(where, f"{what} times in s, each after the one before", "others")
     if dims.RA2 in responses:
         rate = responses[dims.RA2].attrs.get(dims.SAMPLE_RATE)
         if rate is None:
@@ -251,6 +251,11 @@ def _check_clocks(responses: Responses, where: Path | str) -> None:
         if not (isinstance(rate, int | float) and _LEAST_HZ <= rate <= _MOST_HZ):
             expected = f"a {dims.SAMPLE_RATE} from {_LEAST_HZ:g} to {_MOST_HZ:g} Hz"
             raise InputError(where, expected, f"{rate!r}", _AGAIN)
+
+
+def _goes_on(time_s: NDArray[Any]) -> bool:
+    finite = time_s.dtype.kind == "f" and bool(np.isfinite(time_s).all())
+    return finite and bool((np.diff(time_s) > 0).all())
 
 
 def _check_layout(responses: Responses, where: Path | str) -> None:

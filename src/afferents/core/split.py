@@ -1,147 +1,46 @@
 """What is held out: by what recordings form groups, of which one is held out at a time.
 
 A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
-files of a results folder. There are two kinds: by speed, which is the default, and by a condition
-that recordings carry (`trial`, `repetition`, `pressure`, ...).
+files of a results folder. There are three kinds: by speed, which is the default, by a condition
+that recordings carry (`trial`, `repetition`, `pressure`, ...), and by the arc of the drum that was
+touched, which goes through every recording.
 """
 
 import re
-from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.recording import natural_order
 from afferents.core.responses import Responses, conditions, speed_of
 from afferents.core.samples import Samples
+from afferents.core.split_angle import ANGLE, ByAngle
+from afferents.core.split_base import OPTION, Group, Split, group_in, key_of, order
 
-Group = float | str
-"""A speed, mm/s, or the value of a condition as text."""
+__all__ = [
+    "NAME",
+    "OPTION",
+    "SPEED",
+    "TEXTURE",
+    "Group",
+    "Split",
+    "column_of",
+    "folder_name",
+    "group_in",
+    "key_of",
+    "order",
+    "split_named",
+    "split_of",
+]
 
-OPTION = "--split"
 TEXTURE = "texture"
 """Held out as well as a speed; another evaluation, with questions of its own."""
 NAME = r"\w[\w .+-]*"
 """Of a condition."""
 _LONGEST = 80
 """Characters of a group: a folder is named by it."""
-
-
-@dataclass(frozen=True)
-class Split(ABC):
-    """By what recordings form groups.
-
-    Attributes
-    ----------
-    name
-        In commands and files.
-    ordered
-        Whether groups lie on a scale, so that some are between others.
-    coordinate
-        Of samples, on `sample`: their groups.
-    column
-        Of tables of predictions: the group held out.
-    held_out, validation, groups, by, worst, validations
-        Keys of the same in `fold.json` (the first two) and `summary.json`.
-    leaks
-        What a leak is counted by, in the names of leaks.
-    """
-
-    name: str
-
-    ordered: ClassVar[bool]
-    coordinate: ClassVar[str]
-    column: ClassVar[str]
-    held_out: ClassVar[str]
-    validation: ClassVar[str]
-    groups: ClassVar[str]
-    by: ClassVar[str]
-    worst: ClassVar[str]
-    validations: ClassVar[str]
-    leaks: ClassVar[str]
-
-    @property
-    def ci95_by(self) -> str:
-        """Key of the intervals of what `by` holds."""
-        return f"ci95_{self.by}"
-
-    @property
-    @abstractmethod
-    def one(self) -> str:
-        """A group, in words, with its article."""
-
-    @property
-    @abstractmethod
-    def many(self) -> str:
-        """Groups, in words."""
-
-    @property
-    def axis(self) -> str:
-        """What groups are, with their unit, as an axis says it."""
-        return self.name
-
-    @property
-    def unit(self) -> str:
-        """Unit of the groups, with a space before it; none where they have none."""
-        return ""
-
-    @abstractmethod
-    def at(self, groups: Sequence[Group]) -> str:
-        """Return where something was, in words: `at 10, 20 mm/s`, `with trial 1`."""
-
-    @abstractmethod
-    def printed(self, group: Group) -> str:
-        """Return a group in words."""
-
-    def named(self, group: Group) -> str:
-        """Return a group with the name of what it is: `speed 10 mm/s`, `trial 1`."""
-        return f"{self.name} {key_of(group)}{self.unit}"
-
-    @abstractmethod
-    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
-        """Return the groups that recordings are of, each once, in order.
-
-        Raises
-        ------
-        InputError
-            If there is a recording that is of none.
-        """
-
-    @abstractmethod
-    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
-        """Return samples of these recordings with their groups on `coordinate`."""
-
-    @abstractmethod
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        """Return groups as somebody names them.
-
-        Raises
-        ------
-        InputError
-            Naming the option, if one can't be one.
-        """
-
-    def of(self, samples: Samples) -> NDArray[Any]:
-        """Return the groups of samples, (n_samples,)."""
-        return np.asarray(samples[self.coordinate].values)
-
-    def require(self, wanted: Iterable[Group], there: Collection[Group], option: str) -> None:
-        """Refuse groups that an option asks for and no recording is of.
-
-        Raises
-        ------
-        InputError
-            If there is one.
-        """
-        for group in wanted:
-            if group not in there:
-                known = ", ".join(map(key_of, there))
-                raise InputError(option, f"some of {known}{self.unit}", key_of(group))
 
 
 class _BySpeed(Split):
@@ -239,7 +138,7 @@ class _ByCondition(Split):
             shared = set.intersection(*(set(its) for its in declared.values()))
             raise InputError(
                 OPTION,
-                "'speed', 'texture', or a condition that all recordings carry "
+                "'speed', 'texture', 'angle', or a condition that all recordings carry "
                 f"({', '.join(sorted(shared)) or 'none'})",
                 f"'{self.name}', which {_some(lacking, len(declared))}",
             )
@@ -264,7 +163,7 @@ SPEED: Split = _BySpeed("speed")
 
 
 def split_named(name: str) -> Split:
-    """Return what is held out under a name: `speed`, or a condition's.
+    """Return what is held out under a name: `speed`, `angle` (`angle-8`), or a condition's.
 
     Raises
     ------
@@ -276,8 +175,10 @@ def split_named(name: str) -> Split:
     if name == TEXTURE:
         do = "from Python call evaluate_textures for it"
         raise InputError(OPTION, "'speed' or a condition", f"'{TEXTURE}'", do)
+    if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
+        return ByAngle(name)
     if not re.fullmatch(NAME, name):
-        expected = "'speed', 'texture' or a condition of the recordings, such as trial"
+        expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
         raise InputError(OPTION, expected, f"'{name}'")
     return _ByCondition(name)
 
@@ -290,24 +191,6 @@ def split_of(document: Mapping[str, Any]) -> Split:
 def column_of(table: Any) -> str:
     """Return the name of the column that says what a table's rows were held out with."""
     return SPEED.column if SPEED.column in table else _ByCondition.column
-
-
-def key_of(group: Group) -> str:
-    """Return a group as the key of a table: ``10``, ``12.5``, ``F250``."""
-    return group if isinstance(group, str) else f"{group:g}"
-
-
-def group_in(value: object) -> Group:
-    """Return a group as a cell or a key of a pandas table holds it."""
-    return value if isinstance(value, str) else float(str(value))
-
-
-def order(group: Group) -> tuple[float, str]:
-    """Sort key: numbers by value, then words alphabetically."""
-    if not isinstance(group, str):
-        return (float(group), "")
-    value, _ = natural_order(group)
-    return (value, group)
 
 
 def folder_name(group: Group) -> str:

@@ -161,7 +161,7 @@ def _touches(
     predictions: pd.DataFrame, textures: list[str], split: Split, length_s: float, replicate: str
 ) -> dict[str, Any] | None:
     """Return the same of touches of one length; None where there are none."""
-    found = name_touches(predictions, textures, length_s)
+    found = name_touches(predictions, textures, length_s, split.whole)
     if found is None:
         return None
     outcome = _outcome(found.named, Accuracy(found.named, replicate), split)

@@ -15,6 +15,7 @@ _NEAR = 0.25
 """A touch of so many whole samples may differ from the length asked for by this share."""
 
 
+_GAP, _PART = 1.5, "_passage"
 _TOUCHED = ("recording", "true_texture")
 
 
@@ -54,7 +55,9 @@ def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFr
     return _named(predictions, textures, ["seed", column_of(predictions), *_TOUCHED])
 
 
-def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float) -> Touches | None:
+def name_touches(
+    predictions: pd.DataFrame, textures: list[str], length_s: float, whole: bool = True
+) -> Touches | None:
     """Name touches of one length by the mean of their samples' log-probabilities.
 
     A touch is made of as many consecutive samples of a recording as come nearest to its length,
@@ -67,6 +70,8 @@ def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float
         One row a test sample, as `predictions_table` makes them.
     length_s
         Of a touch, s.
+    whole
+        Whether whole recordings were tested; of parts of them, no touch goes over a gap.
 
     Returns
     -------
@@ -74,6 +79,8 @@ def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float
     samples are longer, or recordings shorter.
     """
     of_recording = ["seed", column_of(predictions), *_TOUCHED]
+    if not whole:
+        predictions, of_recording = _by_passage(predictions, of_recording), [*of_recording, _PART]
     rows = predictions.sort_values([*of_recording, "start_s"], kind="stable")
     recordings = [rows[name] for name in of_recording]
     stride = _median(rows.groupby(of_recording)["start_s"].diff(), recordings)
@@ -89,8 +96,19 @@ def name_touches(predictions: pd.DataFrame, textures: list[str], length_s: float
     held_out = column_of(predictions)
     if set(rows[held_out]) != set(predictions[held_out]):
         return None
-    named = _named(rows, textures, of_touch).drop(columns="_touch")
+    named = _named(rows, textures, of_touch).drop(columns=["_touch", _PART], errors="ignore")
     return Touches(named, float(rows["_seconds"].median()), int(rows["_n"].median()))
+
+
+def _by_passage(predictions: pd.DataFrame, of_recording: list[str]) -> pd.DataFrame:
+    """Return predictions in order of time, with the number of the passage that each is of.
+
+    A recording's next passage begins where samples are farther apart than they mostly are.
+    """
+    rows = predictions.sort_values([*of_recording, "start_s"], kind="stable")
+    apart = rows.groupby(of_recording)["start_s"].diff()
+    usual = _median(apart, [rows[name] for name in of_recording])
+    return rows.assign(**{_PART: (apart > _GAP * usual).cumsum()})
 
 
 def _median(values: "pd.Series[float]", by: "list[pd.Series[str]]") -> "pd.Series[float]":

@@ -28,7 +28,8 @@ from afferents.encodings import ImageEncoding, encoding_of, images_of
 from afferents.evaluation import Predict, bands, losses, neighbourhoods, patches
 from afferents.models import Deployed
 from afferents.pipeline.data import OpenedData
-from afferents.pipeline.encode import Source, has, kept_part, response_of
+from afferents.pipeline.encode import Source, has
+from afferents.pipeline.explained_samples import some_of
 from afferents.pipeline.train import felt_with
 from afferents.reporting import Table, explanation_figure, save_figure
 from afferents.training import load_model
@@ -153,15 +154,15 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
     if not known:
         found = ", ".join(textures_of(data.responses))
         raise InputError(data.origin.source, f"some of {', '.join(card.textures)}", found)
-    unseen = [r for r in known if split.groups_of([r])[0] not in card.groups]
+    unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
     recordings, source = unseen or known, _source(card)
     _require_fitting(card, data, recordings, source)
     each = max(1, SAMPLES // len(recordings))
     parts = [
-        _some(responses, source, cut, each)
+        some_of(responses, source, cut, each, split, card.groups if unseen else ())
         for responses in progress.track(recordings, "encoding", len(recordings))
     ]
-    samples = split.labelled(concatenate([part for part, _ in parts]), recordings)
+    samples = concatenate([part for part, _ in parts])
     if samples.shape[1:] != card.shape:
         raise InputError(
             data.origin.source, f"samples of the form {card.shape}, as {card.model} learnt from",
@@ -205,22 +206,6 @@ def _require_fitting(
 def _source(card: Card) -> Source:
     """Return what the model's samples were made of, and how."""
     return Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
-
-
-def _some(responses: Responses, source: Source, cut: Cut, n: int) -> tuple[Samples, Floats | None]:
-    """Return up to n samples of a recording, evenly spread, and the runs of images they are of."""
-    channel, encoding = source
-    kept = kept_part(responses, source, cut)
-    response = response_of(responses, source)
-    samples = encoding.samples(response, kept, channel.lookback)
-    if dims.FREQUENCY in samples.dims:
-        n_seen = encoding.seen(samples.values[:1]).shape[-1]
-        samples = samples.isel({dims.FREQUENCY: slice(n_seen)})
-    index = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
-    runs = None
-    if isinstance(encoding, ImageEncoding):
-        runs = encoding.runs(response, kept)[index]
-    return samples.isel({dims.SAMPLE: index}), runs
 
 
 def _predictor(deployed: Deployed) -> Predict:

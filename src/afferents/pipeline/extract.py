@@ -12,6 +12,7 @@ from afferents.channels import ra1, ra2, sa1
 from afferents.core import dims
 from afferents.core.choices import Rest
 from afferents.core.doubt import Doubt, accepted
+from afferents.core.drum import logged_way
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.files import remove_partials, size_of
 from afferents.core.lock import writing_alone
@@ -263,6 +264,8 @@ def _new_responses(
     found = responses_of(
         recording, extraction.sensor, extraction.method, reference, extraction.rest
     )
+    if (way := logged_way(recording.source)) is not None:
+        found = found.assign({dims.DRUM_POSITION: way.variable()})
     doubts = doubts + accepted(doubts_of(recording, found), extraction.accept)
     found = with_doubts(with_fingerprint(found), doubts)
     checksum, matters = made_of

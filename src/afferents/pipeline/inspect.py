@@ -28,7 +28,7 @@ from afferents.pipeline.inspect_files import (
     inspect_wav,
 )
 from afferents.pipeline.sensors import sensors_of
-from afferents.recordings import DataSet, data_set_of, facts, is_described
+from afferents.recordings import DataSet, data_set_of, facts, is_described, require_rates_that_agree
 from afferents.recordings import Session as FolderSession
 from afferents.reporting import (
     is_overlay,
@@ -126,7 +126,13 @@ def look_at(number: int, recording: Recording, data_set: DataSet) -> tuple[int, 
 def inspect_recordings(
     source: str, data_set: DataSet, out: Path, progress: Progress, sensor: Sensor | None = None
 ) -> Inspection:
-    """Check every recording of a data set, all pictures and samples; draw the first vibration."""
+    """Check every recording of a data set, all pictures and samples; draw the first vibration.
+
+    Raises
+    ------
+    InputError
+        If recordings that are sound contradict each other in their rates.
+    """
     with in_a_sentence(source):
         session = data_set.recordings()
     found = Inspection(source)
@@ -140,6 +146,8 @@ def inspect_recordings(
     in_order = [looked[number] for number in sorted(looked)]
     rows = [look.row for look in in_order if look.row is not None]
     found.problems += [problem for look in in_order for problem in look.problems]
+    if not found.problems and isinstance(session, FolderSession):
+        require_rates_that_agree(session, session.declared)
     found.sentences += [*length_sentences(rows), *too_short_sentences(rows)]
     found.facts = {"recordings": rows}
     with_audio = [r for r in session.recordings if r.audio is not None]

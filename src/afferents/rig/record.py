@@ -1,12 +1,14 @@
-"""Recording the rig: a run becomes `video.mp4`, `audio.wav` and `truth.npz` in one folder."""
+"""Recording the rig: a run becomes a folder with its video, sound, drive's log and truth."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import NDArray
 
+from afferents.core.drum import DRIVE, Drum, write_drive
 from afferents.core.errors import InputError
 from afferents.core.files import holds_only, write_aside
 from afferents.core.recording import GreyImage
@@ -20,7 +22,7 @@ from afferents.rig.run import CAMERA, MARKERS, Simulated, random_of, simulate
 from afferents.rig.surface import Surface
 
 VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
-RECORDED = holds_only(VIDEO, AUDIO, TRUTH, REFERENCE)
+RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE)
 """Says which folder is an earlier recording, that may be replaced."""
 _TIP = 361
 """There is one fingertip: how its markers look is drawn from this seed, and no other."""
@@ -79,6 +81,7 @@ def record(
             rig.camera,
         )
         write_wav(partial / AUDIO, run.room, run.sensor)
+        write_way(partial / DRIVE, run, rig.drum.diameter_mm)
         write_truth(partial / TRUTH, run, position_px)
 
 
@@ -129,6 +132,16 @@ def write_truth(path: Path, run: Simulated, position_px: NDArray[np.float64]) ->
         for name, values in truth.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
                 np.lib.format.write_array(file, values, allow_pickle=False)
+
+
+def write_way(path: Path, run: Simulated, diameter_mm: float) -> None:
+    """Write the drum's way as a recorder logs it: of an encoder without error, read every frame."""
+    table = pa.table({
+        "time_s": run.time_s,
+        "position_mm": run.angle_rad * diameter_mm / 2,
+        "speed_mm_s": run.speed_mm_s,
+    })  # fmt: skip
+    write_drive(path, table, 0.0, Drum(np.pi * diameter_mm))
 
 
 def _rounded(value: NDArray[np.floating]) -> NDArray[np.float32]:

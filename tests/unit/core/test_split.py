@@ -39,7 +39,7 @@ def test_groups_of_a_condition_are_texts_in_natural_order():
     assert trial.groups_of(several) == ["1", "2", "10", "a", "b"]
     assert trial.read((2, "b", 2.5), "--held-out") == ("2", "b", "2.5")
     assert (trial.printed("2"), trial.at(["1", "2"])) == ("trial 2", "with trial 1, 2")
-    assert split_named("angle").one == "an angle"
+    assert split_named("age").one == "an age"
 
 
 @pytest.mark.parametrize(

@@ -84,3 +84,12 @@ def test_a_speed_of_short_recordings_has_no_long_touches():
     assert len(name_touches(table, ["a", "b"], 1).named) == 11
     longer = pd.concat([table, samples("t", 20, 1, 1, [0.9] * 4)])
     assert sorted(name_touches(longer, ["a", "b"], 4).named["recording"]) == ["r", "r", "t"]
+
+
+def test_a_touch_goes_over_no_gap_where_parts_of_recordings_are_tested():
+    table = samples("r", 10, 0.25, 0.25, [0.9] * 12)
+    gone = table.drop(index=[3, 4, 5])  # 0.75 s, a gap, then 1.5 s
+    whole = name_touches(gone, ["a", "b"], 1)
+    parts = name_touches(gone, ["a", "b"], 1, whole=False)
+    assert (len(whole.named), len(parts.named)) == (2, 1)
+    assert list(parts.named.columns) == list(whole.named.columns)

@@ -267,6 +267,8 @@ class TestRates:
         session = afferents.read_session(tmp_path)
         with pytest.raises(InputError, match="found 44100 in a, 8000 in b"):
             require_rates_that_agree(session, session.declared)
+        with pytest.raises(InputError, match="found 44100 in a, 8000 in b"):
+            afferents.inspect(tmp_path, tmp_path / "pictures", quiet=True)
         # Of each, the last channel is the sensor's where nothing says so.
         assert [r.audio.read().sizes["channel"] for r in session.recordings] == [1, 1]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import soundfile
 
+from afferents.core.drum import DRIVE, logged_way
 from afferents.core.errors import InputError
 from afferents.recordings import open_video
 from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
@@ -19,7 +20,7 @@ def folder(tmp_path_factory):
 
 
 def test_the_folder_holds_what_the_published_one_holds(folder):
-    assert {path.name for path in folder.iterdir()} == {VIDEO, AUDIO, TRUTH, REFERENCE}
+    assert {path.name for path in folder.iterdir()} == {VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE}
     assert soundfile.info(folder / AUDIO).frames == round(1.6 * 44100)
 
 
@@ -39,6 +40,12 @@ def test_the_truth_has_a_row_for_every_frame(folder):
     np.testing.assert_allclose([f.time_s for f in frames], truth["time"], atol=1 / 90000)
     assert truth["speed_mm_s"][0] == 0
     assert truth["speed_mm_s"][-1] == pytest.approx(50, rel=0.05)
+
+
+def test_the_drums_way_is_logged_as_it_truly_was(folder):
+    truth, way = np.load(folder / TRUTH), logged_way(folder)
+    np.testing.assert_allclose(way.at(truth["time"]) / 40, truth["drum_angle_rad"], atol=1e-9)
+    assert (way.drum.circumference_mm, way.drum.zero) == (np.pi * 80, "mark")
 
 
 def test_the_reference_clip_shows_the_skin_at_rest(folder):

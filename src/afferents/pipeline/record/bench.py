@@ -59,7 +59,7 @@ class Film(NamedTuple):
     sound
         Room and sensor at 44.1 kHz, (n_samples, 2).
     way_mm, speed_mm_s
-        Of the drum at each frame.
+        Of the drum at each frame; its way counts from a mark on the drum.
     """
 
     time_s: NDArray[np.float64]
@@ -189,7 +189,7 @@ def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
     n_before = sum(map(len, time))
     position = project(np.concatenate([*place, run.position_mm]), rig.camera)
     renderer = Renderer(rig.camera, entry.seed)
-    way = (run.angle_rad - run.angle_rad[0]) * rig.drum.diameter_mm / 2
+    way = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
     return Film(
         np.concatenate([*time, rests_s + tapped_s + run.time_s]),
         [_jpeg(renderer.draw(positions)) for positions in position],

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-FRAMES, SOUND, DRIVE = "frames.parquet", "sound.parquet", "drive.parquet"
-ORIGIN = b"origin_s"
+from afferents.core.drum import DRIVE, ORIGIN, Drum, write_drive
+
+FRAMES, SOUND = "frames.parquet", "sound.parquet"
 
 
 class FrameRow(NamedTuple):
@@ -83,6 +84,8 @@ class Log:
         When the run began.
     peak, clipped
         Largest value of the sensor's sound, of 32768, and samples at full scale.
+    drum
+        Which drum it is and where its positions count from; None where nobody knows.
     rest, last
         A frame at rest and the last one, as they came.
     """
@@ -93,6 +96,7 @@ class Log:
     drive: list[DriveRow] = field(default_factory=list)
     peak: int = 0
     clipped: int = 0
+    drum: Drum | None = None
     rest: bytes = b""
     last: bytes = b""
 
@@ -101,21 +105,23 @@ class Log:
         for name, form, rows in (
             (FRAMES, FrameRow, self.frames),
             (SOUND, BlockRow, self.blocks),
-            (DRIVE, DriveRow, self.drive),
         ):
             if rows:
-                table = _table(form, rows, self.origin_s)
+                table = _table(form, rows).replace_schema_metadata(
+                    {ORIGIN: repr(self.origin_s).encode()}
+                )
                 pq.write_table(table, folder / name, compression="zstd")
+        if self.drive:
+            write_drive(folder / DRIVE, _table(DriveRow, self.drive), self.origin_s, self.drum)
 
 
 _TYPES = {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str | None: pa.string()}
 
 
-def _table(form: type, rows: Iterable[tuple[object, ...]], origin_s: float | None) -> pa.Table:
+def _table(form: type, rows: Iterable[tuple[object, ...]]) -> pa.Table:
     types = form.__annotations__
     schema = pa.schema([(name, _TYPES[kind]) for name, kind in types.items()])
     columns = [list(column) for column in zip(*rows, strict=True)]
-    table = pa.Table.from_arrays(
+    return pa.Table.from_arrays(
         [pa.array(c, t.type) for c, t in zip(columns, schema, strict=True)], schema=schema
     )
-    return table.replace_schema_metadata({ORIGIN: repr(origin_s).encode()})

@@ -1,16 +1,18 @@
 """`PLAN.toml`: what is to be recorded, and with what."""
 
 import hashlib
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from afferents.core.documents import as_form, read_toml
+from afferents.core.drum import CONTACT_MM, MARK, Drum
 from afferents.core.errors import InputError
 from afferents.core.files import write_aside
 from afferents.core.recording import require_distinct
@@ -78,6 +80,14 @@ class Plan(BaseModel):
         Of the order of the runs.
     redo
         How many times a run that the gate refuses is done again.
+    drum_mm
+        Diameter of the drums where their surface passes the fingertip; null where it need not be
+        known, or the drive's own ``diameter_mm`` holds.
+    drum_zero
+        Where the drive's positions count from: ``start``, where the drum was when the drive was
+        opened, or ``mark``, the same place of a drum whenever it was mounted.
+    contact_mm
+        Width of the contact patch along the slide.
     sensor
         Sensor file, or the name of a packaged sensor.
     sensor_channel
@@ -102,6 +112,9 @@ class Plan(BaseModel):
     settle_s: float = Field(1.0, ge=0, le=600)
     seed: int = Field(0, ge=0, lt=1 << 32)
     redo: int = Field(2, ge=0, le=20)
+    drum_mm: float | None = Field(None, gt=0, le=1e5)
+    drum_zero: Literal["start", "mark"] = "start"
+    contact_mm: float = Field(CONTACT_MM, ge=0, le=1e4)
     sensor: str = Field("tip_b", min_length=1)
     sensor_channel: int | None = Field(None, ge=0)
     direction: str = Field("+x", pattern=r"^[+-][xy]$")
@@ -147,6 +160,25 @@ class Plan(BaseModel):
     def steady_s(self) -> tuple[float, float]:
         """Start and end of constant speed, s."""
         return self.start_s + self.settle_s, self.total_s
+
+    def drum(self, opened: str, texture: str) -> Drum | None:
+        """Return the drum of a texture, mounted on a drive.
+
+        Parameters
+        ----------
+        opened
+            Names the time since when the drive's positions count.
+
+        Returns
+        -------
+        Drum
+            None where its diameter is not known.
+        """
+        diameter_mm = self.drum_mm or self.drive.get("diameter_mm")
+        if not isinstance(diameter_mm, int | float):
+            return None
+        zero = MARK if self.drum_zero == MARK else f"{opened} {texture}"
+        return Drum(math.pi * diameter_mm, self.contact_mm, zero)
 
     def entries(self) -> "list[Entry]":
         """Return the runs in the order in which they are made.
@@ -217,6 +249,7 @@ settle_s = 1.0                   #   the drum gets up to speed
 # tap_s = 3.0                    # between the two: tap the fingertip, to set sound against picture
 seed = 0                         # of the order of drums, and of speeds on each
 redo = 2                         # times a run that is not good enough is done again
+drum_mm = 80                     # diameter of the drums, to hold out a stretch of them later
 sensor = "tip_b"                 # or your sensor file: "mine.toml"
 notes = ""
 

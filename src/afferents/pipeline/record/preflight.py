@@ -4,14 +4,16 @@ import shutil
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from afferents.core.errors import AfferentsError
 from afferents.core.recording import GreyImage, as_grey
-from afferents.devices import Block, Frame, picture_of
+from afferents.devices import Block, Frame, Microphone, picture_of
 from afferents.markers import Sensor, detect
 from afferents.markers.image_quality import image_quality
+from afferents.pipeline.record.drift import clocks, drift_of
 from afferents.pipeline.record.gate import Check
 from afferents.pipeline.record.plan import Plan
 from afferents.pipeline.record.run import FIRST_S, WARM_UP, Devices
@@ -24,6 +26,8 @@ SHARPEST_PX = 4.0
 """A marker's edge is not wider than this in a picture in focus."""
 _SATURATED = 0.5
 _REACHED_S = 2.0
+_ENOUGH = 24
+"""Frames or blocks from which a drift can be told."""
 _FULL = 32768
 _BYTES = 2
 
@@ -38,18 +42,28 @@ def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> li
     InputError
         If one refuses what it is asked for.
     """
-    frames, blocks = _taken(devices)
+    taken = _taken(devices)
+    frames, blocks = taken.frames, taken.blocks
     checks = [_rate(devices, frames), _picture(devices, frames, sensor)]
     if devices.microphone is not None:
         checks += _sound(devices, blocks, plan)
+    checks += _clocks(devices, taken, plan)
     checks.append(_disk(devices, frames, plan, session))
     return [*checks, *(_reaches(devices, speed, plan) for speed in sorted(plan.speeds_mm_s))]
 
 
-def _taken(devices: Devices) -> tuple[list[Frame], list[Block]]:
+class _Taken(NamedTuple):
+    """Frames and sound, and when each of them arrived, s."""
+
+    frames: list[Frame]
+    blocks: list[Block]
+    frames_s: list[float]
+    blocks_s: list[float]
+
+
+def _taken(devices: Devices) -> _Taken:
     """Take frames and sound for a while, side by side."""
-    frames: list[Frame] = []
-    blocks: list[Block] = []
+    taken = _Taken([], [], [], [])
     faults: list[AfferentsError] = []
 
     def take(works: Callable[[], None]) -> None:
@@ -58,9 +72,19 @@ def _taken(devices: Devices) -> tuple[list[Frame], list[Block]]:
         except AfferentsError as error:
             faults.append(error)
 
-    works: list[Callable[[], None]] = [lambda: frames.extend(devices.camera.frames())]
+    def look() -> None:
+        for frame in devices.camera.frames():
+            taken.frames_s.append(devices.clock.now())
+            taken.frames.append(frame)
+
+    def listen(microphone: Microphone) -> None:
+        for block in microphone.blocks():
+            taken.blocks_s.append(devices.clock.now())
+            taken.blocks.append(block)
+
+    works: list[Callable[[], None]] = [look]
     if (microphone := devices.microphone) is not None:
-        works.append(lambda: blocks.extend(microphone.blocks()))
+        works.append(lambda: listen(microphone))
     threads = [threading.Thread(target=take, args=(work,), daemon=True) for work in works]
     for thread in threads:
         thread.start()
@@ -72,7 +96,20 @@ def _taken(devices: Devices) -> tuple[list[Frame], list[Block]]:
         thread.join(FIRST_S)
     if faults:
         raise faults[0]
-    return frames, blocks
+    return taken
+
+
+def _clocks(devices: Devices, taken: _Taken, plan: Plan) -> list[Check]:
+    """Compare the clocks of camera and microphone with this machine's, where both gave enough."""
+    frames, frames_s = taken.frames[WARM_UP:], taken.frames_s[WARM_UP:]
+    if len(frames) < _ENOUGH or (devices.microphone and len(taken.blocks) < _ENOUGH):
+        return []  # said already
+    camera = drift_of([frame.time_s for frame in frames], frames_s)
+    heard = None
+    if devices.microphone is not None:
+        n = np.cumsum([len(block.samples) for block in taken.blocks])
+        heard = drift_of((n / devices.microphone.settings.rate_hz).tolist(), taken.blocks_s)
+    return [clocks(camera, heard, devices.camera.settings.fps_hz, plan.total_s)]
 
 
 def _rate(devices: Devices, frames: list[Frame]) -> Check:

@@ -1,11 +1,12 @@
 """A whole plan: preflight, every run, its gate, and what became of it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from afferents.core.drum import MARK
 from afferents.core.errors import AfferentsError, InputError
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Progress
@@ -17,9 +18,9 @@ from afferents.pipeline.record.gate import Check, count, gate
 from afferents.pipeline.record.plan import Entry, Plan, read_plan
 from afferents.pipeline.record.preflight import preflight
 from afferents.pipeline.record.run import Devices, Run, RunFailedError
-from afferents.pipeline.record.session import RecordedSession
+from afferents.pipeline.record.session import AGAIN, RecordedSession
 from afferents.pipeline.record.taps import tapped
-from afferents.pipeline.record.watch import Watch
+from afferents.pipeline.record.watch import OnceMoreError, Watch
 from afferents.pipeline.sensor_rig import rig_of
 
 
@@ -46,7 +47,7 @@ class Recorded:
     kept_aside
         Runs that were refused or broke off in every attempt, and why.
     attempts_aside
-        Where each refused attempt lies, and why.
+        Where each refused attempt lies, and each accepted run that was recorded again, and why.
     remaining
         Runs of the plan that are not in the session.
     """
@@ -143,7 +144,9 @@ def recording_of(
         devices = devices_of(plan, path)
         person = Person(ask, plan, devices.drive)
         return Recording(plan, path, sensor, devices, person, False, seen)
-    bench = Bench(rig_of(sensor), plan, speed)
+    rig = rig_of(sensor)
+    plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
+    bench = Bench(rig, plan, speed)
     devices = simulated_devices(plan, path, bench)
     crew: Crew = bench.mount
     if watch is not None:
@@ -158,17 +161,27 @@ def check(recording: Recording, session: Path) -> list[Check]:
         return preflight(devices, recording.plan, recording.sensor, session)
 
 
-def record(recording: Recording, session: Path, progress: Progress) -> Recorded:
+def record(
+    recording: Recording, session: Path, progress: Progress, again: Collection[str] = ()
+) -> Recorded:
     """Record every run of the plan that the session does not hold yet.
+
+    Parameters
+    ----------
+    again
+        Names of runs that are recorded although the session holds them. What it holds stays until
+        the new one is accepted, and is put aside then.
 
     Raises
     ------
     InputError
-        If the folder is not this plan's; if the preflight says no; if the disk is full. Runs that
-        are finished stay.
+        If `again` names no run of the plan; if the folder is not this plan's; if the preflight
+        says no; if the disk is full. Runs that are finished stay.
     """
     kept = RecordedSession(session, recording.plan, recording.simulated)
-    todo = [entry for entry in recording.plan.entries() if entry.name not in kept.finished]
+    entries = recording.plan.entries()
+    _require_runs(again, [entry.name for entry in entries])
+    todo = [e for e in entries if e.name not in kept.finished or e.name in again]
     outcome = Recorded(session)
     if not todo:
         return outcome
@@ -176,17 +189,30 @@ def record(recording: Recording, session: Path, progress: Progress) -> Recorded:
         writing_alone(session, "record"),
         opened(recording.devices, recording.plan, recording.path) as devices,
     ):
-        n_done = len(kept.finished)
+        n_done = len(kept.finished - {entry.name for entry in todo})
         recording.watch.opened(devices, recording.plan, session, n_done, n_done + len(todo))
         recording.watch.prepare(todo[0], 0)
         recording.crew(todo[0], 0)
         outcome.preflight = preflight(devices, recording.plan, recording.sensor, session)
         _require(outcome.preflight, recording, progress)
         kept.begin(devices)
+        last: Entry | None = None
         for entry in progress.track(todo, "recording", len(todo)):
-            _record_one(recording, kept, entry, outcome, progress)
+            while not _recorded(recording, kept, entry, outcome, progress):
+                if last is not None:
+                    recording.watch.taken_back()
+                    _recorded(recording, kept, last, outcome, progress)
+            last = entry if entry.name not in outcome.kept_aside else last
     outcome.remaining = [entry.name for entry in todo if entry.name not in kept.finished]
     return outcome
+
+
+def _require_runs(wanted: Iterable[str], there: Sequence[str]) -> None:
+    """Refuse names of no run."""
+    for name in wanted:
+        if name not in there:
+            some = ", ".join(there[:5]) + (", ..." if len(there) > 5 else "")
+            raise InputError("--again", f"runs of the plan ({some})", f"'{name}'")
 
 
 def _require(checks: Sequence[Check], recording: Recording, progress: Progress) -> None:
@@ -202,6 +228,21 @@ def _require(checks: Sequence[Check], recording: Recording, progress: Progress) 
             "; ".join(f"{line.name}: {line.found}" for line in failed),
             "; ".join(line.do for line in failed if line.do),
         )
+
+
+def _recorded(
+    recording: Recording,
+    kept: RecordedSession,
+    entry: Entry,
+    outcome: Recorded,
+    progress: Progress,
+) -> bool:
+    """Record a run; tell whether it was, and the last one was not asked for instead."""
+    try:
+        _record_one(recording, kept, entry, outcome, progress)
+    except OnceMoreError:
+        return False
+    return True
 
 
 def _record_one(
@@ -220,7 +261,9 @@ def _record_one(
         recording.watch.prepare(entry, attempt)
         why = _attempt(recording, kept, entry, outcome)
         if not why:
-            outcome.recorded.append(entry.name)
+            if entry.name not in outcome.recorded:
+                outcome.recorded.append(entry.name)
+            outcome.kept_aside.pop(entry.name, None)
             recording.watch.accepted()
             return
         attempt += not recording.watch.wants_redo
@@ -241,7 +284,8 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     devices, plan = recording.devices, recording.plan
     folder = kept.running(entry)
     try:
-        log = Run(devices, plan, folder, entry.speed_mm_s, recording.watch).make()
+        drum = plan.drum(kept.opened, entry.texture)
+        log = Run(devices, plan, folder, entry.speed_mm_s, recording.watch, drum).make()
         recording.watch.judge()
     except AfferentsError as error:
         _put_aside(kept, folder, entry, str(error), [], outcome)
@@ -251,6 +295,7 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
                 "the same command then goes on; what is finished is kept",
             ) from error  # fmt: skip
         _open_again(devices)
+        kept.open()
         return str(error)
     except BaseException:
         _put_aside(kept, folder, entry, "stopped while it was recorded", [], outcome)
@@ -264,7 +309,9 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     if why:
         _put_aside(kept, folder, entry, why, checks, outcome)
     else:
-        kept.accept(folder, entry, checks, count(log, camera, plan.total_s), heard)
+        earlier = kept.accept(folder, entry, checks, count(log, camera, plan.total_s), heard)
+        if earlier is not None:
+            outcome.attempts_aside.append((str(earlier), AGAIN))
     return why
 
 

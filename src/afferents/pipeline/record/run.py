@@ -10,6 +10,7 @@ from pathlib import Path
 import av
 import numpy as np
 
+from afferents.core.drum import Drum
 from afferents.core.errors import AfferentsError, reason_of
 from afferents.devices import (
     Block,
@@ -83,6 +84,8 @@ class Run:
         Of the drum.
     watch
         Where who looks on finds the newest of it.
+    drum
+        That the drive turns, where it is known.
     """
 
     def __init__(
@@ -92,12 +95,13 @@ class Run:
         folder: Path,
         speed_mm_s: float,
         watch: Watch | None = None,
+        drum: Drum | None = None,
     ) -> None:
         """Touch no device yet."""
         self._devices, self._plan, self._folder = devices, plan, folder
         self._watch = watch or Watch()
         self._speed_mm_s, self._set_mm_s = speed_mm_s, 0.0
-        self.log = Log()
+        self.log = Log(drum=drum)
         self._seen, self._begun = threading.Event(), threading.Event()
         self._over = threading.Event()
         self._fault: BaseException | None = None

@@ -4,6 +4,7 @@ import json
 import shutil
 from collections.abc import Mapping
 from dataclasses import asdict
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ from afferents.recordings.session_file import SESSION_FILE
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
 """Runs that are being made; those that were refused or broke off, and why; what is said of a run
 that is whole: where it is, the run is finished."""
+AGAIN = "accepted, and another was recorded in its place"
+"""Why an accepted run lies aside."""
 SENSOR = "sensor.toml"
 """The plan's sensor file, kept with the recordings."""
 _PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
@@ -41,6 +44,11 @@ class RecordedSession:
     simulated
         Whether it is a dry run.
 
+    Attributes
+    ----------
+    opened
+        When the devices were opened last.
+
     Raises
     ------
     InputError
@@ -52,6 +60,7 @@ class RecordedSession:
         self.root, self.plan, self._simulated = root, plan, simulated
         self._file = root / SESSION_FILE
         self._content: dict[str, Any] = {}
+        self.open()
         if self._file.is_file():
             self._content = read_json(self._file, "a session file")
             self._require_same()
@@ -65,6 +74,10 @@ class RecordedSession:
             if isinstance(one[_PLAN], dict):
                 one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
         require_same_config(self.root, "a session", before, now)
+
+    def open(self) -> None:
+        """Note that devices are opened, from which on a drive's positions may count anew."""
+        self.opened = datetime.now(UTC).isoformat(timespec="milliseconds")
 
     @property
     def finished(self) -> set[str]:
@@ -132,8 +145,8 @@ class RecordedSession:
         checks: list[Check],
         counts: Counts,
         heard: Tapped | None = None,
-    ) -> None:
-        """Give a run its name: it is whole."""
+    ) -> Path | None:
+        """Give a run its name: it is whole. Return where an earlier one lies that had it."""
         files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
         about: dict[str, Any] = {
             _SUMS: {path.name: checksum(path) for path in files},
@@ -146,10 +159,10 @@ class RecordedSession:
         target = self.folder(entry)
         with naming(target):
             target.parent.mkdir(parents=True, exist_ok=True)
-            if target.exists():
-                self._put_aside(target, entry.name, "another was recorded in its place", ())
+            earlier = self._put_aside(target, entry.name, AGAIN, ()) if target.exists() else None
             folder.replace(target)
         self._save()
+        return earlier
 
     def refuse(self, folder: Path, entry: Entry, why: str, checks: list[Check]) -> Path:
         """Put a run aside: nothing is thrown away. Return where it lies."""

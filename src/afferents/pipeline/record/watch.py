@@ -25,6 +25,14 @@ _LOOK_S = 0.1
 _JOIN_S = 2.0
 
 
+class OnceMoreError(AfferentsError):
+    """Somebody who was asked for something wants the last accepted run once more first."""
+
+    def __init__(self) -> None:
+        """Say it."""
+        super().__init__("the last run was asked for once more, and none is recorded yet")
+
+
 class Watch:
     """The newest of a recording.
 
@@ -67,6 +75,7 @@ class Watch:
         self._notes: deque[str] = deque(maxlen=_NOTES)
         self._waiting, self._go_on = False, threading.Event()
         self._redo, self._stop = threading.Event(), threading.Event()
+        self._again, self._accepted = threading.Event(), 0
         self._look: Callable[[], AbstractContextManager[None]] = nullcontext
 
     # What the recorder tells.
@@ -115,6 +124,11 @@ class Watch:
     def accepted(self) -> None:
         """Count a run."""
         self._done += 1
+        self._accepted += 1
+
+    def taken_back(self) -> None:
+        """Count a run no more: it is made once more."""
+        self._done -= 1
 
     def note(self, text: str) -> None:
         """Keep a sentence for a while."""
@@ -125,14 +139,23 @@ class Watch:
         self._say, self._ended, self._elapsed_s = text, True, None
 
     def wait(self, sentence: str) -> None:
-        """Say what to do, and wait until somebody says that it is done; the camera goes on."""
+        """Say what to do, and wait until somebody says that it is done; the camera goes on.
+
+        Raises
+        ------
+        OnceMoreError
+            If somebody wants the last run once more first.
+        """
         self._show(sentence)
         before, self._say, self._waiting = self._say, sentence, True
         self._go_on.clear()
+        self._again.clear()
         try:
             with self._look():
                 while not self._go_on.wait(_LOOK_S):
                     self.heed()
+                    if self._again.is_set():
+                        raise OnceMoreError
         finally:
             self._waiting, self._say = False, before
 
@@ -160,6 +183,8 @@ class Watch:
             self._go_on.set()
         elif what == REDO and self._elapsed_s is not None:
             self._redo.set()
+        elif what == REDO and self._can_again:
+            self._again.set()
         elif what == STOP and not self._ended:
             self._stop.set()
         else:
@@ -169,7 +194,7 @@ class Watch:
     def state(self) -> dict[str, Any]:
         """Return where it is, ready for JSON."""
         running = self._elapsed_s is not None
-        allowed = {NEXT: self._waiting, REDO: running, STOP: not self._ended}
+        allowed = {NEXT: self._waiting, REDO: running or self._can_again, STOP: not self._ended}
         return {
             "ended": self._ended,  # first: what is said is then the last
             "say": self._said(),
@@ -184,6 +209,11 @@ class Watch:
             "free_gb": _free_gb(self._session),
             "notes": list(self._notes),
         }
+
+    @property
+    def _can_again(self) -> bool:
+        """Whether there is a run that was accepted now, and somebody is waited for."""
+        return self._waiting and self._accepted > 0
 
     @property
     def _name(self) -> str:

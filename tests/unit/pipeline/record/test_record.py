@@ -14,8 +14,11 @@ import pytest
 import soundfile
 
 import afferents
+from afferents.core.drum import MARK, Drum, logged_way, way_in
 from afferents.core.errors import InputError
 from afferents.core.progress import Progress
+from afferents.core.responses import steady_s
+from afferents.core.split import split_named
 from afferents.devices import ByHand
 from afferents.markers import load_sensor
 from afferents.pipeline.record.bench import Bench
@@ -30,6 +33,8 @@ textures = ["4"]
 speeds_mm_s = [60]
 seconds = 0.5
 redo = {redo}
+drum_mm = 80
+drum_zero = "mark"
 [camera]
 kind = "simulated"
 {camera}
@@ -145,9 +150,15 @@ def test_the_sensor_goes_along_with_the_recordings(begin, bench, tmp_path, monke
     assert responses.sizes["marker"] == 361
 
 
-def test_the_tracks_are_those_of_the_film(faulty, bench, tmp_path):
+@pytest.fixture(scope="module")
+def responses(faulty):
     session, _ = faulty
-    (responses,) = afferents.extract(session, tmp_path / "S.zarr", workers=1, quiet=True)
+    (found,) = afferents.extract(session, session.parent / "S.zarr", workers=1, quiet=True)
+    return found
+
+
+def test_the_tracks_are_those_of_the_film(faulty, bench, responses):
+    session, _ = faulty
     frames = pd.read_parquet(session / RUN / "frames.parquet")
     at_s = frames.time_s - origin_s(session / RUN / "frames.parquet")
     np.testing.assert_allclose(responses.time, at_s, atol=1e-6)
@@ -158,6 +169,32 @@ def test_the_tracks_are_those_of_the_film(faulty, bench, tmp_path):
     away = np.linalg.norm(true[20][None] - found[20][:, None], axis=2)
     error = np.linalg.norm(found - true[:, away.argmin(axis=1)], axis=2)[seen]
     assert np.sqrt((error**2).mean()) < 0.1
+
+
+def test_the_angle_is_that_of_the_film(faulty, bench, responses):
+    """As a drive on the drum's own clock is read: what is between two reads is a straight line."""
+    session, _ = faulty
+    way = logged_way(session / RUN)
+    frames = pd.read_parquet(session / RUN / "frames.parquet")
+    time_s = frames.time_s - origin_s(session / RUN / "frames.parquet")
+    error = way.at(time_s) - bench.film.way_mm[frames.sequence]
+    assert np.abs(error).max() < 0.5
+    assert way.drum == Drum(np.pi * 80)
+    stored, at_steady = way_in(responses), np.linspace(*steady_s(responses))
+    np.testing.assert_allclose(stored.at(at_steady), way.at(at_steady), atol=1e-3)
+    with pytest.raises(InputError, match=r"turns at least once in each recording, found 0\.1"):
+        split_named("angle").groups_of([responses])
+
+
+def test_positions_count_anew_when_the_drive_was_opened_again(begin):
+    plan = begin().plan
+    assert plan.drum("now", "4").zero == MARK
+    started = plan.model_copy(update={"drum_zero": "start"})
+    assert started.drum("now", "4").zero != started.drum("later", "4").zero
+    assert started.drum("now", "4").zero != started.drum("now", "2").zero
+    assert plan.model_copy(update={"drum_mm": None}).drum("now", "4") is None
+    geared = {"drum_mm": None, "drive": {"kind": "dynamixel", "diameter_mm": 60.0}}
+    assert plan.model_copy(update=geared).drum("now", "4").circumference_mm == np.pi * 60
 
 
 def test_the_sound_is_that_of_the_film_and_on_the_same_clock(faulty, bench):
@@ -177,6 +214,31 @@ def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
     shutil.copytree(session, tmp_path / "S")
     shutil.rmtree(tmp_path / "S" / "4")
     assert made(begin(), tmp_path / "S").recorded == [RUN]
+
+
+def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
+    shutil.copytree(faulty[0], tmp_path / "S")
+    before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
+    with Progress(quiet=True) as progress:
+        outcome = record(begin(), tmp_path / "S", progress, again=[RUN])
+    assert (outcome.recorded, outcome.remaining, outcome.kept_aside) == ([RUN], [], {})
+    ((place, why),) = outcome.attempts_aside
+    assert why == "accepted, and another was recorded in its place"
+    assert (Path(place) / "frames.parquet").read_bytes() == before
+    assert json.loads((Path(place) / "why.json").read_text())["why"] == why
+    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() != before
+    with pytest.raises(InputError, match=r"runs of the plan \(4/60\), found '9/9'"):
+        record(begin(), tmp_path / "S", Progress(quiet=True), again=["9/9"])
+
+
+def test_an_accepted_run_stays_where_a_new_one_is_refused(faulty, begin, tmp_path):
+    shutil.copytree(faulty[0], tmp_path / "S")
+    before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
+    with Progress(quiet=True) as progress:
+        faults = begin(redo=0, camera="lost = [40, 41, 42]")
+        outcome = record(faults, tmp_path / "S", progress, again=[RUN])
+    assert (outcome.recorded, [*outcome.kept_aside]) == ([], [RUN])
+    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() == before
 
 
 def test_another_plan_is_refused(faulty, begin):

@@ -1,0 +1,139 @@
+"""Arcs of the drum: of which a sample is, and what can't be held out."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.core.drum import CONTACT_MM, MARK, Drum, Way
+from afferents.core.errors import InputError
+from afferents.core.protocol import PROTOCOLS
+from afferents.core.samples import concatenate, make_samples
+from afferents.core.split import split_named, split_of
+from afferents.evaluation import LeaveOneGroupOut, find_leaks, refuse_leaks
+
+ROUND_MM = 250.0
+ANGLE = split_named("angle")
+
+
+def recording(name, speed, seconds=6.0, start_mm=0.0, zero=MARK, texture="1"):
+    time = np.arange(0, seconds + 0.01, 0.02)
+    way = Way(Drum(ROUND_MM, CONTACT_MM, zero), time, start_mm + speed * time)
+    attrs = {"name": name, "texture": texture, "speed_mm_s": abs(speed)}
+    steady = json.dumps([0.0, seconds])
+    return xr.Dataset({"drum_position": way.variable()}, attrs={**attrs, "steady_s": steady})
+
+
+def samples_of(recordings, window_s=0.1):
+    parts = []
+    for responses in recordings:
+        start = np.arange(0, 6.0 - window_s, 0.05)
+        values = np.zeros((len(start), 1), np.float32)
+        parts.append(make_samples(values, ("frequency",), start, start + window_s, responses.attrs))
+    return concatenate(parts)
+
+
+@pytest.fixture(scope="module")
+def several():
+    return [
+        recording(f"{texture}/{speed}", speed, start_mm=70.0 * n, texture=texture)
+        for n, texture in enumerate("ab")
+        for speed in (50, 80, -100)
+    ]
+
+
+def touched(samples, recordings):
+    """Every tenth of a mm of the drum that the skin touched, for each sample, as numbers."""
+    found = []
+    by_name = {r.attrs["name"]: r for r in recordings}
+    columns = ("recording", "start_s", "stop_s")
+    for name, *ends in zip(*(samples[c].values.tolist() for c in columns), strict=True):
+        drum = by_name[name]["drum_position"]
+        ends = np.sort(np.interp(ends, drum["drive_time"], drum))
+        way = np.arange(ends[0] - CONTACT_MM / 2, ends[1] + CONTACT_MM / 2, 0.1)
+        found.append(set(np.floor(way % ROUND_MM * 10).astype(int).tolist()))
+    return found
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_no_bump_is_touched_by_test_and_training(several, protocol):
+    samples = ANGLE.labelled(samples_of(several), several)
+    assert ANGLE.groups_of(several) == list("12345")
+    skin = touched(samples, several)
+    for fold in LeaveOneGroupOut(PROTOCOLS[protocol], what=ANGLE).folds(samples):
+        learnt = set().union(*(skin[i] for i in fold.train))
+        assert not any(skin[i] & learnt for i in fold.test)
+        speeds = {*samples["speed_mm_s"].values[fold.test].tolist()}
+        assert speeds == {50.0, 80.0, 100.0}
+        leaks = find_leaks(samples, fold, fold.train)
+        if protocol == "nested":
+            chosen = set().union(*(skin[i] for i in fold.validation))
+            assert not any(skin[i] & chosen for i in fold.test)
+            refuse_leaks(leaks, fold)
+        else:
+            assert leaks.test_samples_of_a_group_seen_in_validation == len(fold.test)
+
+
+def test_a_sample_is_of_the_arc_that_holds_all_it_touched():
+    one = [recording("1/50", 50)]
+    found = ANGLE.labelled(samples_of(one), one)
+    centre = 50 * (found["start_s"].values + 0.05)
+    assert found["group"].values.tolist() == [str(int(mm % 250 // 50) + 1) for mm in centre]
+    # An arc is 50 mm; a sample takes 5 mm of way and 16 mm of contact: 29 mm are left of 50.
+    assert len(found) / len(samples_of(one)) == pytest.approx(29 / 50, abs=0.05)
+
+
+def test_a_mark_on_the_drum_is_at_the_same_place_however_often_it_turned():
+    near, far = recording("1/50", 50), recording("1/51", 50, start_mm=1e6 * ROUND_MM)
+    of = [ANGLE.labelled(samples_of([r]), [r])["group"].values.tolist() for r in (near, far)]
+    assert of[0] == of[1]
+
+
+def test_a_name_says_how_many_arcs():
+    eight = split_of({"split": "angle-8"})
+    assert eight == split_named("angle-8") != ANGLE
+    assert eight.groups_of([recording("1/50", 50)]) == list("12345678")
+    assert (eight.printed("2"), eight.at(["2", "3"])) == ("arc 2 of 8", "in arc 2, 3 of 8")
+
+
+@pytest.mark.parametrize(
+    ("recordings", "said"),
+    [
+        ([xr.Dataset(attrs={"name": "1/9", "texture": "1"})], "found none logged for 1/9"),
+        ([recording("1/40", 40)], "turns at least once in each recording, found 0.96 turns"),
+        (
+            [recording("1/50", 50, zero="a"), recording("1/60", 60, zero="b")],
+            "1/50 and 1/60, between which the drive was opened again",
+        ),
+    ],
+)
+def test_what_can_not_be_held_out_is_refused(recordings, said):
+    with pytest.raises(InputError) as error:
+        ANGLE.groups_of(recordings)
+    assert said in str(error.value)
+
+
+def test_drums_that_count_from_places_of_their_own_are_fine():
+    apart = [recording(f"{t}/50", 50, zero=t, texture=t) for t in "ab"]
+    assert ANGLE.groups_of(apart) == list("12345")
+
+
+def test_windows_longer_than_an_arc_are_refused():
+    one = [recording("1/50", 50)]
+    with pytest.raises(
+        InputError, match=r"less than an arc, which is 50\.0 mm long, found 66\.0 mm"
+    ):
+        ANGLE.labelled(samples_of(one, window_s=1.0), one)
+
+
+def test_an_arc_without_samples_of_a_texture_is_refused():
+    one = [recording("1/50", 50)]
+    few = samples_of(one).isel(sample=slice(0, 40))
+    with pytest.raises(InputError, match="every texture in every arc, found none of 1 in arc 3"):
+        ANGLE.labelled(few, one)
+
+
+def test_numbers_of_arcs_are_checked():
+    with pytest.raises(InputError, match="2 to 99 arcs, found 'angle-1'"):
+        split_named("angle-1").groups_of([])
