@@ -26,7 +26,7 @@ from afferents.pipeline.estimate.estimate import Estimate
 from afferents.pipeline.estimate.measure import measure_recording
 from afferents.pipeline.estimate.trainings import Trainings
 from afferents.pipeline.estimate.words import authors_gpu_s, duration
-from afferents.pipeline.job import Recipe
+from afferents.pipeline.recipe import Recipe
 from afferents.pipeline.sensors import sensors_of
 from afferents.training import Compute
 

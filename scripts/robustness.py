@@ -42,7 +42,8 @@ from afferents.pipeline.choice import encodings_for
 from afferents.pipeline.data import open_data, origins_of
 from afferents.pipeline.encode import require_support, sources_of
 from afferents.pipeline.evaluate import Evaluation, planned
-from afferents.pipeline.job import Recipe, encoded, train_and_test
+from afferents.pipeline.job import encoded, train_and_test
+from afferents.pipeline.recipe import Recipe
 from afferents.reporting import save_figure
 from afferents.reporting.labels import percent
 from afferents.reporting.style import GREY, LINE, new_figure, styled

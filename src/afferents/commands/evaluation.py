@@ -207,8 +207,8 @@ def _evaluation(
     from afferents.pipeline.data import open_data, origins_of, recordings_in
     from afferents.pipeline.encode import best_of
     from afferents.pipeline.evaluate import Evaluation
-    from afferents.pipeline.job import Recipe
     from afferents.pipeline.lengths import FIELD, by_length, lengths_in
+    from afferents.pipeline.recipe import Recipe
     from afferents.training import Compute, Hyperparameters
 
     asked, under = models_in(models), protocols(protocol)

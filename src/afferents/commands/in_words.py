@@ -12,7 +12,7 @@ from afferents.core.steady import written
 if TYPE_CHECKING:
     from afferents.encodings import Encodings
     from afferents.evaluation.ablation import Ablation
-    from afferents.pipeline.job import Recipe
+    from afferents.pipeline.recipe import Recipe
 
 
 def options_in_words(

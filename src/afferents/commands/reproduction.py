@@ -208,7 +208,7 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "Es
     from afferents.evaluation.ablation import Ablation
     from afferents.execution.dask import workers_at
     from afferents.pipeline.estimate.whole import estimate_of
-    from afferents.pipeline.job import Recipe
+    from afferents.pipeline.recipe import Recipe
     from afferents.pipeline.sensors import sensors_of
     from afferents.training import Compute, Hyperparameters
 

@@ -42,9 +42,10 @@ from afferents.pipeline.encode import (
     require_used,
     sources_of,
 )
-from afferents.pipeline.job import Recipe, encoded, keep, opened_again, run_far_job, run_job
+from afferents.pipeline.job import encoded, keep, opened_again, run_far_job, run_job
 from afferents.pipeline.own import keep_own_models, said_of_own
 from afferents.pipeline.reading import read_whole
+from afferents.pipeline.recipe import Recipe
 from afferents.training import learns_in_a_loop
 
 

@@ -17,7 +17,7 @@ from afferents.pipeline.estimate.estimate import Estimate, Work, makespan
 from afferents.pipeline.estimate.measure import Clip, measure_recording
 from afferents.pipeline.estimate.trainings import Trainings, amounts_of, expected_epochs
 from afferents.pipeline.estimate.words import authors_gpu_s, duration, in_words
-from afferents.pipeline.job import Recipe
+from afferents.pipeline.recipe import Recipe
 from afferents.pipeline.sensors import sensors_of
 from afferents.recordings import read_session
 from afferents.reporting.published import published_costs

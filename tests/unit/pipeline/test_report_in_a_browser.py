@@ -14,7 +14,7 @@ from afferents.core.progress import Progress
 from afferents.core.protocol import protocols
 from afferents.pipeline.data import open_data, origins_of
 from afferents.pipeline.evaluate import Evaluation, evaluate
-from afferents.pipeline.job import Recipe
+from afferents.pipeline.recipe import Recipe
 from afferents.pipeline.report import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -11,7 +11,7 @@ from afferents.pipeline.encode import Source, sources_of
 from afferents.pipeline.estimate.amount import Amount
 from afferents.pipeline.estimate.estimate import Work
 from afferents.pipeline.estimate.measure import Measured, measure_encoding
-from afferents.pipeline.job import Recipe
+from afferents.pipeline.recipe import Recipe
 from afferents.reporting.published import published_costs
 from afferents.training import TrainingConfig, learns_in_a_loop, recipe_of
 from afferents.training.rate import Amounts, Rate, measure_rate

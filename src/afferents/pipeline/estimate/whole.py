@@ -19,7 +19,7 @@ from afferents.pipeline.estimate.amount import amount_of, n_frames, typical
 from afferents.pipeline.estimate.estimate import Estimate
 from afferents.pipeline.estimate.measure import Measured, measure_recording
 from afferents.pipeline.estimate.trainings import Trainings
-from afferents.pipeline.job import Recipe
+from afferents.pipeline.recipe import Recipe
 from afferents.pipeline.sensors import Sensors
 from afferents.recordings import Session
 
