@@ -100,7 +100,7 @@ def test_the_page_in_a_browser(launch, browser, tmp_path):  # noqa: F811
         page.keyboard.press("Enter")
         recorded = "document.querySelector('#plan').value === 1"
         page.wait_for_function(f"{recorded} && {ASKS}", timeout=60000)
-        assert page.locator("#do-redo").is_disabled()
+        assert page.locator("#do-redo").is_enabled(), "the run that was accepted, once more"
         wide = "document.documentElement.scrollWidth <= document.documentElement.clientWidth"
         assert page.evaluate(wide)
         page.on("dialog", lambda asked: asked.accept())
