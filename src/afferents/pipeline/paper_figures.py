@@ -11,7 +11,7 @@ from afferents.core.model import MODELS, TABLE1
 from afferents.core.recording import spacing_mm
 from afferents.core.responses import Responses, speed_of
 from afferents.core.results import Results
-from afferents.encodings import covered, spatial_samples
+from afferents.encodings import ENCODINGS, covered, spatial_samples
 from afferents.models import build, classifier_of, count_parameters, layer_shapes, written_shape
 from afferents.reporting import FigureData
 from afferents.reporting.paper import (
@@ -120,12 +120,15 @@ def networks(results: Results, data: FigureData) -> dict[int, list[DrawnNetwork]
     found: dict[int, list[DrawnNetwork]] = {}
     shapes = _sample_shapes(results, data)
     n_textures = len(results.textures)
+    titles: dict[str, list[str]] = {}
+    for model in TABLE1.values():
+        titles.setdefault(str(model.classifier), []).append(model.title)
     for name in TABLE1:
         model = MODELS[name]
         shape = shapes.get(str(model.encoding))
         kind = classifier_of(model.classifier)
-        title = _models_of(str(model.classifier))
-        figure = 6 if model.encoding == "spectral" else 5
+        title = ", ".join(titles[str(model.classifier)])
+        figure = 6 if ENCODINGS[str(model.encoding)].of_vibration else 5
         if shape is None or any(one.title == title for one in found.get(figure, ())):
             continue
         try:
@@ -140,11 +143,6 @@ def networks(results: Results, data: FigureData) -> dict[int, list[DrawnNetwork]
             DrawnNetwork(title, entered, layers, *count_parameters(network))
         )
     return found
-
-
-def _models_of(classifier: str) -> str:
-    """Return which of the paper's models a network is of: `SA-SE, RA-SE`."""
-    return ", ".join(MODELS[name].title for name in TABLE1 if MODELS[name].classifier == classifier)
 
 
 def _sample_shapes(results: Results, data: FigureData) -> dict[str, tuple[int, ...]]:
