@@ -36,6 +36,12 @@ CONTACT_MM = 16.0
 Of the paper's fingertip, pressed 1 mm on its drum: 2 sqrt(2 R 1 mm), by Hertz' geometry, where
 1 / R = 1 / 40 mm + 1 / 141 mm (the radii of drum and tip).
 """
+LONGEST_GAP_MM = 20.0
+"""Way between two entries of a drive's log, up to which a straight line stands for it.
+
+A drum whose speed goes 10% off one way, then the other, is 5% of the gap from the line: 1 mm here.
+That is twice what the drive's gate allows (5%), and small beside the contact patch.
+"""
 
 
 class _Form(BaseModel):
@@ -96,6 +102,19 @@ class Way:
         first, last = steady_s or (self.time_s[0], self.time_s[-1])
         way = self.at(np.array([first, last]))
         return float(abs(way[1] - way[0]) / self.drum.circumference_mm)
+
+    def longest_gap_mm(self, steady_s: tuple[float, float] | None) -> float:
+        """Return the longest way of which nothing was logged, mm, in the steady part if known.
+
+        Before the first entry and after the last it is reckoned by the mean speed of the log.
+        """
+        first, last = steady_s or (self.time_s[0], self.time_s[-1])
+        touches = (self.time_s[1:] > first) & (self.time_s[:-1] < last)
+        between = np.abs(np.diff(self.position_mm))[touches]
+        whole_s = self.time_s[-1] - self.time_s[0]
+        speed = abs(self.position_mm[-1] - self.position_mm[0]) / whole_s
+        beyond_s = max(0.0, self.time_s[0] - first, last - self.time_s[-1])
+        return float(max(between.max(initial=0.0), speed * beyond_s))
 
     def variable(self) -> xr.DataArray:
         """Return it as a store keeps it: float32, within the first turn at its beginning."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.drum import MARK, Way, way_in
+from afferents.core.drum import LONGEST_GAP_MM, MARK, Way, way_in
 from afferents.core.errors import InputError
 from afferents.core.responses import Responses, steady_s
 from afferents.core.samples import Samples
@@ -76,8 +76,9 @@ class ByAngle(Split):
         Raises
         ------
         InputError
-            If nothing logged a recording's angle, its drum turned less than once while it was
-            steady, or angles of one texture's recordings count from different places.
+            If nothing logged a recording's angle, its log has a long gap, its drum turned less
+            than once while it was steady, or angles of one texture's recordings count from
+            different places.
         """
         if not 2 <= self.n_arcs <= _MOST:
             raise InputError(OPTION, f"2 to {_MOST} arcs", f"'{self.name}'")
@@ -91,6 +92,7 @@ class ByAngle(Split):
                     f"{turns:.2f} turns in {name}",
                     "record for longer, or leave slow recordings out with --speeds",
                 )
+            _require_no_gap(way, responses)
             texture, zero = str(responses.attrs[dims.TEXTURE]), way.drum.zero
             first, there = zeros.setdefault(texture, (name, zero))
             if there != zero:
@@ -176,3 +178,15 @@ def _way(responses: Responses) -> Way:
             "record with a drive that is read and the plan's drum_mm, and extract into a new store",
         )
     return way
+
+
+def _require_no_gap(way: Way, responses: Responses) -> None:
+    """Refuse a log of whose steady part too long a stretch is missing."""
+    gap_mm = way.longest_gap_mm(steady_s(responses))
+    if gap_mm > LONGEST_GAP_MM:
+        raise InputError(
+            OPTION,
+            f"at most {LONGEST_GAP_MM:g} mm of the drum's way between two entries of its log",
+            f"{gap_mm:.1f} mm in {responses.attrs['name']}",
+            "record it again, or leave such recordings out",
+        )

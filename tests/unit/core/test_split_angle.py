@@ -114,6 +114,24 @@ def test_what_can_not_be_held_out_is_refused(recordings, said):
     assert said in str(error.value)
 
 
+def without(responses, first_s, last_s):
+    time = responses["drive_time"].values
+    return responses.isel(drive_time=np.flatnonzero((time <= first_s) | (time >= last_s)))
+
+
+@pytest.mark.parametrize(("first_s", "last_s"), [(2.0, 2.5), (5.5, 9.0), (-1.0, 0.5)])
+def test_a_long_gap_in_the_log_is_refused(first_s, last_s):
+    gap = without(recording("1/50", 50), first_s, last_s)
+    with pytest.raises(InputError, match=r"at most 20 mm .* found 25\.0 mm in 1/50"):
+        ANGLE.groups_of([gap])
+
+
+def test_a_short_gap_or_one_before_the_steady_part_is_none():
+    short, early = (without(recording("1/50", 50), *at) for at in ((2.0, 2.4), (0.1, 0.9)))
+    early.attrs["steady_s"] = json.dumps([0.9, 6.0])
+    assert ANGLE.groups_of([short, early]) == list("12345")
+
+
 def test_drums_that_count_from_places_of_their_own_are_fine():
     apart = [recording(f"{t}/50", 50, zero=t, texture=t) for t in "ab"]
     assert ANGLE.groups_of(apart) == list("12345")

@@ -1,0 +1,95 @@
+"""A stretch of the drum is held out: the whole way, from the drive's log to the model."""
+
+import json
+import shutil
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+import afferents
+from afferents.core.drum import DRIVE, MARK, Drum, way_in, write_drive
+from afferents.core.store import open_responses
+
+from ...conftest import few_epochs
+
+SECONDS = 3.0
+DRUM = Drum(50.0, 2.0, MARK)
+ASKED = {"split": "angle", "window_s": 0.1, "stride_s": 0.05, "workers": 1, "quiet": True}
+"""An arc is 10 mm; a sample at 40 mm/s takes 4 mm, and 2 mm are the contact."""
+
+
+@pytest.fixture(scope="module")
+def store(sounds, tmp_path_factory):
+    """Sounds of two textures at two speeds, of a drum that turned once at least."""
+    root = tmp_path_factory.mktemp("angle")
+    session = root / "session"
+    for number, texture in enumerate("12"):
+        for speed in (20, 40):
+            folder = session / texture / str(speed)
+            shutil.copytree(sounds / texture / str(speed), folder)
+            time = np.arange(0, SECONDS + 0.05, 0.02)
+            way = 13.0 * number + speed * time
+            write_drive(folder / DRIVE, pa.table({"time_s": time, "position_mm": way}), 0.0, DRUM)
+    shutil.copy(sounds / "session.json", session)
+    afferents.extract(session, root / "s.zarr", workers=1, quiet=True)
+    return root / "s.zarr"
+
+
+@pytest.fixture(scope="module")
+def evaluated(store, tmp_path_factory):
+    out = tmp_path_factory.mktemp("angle") / "results"
+    return afferents.evaluate(store, out, models="ridge-te", protocol="both", **ASKED)
+
+
+def touched(rows, store):
+    """Return for each texture the tenths of a mm of the drum that samples touched."""
+    ways = {r.attrs["name"]: way_in(r) for r in open_responses(store)}
+    skin = {}
+    for row in rows.itertuples():
+        low, high = np.sort(ways[row.recording].at(np.array([row.start_s, row.stop_s])))
+        way = np.arange(low - DRUM.contact_mm / 2, high + DRUM.contact_mm / 2, 0.1)
+        tenths = np.floor(way % DRUM.circumference_mm * 10).astype(int)
+        skin.setdefault(str(row.true_texture), set()).update(tenths.tolist())
+    return skin
+
+
+@pytest.mark.parametrize("protocol", ["nested", "published"])
+def test_what_is_tested_was_not_touched_before(evaluated, store, protocol):
+    rows = evaluated.predictions
+    rows = rows[rows["protocol"] == protocol]
+    for arc in "12345":
+        folder = next(evaluated.root.glob(f"folds/ridge-te/{protocol}/*/{arc}"))
+        facts = json.loads((folder / "fold.json").read_text())
+        assert (facts["split"], facts["held_out_group"]) == ("angle", arc)
+        # Every sample is tested once, in the fold of its arc: the others' were seen in this one.
+        is_held_out = rows["held_out_group"] == arc
+        tested, seen = (touched(part, store) for part in (rows[is_held_out], rows[~is_held_out]))
+        assert set(tested) == set(seen) == {"1", "2"}
+        assert not any(tested[texture] & seen[texture] for texture in tested)
+        assert {*rows[is_held_out]["recording"].str[2:]} == {"20", "40"}
+        if protocol == "nested":
+            assert facts["validation_group"] in set("12345") - {arc}
+
+
+def test_results_name_the_split_and_its_arcs(evaluated):
+    summary = evaluated.summary
+    assert (summary["split"], summary["groups"]) == ("angle", list("12345"))
+    found = summary["models"]["ridge-te"]
+    for protocol in ("nested", "published"):
+        assert set(found[protocol]["by_group"]) == set("12345")
+        assert found[protocol]["mean_accuracy"] > 0.9  # the textures sound apart
+    assert not any(found["nested"]["leaks"].values())
+    leaks = found["published"]["leaks"]
+    assert leaks["test_samples_of_a_group_seen_in_validation"] == found["published"]["n_test"]
+    assert list(evaluated.accuracy["held_out_group"].dropna().unique()) == list("12345")
+
+
+def test_a_model_that_left_an_arc_out_is_explained_by_it(store, tmp_path):
+    asked = {key: value for key, value in ASKED.items() if key != "workers"}
+    with few_epochs():
+        card = afferents.train(store, tmp_path / "m", "vib-te", preset="quick", **asked)
+    assert (card.held_out.name, card.groups) == ("angle", ("1", "2", "4", "5"))
+    afferents.explain(tmp_path / "m", store, tmp_path / "e", quiet=True)
+    facts = json.loads((tmp_path / "e" / "explanation.json").read_text())
+    assert (facts["groups"], facts["not_learnt_from"]) == (["3"], True)
