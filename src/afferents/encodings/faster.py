@@ -25,6 +25,8 @@ Floats = NDArray[np.float32]
 RANGES = ((0.5, 1.0), (1.0, 2.0))
 """Of the random factor of each copy. One of each of the paper's two ranges, where it draws three:
 images take more memory than spectra."""
+_GAP = 0.5
+"""In frames: a run that begins so long after the end of another does not go on from it."""
 
 
 def grows_with_speed(samples: xr.DataArray) -> bool:
@@ -71,7 +73,8 @@ def faster_runs(
 
     Of a copy f times as fast, frame k is the recording f * k frames after the run's first one,
     linear between two frames. Beyond its own end a run goes on in the next of the same recording;
-    one that has none, the last, is copied at lower speeds only.
+    one that has none, the last, is copied at lower speeds only. So is one before a gap, and one
+    whose next is held out with others: what is tested must not be learnt from in a copy.
 
     Parameters
     ----------
@@ -101,10 +104,15 @@ def faster_runs(
 
 def _follows(samples: xr.DataArray) -> NDArray[np.bool_]:
     """Return after which samples the next is of the same recording, and begins where they end."""
-    recording, start_s = samples[dims.RECORDING].values, samples[dims.START].values
-    same = np.append(recording[1:] == recording[:-1], False)
-    later = np.append(start_s[1:] > start_s[:-1], False)  # a variant of it begins anew
-    return np.asarray(same & later)
+    start_s, stop_s = samples[dims.START].values, samples[dims.STOP].values
+    apart = start_s[1:] - stop_s[:-1]
+    frame_s = (stop_s - start_s)[:-1] / samples.shape[1]
+    later = start_s[1:] > start_s[:-1]  # a variant of it begins anew
+    follows = later & (apart < _GAP * frame_s)
+    for name in {dims.RECORDING, dims.GROUP} & set(samples.coords):
+        of = samples[name].values
+        follows &= of[1:] == of[:-1]
+    return np.append(follows, False)
 
 
 def _at(frames: Floats, where: NDArray[np.float64]) -> Floats:

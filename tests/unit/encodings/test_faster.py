@@ -64,6 +64,18 @@ def test_the_last_run_of_a_recording_is_never_sped_up():
     np.testing.assert_allclose(copies[3, :, 0, 0], 100 + 2 * np.arange(10))
 
 
+def test_a_run_does_not_go_on_over_a_gap_nor_in_what_is_held_out():
+    frames = np.concatenate([np.arange(10.0), np.full(10, 900.0), np.arange(20.0, 30)])
+    samples = runs(frames, "px")
+    gap = samples.isel(sample=[0, 2])  # the run between reached over the border of two arcs
+    arcs = samples.assign_coords(group=("sample", ["1", "2", "2"]))
+    for these in (gap, arcs):
+        copies, _ = faster_runs(these, np.array([0]), Known(0.75, 1.8))
+        np.testing.assert_allclose(copies[1, :, 0, 0], np.arange(10))
+    copies, _ = faster_runs(arcs, np.array([1]), Known(0.75, 1.8))
+    assert copies[1, -1, 0, 0] < 100  # the next run of the same arc is gone on in
+
+
 def test_single_images_of_ra1_are_scaled_and_of_sa1_the_same():
     ra1 = runs(np.arange(20.0), "px/frame").isel(frame=0, drop=True)
     copies, origin = SpatialEncoding().stretched(ra1, np.array([0, 1]), Known(0.5, 2.0), "rebinned")

@@ -65,6 +65,15 @@ def test_the_run_that_ends_last_in_a_window():
     assert list(last_within(windows, runs)) == [1, 3, 3, 4]
 
 
+def test_no_window_brings_a_run_of_another_arc():
+    windows = samples([0.0, 0.2, 2.0, 2.2], 0.2).assign_coords(group=("sample", list("1122")))
+    runs = samples([-0.1, 0.1, 1.5, 2.1], 0.25).assign_coords(group=("sample", list("1112")))
+    # None ends in the third window: the one before it is of the arc before, the next of its own.
+    assert list(last_within(windows, runs)) == [0, 1, 3, 3]
+    with pytest.raises(InputError, match=r"recording 1/20: expected samples of every.*in part 2"):
+        last_within(windows, runs.isel(sample=[0, 1, 2]))
+
+
 class Shapes:
     shapes = SHAPES
 
