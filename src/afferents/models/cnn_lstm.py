@@ -75,18 +75,7 @@ class CnnLstm(Network):
         self.image = image_stack()
         features = image_features(n_rows, n_columns)
         self.lstm = nn.LSTM(features, UNITS, num_layers=3, batch_first=True)
-        self.dense = nn.Sequential(
-            nn.Dropout(0.4),
-            RegularisedLinear(UNITS, 32),
-            nn.ReLU(),
-            batch_norm_units(32),
-            nn.Dropout(0.2),
-            RegularisedLinear(32, 16),
-            nn.ReLU(),
-            batch_norm_units(16),
-            nn.Dropout(0.2),
-            RegularisedLinear(16, n_classes),
-        )
+        self.dense = dense_layers(UNITS, n_classes)
         initialise_like_keras(self)
 
     def features(self, runs: Tensor) -> Tensor:
@@ -97,6 +86,22 @@ class CnnLstm(Network):
     def after(self, of_frames: Tensor) -> Tensor:
         """Return the same of what the image stack made of the frames, (batch, frame, feature)."""
         return last_state(self.lstm, of_frames)
+
+
+def dense_layers(n_features: int, n_classes: int) -> nn.Sequential:
+    """Return the dense layers behind the LSTM (train_dynamic.ipynb, cell 4)."""
+    return nn.Sequential(
+        nn.Dropout(0.4),
+        RegularisedLinear(n_features, 32),
+        nn.ReLU(),
+        batch_norm_units(32),
+        nn.Dropout(0.2),
+        RegularisedLinear(32, 16),
+        nn.ReLU(),
+        batch_norm_units(16),
+        nn.Dropout(0.2),
+        RegularisedLinear(16, n_classes),
+    )
 
 
 def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:

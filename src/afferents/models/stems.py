@@ -9,12 +9,8 @@ from torch import Tensor, nn
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.models.base import Network, Task
-from afferents.models.cnn_lstm import UNITS, CnnLstm, last_state
-from afferents.models.layers import (
-    RegularisedLinear,
-    batch_norm_units,
-    initialise_like_keras,
-)
+from afferents.models.cnn_lstm import UNITS, CnnLstm, dense_layers, last_state
+from afferents.models.layers import initialise_like_keras
 from afferents.models.vibration import VibrationNet
 
 
@@ -80,18 +76,7 @@ class ThreeStems(Network):
         self.lstms = nn.ModuleList(run.lstm for run in runs)
         first = vibration.dense[1]
         assert isinstance(first, nn.Linear)
-        self.dense = nn.Sequential(
-            nn.Dropout(0.4),
-            RegularisedLinear(first.in_features + len(runs) * UNITS, 32),
-            nn.ReLU(),
-            batch_norm_units(32),
-            nn.Dropout(0.2),
-            RegularisedLinear(32, 16),
-            nn.ReLU(),
-            batch_norm_units(16),
-            nn.Dropout(0.2),
-            RegularisedLinear(16, n_classes),
-        )
+        self.dense = dense_layers(first.in_features + len(runs) * UNITS, n_classes)
         initialise_like_keras(self)
 
     def features(self, touches: Tensor) -> Tensor:

@@ -23,10 +23,12 @@ from afferents.reporting.labels import (
 from afferents.reporting.published import published_confusion, published_families
 from afferents.reporting.style import (
     GREY,
-    LINE,
     PROTOCOL_MARKS,
+    draw_chance,
     finish_panels,
     model_panels,
+    name_textures,
+    percent_axes,
     styled,
 )
 from afferents.reporting.table import PAPER_ROW, Cell, Table
@@ -129,10 +131,7 @@ def by_texture_figure(results: Results) -> Figure:
 
 def _draw_model(axes: Axes, results: Results, model: str) -> None:
     textures, summary = results.textures, results.summary
-    axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
-    axes.set_ylim(-3, 103)
-    axes.set_yticks(range(0, 101, 20))
-    axes.grid(axis="y", color=LINE, lw=0.4)
+    percent_axes(axes, model_title(model, summary), least=-3)
     for name, protocol, _ in outcomes(summary):
         if name == model:
             found = accuracy_by_texture(results, model, protocol)
@@ -147,8 +146,5 @@ def _draw_model(axes: Axes, results: Results, model: str) -> None:
             range(len(textures)), published_confusion(model).diagonal(), color=GREY, ls="",
             marker="x", markersize=4, label="paper, its own recordings",
         )  # fmt: skip
-    axes.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
-    names = [texture_names(textures)[texture] for texture in textures]
-    every = -(-len(names) // MOST_NAMES)
-    turned = 90 if max(map(len, names)) > 3 else 0
-    axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned)
+    draw_chance(axes, summary["chance"])
+    name_textures(axes, textures, MOST_NAMES)

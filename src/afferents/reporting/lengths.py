@@ -18,10 +18,11 @@ from afferents.reporting.labels import (
 from afferents.reporting.replicates import drawn_over
 from afferents.reporting.style import (
     GREY,
-    LINE,
     PROTOCOL_MARKS,
+    draw_chance,
     finish_panels,
     model_panels,
+    percent_axes,
     styled,
 )
 from afferents.reporting.table import Cell, Table, mean_and_interval
@@ -69,10 +70,7 @@ def lengths_figure(summary: Summary) -> Figure:
 
 
 def _draw(axes: Axes, summary: Summary, base: str) -> None:
-    axes.set_title(model_title(base, summary), loc="left", fontweight="bold")
-    axes.set_ylim(0, 103)
-    axes.set_yticks(range(0, 101, 20))
-    axes.grid(axis="y", color=LINE, lw=0.4)
+    percent_axes(axes, model_title(base, summary))
     axes.set_xscale("log")
     axes.set_xticks([int(n) for n in summary["lengths"][base]], list(summary["lengths"][base]))
     axes.minorticks_off()
@@ -88,7 +86,7 @@ def _draw(axes: Axes, summary: Summary, base: str) -> None:
         low, high = ([100 * one["ci95"][i] for one in found.values()] for i in (0, 1))
         axes.vlines(at, low, high, color=colour, lw=2.2, alpha=0.35)
     axes.plot([], [], color=GREY, lw=2.2, alpha=0.5, label="95% interval")
-    axes.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
+    draw_chance(axes, summary["chance"])
 
 
 def _outcomes(summary: Summary, base: str, protocol: str) -> dict[str, dict[str, Any]]:

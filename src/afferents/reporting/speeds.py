@@ -18,10 +18,11 @@ from afferents.reporting.labels import (
 from afferents.reporting.published import published_families
 from afferents.reporting.style import (
     GREY,
-    LINE,
     PROTOCOL_MARKS,
+    draw_chance,
     finish_panels,
     model_panels,
+    percent_axes,
     styled,
 )
 from afferents.reporting.texture_names import are_published
@@ -44,10 +45,7 @@ def speed_figure(summary: Summary) -> Figure:
 
 
 def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
-    axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
-    axes.set_ylim(0, 103)
-    axes.set_yticks(range(0, 101, 20))
-    axes.grid(axis="y", color=LINE, lw=0.4)
+    percent_axes(axes, model_title(model, summary))
     split = split_of(summary)
     if split != SPEED:
         _name_groups(axes, summary)
@@ -61,7 +59,7 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
             _draw_intervals(axes, summary, found, protocol)
     if axes.collections:
         axes.plot([], [], color=GREY, lw=2.2, alpha=0.5, label="95% interval")
-    axes.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
+    draw_chance(axes, summary["chance"])
 
 
 def _points(summary: Summary, found: dict[str, Any]) -> list[tuple[float, float]]:

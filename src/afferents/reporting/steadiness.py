@@ -10,8 +10,17 @@ from matplotlib.figure import Figure
 
 from afferents.core.recording import natural_order
 from afferents.reporting.labels import speed_key
-from afferents.reporting.style import BLUE, GREY, INK, LINE, VERMILION, new_figure, styled
-from afferents.reporting.texture_names import texture_axis, texture_letter, texture_names
+from afferents.reporting.style import (
+    BLUE,
+    GREY,
+    INK,
+    LINE,
+    VERMILION,
+    name_textures,
+    new_figure,
+    styled,
+)
+from afferents.reporting.texture_names import texture_axis, texture_letter
 
 PUBLISHED = {
     "sa1": {("a", 50.0): 0.98, ("g", 10.0): 0.86, ("g", 50.0): 0.60, ("g", 100.0): 0.67},
@@ -63,13 +72,7 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
     for name in _TITLES:
         _draw(axes, rows, place, name)
     _draw_published(axes, place)
-    names = texture_names(textures)
-    every = -(-len(textures) // MOST_NAMES)
-    axes.set_xticks(
-        range(0, len(textures), every),
-        [names[texture] for texture in textures[::every]],
-        rotation=90 if max(len(name) for name in names.values()) > 3 else 0,
-    )
+    name_textures(axes, textures, MOST_NAMES)
     axes.set_xlim(-0.6, len(textures) - 0.4)
     axes.set_ylim(min(-0.05, *(float(row[name]) - 0.05 for row in rows for name in _TITLES)), 1.03)
     axes.axhline(0, color=GREY, lw=0.7)

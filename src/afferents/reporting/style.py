@@ -7,6 +7,7 @@ which colour-blind readers can tell apart.
 """
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from afferents.core.files import write_aside
 from afferents.core.outputs import MARK
 from afferents.core.streams import printable
+from afferents.reporting.texture_names import texture_names
 
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (
     "#0072B2",
@@ -127,6 +129,27 @@ def finish_panels(heading: NDArray[Any], grid: NDArray[Any], n_models: int, x: s
         axes.set_axis_off()
     legend = heading[0].legend(handles, names, loc="center left", ncols=len(names))
     legend.set_in_layout(False)
+
+
+def percent_axes(axes: Axes, title: str, least: float = 0) -> None:
+    """Make a panel of accuracy in percent, with its title."""
+    axes.set_title(title, loc="left", fontweight="bold")
+    axes.set_ylim(least, 103)
+    axes.set_yticks(range(0, 101, 20))
+    axes.grid(axis="y", color=LINE, lw=0.4)
+
+
+def draw_chance(axes: Axes, chance: float) -> None:
+    """Draw the line of chance, a share, into a panel of percent."""
+    axes.axhline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
+
+
+def name_textures(axes: Axes, textures: Sequence[str], most: int) -> None:
+    """Name textures that lie at 0, 1, 2, ...: all, or where there are more than `most`, some."""
+    names = [texture_names(textures)[texture] for texture in textures]
+    every = -(-len(names) // most)
+    turned = 90 if max(map(len, names)) > 3 else 0
+    axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned)
 
 
 def frame_all(axes: Axes) -> None:
