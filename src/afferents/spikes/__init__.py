@@ -1,0 +1,5 @@
+"""Spikes of artificial and natural afferents: units that fire, and what is asked of them."""
+
+from afferents.spikes.population import Spikes
+
+__all__ = ["Spikes"]

@@ -1,0 +1,110 @@
+"""Spikes are held, cut, stretched and refused as they must be."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from afferents.core.errors import InputError
+from afferents.spikes import Spikes
+from afferents.spikes.population import joined
+
+UNITS = {"name": ["a", "b", "c"], "class": ["SA", "RA", "PC"]}
+
+
+def population(trains, duration_s=1.0, units=UNITS):
+    n = len(trains)
+    trials = {
+        "texture": [str(i) for i in range(n)],
+        "speed_mm_s": [20.0 * (i + 1) for i in range(n)],
+    }
+    return Spikes.from_trains(trains, units, {**trials, "duration_s": [duration_s] * n})
+
+
+times = st.lists(st.floats(0, 1, allow_subnormal=False), max_size=6).map(sorted)
+rows = st.lists(st.tuples(times, times, st.none() | times), min_size=1, max_size=4)
+
+
+@given(rows)
+def test_trains_come_back_as_they_went_in(trains):
+    spikes = population(trains)
+    for t, row in enumerate(trains):
+        for u, train in enumerate(row):
+            np.testing.assert_array_equal(spikes.train(t, u), train or [])
+            assert spikes.recorded[t, u] == (train is not None)
+    again = Spikes.from_table(spikes.to_table(), spikes.units, spikes.trials)
+    np.testing.assert_array_equal(again.times, spikes.times)
+    np.testing.assert_array_equal(again.offsets, spikes.offsets)
+
+
+@given(rows)
+def test_what_is_selected_and_joined_again_is_the_same(trains):
+    spikes = population(trains)
+    parts = joined(spikes.select(trials=[t]) for t in range(spikes.n_trials))
+    np.testing.assert_array_equal(parts.times, spikes.times)
+    np.testing.assert_array_equal(parts.offsets, spikes.offsets)
+    backwards = spikes.select(units=[2, 0])
+    assert list(backwards.units.index) == ["c", "a"]
+    for t in range(spikes.n_trials):
+        np.testing.assert_array_equal(backwards.train(t, 0), spikes.train(t, 2))
+
+
+@given(rows, st.sampled_from([0.1, 0.25, 1.0]))
+def test_bins_hold_every_spike_once(trains, width_s):
+    spikes = population(trains, duration_s=1.1)
+    binned = spikes.binned(width_s, stop_s=1.0)
+    for t in range(spikes.n_trials):
+        for u in range(3):
+            expected = np.sum(spikes.train(t, u) < width_s * binned.sizes["time"])
+            if spikes.recorded[t, u]:
+                assert binned.values[t, u].sum() == expected
+            else:
+                assert np.isnan(binned.values[t, u]).all()
+
+
+def test_windows_and_stretches():
+    spikes = population([([0.1, 0.5, 0.9], [0.5], None)])
+    late = spikes.window(0.5, 1.0)
+    np.testing.assert_allclose(late.train(0, 0), [0.0, 0.4])
+    assert late.trials["duration_s"].tolist() == [0.5]
+    slow = spikes.stretched(2.0)
+    np.testing.assert_allclose(slow.train(0, 0), [0.2, 1.0, 1.8])
+    np.testing.assert_allclose(slow.rates()[0], [1.5, 0.5, np.nan])
+    assert spikes.of_class("PC", "SA").units.index.tolist() == ["a", "c"]
+
+
+@pytest.mark.parametrize(
+    ("trains", "said"),
+    [
+        ([([0.3, 0.1], [], [])], "ascending order, found 0.1 s in trial 0 of unit a"),
+        ([([], [-0.1], [])], "times of 0 s or more"),
+        ([([np.nan], [], [])], "finite times"),
+        ([([100.0, 250.0], [300.0], [])], "if times are in ms, divide them by 1000"),
+        ([([0.1, 0.2, 1.5], [0.3], [])], "1 spikes lie beyond"),
+        ([([0.1], [0.3])], "trains of 1 trials of 3 units"),
+    ],
+)
+def test_times_that_cannot_be_are_refused(trains, said):
+    with pytest.raises(InputError, match=said):
+        population(trains)
+
+
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ({"name": ["a", "a", "b"], "class": ["SA"] * 3}, "two of the name 'a'"),
+        ({"name": ["a", "b", "c"]}, "a column 'class'"),
+        ({"name": ["a", "b", "c"], "class": ["SA", "RA", "SAI"]}, "'SAI'"),
+    ],
+)
+def test_units_that_cannot_be_are_refused(units, said):
+    with pytest.raises(InputError, match=said):
+        population([([], [], [])], units=units)
+
+
+def test_spikes_of_nobody_are_refused():
+    table = pd.DataFrame({"trial": [0], "unit": ["z"], "time_s": [0.1]})
+    trials = {"texture": ["1"], "duration_s": [1.0]}
+    with pytest.raises(InputError, match="a spike of unit z in trial 0"):
+        Spikes.from_table(table, UNITS, trials)
