@@ -12,7 +12,8 @@ from afferents.core.errors import InputError
 from afferents.rig.config import DEEPEST_MM, Rig
 from afferents.rig.drive import MOTOR_TURNS, Turning, turn
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard
-from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, Skin, SkinOnDrum, SkinResponse
+from afferents.rig.skin import PHYSICS_RATE_HZ, Skin
+from afferents.rig.skin_on_drum import Motion, SkinOnDrum, SkinResponse
 from afferents.rig.surface import Surface, felt
 
 STABLE = 1.5

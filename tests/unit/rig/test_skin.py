@@ -8,7 +8,8 @@ from afferents.core.errors import InputError
 from afferents.rig import Rig, Skin, bumped_surface, felt
 from afferents.rig.kernel import SPAN
 from afferents.rig.run import check_step
-from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, SkinOnDrum, SkinResponse
+from afferents.rig.skin import PHYSICS_RATE_HZ
+from afferents.rig.skin_on_drum import Motion, SkinOnDrum, SkinResponse
 
 SKIN = Skin()
 WEIGHT = np.full(361, 1 / 361)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from afferents.rig import Skin, Surface, bumped_surface, felt
-from afferents.rig.skin import PHYSICS_RATE_HZ, Motion, SkinOnDrum
+from afferents.rig.skin import PHYSICS_RATE_HZ
+from afferents.rig.skin_on_drum import Motion, SkinOnDrum
 
 N = 19
 MN_PER_MG = 1e6
