@@ -1,0 +1,142 @@
+"""Spikes of artificial afferents: units that markers and the microphone drive."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from afferents.core import dims
+from afferents.core.errors import InputError
+from afferents.core.responses import Responses, steady_s
+from afferents.spikes.population import Spikes, joined
+from afferents.spikes.units import UNIT_MODELS, AfferentClass, Drive, afferent_classes
+from afferents.spikes.units.base import Fired
+from afferents.spikes.units.inputs import Input
+
+_SHORTEST_S = 0.1
+
+
+def artificial_spikes(
+    recordings: Iterable[Responses],
+    model: str = "izhikevich",
+    seed: int = 0,
+    classes: Sequence[str] = ("SA", "RA", "PC"),
+    start_s: float | None = None,
+    stop_s: float | None = None,
+) -> Spikes:
+    """Return what units that the fingertip's responses drive would fire; a trial a recording.
+
+    SA units are driven by SA-I and RA units by RA-I, one a marker. PC units are driven by the
+    vibration of the first channel, one a band of frequencies between 40 and 400 Hz. A recording
+    has those classes that it has responses for.
+
+    Between two frames the current is interpolated, so SA and RA units have no timing of their own
+    below a frame's duration; `units.resolution_s` says so.
+
+    Parameters
+    ----------
+    recordings
+        Responses as `core.store.open_responses` yields them.
+    model
+        Of a unit: ``izhikevich`` or ``lif``; see `spikes.units`.
+    seed
+        Draws how units of a class differ.
+    start_s, stop_s
+        The stretch of each recording; without them that at constant speed, or all of it.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or class, a recording has none of the responses or is shorter
+        than 0.1 s, or recordings differ in their markers.
+    """
+    if model not in UNIT_MODELS:
+        raise InputError("model", f"one of {', '.join(UNIT_MODELS)}", f"'{model}'")
+    chosen = _chosen(classes)
+    return joined(
+        _trial(recording, model, seed, chosen, start_s, stop_s) for recording in recordings
+    )
+
+
+def _chosen(classes: Sequence[str]) -> list[AfferentClass]:
+    known = afferent_classes()
+    other = [name for name in classes if name not in known]
+    if other or not classes:
+        raise InputError("classes", f"some of {', '.join(known)}", f"'{', '.join(other)}'")
+    return [known[name] for name in known if name in classes]
+
+
+def _trial(
+    recording: Responses,
+    model: str,
+    seed: int,
+    classes: Sequence[AfferentClass],
+    start_s: float | None,
+    stop_s: float | None,
+) -> Spikes:
+    """Return the spikes of one recording."""
+    start_s, stop_s = stretch_of(recording, start_s, stop_s)
+    units, fired = [], []
+    for afferent in classes:
+        if afferent.variable not in recording:
+            continue
+        felt, values = afferent.felt(recording, start_s, stop_s), afferent.values(model)
+        current = afferent.current(felt.response, values["gain"], seed)
+        fired.append(UNIT_MODELS[model].fire(Drive(current, felt.row, felt.weight), values))
+        units.append(_table(afferent.name, felt))
+    if not units:
+        wanted = " or ".join(afferent.variable for afferent in classes)
+        raise InputError(recording.attrs["name"], f"{wanted}, which drives the units", "none")
+    return _population(pd.concat(units), fired, recording, stop_s - start_s)
+
+
+def _table(name: str, felt: Input) -> pd.DataFrame:
+    """Return the units of a class, by name."""
+    fields = felt.receptive_fields
+    index = pd.Index([f"{name}-{i}" for i in range(len(fields))], name="unit")
+    of_all = {"class": name, "resolution_s": felt.resolution_s}
+    return pd.DataFrame({**of_all, "receptive_field": fields}, index=index)
+
+
+def _population(
+    units: pd.DataFrame, fired: Sequence[Fired], recording: Responses, duration_s: float
+) -> Spikes:
+    before = np.cumsum([0, *units.groupby("class", sort=False).size()])
+    unit = np.concatenate([one.unit + n for one, n in zip(fired, before, strict=False)])
+    time_s = np.minimum(np.concatenate([one.time_s for one in fired]), duration_s)
+    order = np.argsort(unit, kind="stable")  # within a unit, times are in order already
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(unit, minlength=len(units)))])
+    trial = {
+        "recording": recording.attrs["name"],
+        "texture": recording.attrs[dims.TEXTURE],
+        "speed_mm_s": float(recording.attrs[dims.SPEED]),
+        "repetition": 0,
+        "duration_s": duration_s,
+    }
+    recorded = np.ones((1, len(units)), bool)
+    table = pd.DataFrame([trial])
+    return Spikes(time_s[order], offsets.astype(np.int64), units, table, recorded)
+
+
+def stretch_of(
+    recording: Responses, start_s: float | None = None, stop_s: float | None = None
+) -> tuple[float, float]:
+    """Return from when to when a recording is used, s.
+
+    Raises
+    ------
+    InputError
+        If that is less than 0.1 s.
+    """
+    ends = []
+    if dims.TIME in recording:
+        ends.append(float(recording[dims.TIME][-1]))
+    if dims.RA2 in recording:
+        ends.append(recording.sizes[dims.AUDIO_TIME] / recording[dims.RA2].attrs[dims.SAMPLE_RATE])
+    first, last = steady_s(recording) or (0.0, np.inf)
+    begin = first if start_s is None else start_s
+    end = min([*ends, last if stop_s is None else stop_s])
+    if end - begin < _SHORTEST_S:
+        found = f"{begin:g} to {end:g} s"
+        raise InputError(recording.attrs["name"], f"a stretch of {_SHORTEST_S:g} s or more", found)
+    return begin, end
