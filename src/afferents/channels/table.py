@@ -10,6 +10,7 @@ from afferents.channels.sa1 import Sa1
 from afferents.channels.sa1_local import Sa1Local
 from afferents.channels.sa1_vector import Sa1Vector
 from afferents.channels.shear import Shear
+from afferents.channels.spikes import Ra1Spikes, Ra2Spikes, Sa1Spikes
 from afferents.core.errors import InputError
 from afferents.core.own import imported, reference_of
 
@@ -17,7 +18,7 @@ CHANNELS: dict[str, Channel] = {
     channel.name: channel
     for channel in (
         Sa1(), Ra1(), Ra2(), Sa1Vector(), Ra1Signed(), Ra1Vector(), Ra1Circumferential(),
-        Shear(), Sa1Local(),
+        Shear(), Sa1Local(), Sa1Spikes(), Ra1Spikes(), Ra2Spikes(),
     )
 }  # fmt: skip
 """The paper's three, then ours."""

@@ -9,10 +9,13 @@ from afferents.core.dims import (
     RA1,
     RA1_CIRCUMFERENTIAL,
     RA1_SIGNED,
+    RA1_SPIKES,
     RA1_VECTOR,
     RA2,
+    RA2_SPIKES,
     SA1,
     SA1_LOCAL,
+    SA1_SPIKES,
     SA1_VECTOR,
     SHEAR,
 )
@@ -131,6 +134,12 @@ BEYOND: dict[str, Model] = {
             "ridge",
         ),
         _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
+        _row("spike-rate", "RA-I spike rates", RA1_SPIKES, "spike-rate", "discriminant"),
+        _row("sa-spike-rate", "SA-I spike rates", SA1_SPIKES, "spike-rate", "discriminant"),
+        _row("spike-timing", "RA-II spike timing", RA2_SPIKES, "spike-timing", "discriminant"),
+        _row(
+            "spike-images", "RA-I spikes in images", RA1_SPIKES, "spatiotemporal", "cnn-lstm"
+        ),
         _row("shear", "global shear", SHEAR, "moments", "discriminant"),
         _row("sa-local", "SA-I vector without shear", SA1_LOCAL, "moments", "discriminant"),
         _row(

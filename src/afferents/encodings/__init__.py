@@ -28,6 +28,8 @@ from afferents.encodings.spectral import (
     amplitude_spectrum,
     spectral_samples,
 )
+from afferents.encodings.spike_rate import SpikeRateEncoding
+from afferents.encodings.spike_timing import SpikeTimingEncoding, interval_histograms
 from afferents.encodings.streams import ImageStream, Ready
 from afferents.encodings.tactile_image import covered, image_runs, images_of, tactile_images
 from afferents.encodings.wavenumbers import (
@@ -57,6 +59,8 @@ __all__ = [
     "SpatiotemporalEncoding",
     "SpectralEncoding",
     "SpectrumStream",
+    "SpikeRateEncoding",
+    "SpikeTimingEncoding",
     "VibrationEncoding",
     "WaveStream",
     "WavenumberEncoding",
@@ -66,6 +70,7 @@ __all__ = [
     "encoding_of",
     "image_runs",
     "images_of",
+    "interval_histograms",
     "kernel_samples",
     "log_waves",
     "options",

@@ -16,6 +16,8 @@ from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spatial import SpatialEncoding
 from afferents.encodings.spatiotemporal import SpatiotemporalEncoding
 from afferents.encodings.spectral import SpectralEncoding
+from afferents.encodings.spike_rate import SpikeRateEncoding
+from afferents.encodings.spike_timing import SpikeTimingEncoding
 from afferents.encodings.wavenumbers import WavenumberEncoding
 
 ENCODINGS: dict[str, type[Encoding]] = {
@@ -23,7 +25,7 @@ ENCODINGS: dict[str, type[Encoding]] = {
     for kind in (
         SpatialEncoding, SpatiotemporalEncoding, SpectralEncoding,
         OrderEncoding, KernelEncoding, WavenumberEncoding, MarkersEncoding,
-        MomentEncoding,
+        MomentEncoding, SpikeRateEncoding, SpikeTimingEncoding,
     )
 }  # fmt: skip
 """The paper's three, then ours."""
