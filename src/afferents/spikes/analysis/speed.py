@@ -1,0 +1,171 @@
+"""What speed does to spikes: rates that grow with it, and trains that it compresses.
+
+A surface that passes at twice the speed shakes the skin in half the time. If spikes follow the
+surface, a train at one speed, stretched by the ratio of the speeds, is the train at the other
+(Weber et al., PNAS 110:17107, 2013). Rates grow with speed as well, each unit's by a power of its
+own (Lieber & Bensmaia, Cereb. Cortex 2020).
+"""
+
+from itertools import permutations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.core.errors import InputError
+from afferents.spikes.analysis.decoding import require_conditions, summary
+from afferents.spikes.analysis.windows import some_units
+from afferents.spikes.population import Spikes
+
+RESOLUTION_S = 0.002
+"""Bins that trains are compared in, before smoothing."""
+SMOOTHING = 0.06
+"""Standard deviation of the smoothing, as a share of the mean interval of a lattice 1 mm apart."""
+
+
+def rate_slopes(spikes: Spikes) -> pd.DataFrame:
+    """Return how each unit's rate grows with speed: the slope of ln rate over ln speed.
+
+    A slope of 0 is a rate that speed does not change, 1 one that grows in proportion.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a unit: `unit`, `class`, `slope` (mean over textures), `spread` (standard deviation
+        over textures), `n_textures` (those at which it fires at two speeds or more). NaN where
+        there is none.
+
+    Raises
+    ------
+    InputError
+        If a speed is not known, or there are fewer than two.
+    """
+    require_conditions(spikes)
+    rates = spikes.rates()
+    speed = np.log(spikes.trials["speed_mm_s"].to_numpy(np.float64))
+    texture = spikes.trials["texture"].to_numpy(str)
+    slopes = np.array(
+        [_slopes(speed[texture == t], rates[texture == t]) for t in np.unique(texture)]
+    )
+    n = np.sum(np.isfinite(slopes), axis=0)
+    total = np.nansum(slopes, axis=0)
+    mean = np.divide(total, n, out=np.full(len(n), np.nan), where=n > 0)
+    square = np.nansum((slopes - mean) ** 2, axis=0)
+    spread = np.sqrt(np.divide(square, n - 1, out=np.full(len(n), np.nan), where=n > 1))
+    of_units = {"unit": spikes.units.index, "class": spikes.units["class"].to_numpy()}
+    return pd.DataFrame({**of_units, "slope": mean, "spread": spread, "n_textures": n})
+
+
+def _slopes(log_speed: NDArray[np.float64], rates: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (unit,) slopes of ln rate over ln speed, over trials where a unit fires."""
+    fires = np.nan_to_num(rates) > 0
+    logs = np.log(np.where(fires, rates, 1.0))
+    n = fires.sum(axis=0)
+    x = np.where(fires, log_speed[:, None], 0.0)
+    centred = np.where(fires, x - x.sum(axis=0) / np.maximum(n, 1), 0.0)
+    square = (centred**2).sum(axis=0)
+    slope = np.full(rates.shape[1], np.nan)
+    np.divide((centred * logs).sum(axis=0), square, out=slope, where=square > 1e-9)
+    return slope
+
+
+def stretch_match(
+    spikes: Spikes, n_units: int = 8, seconds: float = 2.0, seed: int = 0
+) -> pd.DataFrame:
+    """Return how often a train finds its own texture at another speed, stretched and as it is.
+
+    For two speeds, the trains of each texture at the first are held against those of all textures
+    at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
+    summed over the units of a class, at the shift where it is greatest: where on the drum a
+    recording began is not known.
+
+    Parameters
+    ----------
+    n_units
+        Of each class, drawn at random.
+    seconds
+        How long the trains are that are compared, at the second speed.
+
+    Returns
+    -------
+    pandas.DataFrame
+        `class`, `from_mm_s`, `to_mm_s`, `stretched` (bool), `accuracy`, `chance` (one in the number
+        of textures).
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two textures or speeds, a speed is not known, or trials are too
+        short.
+    """
+    speeds = require_conditions(spikes)
+    rows = []
+    for name in spikes.units["class"].unique():
+        units = some_units(spikes.of_class(name), n_units, np.random.default_rng(seed))
+        if not len(units.times):
+            continue
+        for first, second in permutations(speeds, 2):
+            for stretched in (True, False):
+                accuracy, n = _match(units, first, second, stretched, seconds)
+                given = {"class": name, "from_mm_s": first, "to_mm_s": second}
+                rows.append(
+                    {**given, "stretched": stretched, "accuracy": accuracy, "chance": 1 / n}
+                )
+    return pd.DataFrame(rows)
+
+
+def match_by_class(matches: pd.DataFrame) -> pd.DataFrame:
+    """Return the means of `stretch_match` for each class, with 95% intervals over second speeds."""
+    rows = []
+    for (name, stretched), some in matches.groupby(["class", "stretched"], sort=False):
+        means = some.groupby("to_mm_s")["accuracy"].mean()
+        by_speed = dict(zip(means.index, means, strict=True))
+        rows.append({"class": name, "stretched": stretched, **summary(by_speed)})
+    return pd.DataFrame(rows).assign(chance=float(matches["chance"].mean()))
+
+
+def _match(
+    units: Spikes, first: float, second: float, stretched: bool, seconds: float
+) -> tuple[float, int]:
+    """Return the share of textures that find themselves, and how many there are."""
+    texture = units.trials["texture"].to_numpy(str)
+    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
+    both = sorted(set(texture[speed == first]) & set(texture[speed == second]))
+    if len(both) < 2:
+        found = f"{len(both)} at {first:g} and {second:g} mm/s"
+        raise InputError("spikes", "at least 2 textures at both of two speeds", found)
+    here = [np.flatnonzero((texture == one) & (speed == first))[0] for one in both]
+    there = [np.flatnonzero((texture == one) & (speed == second))[0] for one in both]
+    moved = units.select(trials=here)
+    if stretched:
+        moved = moved.stretched(first / second)
+    kept = units.select(trials=there)
+    n = _common_bins(moved, kept, seconds)
+    sigma = SMOOTHING * 10 / second / RESOLUTION_S  # of bins; finer where the surface runs faster
+    likeness = _likeness(_smoothed(moved, n, sigma), _smoothed(kept, n, sigma))
+    return float(np.mean(likeness.argmax(axis=0) == np.arange(len(both)))), len(both)
+
+
+def _common_bins(moved: Spikes, kept: Spikes, seconds: float) -> int:
+    shortest = min(moved.trials["duration_s"].min(), kept.trials["duration_s"].min(), seconds)
+    return max(int(shortest / RESOLUTION_S), 2)
+
+
+def _smoothed(spikes: Spikes, n: int, sigma: float) -> NDArray[np.complex128]:
+    """Return (trial, unit, frequency): transforms of smoothed trains of mean 0 and variance 1."""
+    counts = np.nan_to_num(spikes.binned(RESOLUTION_S, (n + 0.5) * RESOLUTION_S).values[..., :n])
+    # no circle: the trains' ends are followed by as much silence
+    frequency = np.fft.rfftfreq(2 * n)
+    smooth = np.exp(-2 * (np.pi * frequency * sigma) ** 2)
+    level = counts - counts.mean(axis=-1, keepdims=True)
+    transformed = np.fft.rfft(level, 2 * n, axis=-1) * smooth
+    size = np.sqrt((np.abs(transformed) ** 2).sum(axis=-1, keepdims=True))
+    scaled: NDArray[np.complex128] = transformed / np.where(size > 0, size, np.inf)
+    return scaled
+
+
+def _likeness(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return (first, second): the greatest correlation over shifts, summed over units."""
+    products = np.einsum("auf,buf->abf", first, second.conj())
+    likeness: NDArray[np.float64] = np.fft.irfft(products, axis=-1).max(axis=-1)
+    return likeness

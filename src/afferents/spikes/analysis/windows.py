@@ -1,0 +1,71 @@
+"""Trials cut into windows, and units drawn from many."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from afferents.core.errors import InputError
+from afferents.spikes.population import Spikes, joined
+
+TRIAL = "trial"
+"""Column of the trials: the number of the trial that a window was cut from."""
+
+
+def cut_windows(spikes: Spikes, window_s: float, most: int | None = None) -> Spikes:
+    """Return windows of trials as trials, one after another, none overlapping.
+
+    Parameters
+    ----------
+    window_s
+        Their length.
+    most
+        Of a trial; they are spread evenly over it. None for all.
+
+    Returns
+    -------
+    Spikes
+        Its trials have a column `trial` more, the place of the trial that a window is of.
+
+    Raises
+    ------
+    InputError
+        If a trial is shorter than a window.
+    """
+    shortest = float(spikes.trials["duration_s"].min())
+    if shortest < window_s - 1e-9:
+        found = f"a trial of {shortest:g} s"
+        raise InputError("spikes", f"trials of at least a window, {window_s:g} s", found)
+    parts = []
+    for trial, duration_s in enumerate(spikes.trials["duration_s"]):
+        there = int(duration_s / window_s + 1e-9)
+        places = np.arange(there)
+        if most is not None and there > most:
+            places = np.linspace(0, there - 1, most).astype(int)
+        one = spikes.select(trials=[trial])
+        for place in places:
+            part = one.window(place * window_s, min((place + 1) * window_s, duration_s))
+            parts.append(replace(part, trials=part.trials.assign(**{TRIAL: trial})))
+    return joined(parts)
+
+
+def some_units(spikes: Spikes, n: int, rng: np.random.Generator) -> Spikes:
+    """Return `n` units drawn at random, in their order; all where there are no more."""
+    if spikes.n_units <= n:
+        return spikes
+    return spikes.select(units=np.sort(rng.choice(spikes.n_units, n, replace=False)))
+
+
+def require_units(spikes: Spikes, classes: Sequence[str]) -> None:
+    """Refuse spikes that have no units of some class, or none that ever fires.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    for name in classes:
+        some = spikes.of_class(name)
+        if not some.n_units or not len(some.times):
+            found = "silent units only" if some.n_units else "none"
+            raise InputError("spikes", f"units of class {name} that fire", found)
