@@ -19,8 +19,8 @@ from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
 """Bins that trains are compared in, before smoothing."""
-SMOOTHING = 0.06
-"""Standard deviation of the smoothing, as a share of the mean interval of a lattice 1 mm apart."""
+SMOOTHING_MM = 0.3
+"""Standard deviation of the smoothing, on the surface: less than the finest bumps are apart."""
 
 
 def rate_slopes(spikes: Spikes) -> pd.DataFrame:
@@ -141,7 +141,7 @@ def _match(
         moved = moved.stretched(first / second)
     kept = units.select(trials=there)
     n = _common_bins(moved, kept, seconds)
-    sigma = SMOOTHING * 10 / second / RESOLUTION_S  # of bins; finer where the surface runs faster
+    sigma = SMOOTHING_MM / second / RESOLUTION_S  # of bins
     likeness = _likeness(_smoothed(moved, n, sigma), _smoothed(kept, n, sigma))
     return float(np.mean(likeness.argmax(axis=0) == np.arange(len(both)))), len(both)
 
