@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         init_session,
         inspect,
         load_model,
+        neural,
         record,
         report,
         reproduce,
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
         read_session,
     )
     from afferents.reporting import plot
+    from afferents.spikes import Spikes, artificial_spikes
     from afferents.training import predict, training_config
 
 
@@ -109,6 +111,7 @@ _COMMANDS = (
     "load_model",
     "evaluate_textures",
     "explain_shear",
+    "neural",
     "compare",
 )
 _MODULES = {
@@ -137,6 +140,8 @@ _HOME = {
     "sa1": "channels",
     "Responses": "core.responses",
     "open_responses": "core.store",
+    "Spikes": "spikes",
+    "artificial_spikes": "spikes",
     "ENCODINGS": "encodings",
     "ImageEncoding": "encodings",
     "KernelEncoding": "encodings",
@@ -183,6 +188,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "load_model",
     "evaluate_textures",
     "explain_shear",
+    "neural",
     "compare",
     "DATA_SETS",
     "DataSet",
@@ -202,6 +208,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "sa1",
     "Responses",
     "open_responses",
+    "Spikes",
+    "artificial_spikes",
     "ENCODINGS",
     "ImageEncoding",
     "KernelEncoding",

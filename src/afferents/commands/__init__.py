@@ -11,6 +11,7 @@ from afferents.commands.compare import compare
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.fetch import fetch
 from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
+from afferents.commands.neural import neural
 from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import (
     Extracted,
@@ -38,6 +39,7 @@ __all__ = [
     "init_session",
     "inspect",
     "load_model",
+    "neural",
     "record",
     "report",
     "reproduce",

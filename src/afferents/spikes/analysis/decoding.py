@@ -53,14 +53,18 @@ def decode(
     Raises
     ------
     InputError
-        If there are fewer than two textures or, across speeds, than two speeds, or a speed is not
-        known.
+        If there are fewer than two textures or, across speeds, than two speeds, a speed is not
+        known, or there are too few windows to learn from.
     """
     speeds = require_conditions(windows, across)
     features = binned_features(windows, resolution_s)
     texture = windows.trials["texture"].to_numpy(str)
     found: dict[float, list[NDArray[np.bool_]]] = {}
     for speed, train, test in folds(windows, speeds, across):
+        if len(train) <= len(np.unique(texture)):
+            there = f"{len(train)} windows of {len(np.unique(texture))} textures"
+            wanted = "more windows than textures to learn from"
+            raise InputError("spikes", wanted, there, "choose shorter windows")
         named = _named(features[train], texture[train], features[test], seed)
         found.setdefault(speed, []).append(named == texture[test])
     return {speed: float(np.mean(np.concatenate(right))) for speed, right in found.items()}
@@ -226,6 +230,8 @@ def _named(
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
     from sklearn.pipeline import make_pipeline
 
+    if not np.ptp(train, axis=0).any():  # silent units tell nothing apart
+        return np.full(len(test), texture[0])
     n = min(COMPONENTS, train.shape[1], len(train) - 1)
     reduced = PCA(n, svd_solver="randomized", random_state=seed)
     solver = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
@@ -250,5 +256,9 @@ def _possible(resolutions_s: Sequence[float], units: Spikes, window_s: float) ->
 
 def _parts(windows: Spikes) -> list[Across]:
     """Return what can be held out."""
-    several = len(windows.trials["speed_mm_s"].unique()) > 1
-    return ["speeds", "windows"] if several else ["windows"]
+    n_textures = windows.trials["texture"].nunique()
+    speeds = np.unique(windows.trials["speed_mm_s"])
+    learnt_from = [len(train) for _, train, _ in folds(windows, speeds, "windows")]
+    within = bool(learnt_from) and min(learnt_from) > n_textures
+    parts: dict[Across, bool] = {"speeds": len(speeds) > 1, "windows": within}
+    return [part for part, possible in parts.items() if possible]

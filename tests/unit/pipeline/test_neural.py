@@ -1,0 +1,68 @@
+"""`afferents neural`: from a store of the rig to tables, figures and sentences."""
+
+import json
+
+import pandas as pd
+import pytest
+
+import afferents
+
+
+@pytest.fixture(scope="module")
+def found(stores, tmp_path_factory):
+    out = tmp_path_factory.mktemp("neural") / "out"
+    return afferents.neural(stores["video"], out, window_s=0.05, quiet=True), out
+
+
+def test_tables_figures_and_sentences_are_written(found):
+    results, out = found
+    assert {path.name for path in out.iterdir()} == {
+        *(f"{name}.csv" for name in ("rates", "resolution", "units", "slopes", "stretch")),
+        *(f"{name}.png" for name in ("raster", "resolution", "units", "slopes", "stretch")),
+        "neural.json",
+    }
+    assert set(results.spikes.units["class"]) <= {"SA", "RA", "PC"}
+    again = pd.read_csv(out / "slopes.csv")
+    assert len(again) == results.spikes.n_units
+    facts = json.loads((out / "neural.json").read_text())
+    assert facts["units"]["model"] == "izhikevich"
+    assert any("spikes/s" in sentence for sentence in results.sentences)
+    assert any("stretched" in sentence for sentence in results.sentences)
+
+
+def test_it_goes_on_over_its_own_folder_and_no_other(found, run, stores, tmp_path):
+    _, out = found
+    asked = (
+        "neural",
+        stores["video"],
+        "--classes",
+        "RA",
+        "--units",
+        "lif",
+        "--window-s",
+        "0.05",
+        "--json",
+    )
+    code, said, _ = run(*asked, "--out", out)
+    assert code == 0
+    assert json.loads(said)["units"]["classes"].keys() == {"RA"}
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "thesis.tex").touch()
+    code, _, err = run(*asked, "--out", other)
+    assert code == 2
+    assert "'thesis.tex' in it" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--units", "hodgkin"), "one of izhikevich, lif"),
+        (("--classes", "SA,SAII"), "some of SA, RA, PC"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(run, stores, tmp_path, options, said):
+    code, _, err = run("neural", stores["video"], "--out", tmp_path / "x", *options)
+    assert code == 2
+    assert said in err
+    assert not (tmp_path / "x").exists()
