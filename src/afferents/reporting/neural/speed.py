@@ -14,7 +14,7 @@ def slope_figure(slopes: pd.DataFrame, source: str) -> Figure:
     figure = new_figure(6.4, 2.9, "How firing rates grow with speed", source)
     axes = figure.subplots()
     known = slopes.dropna(subset=["slope"])
-    low, high = np.percentile(known["slope"], [0.5, 99.5]) if len(known) else (0.0, 1.0)
+    low, high = (known["slope"].min(), known["slope"].max()) if len(known) else (0.0, 1.0)
     bins = np.linspace(float(low), float(high), 30).tolist()
     for name, some in known.groupby("class", sort=False):
         weights = np.full(len(some), 100 / len(some))
@@ -24,7 +24,7 @@ def slope_figure(slopes: pd.DataFrame, source: str) -> Figure:
     axes.axvline(0, color=GREY, lw=0.8)
     axes.set_xlabel("slope of ln rate over ln speed (0: speed changes nothing; 1: in proportion)")
     axes.set_ylabel("units of the class (%)")
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper right")
     return figure
 
 
