@@ -1,0 +1,161 @@
+"""Cells of a MATLAB file, with what is known of fibres and trials, as `Spikes`."""
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.core.errors import InputError
+from afferents.spikes.natural.cells import Trains, trains_in
+from afferents.spikes.natural.classes import as_text, classes_of
+from afferents.spikes.natural.description import (
+    AXES,
+    MM_S,
+    SECONDS,
+    Cells,
+    Fibres,
+    Labels,
+    NaturalFile,
+    Trials,
+)
+from afferents.spikes.natural.matlab import read_variables
+from afferents.spikes.population import Spikes
+
+
+def spikes_of_cells(file: Path, described: NaturalFile, description: Path) -> Spikes:
+    """Return the spikes of a MATLAB file.
+
+    Raises
+    ------
+    InputError
+        See `read_natural`.
+    """
+    cells, trials = described.spikes, described.trials
+    labels = (
+        described.fibres.classes, described.fibres.names, trials.textures, trials.speeds_mm_s,
+        trials.duration_s, *trials.conditions.values(),
+    )  # fmt: skip
+    names = {cells.variable, *(one for one in labels if isinstance(one, str))}
+    variables = read_variables(file, *sorted(names))
+    trains = trains_in(variables[cells.variable], cells, file)
+    known = _Known(trains, variables, description)
+    units = known.units(described.fibres)
+    places = known.places()
+    table = known.trials(trials, cells, places)
+    fibre = trains.axes.index("fibre")
+    rows = []
+    for at in places.itertuples(index=False):
+        of_each = ((*at[:fibre], unit, *at[fibre:]) for unit in range(len(units)))
+        rows.append([trains.times.get(place) for place in of_each])
+    kept = [i for i, row in enumerate(rows) if any(train is not None for train in row)]
+    return Spikes.from_trains([rows[i] for i in kept], units, table.iloc[kept], file)
+
+
+class _Known:
+    """What variables and description say of fibres and trials, checked against the cells."""
+
+    def __init__(self, trains: Trains, variables: dict[str, Any], where: Path) -> None:
+        self._trains, self._variables, self._where = trains, variables, where
+
+    def units(self, fibres: Fibres) -> pd.DataFrame:
+        """Return name and class of each fibre."""
+        words = self._labels("fibre", fibres.classes, "classes in [fibres]")
+        classes = classes_of(words, fibres.words, self._where)
+        if fibres.names:
+            names = [as_text(one) for one in self._labels("fibre", fibres.names, "names")]
+        else:
+            number = pd.Series(classes).groupby(classes).cumcount() + 1
+            names = [f"{name}-{n}" for name, n in zip(classes, number, strict=True)]
+        return pd.DataFrame({"name": names, "class": classes})
+
+    def places(self) -> pd.DataFrame:
+        """Return a row a trial: its number along each axis but that of fibres."""
+        axes = [axis for axis in self._trains.axes if axis != "fibre"]
+        numbers = product(*(range(self._trains.size(axis)) for axis in axes))
+        return pd.DataFrame(list(numbers), columns=axes)
+
+    def trials(self, trials: Trials, cells: Cells, places: pd.DataFrame) -> pd.DataFrame:
+        """Return a row a trial: texture, speed, duration, repetition and conditions."""
+        textures = [as_text(t) for t in self._labels("texture", trials.textures, "textures")]
+        if twice := sorted({name for name in textures if textures.count(name) > 1}):
+            raise InputError(self._where, "textures of different names", f"two named '{twice[0]}'")
+        speeds = self._speeds(trials)
+        found: dict[str, Any] = {
+            "texture": np.array(textures, object)[places["texture"]],
+            "speed_mm_s": speeds[places["speed"]] if "speed" in places else speeds[0],
+            "duration_s": self._durations(trials, cells, places),
+            "repetition": places["repetition"] if "repetition" in places else 0,
+        }
+        for axis in (axis for axis in places if axis not in AXES):
+            given = trials.conditions.get(axis, tuple(range(self._trains.size(axis))))
+            values = [_plain(one) for one in self._labels(axis, given, f"{axis} in conditions")]
+            found[axis] = pd.Series(values).to_numpy()[places[axis]]
+        return pd.DataFrame(found, index=places.index)
+
+    def _speeds(self, trials: Trials) -> NDArray[np.float64]:
+        """Return a speed for each that there is along the axis, mm/s."""
+        n, given = self._trains.size("speed"), trials.speeds_mm_s
+        if trials.speed_unknown and "speed" not in self._trains.axes:
+            return np.full(1, np.nan)
+        if given == ():
+            do = "add speeds_mm_s to [trials], or speed_unknown = true if nobody knows it"
+            raise InputError(self._where, "the speed of trials", "none", do)
+        labels = (given,) if isinstance(given, float) else given
+        speeds = self._numbers(self._labels("speed", labels, "speeds_mm_s in [trials]"), "speeds")
+        if len(set(speeds)) < n or not (np.isfinite(speeds) & (speeds > 0)).all():
+            found = ", ".join(f"{v:g}" for v in speeds)
+            raise InputError(self._where, "different speeds of more than 0", found)
+        return speeds * MM_S[trials.speed_unit] if isinstance(given, str) else speeds
+
+    def _durations(
+        self, trials: Trials, cells: Cells, places: pd.DataFrame
+    ) -> NDArray[np.float64] | float:
+        """Return the duration of each trial, s."""
+        given = trials.duration_s
+        if cells.cut is not None:
+            return (cells.cut[1] - cells.cut[0]) * SECONDS[cells.unit]
+        if given is None:
+            do = "add duration_s to [trials], or cut to [spikes]"
+            raise InputError(self._where, "how long trials last", "nothing", do)
+        if isinstance(given, float):
+            return given
+        axes = trials.durations_by if isinstance(given, str) else ("speed",)
+        sizes = tuple(self._trains.size(axis) for axis in axes)
+        content = self._variables[given] if isinstance(given, str) else given
+        values = self._numbers(content, "durations")
+        if values.size == 1:
+            return float(values.ravel()[0])
+        if [n for n in values.shape if n > 1] != [n for n in sizes if n > 1]:
+            expected = f"durations of {' x '.join(axes)} ({' x '.join(map(str, sizes))})"
+            raise InputError(self._where, expected, " x ".join(map(str, values.shape)))
+        at = tuple(places[axis].to_numpy() for axis in axes)
+        return np.asarray(values.reshape(sizes)[at])
+
+    def _labels(self, axis: str, given: Labels, what: str) -> list[Any]:
+        """Return the labels along an axis, as many as there are."""
+        found = self._variables[given] if isinstance(given, str) else given
+        labels = [_single(one) for one in np.asarray(found, object).ravel()]
+        n = self._trains.size(axis)
+        if len(labels) != n:
+            found = f"{len(labels)} in '{given}'" if isinstance(given, str) else f"{len(labels)}"
+            raise InputError(self._where, f"{n} {what}, as the cells have", found)
+        return labels
+
+    def _numbers(self, values: Any, what: str) -> NDArray[np.float64]:
+        try:
+            return np.asarray(values, np.float64)
+        except (TypeError, ValueError):
+            raise InputError(self._where, f"numbers for {what}", "others") from None
+
+
+def _single(value: Any) -> Any:
+    """Return what is in a cell of one value."""
+    return value.ravel()[0] if isinstance(value, np.ndarray) and value.size == 1 else value
+
+
+def _plain(value: Any) -> str | float:
+    """Return a condition as a number where it is one."""
+    return float(value) if isinstance(value, int | float | np.number) else as_text(value)

@@ -1,0 +1,113 @@
+"""Files as laboratories have them: of MATLAB in two versions."""
+
+from itertools import count
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+TEXTURES = ["denim", "silk", "corduroy"]
+SPEEDS = [40.0, 80.0, 120.0]
+CLASSES = ["SA1", "SA1", "RA", "PC"]
+DURATION_S = 1.0
+_NUMBERS = count()
+
+
+@pytest.fixture(scope="session")
+def trains():
+    """Spike times, s, by fibre, texture, speed and repetition; fibre 1 is silent, a PC has a gap."""
+    rng = np.random.default_rng(0)
+    found = np.empty((len(CLASSES), len(TEXTURES), len(SPEEDS), 2), object)
+    for at in np.ndindex(found.shape):
+        n = 0 if at[0] == 1 else 1 + rng.poisson(5)
+        found[at] = np.sort(rng.uniform(0, DURATION_S, n))
+    for repetition in range(2):
+        found[3, 2, 1, repetition] = None
+    return found
+
+
+def cell(values):
+    """A MATLAB cell array of a list, as a row."""
+    row = np.empty((1, len(values)), object)
+    row[0] = values
+    return row
+
+
+def write_v5(path, variables):
+    scipy.io.savemat(path, {name: _struct_array(value) for name, value in variables.items()})
+    return path
+
+
+def _struct_array(value):
+    """An array of structs of a list of dicts, as MATLAB has it."""
+    if not isinstance(value, list):
+        return value
+    structs = np.empty((1, len(value)), [(field, object) for field in value[0]])
+    for number, one in enumerate(value):
+        structs[0, number] = tuple(one.values())
+    return structs
+
+
+def write_v73(path, variables):
+    """Write variables as MATLAB's save -v7.3 does: turned round, cells and structs as references."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        refs = file.create_group("#refs#")
+        for name, value in variables.items():
+            _write(file, refs, name, value)
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+    return path
+
+
+def _write(parent, refs, name, value):
+    if isinstance(value, dict):
+        group = parent.create_group(name)
+        group.attrs["MATLAB_class"] = np.bytes_("struct")
+        for field, one in value.items():
+            _write(group, refs, field, one)
+        return group
+    if isinstance(value, list) and value and isinstance(value[0], dict):  # an array of structs
+        group = parent.create_group(name)
+        group.attrs["MATLAB_class"] = np.bytes_("struct")
+        for field in value[0]:
+            _references(group, refs, field, cell([one[field] for one in value]))
+        return group
+    if isinstance(value, str):
+        codes = np.array([[ord(letter)] for letter in value], np.uint16)
+        return _marked(parent.create_dataset(name, data=codes), "char")
+    array = np.asarray(value)
+    if array.dtype.kind == "O":
+        return _marked(_references(parent, refs, name, array), "cell")
+    array = np.atleast_2d(array).astype(float)
+    if not array.size:
+        empty = parent.create_dataset(name, data=np.array(array.shape, np.uint64))
+        empty.attrs["MATLAB_empty"] = np.uint8(1)
+        return _marked(empty, "double")
+    return _marked(parent.create_dataset(name, data=array.T), "double")
+
+
+def _marked(dataset, kind):
+    dataset.attrs["MATLAB_class"] = np.bytes_(kind)
+    return dataset
+
+
+def _references(parent, refs, name, array):
+    flat = np.empty(array.size, h5py.ref_dtype)
+    for number, one in enumerate(array.ravel()):
+        flat[number] = _write(refs, refs, f"r{next(_NUMBERS)}", one).ref
+    return parent.create_dataset(name, data=flat.reshape(array.shape).T, dtype=h5py.ref_dtype)
+
+
+WRITERS = {"v5": write_v5, "v7.3": write_v73}
+
+
+@pytest.fixture(params=WRITERS)
+def write_mat(request):
+    """Write a MATLAB file, of each version."""
+    return WRITERS[request.param]
+
+
+@pytest.fixture(scope="session")
+def as_cell():
+    return cell

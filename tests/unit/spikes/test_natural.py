@@ -1,0 +1,353 @@
+"""Recordings of natural afferents are read as they are described, or refused in a sentence."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.spikes.natural import described_natural, read_natural
+
+TEXTURES, SPEEDS = ["denim", "silk", "corduroy"], [40.0, 80.0, 120.0]
+DESCRIPTION = """
+file = "spikes.mat"
+
+[spikes]
+variable = "spikes"
+levels = [["fibre", "texture", "speed", "repetition"]]
+empty = "silence"
+
+[fibres]
+classes = "class"
+
+[trials]
+textures = "names"
+speeds_mm_s = [40, 80, 120]
+duration_s = 1.0
+"""
+
+
+def described(folder, text=DESCRIPTION, **changes):
+    """Write a description, with lines replaced by those of the same key."""
+    for key, value in changes.items():
+        text, n = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", text)
+        assert n == 1, key
+    (folder / "natural.toml").write_text(text)
+    return folder / "natural.toml"
+
+
+@pytest.fixture
+def content(trains, as_cell):
+    """Variables of a file: one cell array, classes and names of textures."""
+    cells = np.empty(trains.shape, object)
+    for at in np.ndindex(trains.shape):
+        cells[at] = np.array([[np.nan]]) if trains[at] is None else np.atleast_2d(trains[at])
+    return {
+        "spikes": cells,
+        "class": as_cell(["SA1", "SA-I", "RA", "PC"]),
+        "names": as_cell(TEXTURES),
+        "speeds": np.array([[4.0, 8.0, 12.0]]),
+    }
+
+
+def require_equal(spikes, trains):
+    """Each train is found again at its texture, speed and repetition, gaps as gaps."""
+    trials = spikes.trials
+    for f, i, v, r in np.ndindex(trains.shape):
+        (t,) = trials.index[
+            (trials["texture"] == TEXTURES[i])
+            & (trials["speed_mm_s"] == SPEEDS[v])
+            & (trials["repetition"] == r)
+        ]
+        assert spikes.recorded[t, f] == (trains[f, i, v, r] is not None)
+        expected = [] if trains[f, i, v, r] is None else trains[f, i, v, r]
+        np.testing.assert_allclose(spikes.train(t, f), expected, atol=1e-12)
+
+
+def test_one_cell_array(tmp_path, write_mat, content, trains):
+    write_mat(tmp_path / "spikes.mat", content)
+    spikes = read_natural(described(tmp_path))
+    require_equal(spikes, trains)
+    assert spikes.units.index.tolist() == ["SA-1", "SA-2", "RA-1", "PC-1"]
+    assert described_natural(spikes) == [
+        "4 fibres (2 SA, 1 RA, 1 PC), 3 textures at 40, 80, 120 mm/s.",
+        "Without any spike: SA-2.",
+        "Not recorded: 2 of 72 trials (3%).",
+    ]
+
+
+def test_structs_of_nested_cells_in_ms(tmp_path, write_mat, trains, as_cell):
+    """An array of structs, a fibre each, in which a cell a speed holds textures x repetitions."""
+    fibres = []
+    for f, name in enumerate(["SA1", "SA1", "QA", "PC"]):
+        speeds = []
+        for v in range(3):
+            cells = np.empty((3, 2), object)
+            for i, r in np.ndindex(3, 2):
+                one = trains[f, i, v, r]
+                cells[i, r] = np.array([[np.nan]]) if one is None else 1000 * one[:, None]
+            speeds.append(cells)
+        fibres.append({"times": as_cell(speeds), "type": name, "id": f"f{f}"})
+    fibres[0]["times"][0, 2] = np.empty((0, 0))  # nothing at the fastest speed
+    write_mat(tmp_path / "spikes.mat", {"fibres": fibres, "v": np.array([[4.0, 8, 12]])})
+    spikes = read_natural(
+        described(
+            tmp_path,
+            DESCRIPTION + 'speed_unit = "cm/s"',
+            variable='"fibres.times"\nunit = "ms"',
+            levels='[["fibre"], ["speed"], ["texture", "repetition"]]',
+            classes='"fibres.type"\nnames = "fibres.id"',
+            textures='["denim", "silk", "corduroy"]',
+            speeds_mm_s='"v"',
+        )
+    )
+    missing = trains.copy()
+    missing[0, :, 2] = None
+    require_equal(spikes, missing)
+    assert spikes.units.index.tolist() == ["f0", "f1", "f2", "f3"]
+    assert spikes.units["class"].tolist() == ["SA", "SA", "RA", "PC"]
+
+
+def test_numbers_filled_up_with_nan(tmp_path, write_mat, trains, content):
+    full = np.full((*trains.shape, 20), np.nan)
+    for at in np.ndindex(trains.shape):
+        one = [] if trains[at] is None else trains[at]
+        full[at][: len(one)] = one
+    write_mat(tmp_path / "spikes.mat", {**content, "spikes": full})
+    silent = trains.copy()
+    silent[1] = None  # nobody can tell silence from a gap here
+    require_equal(read_natural(described(tmp_path)), silent)
+
+
+def test_cells_of_fewer_repetitions_are_gaps(tmp_path, write_mat, as_cell):
+    times = np.array([[0.1, 0.2]])
+    nested = as_cell([as_cell([times, times]), as_cell([times])])
+    cells = as_cell([nested, nested])
+    write_mat(tmp_path / "spikes.mat", {"spikes": cells, "d": np.array([[0.5], [0.3]])})
+    text = """
+file = "spikes.mat"
+[spikes]
+levels = [["texture"], ["fibre"], ["repetition"]]
+[fibres]
+classes = ["SA", "PC"]
+[trials]
+textures = [1, 2.5]
+speeds_mm_s = 80
+duration_s = "d"
+durations_by = ["texture"]
+"""
+    spikes = read_natural(described(tmp_path, text))
+    assert spikes.recorded.tolist() == [[True, True], [True, False]] * 2
+    assert spikes.trials["texture"].tolist() == ["1", "1", "2.5", "2.5"]
+    assert spikes.trials["duration_s"].tolist() == [0.5, 0.5, 0.3, 0.3]
+    assert set(spikes.trials["speed_mm_s"]) == {80.0}
+
+
+def test_the_size_that_is_published(tmp_path):
+    """55 textures at 3 speeds, 17 SA, 15 RA and 7 PC fibres, of which some miss a speed."""
+    import scipy.io
+
+    rng = np.random.default_rng(1)
+    cells = np.empty((39, 55, 3, 2), object)
+    for at in np.ndindex(cells.shape):
+        gap = at[0] % 5 == 0 and at[2] == 2
+        cells[at] = np.empty((0, 0)) if gap else np.sort(rng.uniform(0, 1, (1, 1 + at[1])))
+    scipy.io.savemat(tmp_path / "spikes.mat", {"spikes": cells})
+    spikes = read_natural(
+        described(
+            tmp_path,
+            empty='"gap"',
+            classes=str(["SA"] * 17 + ["RA"] * 15 + ["PC"] * 7),
+            textures=str(list(range(55))),
+        )
+    )
+    assert (spikes.n_units, spikes.n_trials) == (39, 330)
+    assert (~spikes.recorded).sum() == 8 * 110
+    counts = spikes.counts()
+    assert np.nanmin(counts) == 1
+    assert np.nanmax(counts) == 55
+
+
+def test_other_axes_and_a_cut(tmp_path, write_mat, as_cell):
+    cells = np.empty((1, 2, 2), object)
+    for at in np.ndindex(cells.shape):
+        cells[at] = np.array([[-0.5, 0.25, 1.5]])
+    write_mat(tmp_path / "spikes.mat", {"spikes": cells})
+    text = """
+file = "spikes.mat"
+[spikes]
+levels = [["fibre", "texture", "force"]]
+cut = [-1, 1]
+[fibres]
+classes = ["PC"]
+[trials]
+textures = ["a", "b"]
+speed_unknown = true
+conditions = { force = [0.5, 1.0] }
+"""
+    spikes = read_natural(described(tmp_path, text))
+    assert spikes.trials["force"].tolist() == [0.5, 1.0, 0.5, 1.0]
+    assert spikes.trials["duration_s"].tolist() == [2.0] * 4
+    assert spikes.trials["speed_mm_s"].isna().all()
+    np.testing.assert_allclose(spikes.train(0, 0), [0.5, 1.25])
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"variable": '"spike"'}, "the variable 'spike', found variables .*names"),
+        ({"variable": '"spikes.times"'}, "a struct with the field 'times'"),
+        ({"unit": '"ms"', "duration_s": "0.0001"}, "times within the trial"),
+        ({"duration_s": "0.001"}, "if times are in ms, divide them by 1000"),
+        ({"textures": '["a", "b", "a"]'}, "textures of different names, found two named 'a'"),
+        ({"textures": '["a", "b"]'}, "3 textures, as the cells have, found 2"),
+        ({"speeds_mm_s": "[]"}, "the speed of trials, found none; add speeds_mm_s"),
+        ({"speeds_mm_s": "[40, 80, 80]"}, "different speeds of more than 0, found 40, 80, 80"),
+        ({"speeds_mm_s": "[40, 80]"}, "3 speeds_mm_s"),
+        ({"classes": '["SA", "RA", "PC", "hair"]'}, "'hair'; say what it stands for: words"),
+        ({"levels": '[["fibre", "texture"], ["speed"]]'}, "a cell array of fibre x texture"),
+        ({"levels": '[["fibre", "texture", "speed"]]'}, "cells of 4 x 3 x 3 x 2"),
+        ({"levels": '[["fibre", "fibre"]]'}, "'fibre' stands twice"),
+        ({"duration_s": '"speeds"'}, "times within the trial|durations"),
+        ({"variable": '"speeds"'}, "numbers of 1 x 3"),
+        ({"file": '"other.mat"'}, "the file 'other.mat' beside it, found no such file"),
+        ({"file": '"spikes.xlsx"'}, r"a file of \.mat, \.nwb, \.csv, \.parquet"),
+        ({"empty": '"nothing"'}, "natural.toml"),
+    ],
+)
+def test_descriptions_that_do_not_fit_are_refused(tmp_path, write_mat, content, changes, said):
+    if changes == {"duration_s": '"speeds"'}:
+        content["speeds"] = content["speeds"][:, :2]
+    write_mat(tmp_path / "spikes.mat", content)
+    text = DESCRIPTION
+    if "unit" in changes:
+        text = text.replace("empty =", 'unit = "s"\nempty =')
+    with pytest.raises(InputError, match=said) as refused:
+        read_natural(described(tmp_path, text, **changes))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        ([0.3, 0.1], "times in ascending order"),
+        ([-0.1, 0.1], "times of 0 s or more"),
+        ([100.0, 200.0], "divide them by 1000"),
+    ],
+)
+def test_times_that_cannot_be_are_refused(tmp_path, write_mat, as_cell, times, said):
+    cells = as_cell([as_cell([np.array([times])])])
+    write_mat(tmp_path / "spikes.mat", {"spikes": cells})
+    text = """
+file = "spikes.mat"
+[spikes]
+levels = [["fibre"], ["texture"]]
+unsorted = "refuse"
+[fibres]
+classes = ["PC"]
+[trials]
+textures = ["a"]
+speeds_mm_s = 80
+duration_s = 1
+"""
+    with pytest.raises(InputError, match=said):
+        read_natural(described(tmp_path, text))
+    if times == [0.3, 0.1]:
+        spikes = read_natural(described(tmp_path, text, unsorted='"sort"'))
+        np.testing.assert_allclose(spikes.train(0, 0), [0.1, 0.3])
+
+
+def test_empty_cells_must_be_explained(tmp_path, write_mat, content):
+    write_mat(tmp_path / "spikes.mat", content)
+    text = DESCRIPTION.replace('empty = "silence"\n', "")
+    said = "18 empty cells, the first at fibre 2, texture 1, speed 1, repetition 1"
+    with pytest.raises(InputError, match=said):
+        read_natural(described(tmp_path, text))
+
+
+@pytest.mark.parametrize("kept", [0.3, 0.9])
+def test_a_broken_file_is_refused(tmp_path, write_mat, content, kept):
+    path = write_mat(tmp_path / "spikes.mat", content)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(kept * len(whole))])
+    with pytest.raises(InputError, match=r"spikes\.mat: expected"):
+        read_natural(described(tmp_path))
+    path.write_bytes(b"no MATLAB file at all" * 20)
+    with pytest.raises(InputError, match="a MATLAB file, found a damaged one"):
+        read_natural(described(tmp_path))
+
+
+def test_hdf5_without_its_package_says_what_to_install(tmp_path, monkeypatch):
+    (tmp_path / "spikes.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n")
+    monkeypatch.setitem(__import__("sys").modules, "h5py", None)
+    with pytest.raises(InputError, match=r"pip install 'afferents\[hdf5\]'"):
+        read_natural(described(tmp_path))
+
+
+TABLE = """
+file = "spikes.csv"
+
+[spikes]
+unit = "ms"
+
+[columns]
+fibre = "neuron"
+speed = "v"
+
+[trials]
+duration_s = 1.0
+"""
+
+
+@pytest.fixture
+def table(trains):
+    """A row a spike; one without a time where nothing was heard."""
+    rows = []
+    for f, i, v, r in np.ndindex(trains.shape):
+        about = (f"n{f}", ["SA", "SA", "RA", "PC"][f], TEXTURES[i], SPEEDS[v], r)
+        one = trains[f, i, v, r]
+        if one is not None:
+            rows += [(*about, 1000 * t) for t in (one if len(one) else [np.nan])]
+    names = ["neuron", "class", "texture", "v", "repetition", "time_s"]
+    return pd.DataFrame(rows, columns=names)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_tables_with_a_row_a_spike(tmp_path, table, trains, suffix):
+    path = tmp_path / f"spikes.{suffix}"
+    table.to_csv(path, index=False) if suffix == "csv" else table.to_parquet(path)
+    text = TABLE.replace("spikes.csv", path.name)
+    require_equal(read_natural(described(tmp_path, text)), trains)
+
+
+def test_tables_that_do_not_fit_are_refused(tmp_path, table):
+    table.to_csv(tmp_path / "spikes.csv", index=False)
+    for old, new, said in (
+        ('speed = "v"', 'speed = "w"', "a column 'w', found columns neuron, class"),
+        ("duration_s = 1.0", "", "how long trials last"),
+        ('unit = "ms"', "", "if times are in ms, divide"),
+    ):
+        with pytest.raises(InputError, match=said):
+            read_natural(described(tmp_path, TABLE.replace(old, new)))
+    table["time_s"] = "soon"
+    table.to_csv(tmp_path / "spikes.csv", index=False)
+    with pytest.raises(InputError, match="numbers in the column 'time_s'"):
+        read_natural(described(tmp_path, TABLE))
+
+
+def test_what_the_page_shows_is_what_is_read(tmp_path, write_mat, content, trains):
+    docs = Path(__file__).resolve().parents[3] / "docs"
+    (page,) = [*docs.glob("neuroscience-files.part.md")] or [docs / "neuroscience.md"]
+    shown = re.findall(r"```toml\n(.*?)```", page.read_text(), flags=re.DOTALL)
+    (text,) = [one for one in shown if "spikes.mat" in one]
+    fibres = []
+    for f, name in enumerate(["SA1", "SA1", "RA", "PC"]):
+        cells = np.empty((3, 3, 2), object)
+        for at in np.ndindex(3, 3, 2):
+            one = trains[(f, *at)]
+            cells[at] = np.array([[np.nan]]) if one is None else 1000 * np.atleast_2d(one)
+        fibres.append({"spikes": cells, "type": name})
+    write_mat(tmp_path / "spikes.mat", {"fibres": fibres, "names": content["names"]})
+    require_equal(read_natural(described(tmp_path, text)), trains)
