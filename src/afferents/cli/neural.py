@@ -22,6 +22,10 @@ def neural(
     window_s: Annotated[
         float, typer.Option(min=0.01, help="Length of the stretches that texture is read from, s.")
     ] = 0.5,
+    natural: Annotated[
+        Path | None,
+        typer.Option(help="TOML file that describes recordings of nerve fibres, to be put beside."),
+    ] = None,
     seed: Annotated[
         int, typer.Option(min=0, help="Draws how units differ, and which are analysed.")
     ] = 0,
@@ -35,6 +39,6 @@ def neural(
     from afferents import commands
 
     asked = tuple(name.strip() for name in classes.split(","))
-    found = commands.neural(store, out, units, seed, asked, window_s, quiet or as_json)
+    found = commands.neural(store, out, units, seed, asked, window_s, natural, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
     say(as_json, found.facts, *found.sentences, *pictures)

@@ -17,6 +17,7 @@ def neural(
     seed: int = 0,
     classes: Sequence[str] = ("SA", "RA", "PC"),
     window_s: float = 0.5,
+    natural: Place | None = None,
     quiet: bool = False,
 ) -> "NeuralResults":
     """Turn a store's responses into spikes, and ask of them what is asked of nerve fibres.
@@ -38,6 +39,8 @@ def neural(
         Of afferents, some of SA, RA and PC.
     window_s
         Of the stretches that texture is read from, s.
+    natural
+        TOML file that describes recordings of nerve fibres, to be put beside; see `read_natural`.
     quiet
         Whether no progress is shown.
 
@@ -61,5 +64,6 @@ def neural(
 
     from afferents.pipeline.neural import neural as run
 
+    fibres = None if natural is None else Path(natural)
     with Progress(quiet) as progress:
-        return run(Path(store), Path(out), progress, units, seed, classes, window_s)
+        return run(Path(store), Path(out), progress, units, seed, classes, window_s, fibres)

@@ -12,6 +12,7 @@ import pandas as pd
 from afferents.core.files import write_aside, write_json
 from afferents.core.outputs import require_picture_folder
 from afferents.core.progress import Progress
+from afferents.pipeline.neural.beside import beside
 from afferents.pipeline.neural.words import sentences_of
 from afferents.pipeline.spikes import spikes_of_store
 from afferents.reporting import save_figure
@@ -31,11 +32,13 @@ from afferents.spikes.analysis import (
 from afferents.spikes.analysis.decoding import WINDOW_S, require_conditions
 from afferents.spikes.analysis.speed import match_by_class
 from afferents.spikes.analysis.windows import some_units
+from afferents.spikes.natural import read_natural
 from afferents.spikes.population import Spikes
 
 FACTS = "neural.json"
 TABLES = ("rates", "resolution", "units", "slopes", "stretch")
 """Of the tables that are written, as CSV."""
+_BESIDE = ("beside_resolution", "beside_stretch")
 RASTER_UNITS, RASTER_S = 12, 0.5
 """Of each class in the raster, and how long it is."""
 
@@ -73,6 +76,7 @@ def neural(
     seed: int = 0,
     classes: Sequence[str] = ("SA", "RA", "PC"),
     window_s: float = WINDOW_S,
+    natural: Path | None = None,
 ) -> NeuralResults:
     """Let a store's recordings drive spiking units, and ask what texture and speed do to them.
 
@@ -86,6 +90,8 @@ def neural(
         See `spikes.artificial_spikes`.
     window_s
         Of the stretches that texture is read from.
+    natural
+        Description of recordings of nerve fibres; see `spikes.natural.read_natural`.
 
     Raises
     ------
@@ -93,7 +99,8 @@ def neural(
         If the folder holds something else, the store can't be read, a recording has no speed, or
         there are fewer than two textures or speeds.
     """
-    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in TABLES))
+    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in TABLES + _BESIDE))
+    fibres = None if natural is None else read_natural(natural)
     spikes = spikes_of_store(store, model, seed, classes, progress=progress)
     require_conditions(spikes)
     tables = _tables(spikes, seed, window_s, progress)
@@ -105,6 +112,12 @@ def neural(
         "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
         "slopes": slope_figure(tables["slopes"], source),
     }
+    sentences = sentences_of(tables)
+    if fibres is not None:
+        both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
+        tables |= {"beside_resolution": both.resolution, "beside_stretch": both.matches}
+        figures["beside"] = both.figure
+        sentences += both.sentences
     out.mkdir(parents=True, exist_ok=True)
     for name, table in tables.items():
         with write_aside(out / f"{name}.csv") as written:
@@ -120,7 +133,7 @@ def neural(
         "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
     }
     write_json(out / FACTS, facts)
-    return NeuralResults(spikes, tables, sentences_of(tables), pictures, facts)
+    return NeuralResults(spikes, tables, sentences, pictures, facts)
 
 
 def _tables(

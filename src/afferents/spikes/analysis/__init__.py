@@ -5,6 +5,7 @@ from afferents.spikes.analysis.decoding import (
     accuracy_by_units,
     decode,
 )
+from afferents.spikes.analysis.matched import matched
 from afferents.spikes.analysis.speed import rate_slopes, stretch_match
 from afferents.spikes.analysis.windows import cut_windows, some_units
 
@@ -13,6 +14,7 @@ __all__ = [
     "accuracy_by_units",
     "cut_windows",
     "decode",
+    "matched",
     "rate_slopes",
     "some_units",
     "stretch_match",

@@ -124,9 +124,7 @@ def _opened(path: Path) -> Iterator[Any]:
         yield content
 
 
-def _units(
-    units: Any, columns: Columns, words: Mapping[str, str], path: Path
-) -> pd.DataFrame:
+def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:
     if "spike_times" not in units.colnames:
         raise InputError(path, "units with spike_times", _listed(units.colnames))
     if columns.fibre_class not in units.colnames:

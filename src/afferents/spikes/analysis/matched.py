@@ -1,0 +1,88 @@
+"""Two populations made alike, so that what is read from them can be compared.
+
+Artificial and natural recordings differ in how many textures, speeds, units and seconds they have;
+more of any makes reading easier or harder. As many of each are kept as both have.
+"""
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.core.errors import InputError
+from afferents.spikes.analysis.decoding import require_conditions
+from afferents.spikes.analysis.windows import some_units
+from afferents.spikes.population import Spikes
+
+_MOST_SPEEDS = 4
+"""Whose ratios are matched."""
+
+
+def matched(first: Spikes, second: Spikes, seed: int = 0) -> tuple[Spikes, Spikes]:
+    """Return two populations with as many textures, speeds, units and seconds as each other.
+
+    Classes that one of them lacks are left out. Speeds are chosen so that their ratios are as alike
+    as can be (30, 60 and 90 mm/s beside 40, 80 and 120); textures and units are drawn with the
+    seed. Textures need not be the same ones: only their number counts.
+
+    Raises
+    ------
+    InputError
+        If they have no class in common, or one has fewer than two textures or speeds, or trials
+        without a speed.
+    """
+    both = [name for name in first.units["class"].unique() if name in set(second.units["class"])]
+    if not both:
+        found = " and ".join(", ".join(one.units["class"].unique()) for one in (first, second))
+        raise InputError("natural", "units of a class that the artificial ones have", found)
+    speeds = alike(require_conditions(first), require_conditions(second))
+    parts = [_at(one.of_class(*both), at) for one, at in zip((first, second), speeds, strict=True)]
+    n_textures = min(len(_textures(part)) for part in parts)
+    if n_textures < 2:
+        raise InputError("natural", "2 textures or more at the speeds compared", f"{n_textures}")
+    length_s = min(float(part.trials["duration_s"].min()) for part in parts)
+    n_units = {name: min(len(part.of_class(name).units) for part in parts) for name in both}
+    return tuple(_cut(part, n_textures, n_units, length_s, seed) for part in parts)  # type: ignore[return-value]
+
+
+def alike(
+    first: NDArray[np.float64], second: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return as many speeds of each as both have, whose ratios differ least.
+
+    Where several do, those that are nearest to each other.
+    """
+    n = min(len(first), len(second), _MOST_SPEEDS)
+
+    def unlike(pair: tuple[tuple[float, ...], tuple[float, ...]]) -> tuple[float, float]:
+        apart = np.log(pair[0]) - np.log(pair[1])
+        return round(float(np.ptp(apart)), 6), float(abs(apart.mean()))  # ratios, then the speeds
+
+    pairs = [(a, b) for a in combinations(first, n) for b in combinations(second, n)]
+    here, there = min(pairs, key=unlike)
+    return np.array(here), np.array(there)
+
+
+def _at(spikes: Spikes, speeds: NDArray[np.float64]) -> Spikes:
+    return spikes.select(trials=spikes.trials["speed_mm_s"].isin(speeds).to_numpy())
+
+
+def _textures(spikes: Spikes) -> NDArray[np.str_]:
+    """Return the textures that are there at every speed."""
+    there = spikes.trials.groupby("texture")["speed_mm_s"].nunique()
+    everywhere: NDArray[np.str_] = there.index[there == there.max()].to_numpy(str)
+    return everywhere
+
+
+def _cut(
+    spikes: Spikes, n_textures: int, n_units: dict[str, int], length_s: float, seed: int
+) -> Spikes:
+    """Return so many textures and units, and so many seconds."""
+    rng = np.random.default_rng(seed)
+    textures = rng.choice(_textures(spikes), n_textures, replace=False)
+    kept = spikes.select(trials=spikes.trials["texture"].isin(textures).to_numpy())
+    units = [
+        kept.units.index.get_indexer(some_units(kept.of_class(name), n, rng).units.index)
+        for name, n in n_units.items()
+    ]
+    return kept.select(units=np.concatenate(units)).window(0, length_s)
