@@ -66,3 +66,36 @@ def test_bad_input_is_refused_in_a_sentence(run, stores, tmp_path, options, said
     assert code == 2
     assert said in err
     assert not (tmp_path / "x").exists()
+
+
+NATURAL = """
+file = "fibres.csv"
+
+[columns]
+fibre = "unit"
+
+[trials]
+duration_s = 0.3
+"""
+
+
+def test_fibres_are_put_beside(found, stores, tmp_path):
+    """Fibres in a table, of which there are fewer: as many artificial units are compared."""
+    results, _ = found
+    few = results.spikes.of_class("RA").select(units=[40, 80, 120, 200, 260]).window(0, 0.3)
+    few.to_table().to_csv(tmp_path / "fibres.csv", index=False)
+    (tmp_path / "fibres.toml").write_text(NATURAL)
+    beside = afferents.neural(
+        stores["video"],
+        tmp_path / "out",
+        classes=["RA"],
+        window_s=0.05,
+        natural=tmp_path / "fibres.toml",
+        quiet=True,
+    )
+    assert (tmp_path / "out" / "beside.png").stat().st_size > 10_000
+    table = pd.read_csv(tmp_path / "out" / "beside_resolution.csv")
+    assert set(table["population"]) == {"artificial", "natural"}
+    assert table["n_units"].nunique() == 1
+    assert table["n_units"].max() <= 5
+    assert any(sentence.startswith("Compared: ") for sentence in beside.sentences)
