@@ -19,6 +19,7 @@ from afferents.cli.shared import (
     PresetName,
     Quiet,
     RecipeFile,
+    StatisticsName,
     SteadyPart,
 )
 
@@ -54,6 +55,7 @@ def train(
         ),
     ] = "speed",
     steady: SteadyPart = None,
+    statistics: StatisticsName = "warmed-up",
     disturb_training: Annotated[
         str | None,
         typer.Option(
@@ -74,7 +76,7 @@ def train(
 
     card = commands.train(
         data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
-        split, parse_steady(steady), disturb_training, recipe, **encoding,
+        split, parse_steady(steady), disturb_training, recipe, statistics, **encoding,
     )  # fmt: skip
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"Model: {out}")
 

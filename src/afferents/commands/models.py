@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from afferents.commands.given import Data, Place, models_in, names_in
 from afferents.core import dims
 from afferents.core.card import Card
-from afferents.core.choices import Device, Precision, Preset
+from afferents.core.choices import Device, Precision, Preset, Statistics
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
 from afferents.core.model import Model
@@ -38,6 +38,7 @@ def train(
     steady: Sequence[float] | None = None,
     disturb_training: "str | Mapping[str, float | str] | Disturbance | None" = None,
     recipe: str | Path | Mapping[str, Any] | None = None,
+    statistics: Statistics = "warmed-up",
     **encoding: Any,
 ) -> Card:
     """Train one model to feel with, on all speeds but the one that calibrates it.
@@ -62,7 +63,7 @@ def train(
         Whether no progress is shown.
     split
         Of what one group calibrates it instead of a speed, such as ``trial``.
-    steady, disturb_training, recipe
+    steady, disturb_training, recipe, statistics
         As of `evaluate`.
 
     Returns
@@ -104,7 +105,7 @@ def train(
             opened, chosen, preset, cut, encodings, seed,
             None if results is None else Path(results), Compute(device, precision),
             what, steady_s, Disturbance.of(disturb_training, "--disturb-training"),
-            hyperparameters,
+            hyperparameters, statistics,
         )  # fmt: skip
         return run(wanted, Path(out), progress, force)
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from afferents.core import dims
+from afferents.core.choices import Statistics
 from afferents.core.documents import as_form, parse_json, read_json
 from afferents.core.forms import (
     Count,
@@ -166,8 +167,8 @@ class Card(BaseModel):
         Part of the recordings that it learnt from, s, where that was said when it was trained.
     disturb_training
         What spoilt the recordings that it learnt from: `--disturb-training`.
-    recipe
-        Hyperparameters of the network that were set otherwise than the preset has them.
+    recipe, statistics
+        Of the network: what was set otherwise than the preset has it; `training_config` says what.
     scores
         Of an evaluation at held-out speeds; empty where there was none.
     """
@@ -203,6 +204,7 @@ class Card(BaseModel):
     steady_s: Steady | None = _unsaid(None)
     disturb_training: Spoilt = _unsaid({})
     recipe: dict[str, Any] = _unsaid({})
+    statistics: Statistics = _unsaid("warmed-up")
     validation_accuracy: Share
     data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()

@@ -42,7 +42,7 @@ def cut_frames(
                 name,
                 f"at least {LAST_FRAME} video frames for the cut 'published'",
                 f"{len(time_s)}",
-                "use --cut all",
+                "the cut 'all' takes shorter ones",
             )
         return slice(FIRST_FRAME, LAST_FRAME)
     begin_s, end_s = (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
@@ -69,7 +69,7 @@ def cut_audio(
                 name,
                 f"at least {AUDIO_S:g} s of audio for the cut 'published'",
                 f"{length_s:.2f} s",
-                "use --cut all",
+                "the cut 'all' takes shorter ones",
             )
         return slice(n_samples - kept, n_samples)
     start, stop = steady_s or (EDGE_S, length_s - EDGE_S)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from afferents.channels import name_of_channel
 from afferents.core import dims
 from afferents.core.card import Card, Score
+from afferents.core.choices import Statistics
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
 from afferents.core.fold import Fold
@@ -73,6 +74,8 @@ class Training:
         What spoils the recordings.
     hyperparameters
         Of a network's training, where not the preset's.
+    statistics
+        How batch normalisation keeps them; see `training_config`.
     """
 
     data: list[OpenedData]
@@ -87,6 +90,7 @@ class Training:
     steady_s: Steady | None = None
     disturbance: Disturbance = field(default_factory=Disturbance)
     hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
+    statistics: Statistics = "warmed-up"
 
 
 def train(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
@@ -152,6 +156,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         scale=learnt.scale,
         preset=training.preset if learns_in_a_loop(model) else None,
         recipe=dict(training.hyperparameters.of_network(_recipe_of(training))),
+        statistics=training.statistics,
         seed=training.seed,
         **_groups_of(samples, fold),
         steady_s=training.steady_s,
@@ -197,7 +202,8 @@ def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
     recipe = recipe_of(training.model, part.encoding)
-    config = training.hyperparameters.training(training.preset, recipe, training.compute)
+    given = (training.preset, recipe, training.compute, training.statistics)
+    config = training.hyperparameters.training(*given)
     network, learnt = fit_once(training.model, part, config, training.seed)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 

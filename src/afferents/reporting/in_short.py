@@ -1,11 +1,13 @@
 """What a newcomer reads first: what was held out, what won, how sure that is, what to do next."""
 
 import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from afferents.core.dims import RA2
 from afferents.core.model import BEST, MODELS
 from afferents.core.split import key_of, split_of
 from afferents.reporting.labels import (
@@ -51,11 +53,17 @@ def winner(summary: Summary) -> Winner | None:
     for protocol in PROTOCOL_TITLES:
         found = _under(summary, protocol)
         if found:
-            recommended = [name for name in BEST if name in found]
+            wanted = _recommended(found)
             best = max(found, key=lambda name: found[name]["mean_accuracy"])
-            named = recommended[0] if recommended else best
-            return Winner(named, protocol, bool(recommended), found[named])
+            named = wanted if wanted in found else best
+            return Winner(named, protocol, wanted in found, found[named])
     return None
+
+
+def _recommended(found: Mapping[str, Any]) -> str:
+    """Return what we recommend for such data: what markers show, if any model was given them."""
+    of_markers = any(MODELS[name].channel != RA2 for name in found if name in MODELS)
+    return BEST[0] if of_markers or BEST[0] in found else BEST[1]
 
 
 def headline(summary: Summary) -> str:
@@ -107,7 +115,12 @@ def next_steps(summary: Summary) -> list[Step]:
     won = winner(summary)
     if won is None:
         return []
-    steps = [_train_longer(summary), _another_session(summary), _worst_place(summary, won)]
+    steps = [
+        _train_longer(summary),
+        _evaluate_best(summary, won),
+        _another_session(summary),
+        _worst_place(summary, won),
+    ]
     if won.model in MODELS:
         steps.append(_use_it(summary, won))
     return [step for step in steps if step is not None]
@@ -185,6 +198,17 @@ def _train_longer(summary: Summary) -> Step | None:
     return Step(
         "Train longer. The preset quick only shows that all of it runs: repeat the command at the "
         "end of this page into another folder, with --preset fast."
+    )
+
+
+def _evaluate_best(summary: Summary, won: Winner) -> Step | None:
+    if won.recommended:
+        return None
+    title = model_title(_recommended(_under(summary, won.protocol)), summary)
+    sources = [data["source"] for data in summary["data"]]
+    return Step(
+        f"Evaluate what we recommend for such recordings, {title}: it was not run here.",
+        shlex.join(["afferents", "evaluate", *sources, "--models", "best", "--out", "BEST"]),
     )
 
 

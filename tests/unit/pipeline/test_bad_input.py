@@ -48,7 +48,10 @@ def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
 def test_recordings_too_short_for_the_published_cut(fails, stores, tmp_path):
     command = ("evaluate", stores["audio"], "--out", tmp_path / "r", "--quiet")
     sentence = fails(*command, "--models", "vib-te", "--cut", "published")
-    assert "at least 60 s of audio for the cut 'published', found 3.00 s; use --cut all" in sentence
+    assert (
+        "at least 60 s of audio for the cut 'published', found 3.00 s; the cut 'all' takes"
+        in sentence
+    )
     # What the data can't support is named with what they can.
     sentence = fails("evaluate", stores["audio"], "--out", tmp_path / "q", "--models", "ra-ste")
     assert "(vib-te, vib-te-aug, ridge-te, order-te" in sentence

@@ -5,6 +5,7 @@ import pytest
 from afferents.reporting.html import render_report
 from afferents.reporting.in_short import (
     beside_the_winner,
+    headline,
     next_steps,
     sureness,
     what_was_asked,
@@ -92,3 +93,14 @@ def test_without_models_there_is_no_more_to_say(results):
     results.summary["models"] = {}
     assert next_steps(results.summary) == beside_the_winner(results.summary) == []
     assert "No model was evaluated." in render_report(results, [])
+
+
+def test_of_markers_vibration_is_not_what_we_recommend(summary):
+    summary["models"]["sa-se"] = summary["models"]["vib-te"]
+    assert ", which did best, names" in headline(summary)
+    first = next_steps(summary)[1]
+    assert "SA-I vector waves: it was not run here" in first.text
+    assert first.command.endswith("--models best --out BEST")
+    del summary["models"]["sa-se"]
+    assert ", which we recommend, names" in headline(summary)
+    assert "not run here" not in texts(summary)
