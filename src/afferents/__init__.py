@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         explain,
         explain_shear,
         export,
+        export_nwb,
         extract,
         fetch,
         import_recording,
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
         read_session,
     )
     from afferents.reporting import plot
+    from afferents.spikes.natural import read_natural, read_nwb
     from afferents.training import predict, training_config
 
 
@@ -103,6 +105,7 @@ _COMMANDS = (
     "reproduce",
     "train",
     "export",
+    "export_nwb",
     "explain",
     "inspect",
     "samples",
@@ -159,6 +162,8 @@ _HOME = {
     "LeaveOneGroupOut": "evaluation",
     "LeaveOneSpeedOut": "evaluation",
     "load_results": "core.results",
+    "read_natural": "spikes.natural",
+    "read_nwb": "spikes.natural",
 }
 
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
@@ -177,6 +182,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "reproduce",
     "train",
     "export",
+    "export_nwb",
     "explain",
     "inspect",
     "samples",
@@ -224,6 +230,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "LeaveOneGroupOut",
     "LeaveOneSpeedOut",
     "load_results",
+    "read_natural",
+    "read_nwb",
 ]
 
 

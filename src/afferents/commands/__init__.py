@@ -11,6 +11,7 @@ from afferents.commands.compare import compare
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.fetch import fetch
 from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
+from afferents.commands.nwb import export_nwb
 from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import (
     Extracted,
@@ -32,6 +33,7 @@ __all__ = [
     "explain",
     "explain_shear",
     "export",
+    "export_nwb",
     "extract",
     "fetch",
     "import_recording",

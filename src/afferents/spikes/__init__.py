@@ -1,5 +1,6 @@
 """Spikes of artificial and natural afferents: units that fire, and what is asked of them."""
 
+from afferents.spikes.neo import from_neo, to_neo
 from afferents.spikes.population import Spikes
 
-__all__ = ["Spikes"]
+__all__ = ["Spikes", "from_neo", "to_neo"]

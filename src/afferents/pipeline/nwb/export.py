@@ -132,18 +132,16 @@ def _write(
     if wanted.markers:
         add_tracks(nwbfile, laid, camera)
     with write_aside(wanted.out) as partial:
-        with warnings.catch_warnings(action="ignore"):  # of the temporary name, which has no .nwb
-            with NWBHDF5IO(str(partial), "w") as io:
-                io.write(nwbfile)
+        # the temporary name has no .nwb, of which there is a warning
+        with warnings.catch_warnings(action="ignore"), NWBHDF5IO(str(partial), "w") as io:
+            io.write(nwbfile)
         frame = 0
         with h5py.File(partial, "r+") as file:
             for one in progress.track(laid, "writing", len(laid)):
                 frame = fill(file, one, frame)
 
 
-def _described(
-    wanted: NwbExport, config: dict[str, Any], recordings: Sequence[Responses]
-) -> Any:
+def _described(wanted: NwbExport, config: dict[str, Any], recordings: Sequence[Responses]) -> Any:
     """Return an NWB file without data: what was done, with which sensor."""
     from pynwb import NWBFile
     from pynwb.file import Subject

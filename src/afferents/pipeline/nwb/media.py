@@ -93,15 +93,19 @@ def add_tracks(nwbfile: Any, laid: Sequence[Laid], camera: Any) -> None:
         return
     n_markers = tracked[0].responses.sizes[dims.MARKER]
     times_s = np.concatenate([one.frame_times_s for one in tracked])
-    n, series = len(times_s), []
+    n, series = len(times_s), list[Any]()
     chunk = min(n, _CHUNK)
     for marker in range(n_markers):
         series.append(
             PoseEstimationSeries(
                 name=_node(marker),
                 description=f"Centre of marker {marker} in the camera's image; NaN where lost.",
-                data=H5DataIO(shape=(n, 2), dtype=np.dtype("float32"), chunks=(chunk, 2), **_COMPRESSION),
-                confidence=H5DataIO(shape=(n,), dtype=np.dtype("float32"), chunks=(chunk,), **_COMPRESSION),
+                data=H5DataIO(
+                    shape=(n, 2), dtype=np.dtype("float32"), chunks=(chunk, 2), **_COMPRESSION
+                ),
+                confidence=H5DataIO(
+                    shape=(n,), dtype=np.dtype("float32"), chunks=(chunk,), **_COMPRESSION
+                ),
                 confidence_definition="1 where the marker was found, 0 where it was lost",
                 reference_frame="Centre of the pixel at the top left; x to the right, y down.",
                 unit="pixels",

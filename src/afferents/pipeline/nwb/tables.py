@@ -43,10 +43,10 @@ def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np
     for name in table:
         about = _TRIALS.get(str(name), "A condition of the recording.")
         nwbfile.add_trial_column(str(name), about)
-    rows = table.to_dict("records")
-    durations_s = spikes.trials["duration_s"]
-    for row, start_s, duration_s in zip(rows, begin, durations_s, strict=True):
-        nwbfile.add_trial(start_time=start_s, stop_time=start_s + duration_s, **row)
+    end = begin + spikes.trials["duration_s"].to_numpy(np.float64)
+    for trial, row in enumerate(table.to_dict("records")):
+        values = {str(name): value for name, value in row.items()}
+        nwbfile.add_trial(start_time=begin[trial], stop_time=end[trial], **values)
     return begin
 
 
