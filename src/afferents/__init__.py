@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         explain,
         explain_shear,
         export,
+        export_nwb,
         extract,
         fetch,
         import_recording,
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
     )
     from afferents.reporting import plot
     from afferents.spikes import Spikes, artificial_spikes
+    from afferents.spikes.natural import read_natural, read_nwb
     from afferents.training import predict, training_config
 
 
@@ -105,6 +107,7 @@ _COMMANDS = (
     "reproduce",
     "train",
     "export",
+    "export_nwb",
     "explain",
     "inspect",
     "samples",
@@ -164,6 +167,8 @@ _HOME = {
     "LeaveOneGroupOut": "evaluation",
     "LeaveOneSpeedOut": "evaluation",
     "load_results": "core.results",
+    "read_natural": "spikes.natural",
+    "read_nwb": "spikes.natural",
 }
 
 __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
@@ -182,6 +187,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "reproduce",
     "train",
     "export",
+    "export_nwb",
     "explain",
     "inspect",
     "samples",
@@ -232,6 +238,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "LeaveOneGroupOut",
     "LeaveOneSpeedOut",
     "load_results",
+    "read_natural",
+    "read_nwb",
 ]
 
 

@@ -19,6 +19,7 @@ NAMES = [
     "train",
     "compare",
     "export",
+    "export_nwb",
     "explain",
     "explain_shear",
     "inspect",

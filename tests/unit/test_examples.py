@@ -53,7 +53,8 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
         "samples",
         "evaluate",
     ]
-    for name in [*shown, "report", "train", "load_model", "explain", "explain_shear", "export"]:
+    shown += ["report", "train", "load_model", "explain", "explain_shear", "export", "export_nwb"]
+    for name in shown:
         (example,) = finder.find(names[name], name, module=False, globs=names)
         found = doctest.DocTestRunner().run(example, clear_globs=False)
         assert found.attempted > 0, name

@@ -15,6 +15,7 @@ from afferents.cli.fetch import fetch
 from afferents.cli.live import live
 from afferents.cli.models import explain, export, train
 from afferents.cli.neural import neural
+from afferents.cli.nwb import export_nwb
 from afferents.cli.record import import_, record
 from afferents.cli.recordings import align, calibrate, extract, init, inspect, track
 from afferents.cli.reproduction import reproduce
@@ -50,7 +51,7 @@ def _afferents(
 for _command in (
     *(fetch, record, init, inspect, calibrate, track, simulate, drum, extract),
     *(evaluate, report, status, compare),
-    *(train, explain, export, align, live, neural),
+    *(train, explain, export, align, live, neural, export_nwb),
     *(reproduce, devices, doctor),
 ):
     app.command()(_command)

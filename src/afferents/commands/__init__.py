@@ -12,6 +12,7 @@ from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.fetch import fetch
 from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
 from afferents.commands.neural import neural
+from afferents.commands.nwb import export_nwb
 from afferents.commands.record import import_recording, record
 from afferents.commands.recordings import (
     Extracted,
@@ -33,6 +34,7 @@ __all__ = [
     "explain",
     "explain_shear",
     "export",
+    "export_nwb",
     "extract",
     "fetch",
     "import_recording",

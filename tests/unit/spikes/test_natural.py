@@ -1,7 +1,6 @@
 """Recordings of natural afferents are read as they are described, or refused in a sentence."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -206,11 +205,13 @@ conditions = { force = [0.5, 1.0] }
         ({"speeds_mm_s": "[]"}, "the speed of trials, found none; add speeds_mm_s"),
         ({"speeds_mm_s": "[40, 80, 80]"}, "different speeds of more than 0, found 40, 80, 80"),
         ({"speeds_mm_s": "[40, 80]"}, "3 speeds_mm_s"),
-        ({"classes": '["SA", "RA", "PC", "hair"]'}, "'hair'; say what it stands for: words"),
+        ({"classes": '["SA", "RA", "PC", "hair"]'}, "'hair'; say in words which"),
         ({"levels": '[["fibre", "texture"], ["speed"]]'}, "a cell array of fibre x texture"),
         ({"levels": '[["fibre", "texture", "speed"]]'}, "cells of 4 x 3 x 3 x 2"),
         ({"levels": '[["fibre", "fibre"]]'}, "'fibre' stands twice"),
         ({"duration_s": '"speeds"'}, "times within the trial|durations"),
+        ({"duration_s": '"speeds"\ndurations_by = ["fibre"]'}, "axes of trials .*, found 'fibre'"),
+        ({"duration_s": "1.0\nconditions = { force = [1] }"}, "in conditions .*, found 'force'"),
         ({"variable": '"speeds"'}, "numbers of 1 x 3"),
         ({"file": '"other.mat"'}, "the file 'other.mat' beside it, found no such file"),
         ({"file": '"spikes.xlsx"'}, r"a file of \.mat, \.nwb, \.csv, \.parquet"),
@@ -335,19 +336,3 @@ def test_tables_that_do_not_fit_are_refused(tmp_path, table):
     table.to_csv(tmp_path / "spikes.csv", index=False)
     with pytest.raises(InputError, match="numbers in the column 'time_s'"):
         read_natural(described(tmp_path, TABLE))
-
-
-def test_what_the_page_shows_is_what_is_read(tmp_path, write_mat, content, trains):
-    docs = Path(__file__).resolve().parents[3] / "docs"
-    (page,) = [*docs.glob("neuroscience-files.part.md")] or [docs / "neuroscience.md"]
-    shown = re.findall(r"```toml\n(.*?)```", page.read_text(), flags=re.DOTALL)
-    (text,) = [one for one in shown if "spikes.mat" in one]
-    fibres = []
-    for f, name in enumerate(["SA1", "SA1", "RA", "PC"]):
-        cells = np.empty((3, 3, 2), object)
-        for at in np.ndindex(3, 3, 2):
-            one = trains[(f, *at)]
-            cells[at] = np.array([[np.nan]]) if one is None else 1000 * np.atleast_2d(one)
-        fibres.append({"spikes": cells, "type": name})
-    write_mat(tmp_path / "spikes.mat", {"fibres": fibres, "names": content["names"]})
-    require_equal(read_natural(described(tmp_path, text)), trains)

@@ -36,7 +36,7 @@ def classes_of(words: Iterable[object], own: Mapping[str, str], where: Path | st
                 where,
                 "classes SA, RA or PC of fibres",
                 f"'{text}'",
-                f'say what it stands for: words = {{ "{text}" = "SA" }} in [fibres]',
+                f"say in words which of them '{text}' is",
             )
         found.append(name)
     return found

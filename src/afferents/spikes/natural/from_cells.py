@@ -1,5 +1,6 @@
 """Cells of a MATLAB file, with what is known of fibres and trials, as `Spikes`."""
 
+from collections.abc import Iterable
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -87,9 +88,10 @@ class _Known:
             "texture": np.array(textures, object)[places["texture"]],
             "speed_mm_s": speeds[places["speed"]] if "speed" in places else speeds[0],
             "duration_s": self._durations(trials, cells, places),
-            "repetition": places["repetition"] if "repetition" in places else 0,
+            "repetition": places.get("repetition", 0),
         }
-        for axis in (axis for axis in places if axis not in AXES):
+        self._require_axes(trials.conditions, "conditions")
+        for axis in (str(axis) for axis in places if axis not in AXES):
             given = trials.conditions.get(axis, tuple(range(self._trains.size(axis))))
             values = [_plain(one) for one in self._labels(axis, given, f"{axis} in conditions")]
             found[axis] = pd.Series(values).to_numpy()[places[axis]]
@@ -123,6 +125,7 @@ class _Known:
         if isinstance(given, float):
             return given
         axes = trials.durations_by if isinstance(given, str) else ("speed",)
+        self._require_axes(axes, "durations_by")
         sizes = tuple(self._trains.size(axis) for axis in axes)
         content = self._variables[given] if isinstance(given, str) else given
         values = self._numbers(content, "durations")
@@ -133,6 +136,13 @@ class _Known:
             raise InputError(self._where, expected, " x ".join(map(str, values.shape)))
         at = tuple(places[axis].to_numpy() for axis in axes)
         return np.asarray(values.reshape(sizes)[at])
+
+    def _require_axes(self, named: Iterable[str], what: str) -> None:
+        """Refuse names that are no axes of trials."""
+        axes = [axis for axis in self._trains.axes if axis != "fibre"]
+        if other := [name for name in named if name not in axes]:
+            expected = f"axes of trials ({', '.join(axes)}) in {what} of [trials]"
+            raise InputError(self._where, expected, f"'{other[0]}'")
 
     def _labels(self, axis: str, given: Labels, what: str) -> list[Any]:
         """Return the labels along an axis, as many as there are."""

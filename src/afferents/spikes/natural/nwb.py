@@ -17,6 +17,11 @@ from afferents.spikes.population import Spikes
 
 _WITHIN_S = 1e-6
 """Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
+_BROKEN = (
+    OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, RuntimeError,
+    NotImplementedError, OverflowError, MemoryError,
+)  # fmt: skip
+"""What pynwb and h5py raise at files that are damaged; which, follows no rule."""
 _TIMES = ("start_time", "stop_time")
 
 
@@ -60,8 +65,12 @@ def read_nwb(
     """
     path = Path(path)
     named = Columns(
-        fibre=fibre, fibre_class=fibre_class, texture=texture, speed=speed or "", repetition=repetition
-    )  # fmt: skip
+        fibre=fibre,
+        fibre_class=fibre_class,
+        texture=texture,
+        speed=speed or "",
+        repetition=repetition,
+    )
     return _spikes(path, named, words or {}, MM_S[speed_unit], None)
 
 
@@ -89,9 +98,9 @@ def _spikes(
     one_speed: float | None,
 ) -> Spikes:
     with _opened(path) as content:
-        if content.units is None or content.trials is None:
-            missing = "units" if content.units is None else "trials"
-            raise InputError(path, "units and trials", f"no {missing}")
+        for what in ("units", "trials"):
+            if not getattr(content, what):
+                raise InputError(path, "units and trials", f"no {what}")
         trials = content.trials.to_dataframe()
         units = _units(content.units, columns, words, path)
         found = [_unit(content.units, number) for number in range(len(units))]
@@ -111,17 +120,10 @@ def _opened(path: Path) -> Iterator[Any]:
         raise InputError(path, "an NWB file", "no such file")
     pynwb = import_extra("nwb", str(path), "pynwb")
     try:
-        io = pynwb.NWBHDF5IO(str(path), "r", load_namespaces=True)
-    except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
-        raise InputError(path, "an NWB file", f"none that can be read ({reason_of(error)})") from (
-            error
-        )
-    with io:
-        try:
-            content = io.read()
-        except (OSError, ValueError, TypeError, KeyError, RuntimeError, AttributeError) as error:
-            raise InputError(path, "an NWB file", f"a damaged one ({reason_of(error)})") from error
-        yield content
+        with pynwb.NWBHDF5IO(str(path), "r", load_namespaces=True) as io:
+            yield io.read()
+    except _BROKEN as error:
+        raise InputError(path, "an NWB file", f"a damaged one ({reason_of(error)})") from error
 
 
 def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:

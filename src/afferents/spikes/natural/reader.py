@@ -68,12 +68,11 @@ def described_natural(spikes: Spikes) -> list[str]:
     at = f" at {', '.join(f'{v:g}' for v in speeds)} mm/s" if speeds else ", at unknown speeds"
     n_textures = spikes.trials["texture"].nunique()
     said = [f"{_n(spikes.n_units, 'fibre')} ({of_class}), {_n(n_textures, 'texture')}{at}."]
-    total = spikes.counts()
-    silent = spikes.units.index[(total == total).any(axis=0) & ~(total > 0).any(axis=0)]
-    if len(silent):
+    names, there = spikes.units.index.to_numpy(str), spikes.recorded.any(axis=0)
+    fires = (spikes.counts() > 0).any(axis=0)
+    if len(silent := names[there & ~fires].tolist()):
         said.append(f"Without any spike: {_listed(silent)}.")
-    absent = spikes.units.index[~spikes.recorded.any(axis=0)]
-    if len(absent):
+    if len(absent := names[~there].tolist()):
         said.append(f"Never recorded: {_listed(absent)}.")
     if missing := int((~spikes.recorded).sum()):
         share = missing / spikes.recorded.size

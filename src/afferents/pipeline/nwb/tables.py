@@ -1,0 +1,113 @@
+"""Units and trials of an NWB file."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.core.responses import conditions
+from afferents.pipeline.nwb.clock import Laid
+from afferents.spikes.artificial import stretch_of
+from afferents.spikes.population import Spikes
+from afferents.spikes.units.base import RATE_HZ
+
+_TRIALS = {
+    "texture": "What the fingertip slid over.",
+    "speed_mm_s": "Sliding speed in mm/s; NaN where it is not known.",
+    "repetition": "Number of the repetition, from 0.",
+    "recording": "Name of the recording in the store.",
+}
+_UNITS = {
+    "unit_name": "Name of the unit.",
+    "class": "SA: slowly adapting type I. RA: rapidly adapting type I. PC: Pacinian (RA-II).",
+    "resolution_s": "Spike times are no finer than this, in s: frames of the camera lie so far "
+    "apart, and times between them are interpolated.",
+}
+_FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."
+_NUMBERS = "iufb"
+
+
+def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np.float64]:
+    """Add a trial a recording: the stretch of it in which units were run.
+
+    Returns
+    -------
+    `(trial,)`, when each begins on the session's clock, s.
+    """
+    begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in laid])
+    table = spikes.trials.drop(columns="duration_s")
+    further = _conditions(laid)
+    table = table.join(further.drop(columns=[name for name in further if name in table]))
+    for name in table:
+        about = _TRIALS.get(str(name), "A condition of the recording.")
+        nwbfile.add_trial_column(str(name), about)
+    end = begin + spikes.trials["duration_s"].to_numpy(np.float64)
+    for trial, row in enumerate(table.to_dict("records")):
+        values = {str(name): value for name, value in row.items()}
+        nwbfile.add_trial(start_time=begin[trial], stop_time=end[trial], **values)
+    return begin
+
+
+def _conditions(laid: Sequence[Laid]) -> pd.DataFrame:
+    """Return conditions of recordings: numbers, NaN where one has none, else texts."""
+    table = pd.DataFrame([conditions(one.responses) for one in laid], index=range(len(laid)))
+    for name in table:
+        values = table[name].infer_objects()
+        is_numeric = values.dtype.kind in _NUMBERS
+        table[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
+    return table.rename(columns=lambda name: str(name).replace("/", "_"))
+
+
+def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> None:
+    """Add units with their spikes on the session's clock, and when each was observed.
+
+    Columns are made as whole arrays: spike by spike, as `add_unit` has it, a session would not fit
+    into memory.
+    """
+    from hdmf.common import ElementIdentifiers, VectorData
+    from pynwb.misc import Units
+
+    end_s = begin_s + spikes.trials["duration_s"].to_numpy(np.float64)
+    seen = [np.flatnonzero(of_unit) for of_unit in spikes.recorded.T]
+    times = [_times(spikes, unit, trials, begin_s) for unit, trials in enumerate(seen)]
+    intervals = [np.stack([begin_s[trials], end_s[trials]], axis=1) for trials in seen]
+    columns = [
+        *_ragged("spike_times", "Times of spikes on the session's clock, s.", times),
+        *_ragged("obs_intervals", "Trials in which the unit was there, s.", intervals),
+    ]
+    values = {
+        "unit_name": spikes.units.index.to_numpy(str).tolist(),
+        "class": spikes.units["class"].to_numpy(str).tolist(),
+        "resolution_s": spikes.units["resolution_s"].to_numpy(np.float64),
+    }
+    for name, about in _UNITS.items():
+        columns.append(VectorData(name=name, description=about, data=values[name]))
+    fields = [np.asarray(field, np.int64) for field in spikes.units["receptive_field"]]
+    if all(map(len, fields)):
+        columns += _ragged("receptive_field", _FIELD, fields)
+    nwbfile.units = Units(
+        name="units",
+        description="Units that the fingertip's responses drive.",
+        id=ElementIdentifiers(name="id", data=np.arange(spikes.n_units)),
+        resolution=1 / RATE_HZ,
+        columns=columns,
+        colnames=[one.name for one in columns if not one.name.endswith("_index")],
+    )
+
+
+def _times(
+    spikes: Spikes, unit: int, trials: NDArray[np.int64], begin_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    trains = [begin_s[trial] + spikes.train(int(trial), unit) for trial in trials]
+    return np.concatenate([*trains, np.empty(0)])
+
+
+def _ragged(name: str, about: str, parts: Sequence[NDArray[Any]]) -> list[Any]:
+    """Return a column of as many values a row as there are, and where each row's end."""
+    from hdmf.common import VectorData, VectorIndex
+
+    values = VectorData(name=name, description=about, data=np.concatenate(parts))
+    ends = np.cumsum([len(part) for part in parts]).astype(np.uint64)
+    return [values, VectorIndex(name=f"{name}_index", data=ends, target=values)]

@@ -1,0 +1,140 @@
+"""A store as an NWB file: sound by the inspector, and the same when it is read again."""
+
+import shutil
+from itertools import pairwise
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+import afferents
+from afferents.core.errors import InputError
+from afferents.core.store import open_responses
+from afferents.pipeline.nwb.clock import laid_out
+from afferents.pipeline.spikes import spikes_of_store
+
+pynwb = pytest.importorskip("pynwb")
+
+
+@pytest.fixture(scope="module")
+def content(written):
+    with pynwb.NWBHDF5IO(str(written), "r", load_namespaces=True) as io:
+        yield io.read()
+
+
+def test_spikes_come_back_as_they_went_in(written, stores):
+    expected, found = spikes_of_store(stores["video"]), afferents.read_nwb(written)
+    np.testing.assert_array_equal(found.offsets, expected.offsets)
+    np.testing.assert_allclose(found.times, expected.times, atol=1e-9)
+    np.testing.assert_array_equal(found.recorded, expected.recorded)
+    pd.testing.assert_frame_equal(found.units, expected.units, check_dtype=False)
+    same = found.trials[list(expected.trials)]
+    pd.testing.assert_frame_equal(same, expected.trials, check_dtype=False)
+    assert set(found.trials["direction"]) == {"+x"}
+
+
+def test_the_inspector_finds_nothing_critical(written):
+    from nwbinspector import Importance, inspect_nwbfile
+
+    found = list(inspect_nwbfile(nwbfile_path=str(written)))
+    grave = [
+        one for one in found if one.importance.value > Importance.BEST_PRACTICE_VIOLATION.value
+    ]
+    assert grave == []
+    said = {one.check_function_name for one in found}
+    assert said <= {
+        "check_experimenter_exists",
+        "check_institution",
+        "check_subject_species_exists",  # of a fingertip
+    }
+
+
+def test_videos_sound_and_markers_lie_on_one_clock(content, written, stores, small_session):
+    laid = laid_out(open_responses(stores["video"]))
+    assert all(a.stop_s < b.start_s for a, b in pairwise(laid))
+    series = content.processing["behavior"]["markers"].pose_estimation_series
+    times_s = series["marker_007"].timestamps[:]
+    for one in laid:
+        video = content.acquisition[f"video_{one.name}"]
+        path = (written.parent / video.external_file[0]).resolve()
+        assert path == (small_session / one.responses.attrs["name"] / "video.mp4").resolve()
+        assert video.starting_time == one.start_s
+        assert video.num_samples == one.responses.sizes["time"]
+        sound = content.acquisition[f"sound_{one.name}"]
+        assert sound.neurodata_type == "AcousticWaveformSeries"
+        assert (sound.starting_time, sound.rate) == (one.start_s, 8000)
+        np.testing.assert_array_equal(sound.data[:], one.responses["ra2"].values[:, 0])
+        first = np.searchsorted(times_s, one.start_s)
+        frames = slice(first, first + one.responses.sizes["time"])
+        np.testing.assert_allclose(times_s[frames], one.frame_times_s)
+        place = series["marker_007"].data[frames]
+        np.testing.assert_array_equal(place, one.responses["position"].values[:, 7])
+        found = series["marker_007"].confidence[frames]
+        np.testing.assert_array_equal(found, one.responses["detected"].values[:, 7])
+    trials = content.trials.to_dataframe()
+    begin = [one.start_s + 0.17 for one in laid]
+    np.testing.assert_allclose(trials["start_time"], begin)
+
+
+def test_what_was_done_is_said(content):
+    assert "simulated" in content.session_description
+    assert "one after another" in content.session_description
+    assert "No nerve fibre was recorded" in content.session_description
+    assert content.session_start_time.isoformat() == "2026-03-31T09:30:00+02:00"
+    assert {"camera", "fingertip"} == set(content.devices)
+    assert '"sensor"' in content.data_collection
+    assert content.units.resolution > 0
+
+
+def test_sound_alone(stores, tmp_path, run):
+    out = tmp_path / "sounds.nwb"
+    code, said, _ = run("export-nwb", stores["audio"], out, "--classes", "PC", "--model", "lif")
+    assert (code, said) == (0, f"NWB: {out}\n")
+    found = afferents.read_nwb(out)
+    assert set(found.units["class"]) == {"PC"}
+    assert found.n_trials == 12
+    size = out.stat().st_size
+    code, _, _ = run("export-nwb", stores["audio"], out, "--no-sound", "--force", "--quiet")
+    assert code == 0
+    assert out.stat().st_size < size / 2
+
+
+def test_what_cannot_be_written_is_one_sentence(stores, sounds, tmp_path, fails, written):
+    store = stores["video"]
+    assert "a name that ends in .nwb" in fails("export-nwb", store, tmp_path / "x.h5")
+    out = tmp_path / "x.nwb"
+    assert "'afferents extract'" in fails("export-nwb", tmp_path / "none.zarr", out)
+    assert "one of izhikevich, lif" in fails("export-nwb", store, out, "--model", "hh")
+    assert "some of SA, RA, PC" in fails("export-nwb", store, out, "--classes", "SA,XX")
+    assert "a date and time" in fails("export-nwb", store, out, "--start-time", "noon")
+    assert "that the store was extracted from" in fails(
+        "export-nwb", store, out, "--session", sounds
+    )
+    out.write_text("mine")
+    assert "a file that holds something else" in fails("export-nwb", store, out, "--force")
+    copy = shutil.copy(written, tmp_path / "copy.nwb")
+    assert "an earlier one; add --force" in fails("export-nwb", store, copy)
+    assert {path.name for path in tmp_path.iterdir()} == {"x.nwb", "copy.nwb"}
+
+
+def test_without_the_packages_it_says_what_to_install(stores, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pynwb", None)
+    with pytest.raises(InputError, match=r"pip install 'afferents\[nwb\]'"):
+        afferents.export_nwb(stores["video"], tmp_path / "x.nwb", quiet=True)
+
+
+def test_a_recording_that_has_changed_leaves_nothing(stores, tmp_path):
+    store = Path(shutil.copytree(stores["audio"], tmp_path / "s.zarr"))
+    chunk = next(path for path in (store / "1/20/ra2/c").rglob("*") if path.is_file())
+    other = next(path for path in (store / "3/60/ra2/c").rglob("*") if path.is_file())
+    shutil.copy(other, chunk)
+    with pytest.raises(InputError):
+        afferents.export_nwb(store, tmp_path / "x.nwb", quiet=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["s.zarr"]
+
+
+def test_the_file_is_plain_hdf5(written):
+    with h5py.File(written) as file:
+        assert file.attrs["nwb_version"].startswith("2.")

@@ -1,0 +1,77 @@
+"""What the page on files shows is what is read."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.spikes.natural import read_natural
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+(PAGE,) = [*DOCS.glob("neuroscience-files.part.md")] or [DOCS / "neuroscience.md"]
+TEXT = PAGE.read_text(encoding="utf-8").partition("## Natural afferents")[2]
+
+
+def shown(language, holding=""):
+    blocks = re.findall(rf"```{language}\n(.*?)```", TEXT, flags=re.DOTALL)
+    return [block for block in blocks if holding in block]
+
+
+@pytest.fixture
+def described(tmp_path, write_mat, trains, as_cell):
+    """The first example's description and the MATLAB file that it describes."""
+    fibres = []
+    for fibre, name in zip(trains, ["SA1", "SA1", "RA", "PC"], strict=True):
+        cells = np.empty(fibre.shape, object)
+        for at in np.ndindex(fibre.shape):
+            one = fibre[at]
+            cells[at] = np.array([[np.nan]]) if one is None else 1000 * np.atleast_2d(one)
+        fibres.append({"spikes": cells, "type": name})
+    names = as_cell(["denim", "silk", "corduroy"])
+    write_mat(tmp_path / "spikes.mat", {"fibres": fibres, "names": names})
+    (text,) = shown("toml", "spikes.mat")
+    (tmp_path / "natural.toml").write_text(text)
+    return tmp_path / "natural.toml"
+
+
+def test_the_worked_example_is_read(described, trains):
+    spikes = read_natural(described)
+    trials = spikes.trials
+    assert trials["texture"].tolist() == [
+        n for n in ["denim", "silk", "corduroy"] for _ in range(6)
+    ]
+    assert trials["speed_mm_s"].tolist() == [40, 40, 80, 80, 120, 120] * 3
+    for t, place in enumerate(np.ndindex(trains.shape[1:])):
+        for unit, fibre in enumerate(trains):
+            assert spikes.recorded[t, unit] == (fibre[place] is not None)
+            if fibre[place] is not None:
+                np.testing.assert_allclose(spikes.train(t, unit), fibre[place])
+
+
+def test_the_other_descriptions_are_understood(tmp_path):
+    others = [text for text in shown("toml") if "spikes.mat" not in text]
+    assert len(others) == 2
+    for text in others:
+        (tmp_path / "natural.toml").write_text(text)
+        with pytest.raises(InputError, match="beside it, found no such file"):
+            read_natural(tmp_path / "natural.toml")
+
+
+@pytest.mark.parametrize("write_mat", ["v5"], indirect=True)
+def test_the_page_runs_from_top_to_bottom(described, written, other, monkeypatch, capsys):
+    pytest.importorskip("neo")
+    monkeypatch.chdir(described.parent)
+    shutil.copy(written, "session.nwb")
+    shutil.copy(other, "other.nwb")
+    names = {}
+    blocks = shown("python")
+    assert len(blocks) == 4
+    for block in blocks:
+        exec(block, names)
+    said = capsys.readouterr().out
+    assert "4 fibres (2 SA, 1 RA, 1 PC), 3 textures at 40, 80, 120 mm/s." in said
+    np.testing.assert_allclose(names["again"].times, names["spikes"].times)
+    assert names["other"].n_trials == 3

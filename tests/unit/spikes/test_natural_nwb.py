@@ -1,0 +1,98 @@
+"""Units and trials of NWB files that others have written."""
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.spikes.natural import described_natural, read_natural, read_nwb
+
+pynwb = pytest.importorskip("pynwb")
+
+OWN = {"texture": "stimulus", "speed": "v", "fibre_class": "cell_type", "speed_unit": "cm/s"}
+
+
+def require_right(spikes):
+    assert spikes.units["class"].tolist() == ["SA", "RA", "PC"]
+    assert spikes.units.index.tolist() == ["0", "1", "2"]
+    np.testing.assert_allclose(spikes.train(0, 0), [0.0, 0.5])
+    np.testing.assert_allclose(spikes.train(1, 0), [0.0, 0.25])  # a spike where two trials touch
+    np.testing.assert_allclose(spikes.train(2, 0), [1.0])
+    np.testing.assert_allclose(spikes.train(0, 1), [0.25])
+    recorded = [[True, True, False], [True, True, True], [True, False, False]]
+    assert spikes.recorded.tolist() == recorded
+    trials = spikes.trials
+    assert trials["texture"].tolist() == ["denim", "silk", "denim"]
+    assert trials["speed_mm_s"].tolist() == [40.0] * 3
+    assert trials["repetition"].tolist() == [0, 0, 1]
+    assert trials["duration_s"].tolist() == [1.0, 0.5, 1.0]
+    assert trials["force"].tolist() == [0.5] * 3
+
+
+def test_a_file_of_others(other):
+    spikes = read_nwb(other, **OWN)
+    require_right(spikes)
+    assert described_natural(spikes)[1] == "Without any spike: 2."
+
+
+def test_words_of_others(other):
+    words = {"afferent X": "PC", "afferent Y": "RA"}
+    spikes = read_nwb(other, **{**OWN, "fibre_class": "note"}, words=words)
+    assert spikes.units["class"].tolist() == ["PC", "RA", "PC"]
+
+
+def test_the_same_by_a_description(other, tmp_path):
+    (tmp_path / "natural.toml").write_text(f"""
+file = "{other}"
+[columns]
+texture = "stimulus"
+speed = "v"
+fibre_class = "cell_type"
+[trials]
+speed_unit = "cm/s"
+""")
+    require_right(read_natural(tmp_path / "natural.toml"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"fibre_class": "note"},
+            "classes SA, RA or PC of fibres, found 'afferent X'; say in words",
+        ),
+        ({"texture": "t"}, "a column 't' of trials, found columns .*stimulus, v, force"),
+        ({"speed": "speed"}, "a column 'speed' of trials, .*; name the column of speed, or say"),
+        ({"fibre_class": "kind"}, "a column 'kind' of units, .*cell_type"),
+    ],
+)
+def test_columns_that_are_not_there_are_refused(other, changes, said):
+    with pytest.raises(InputError, match=said):
+        read_nwb(other, **{**OWN, **changes})
+
+
+def test_an_unknown_speed_must_be_said(other):
+    spikes = read_nwb(other, **{**OWN, "speed": None})
+    assert spikes.trials["speed_mm_s"].isna().all()
+    assert "at unknown speeds" in described_natural(spikes)[0]
+
+
+def test_files_without_units_or_trials_are_refused(tmp_path, write_nwb):
+    with pytest.raises(InputError, match="units and trials, found no units"):
+        read_nwb(write_nwb(tmp_path / "a.nwb", units=False), **OWN)
+    with pytest.raises(InputError, match="units and trials, found no trials"):
+        read_nwb(write_nwb(tmp_path / "b.nwb", trials=[]), **OWN)
+
+
+def test_broken_files_are_refused(other, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="an NWB file, found no such file"):
+        read_nwb(tmp_path / "none.nwb")
+    half = tmp_path / "half.nwb"
+    half.write_bytes(other.read_bytes()[: other.stat().st_size // 2])
+    with pytest.raises(InputError, match="an NWB file, found"):
+        read_nwb(half)
+    half.write_text("no HDF5")
+    with pytest.raises(InputError, match="an NWB file, found a damaged one"):
+        read_nwb(half)
+    monkeypatch.setitem(__import__("sys").modules, "pynwb", None)
+    with pytest.raises(InputError, match=r"pip install 'afferents\[nwb\]'"):
+        read_nwb(other)

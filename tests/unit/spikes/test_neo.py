@@ -1,0 +1,67 @@
+"""Spikes as Neo has them, and back."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.spikes import Spikes
+from afferents.spikes.neo import from_neo, to_neo
+
+neo = pytest.importorskip("neo")
+
+
+@pytest.fixture
+def spikes():
+    units = {
+        "name": ["a", "b", "c"],
+        "class": ["SA", "RA", "PC"],
+        "resolution_s": [0.01, 0, 0],
+        "receptive_field": [(0,), (1, 2), ()],
+    }
+    trials = {
+        "texture": ["1", "2"],
+        "speed_mm_s": [40, 80],
+        "duration_s": [1, 0.5],
+        "force": [1, 2],
+    }
+    trains = [[[0.1, 1.0], [], [0.5]], [[0.25], None, [0.0]]]
+    return Spikes.from_trains(trains, units, trials)
+
+
+def test_segments_are_trials_and_trains_are_units(spikes):
+    block = to_neo(spikes)
+    assert [segment.annotations["texture"] for segment in block.segments] == ["1", "2"]
+    assert [train.name for train in block.segments[1].spiketrains] == ["a", "c"]
+    train = block.segments[0].spiketrains[0]
+    assert train.annotations["class"] == "SA"
+    np.testing.assert_allclose(train.rescale("ms").magnitude, [100, 1000])
+    assert float(train.t_stop) == 1.0
+
+
+def test_they_come_back_as_they_went_in(spikes):
+    found = from_neo(to_neo(spikes))
+    np.testing.assert_array_equal(found.times, spikes.times)
+    np.testing.assert_array_equal(found.offsets, spikes.offsets)
+    np.testing.assert_array_equal(found.recorded, spikes.recorded)
+    pd.testing.assert_frame_equal(found.units, spikes.units)
+    pd.testing.assert_frame_equal(found.trials[list(spikes.trials)], spikes.trials)
+
+
+def test_blocks_of_others(monkeypatch):
+    segment = neo.Segment(texture="silk")
+    train = neo.SpikeTrain([1100.0], units="ms", t_start=1000.0, t_stop=2000.0, name="n")
+    segment.spiketrains.append(train)
+    block = neo.Block()
+    block.segments.append(segment)
+    with pytest.raises(InputError, match="a column 'class' of units"):
+        from_neo(block)
+    train.annotate(**{"class": "PC"})
+    found = from_neo(block)
+    np.testing.assert_allclose(found.train(0, 0), [0.1])
+    assert found.trials["duration_s"].tolist() == [1.0]
+    with pytest.raises(InputError, match="segments with spike trains, found none"):
+        from_neo(neo.Block())
+    monkeypatch.setitem(__import__("sys").modules, "neo", None)
+    with pytest.raises(InputError, match=r"pip install 'afferents\[neural\]'"):
+        to_neo(found)
