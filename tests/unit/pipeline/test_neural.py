@@ -17,7 +17,10 @@ def found(stores, tmp_path_factory):
 def test_tables_figures_and_sentences_are_written(found):
     results, out = found
     assert {path.name for path in out.iterdir()} == {
-        *(f"{name}.csv" for name in ("rates", "resolution", "units", "slopes", "stretch")),
+        *(
+            f"{name}.csv"
+            for name in ("rates", "resolution", "units", "slopes", "stretch", "exponents")
+        ),
         *(f"{name}.png" for name in ("raster", "resolution", "units", "slopes", "stretch")),
         "neural.json",
     }

@@ -12,6 +12,7 @@ import pandas as pd
 from afferents.core.files import write_aside, write_json
 from afferents.core.outputs import require_picture_folder
 from afferents.core.progress import Progress
+from afferents.core.store import open_responses
 from afferents.pipeline.neural.beside import beside
 from afferents.pipeline.neural.words import sentences_of
 from afferents.pipeline.spikes import spikes_of_store
@@ -26,6 +27,7 @@ from afferents.reporting.neural import (
 from afferents.spikes.analysis import (
     accuracy_by_resolution,
     accuracy_by_units,
+    exponents,
     rate_slopes,
     stretch_match,
 )
@@ -36,7 +38,7 @@ from afferents.spikes.natural import read_natural
 from afferents.spikes.population import Spikes
 
 FACTS = "neural.json"
-TABLES = ("rates", "resolution", "units", "slopes", "stretch")
+TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
 """Of the tables that are written, as CSV."""
 _BESIDE = ("beside_resolution", "beside_stretch")
 RASTER_UNITS, RASTER_S = 12, 0.5
@@ -103,7 +105,7 @@ def neural(
     fibres = None if natural is None else read_natural(natural)
     spikes = spikes_of_store(store, model, seed, classes, progress=progress)
     require_conditions(spikes)
-    tables = _tables(spikes, seed, window_s, progress)
+    tables = _tables(store, spikes, seed, window_s, progress)
     source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {model} units"
     figures = {
         "raster": raster_figure(_shown(spikes, seed), source),
@@ -137,7 +139,7 @@ def neural(
 
 
 def _tables(
-    spikes: Spikes, seed: int, window_s: float, progress: Progress
+    store: Path, spikes: Spikes, seed: int, window_s: float, progress: Progress
 ) -> dict[str, pd.DataFrame]:
     """Return all tables, a step of the bar each."""
     steps: dict[str, Callable[[], pd.DataFrame]] = {
@@ -146,6 +148,7 @@ def _tables(
         "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
         "slopes": partial(rate_slopes, spikes),
         "stretch": partial(stretch_match, spikes, seed=seed),
+        "exponents": lambda: exponents(open_responses(store)),
     }
     found = progress.track(steps.items(), "reading spikes", len(steps))
     return {name: step() for name, step in found}
