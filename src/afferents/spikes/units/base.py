@@ -42,8 +42,9 @@ class Fired(NamedTuple):
 class UnitModel(ABC):
     """A model of a spiking neuron; the same for all classes, with parameters of their own.
 
-    To add one, write `at_rest` and `fire` in a file of its own, name the class in `units.UNIT_MODELS`, and give
-    it a table of parameters in each class' TOML file (`sa.toml`, `ra.toml`, `pc.toml`).
+    To add one, write `at_rest` and `fire` in a file of its own, name the class in
+    `units.UNIT_MODELS`, and give it a table of parameters in each class' TOML file (`sa.toml`,
+    `ra.toml`, `pc.toml`).
 
     Attributes
     ----------

@@ -1,7 +1,6 @@
 """Units that are driven bit by bit, as frames and sound come: they fire as on the whole."""
 
 import math
-from abc import ABC
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ _HOP_S = 0.05
 """Vibration is filtered in pieces of about this length."""
 
 
-class UnitStream(ABC):
+class UnitStream:
     """Units of a class that keep their state from one piece of what drives them to the next.
 
     Parameters
