@@ -12,6 +12,7 @@ from afferents.live.audio_quality import AudioQuality
 from afferents.live.events import Begin, Sound
 from afferents.live.network import Network
 from afferents.live.percept import Percept
+from afferents.live.raster import VibrationRaster
 from afferents.live.sense import Sense, require_alike
 
 Floats = NDArray[np.float32]
@@ -33,6 +34,8 @@ class AudioSense(Sense):
     networks
         Models that take such samples; none to listen only.
     """
+
+    raster: VibrationRaster | None = None
 
     def __init__(
         self,
@@ -78,6 +81,8 @@ class AudioSense(Sense):
     def skip(self) -> None:
         """Begin anew: samples are missing before the next one."""
         self._stream.skip()
+        if self.raster is not None:
+            self.raster.skip()
         super().skip()
 
     def hear(self, sound: Sound) -> list[Percept]:
@@ -90,6 +95,8 @@ class AudioSense(Sense):
         self.now_s = self._next_s = time_s + len(sound.samples) / self.rate_hz
         late = self.is_late(self.now_s, sound.arrived_s)
         self.sound_quality.take(sound)
+        if self.raster is not None:
+            self.raster.take(time_s, sound.samples)
         ready = self._stream.feed(time_s, sound.samples)
         if ready:
             self.newest = ready[-1]

@@ -56,6 +56,7 @@ def _give_out(
     if web is not None:
         from afferents.live.web.server import serve
 
+        senses.show_spikes()
         serve(percepts, senses, *web)
     elif as_json:
         for _ in percepts:

@@ -11,6 +11,7 @@ from afferents.live.model_session import ModelSession
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
 from afferents.live.quality import Quality
+from afferents.live.raster import Raster
 from afferents.live.session import Session
 
 LATE_S = 0.1
@@ -32,7 +33,14 @@ class Sense:
         The models, if any.
     quality
         Figures of what comes in.
+
+    Attributes
+    ----------
+    raster
+        Which units fired in the last second; None where nobody asked, see `Senses.show_spikes`.
     """
+
+    raster: Raster | None = None
 
     def __init__(
         self, channel: Channel, rate_hz: float, networks: Sequence[Network], quality: Quality
@@ -53,6 +61,8 @@ class Sense:
         """Forget all but the counters: another recording begins."""
         self.now_s, self._quickest = event.time_s, None
         self.quality.begin()
+        if self.raster is not None:
+            self.raster.begin()
         for session in self.sessions:
             session.begin()
             session.truth = event.truth
@@ -66,6 +76,8 @@ class Sense:
         """Say what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
         self.skip()
+        if self.raster is not None:
+            self.raster.begin()
         for session in self.sessions:
             session.interrupt(trouble.what)
         return self.without(state)

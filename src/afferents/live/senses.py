@@ -8,6 +8,7 @@ from afferents.core.errors import InputError
 from afferents.live.audio_sense import AudioSense
 from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound
 from afferents.live.percept import Percept
+from afferents.live.raster import MarkerRaster, Trains, VibrationRaster
 from afferents.live.screen import Screen
 from afferents.live.sense import Sense
 from afferents.live.session import Session
@@ -47,6 +48,18 @@ class Senses(ABC):
             for channel, sense in self.by_channel.items()
             for session in sense.sessions
         ]
+
+    def show_spikes(self) -> None:
+        """From now on simulate units that the senses drive, for `trains`."""
+        if self.video is not None:
+            self.video.raster = MarkerRaster()
+        if self.audio is not None:
+            self.audio.raster = VibrationRaster(self.audio.rate_hz)
+
+    def trains(self) -> list[Trains]:
+        """Return which units fired in the last second, a class after the other."""
+        rasters = [sense.raster for sense in self.by_channel.values()]
+        return [trains for raster in rasters if raster is not None for trains in raster.trains()]
 
     def feed(self, event: Event) -> list[Percept]:
         """Take in an event; return what is to be said of it."""

@@ -8,6 +8,7 @@ from afferents.live.events import Begin, CameraFrame, Trouble
 from afferents.live.images import SHOWN, FrameByFrame, FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.percept import Percept
+from afferents.live.raster import MarkerRaster
 from afferents.live.sense import Sense, require_alike
 from afferents.live.video_quality import VideoQuality
 from afferents.markers import Sensor
@@ -30,6 +31,8 @@ class VideoSense(Sense):
     networks
         Models of this sensor; none to look only.
     """
+
+    raster: MarkerRaster | None = None
 
     def __init__(
         self, images: FrameByFrame, rate_hz: float, networks: Sequence[Network] = ()
@@ -67,6 +70,8 @@ class VideoSense(Sense):
     def skip(self) -> None:
         """Begin anew: frames are missing before the next one."""
         self.images.skip()
+        if self.raster is not None:
+            self.raster.skip()
         super().skip()
 
     def see(self, picture: CameraFrame) -> list[Percept]:
@@ -93,6 +98,8 @@ class VideoSense(Sense):
         late = self.is_late(picture.time_s, picture.arrived_s)
         if felt is None:
             return []
+        if self.raster is not None:
+            self.raster.take(picture.time_s, felt)
         if late:
             super().skip()  # the networks have not seen it; RA-I has
             return self.without("stalled")

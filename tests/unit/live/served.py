@@ -24,7 +24,7 @@ def main(files, limits):
     sight = SimpleNamespace(counters=SimpleNamespace(frames=0), felt=None, picture=None)
     sight.images = SimpleNamespace(describe=str)
     sight.quality = SimpleNamespace(figures=list)
-    senses = SimpleNamespace(sessions=[], video=sight, audio=None)
+    senses = SimpleNamespace(sessions=[], video=sight, audio=None, trains=list)
 
     def percepts():
         while True:

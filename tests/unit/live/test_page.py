@@ -290,6 +290,8 @@ def test_the_page_of_who_only_looks(launch, browser, recording, tmp_path):
             said = page.locator("#quality").text_content()
             assert all(word in said for word in ("361 of 361", "frames/s", "dBFS", "clipped"))
             assert "361 bright markers were found" in page.locator("#sensor").text_content()
+            fired = page.locator("#fired").text_content()
+            assert all(f"{name} " in fired for name in ("SA", "RA", "PC"))
             assert page.locator("#title").text_content() == "What the sensor shows"
             assert page.locator("#models").is_hidden()
             assert "px" in page.locator("#ra1-scale").text_content()

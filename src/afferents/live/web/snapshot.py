@@ -94,6 +94,7 @@ class Snapshots:
             ],
             "video": self._video(),
             "audio": self._audio(),
+            "spikes": [trains.to_dict() for trains in self._senses.trains()],
         }
 
     def _video(self) -> dict[str, Any] | None:

@@ -7,6 +7,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+State = NDArray[np.float32]
+"""What a model's equations are in, `(variable, unit)`."""
 RATE_HZ = 2000.0
 """Steps a second, 0.5 ms each: Izhikevich's own step, and five of a cycle of 400 Hz."""
 
@@ -40,8 +42,9 @@ class Fired(NamedTuple):
 class UnitModel(ABC):
     """A model of a spiking neuron; the same for all classes, with parameters of their own.
 
-    To add one, write `fire` in a file of its own, name the class in `units.UNIT_MODELS`, and give
-    it a table of parameters in each class' TOML file (`sa.toml`, `ra.toml`, `pc.toml`).
+    To add one, write `at_rest` and `fire` in a file of its own, name the class in
+    `units.UNIT_MODELS`, and give it a table of parameters in each class' TOML file (`sa.toml`,
+    `ra.toml`, `pc.toml`).
 
     Attributes
     ----------
@@ -55,8 +58,12 @@ class UnitModel(ABC):
     parameters: ClassVar[tuple[str, ...]]
 
     @abstractmethod
-    def fire(self, drive: Drive, values: Mapping[str, float]) -> Fired:
-        """Return the spikes of units that are driven so, from rest.
+    def at_rest(self, n_units: int, values: Mapping[str, float]) -> State:
+        """Return the state of units that nothing drives."""
+
+    @abstractmethod
+    def fire(self, drive: Drive, values: Mapping[str, float], state: State | None = None) -> Fired:
+        """Return the spikes of units that are driven so.
 
         Parameters
         ----------
@@ -64,6 +71,8 @@ class UnitModel(ABC):
             Already multiplied by `gain`.
         values
             By name of `parameters`.
+        state
+            From which they go on; it becomes that after the last step. Without it, from rest.
         """
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -68,20 +69,48 @@ def of_bands(
     """
     vibration = recording[variable]
     rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
-    signal = vibration.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
-    heard = [high < _NYQUIST_SHARE * rate_hz / 2 for _, high in bands_hz]
-    if not any(heard):
+    if not any(held(bands_hz, rate_hz)):
         lowest = min(high for _, high in bands_hz) * 2 / _NYQUIST_SHARE
         where, found = recording.attrs["name"], f"{rate_hz:g}"
         raise InputError(where, f"vibration of more than {lowest:.0f} samples/s", found)
+    signal = vibration.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
     n = round((stop_s - start_s) * RATE_HZ)
+    bands = in_bands(signal, rate_hz, bands_hz, n)
+    return Input(bands, np.arange(n), np.zeros(n, np.float32), 1 / RATE_HZ, [(0,)] * len(bands_hz))
+
+
+def held(bands_hz: Sequence[tuple[float, float]], rate_hz: float) -> list[bool]:
+    """Tell which bands a sample rate can hold."""
+    return [high < _NYQUIST_SHARE * rate_hz / 2 for _, high in bands_hz]
+
+
+def steps_per_sample(rate_hz: float) -> Fraction:
+    """Return how many steps of the simulation a sample lasts: a ratio of small numbers."""
+    return Fraction(RATE_HZ / rate_hz).limit_denominator(_LARGEST_RATIO)
+
+
+def in_bands(
+    signal: NDArray[np.floating],
+    rate_hz: float,
+    bands_hz: Sequence[tuple[float, float]],
+    n: int,
+) -> NDArray[np.float32]:
+    """Return what each band holds of a signal, `(step, band)`, for `n` steps from its start."""
     # one rate for all recordings, so that a step of the simulation is a sample
-    shared = Fraction(RATE_HZ / rate_hz).limit_denominator(_LARGEST_RATIO)
+    shared = steps_per_sample(rate_hz)
     slow = resample_poly(signal.astype(np.float64), shared.numerator, shared.denominator)
     slow = np.pad(slow[:n], (0, max(n - len(slow), 0)))
     bands = np.zeros((n, len(bands_hz)), np.float32)
-    for unit, limits in enumerate(bands_hz):
-        if heard[unit]:
-            band = butter(_ORDER, limits, "bandpass", fs=RATE_HZ, output="sos")
-            bands[:, unit] = sosfiltfilt(band, slow)
-    return Input(bands, np.arange(n), np.zeros(n, np.float32), 1 / RATE_HZ, [(0,)] * len(bands_hz))
+    for unit, (limits, is_held) in enumerate(zip(bands_hz, held(bands_hz, rate_hz), strict=True)):
+        if is_held:
+            bands[:, unit] = sosfiltfilt(_band(*limits), slow)
+    return bands
+
+
+@cache
+def _band(low_hz: float, high_hz: float) -> NDArray[np.float64]:
+    """Return the filter of a band, at the rate of the simulation."""
+    sections: NDArray[np.float64] = butter(
+        _ORDER, (low_hz, high_hz), "bandpass", fs=RATE_HZ, output="sos"
+    )
+    return sections

@@ -8,14 +8,13 @@ PEAK_MV = np.float32(30.0)
 
 
 @njit(cache=True)
-def izhikevich(current, row, weight, step_ms, a, b, c, d, fired_step, fired_unit):
+def izhikevich(current, row, weight, state, step_ms, a, b, c, d, fired_step, fired_unit):
     """Advance Izhikevich units; return how many spikes there were, or -1 if they don't fit.
 
     v' = 0.04 v^2 + 5 v + 140 - u + I, u' = a (b v - u), in ms; at the peak v = c, u = u + d.
     """
     n_units, n = current.shape[1], 0
-    v = np.full(n_units, c, np.float32)
-    u = np.full(n_units, b * c, np.float32)
+    v, u = state[0], state[1]
     last = current.shape[0] - 1
     for step in range(len(row)):
         now, then, w = current[row[step]], current[min(row[step] + 1, last)], weight[step]
@@ -37,16 +36,15 @@ def izhikevich(current, row, weight, step_ms, a, b, c, d, fired_step, fired_unit
 
 
 @njit(cache=True)
-def leaky(current, row, weight, decay, refractory, fired_step, fired_unit, fired_part):
+def leaky(current, row, weight, state, decay, refractory, fired_step, fired_unit, fired_part):
     """Advance leaky units; return how many spikes there were, or -1 if they don't fit.
 
     tau v' = I - v, solved exactly over a step of constant current; at v = 1 the unit fires, goes
     back to 0 and rests. `fired_part` is how far into the step the threshold was crossed.
     """
     n_units, n = current.shape[1], 0
-    v = np.zeros(n_units, np.float32)
-    # steps of rest that are left; below 1, that part of the next step is still rest
-    rest = np.zeros(n_units, np.float32)
+    # rest: steps of it that are left; below 1, that part of the next step is still rest
+    v, rest = state[0], state[1]
     last = current.shape[0] - 1
     for step in range(len(row)):
         now, then, w = current[row[step]], current[min(row[step] + 1, last)], weight[step]

@@ -65,3 +65,32 @@ function fundamental(amplitude, step) {
   }
   return bestScore > 3.5 ? best : 0;
 }
+
+// Draws a row a unit and a mark a spike, class below class; the newest lies at the right.
+export function drawRaster(canvas, classes, ink) {
+  const context = canvas.getContext("2d"), left = 34, gap = 8, floor = 22;
+  const { width, height } = canvas, span = 1000;
+  const shares = classes.map(({ units }) => Math.max(units.length, 12)); // few units have higher rows
+  const room = (height - floor - gap * classes.length) / shares.reduce((a, b) => a + b);
+  const x = (age) => left + (1 - age / span) * (width - left - 8);
+  context.clearRect(0, 0, width, height);
+  context.strokeStyle = context.fillStyle = ink;
+  context.font = "13px system-ui, sans-serif";
+  context.textAlign = "left";
+  let top = gap / 2;
+  classes.forEach(({ name, ages_ms }, i) => {
+    const row = (shares[i] * room) / ages_ms.length;
+    context.fillText(name, 6, top + (shares[i] * room) / 2 + 5);
+    context.beginPath();
+    ages_ms.forEach((ages, unit) => ages.forEach((age) => {
+      context.moveTo(x(age), top + unit * row);
+      context.lineTo(x(age), top + (unit + 0.8) * row);
+    }));
+    context.stroke();
+    top += shares[i] * room + gap;
+  });
+  context.textAlign = "center";
+  for (const age of [1000, 750, 500, 250, 0]) {
+    context.fillText(age ? `\u2212${age}${age === span ? " ms" : ""}` : "now", Math.min(x(age), width - 18), height - 6);
+  }
+}

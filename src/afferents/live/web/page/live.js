@@ -1,6 +1,6 @@
 // Draws what the server sends: a greeting with the models, then states and pictures.
 
-import { colour, drawMap, drawSpectrum } from "./draw.js";
+import { colour, drawMap, drawRaster, drawSpectrum } from "./draw.js";
 import { showRecording } from "./record.js";
 
 const STALE_S = 1; // older than that nothing is shown as if it were now
@@ -162,6 +162,15 @@ function showAudio(audio) {
   $("comb").textContent = comb ? `harmonics of ${comb.toFixed(1)} Hz are marked ▾` : "no clear harmonics";
 }
 
+function showSpikes(classes) {
+  $("spikes").hidden = !classes?.length;
+  if ($("spikes").hidden) return;
+  drawRaster(document.querySelector("#spikes canvas"), classes, getComputedStyle(document.body).color);
+  const counts = classes.map(({ name, units, spikes_a_unit }) => `${name} ${spikes_a_unit.toFixed(0)} (${units.length} units)`);
+  const late = classes.some(({ name }) => name === "PC") ? "; PC are 0.15 s late, since filters look both ways" : "";
+  $("fired").textContent = `Spikes of a unit in this second, on average: ${counts.join(", ")}${late}`;
+}
+
 function showQuality(percepts) {
   const figures = [...(state.video?.quality ?? []), ...(state.audio?.quality ?? [])];
   const troubles = models.size ? [] : percepts.flatMap(troublesOf);
@@ -195,6 +204,7 @@ function show() {
   const said = state.percepts.filter((p) => models.has(p.model)).map((p) => showModel(models.get(p.model), p));
   showVideo(state.video);
   showAudio(state.audio);
+  showSpikes(state.spikes);
   showQuality(state.percepts);
   const truth = state.percepts.map((p) => p.truth).find(Boolean);
   $("truth").textContent = truth ? `the simulated rig now turns drum ${truth}` : "";
