@@ -47,6 +47,7 @@ def content(trains, as_cell):
         "spikes": cells,
         "class": as_cell(["SA1", "SA-I", "RA", "PC"]),
         "names": as_cell(TEXTURES),
+        "odd": as_cell([np.zeros((0, 0)), "SA", "SA", "SA"]),
         "speeds": np.array([[4.0, 8.0, 12.0]]),
     }
 
@@ -212,6 +213,7 @@ conditions = { force = [0.5, 1.0] }
         ({"duration_s": '"speeds"'}, "times within the trial|durations"),
         ({"duration_s": '"speeds"\ndurations_by = ["fibre"]'}, "axes of trials .*, found 'fibre'"),
         ({"duration_s": "1.0\nconditions = { force = [1] }"}, "in conditions .*, found 'force'"),
+        ({"classes": '"odd"'}, "a text or a number for each of classes"),
         ({"variable": '"speeds"'}, "numbers of 1 x 3"),
         ({"file": '"other.mat"'}, "the file 'other.mat' beside it, found no such file"),
         ({"file": '"spikes.xlsx"'}, r"a file of \.mat, \.nwb, \.csv, \.parquet"),

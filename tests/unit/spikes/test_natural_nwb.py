@@ -1,5 +1,6 @@
 """Units and trials of NWB files that others have written."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -81,6 +82,14 @@ def test_files_without_units_or_trials_are_refused(tmp_path, write_nwb):
         read_nwb(write_nwb(tmp_path / "a.nwb", units=False), **OWN)
     with pytest.raises(InputError, match="units and trials, found no trials"):
         read_nwb(write_nwb(tmp_path / "b.nwb", trials=[]), **OWN)
+
+
+def test_times_out_of_order_are_refused(tmp_path, write_nwb):
+    path = write_nwb(tmp_path / "a.nwb")
+    with h5py.File(path, "r+") as file:
+        file["units/spike_times"][1:3] = [10.5, 10.0]
+    with pytest.raises(InputError, match="times in ascending order, found others in unit 0"):
+        read_nwb(path, **OWN)
 
 
 def test_broken_files_are_refused(other, tmp_path, monkeypatch):

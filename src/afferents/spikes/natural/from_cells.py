@@ -148,6 +148,8 @@ class _Known:
         """Return the labels along an axis, as many as there are."""
         found = self._variables[given] if isinstance(given, str) else given
         labels = [_single(one) for one in np.asarray(found, object).ravel()]
+        if any(isinstance(one, np.ndarray | dict) for one in labels):
+            raise InputError(self._where, f"a text or a number for each of {what}", "others")
         n = self._trains.size(axis)
         if len(labels) != n:
             found = f"{len(labels)} in '{given}'" if isinstance(given, str) else f"{len(labels)}"

@@ -17,11 +17,7 @@ from afferents.spikes.population import Spikes
 
 _WITHIN_S = 1e-6
 """Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
-_BROKEN = (
-    OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, RuntimeError,
-    NotImplementedError, OverflowError, MemoryError,
-)  # fmt: skip
-"""What pynwb and h5py raise at files that are damaged; which, follows no rule."""
+_SHOWN = 200
 _TIMES = ("start_time", "stop_time")
 
 
@@ -103,7 +99,7 @@ def _spikes(
                 raise InputError(path, "units and trials", f"no {what}")
         trials = content.trials.to_dataframe()
         units = _units(content.units, columns, words, path)
-        found = [_unit(content.units, number) for number in range(len(units))]
+        found = [_unit(content.units, number, path) for number in range(len(units))]
     table = _trials(trials, columns, mm_s, one_speed, path)
     start, stop = (trials[name].to_numpy(np.float64) for name in _TIMES)
     rows = [
@@ -122,8 +118,10 @@ def _opened(path: Path) -> Iterator[Any]:
     try:
         with pynwb.NWBHDF5IO(str(path), "r", load_namespaces=True) as io:
             yield io.read()
-    except _BROKEN as error:
-        raise InputError(path, "an NWB file", f"a damaged one ({reason_of(error)})") from error
+    except InputError:
+        raise
+    except Exception as error:  # of hdmf, h5py and pynwb; which, follows no rule
+        raise InputError(path, "an NWB file", f"a damaged one ({reason_of(error)[:_SHOWN]})") from error
 
 
 def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:
@@ -146,9 +144,13 @@ def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -
     return found
 
 
-def _unit(units: Any, number: int) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def _unit(
+    units: Any, number: int, path: Path
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return a unit's times in the session, s, and when it was observed, `(interval, 2)`, s."""
     times = np.asarray(units.get_unit_spike_times(number), np.float64)
+    if not (np.diff(times) >= 0).all():
+        raise InputError(path, "times in ascending order", f"others in unit {number}")
     if "obs_intervals" not in units.colnames:
         return times, None
     seen = np.asarray(units.get_unit_obs_intervals(number), np.float64).reshape(-1, 2)
@@ -170,7 +172,8 @@ def _cut(
         whole = (seen[:, 0] <= first + _WITHIN_S) & (seen[:, 1] >= last - _WITHIN_S)
         if not whole.any():
             return None
-    inside = (times >= first) & ((times < last) if np.any(starts == last) else (times <= last))
+    side: Literal["left", "right"] = "left" if np.any(starts == last) else "right"
+    inside = slice(np.searchsorted(times, first), np.searchsorted(times, last, side))
     return np.clip(times[inside] - first, 0, last - first)
 
 
