@@ -30,6 +30,11 @@ class SpikeChannel(Channel):
 
     afferent: ClassVar[str]
 
+    @property
+    def felt_live(self) -> bool:
+        """Not yet: counts are those of whole recordings."""
+        return False
+
     def response(self, recording: xr.Dataset) -> xr.DataArray:
         """Return the counts, float32, as many places as the response that drives the units has.
 

@@ -55,3 +55,8 @@ def test_lost_markers_are_silent_and_frames_keep_their_times(recording):
     assert not np.isnan(counts.values).any()
     assert counts.values[42:59, 2].sum() == 0
     np.testing.assert_array_equal(counts.time, recording.time)
+
+
+@pytest.mark.parametrize("name", ["sa1_spikes", "ra1_spikes", "ra2_spikes"])
+def test_no_model_of_them_is_given_raw_responses_live(name):
+    assert not CHANNELS[name].felt_live

@@ -41,7 +41,7 @@ from afferents.training import load_model
 
 def live_images(video, sensor):
     """All images by name and frame number."""
-    channels = [channel for channel in CHANNELS.values() if channel.made_of != dims.RA2]
+    channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2 and c.felt_live]
     images = Images(sensor, channels)
     names = [channel.name for channel in channels if not channel.parts]
     felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
