@@ -121,7 +121,9 @@ def _opened(path: Path) -> Iterator[Any]:
     except InputError:
         raise
     except Exception as error:  # of hdmf, h5py and pynwb; which, follows no rule
-        raise InputError(path, "an NWB file", f"a damaged one ({reason_of(error)[:_SHOWN]})") from error
+        raise InputError(
+            path, "an NWB file", f"a damaged one ({reason_of(error)[:_SHOWN]})"
+        ) from error
 
 
 def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:
