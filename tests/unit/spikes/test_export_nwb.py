@@ -1,19 +1,28 @@
 """A store as an NWB file: sound by the inspector, and the same when it is read again."""
 
+import json
 import shutil
+from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
 
+import cv2
 import h5py
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import afferents
 from afferents.core.errors import InputError
+from afferents.core.recording import Recording
 from afferents.core.store import open_responses
 from afferents.pipeline.nwb.clock import laid_out
+from afferents.pipeline.nwb.media import add_videos
+from afferents.pipeline.nwb.tables import add_trials
 from afferents.pipeline.spikes import spikes_of_store
+from afferents.recordings import ImageFolder
+from afferents.spikes import Spikes
 
 pynwb = pytest.importorskip("pynwb")
 
@@ -76,6 +85,45 @@ def test_videos_sound_and_markers_lie_on_one_clock(content, written, stores, sma
     trials = content.trials.to_dataframe()
     begin = [one.start_s + 0.17 for one in laid]
     np.testing.assert_allclose(trials["start_time"], begin)
+
+
+def test_images_in_a_folder_are_named_in_their_order(tmp_path):
+    (tmp_path / "video").mkdir()
+    for n in (8, 9, 10, 12):
+        cv2.imwrite(str(tmp_path / "video" / f"frame{n}.png"), np.zeros((4, 6), np.uint8))
+    times_s = np.array([0.0, 0.1, 0.2, 0.4])
+    responses = xr.Dataset(coords={"time": times_s}, attrs={"name": "1/20"})
+    images = ImageFolder(tmp_path / "video", 10.0)
+    recording = Recording("1/20", "1", 20.0, tmp_path, video=images)
+    nwbfile = pynwb.NWBFile("images", "id", datetime(2026, 1, 1, tzinfo=UTC))
+    camera = nwbfile.create_device(name="camera")
+    laid = laid_out([responses])
+    add_videos(nwbfile, laid, {"1/20": recording}, tmp_path / "x.nwb", camera)
+    series = nwbfile.acquisition["video_1_20"]
+    names = [f"video/frame{n}.png" for n in (8, 9, 10, 12)]
+    assert list(series.external_file) == names
+    np.testing.assert_array_equal(series.timestamps, times_s)
+    with pynwb.NWBHDF5IO(str(tmp_path / "x.nwb"), "w") as io:
+        io.write(nwbfile)
+
+
+def test_conditions_are_columns_of_one_kind():
+    nwbfile = pynwb.NWBFile("conditions", "id", datetime(2026, 1, 1, tzinfo=UTC))
+    said = [{"force": 1, "id": "a/b", "wet": True}, {"force": 2.5}]
+    recordings = [
+        xr.Dataset(
+            coords={"time": np.array([0.0, 1.0])},
+            attrs={"name": str(n), "conditions": json.dumps(one)},
+        )
+        for n, one in enumerate(said)
+    ]
+    trials = {"texture": ["1", "2"], "recording": ["0", "1"], "duration_s": [1.0, 1.0]}
+    spikes = Spikes.from_trains([[[]], [[]]], {"name": ["a"], "class": ["PC"]}, trials)
+    add_trials(nwbfile, spikes, laid_out(recordings))
+    table = nwbfile.trials.to_dataframe()
+    assert table["force"].tolist() == [1.0, 2.5]
+    assert table["condition_id"].tolist() == ["a/b", ""]
+    assert table["wet"].tolist() == ["True", ""]
 
 
 def test_what_was_done_is_said(content):

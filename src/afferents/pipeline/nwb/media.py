@@ -16,6 +16,7 @@ from afferents.core import dims
 from afferents.core.recording import Recording
 from afferents.core.responses import check_values
 from afferents.pipeline.nwb.clock import Laid
+from afferents.recordings import ImageFolder
 
 TRACKS = "markers"
 _CHUNK = 4096
@@ -34,7 +35,9 @@ def add_videos(
         video = recordings[one.responses.attrs["name"]].video
         if video is None or dims.TIME not in one.responses.coords:
             continue
-        files = sorted(video.path.iterdir()) if video.path.is_dir() else [video.path]
+        files = [video.path]
+        if isinstance(video, ImageFolder):
+            files = list(video.numbered.values())
         nwbfile.add_acquisition(
             ImageSeries(
                 name=f"video_{one.name}",

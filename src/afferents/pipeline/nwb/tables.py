@@ -27,6 +27,7 @@ _UNITS = {
 }
 _FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."
 _NUMBERS = "iufb"
+_TAKEN = ("id", "start_time", "stop_time", "duration_s", "tags", "timeseries")
 
 
 def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np.float64]:
@@ -57,7 +58,13 @@ def _conditions(laid: Sequence[Laid]) -> pd.DataFrame:
         values = table[name].infer_objects()
         is_numeric = values.dtype.kind in _NUMBERS
         table[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
-    return table.rename(columns=lambda name: str(name).replace("/", "_"))
+    return table.rename(columns=_column)
+
+
+def _column(name: object) -> str:
+    """Return what a condition is called in the file, where some names mean something else."""
+    plain = str(name).replace("/", "_")
+    return f"condition_{plain}" if plain in _TAKEN else plain
 
 
 def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> None:
