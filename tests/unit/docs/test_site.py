@@ -29,7 +29,7 @@ SUBCLASSED = (
     "afferents.encodings.base.Encoding",
     "afferents.models.base.Classifier",
 )
-ROOMS = {"plot", "live", "devices", "nwb", "spikes"}
+ROOMS = {"plot", "live"}
 """Modules among the names of `afferents`: what is in them is listed under their names."""
 
 
