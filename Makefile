@@ -5,7 +5,7 @@ OUT ?= out/demo
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo live test test-processors lint slow clean
+.PHONY: install demo live docs test test-processors lint slow clean
 
 install: $(VENV)/.installed
 
@@ -20,6 +20,10 @@ demo: install
 
 live: install
 	$(BIN)/afferents live --model demo --video rig --audio rig --web
+
+docs: install
+	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going docs docs/_build/html
+	@echo "the site: docs/_build/html/index.html"
 
 lint: install
 	$(BIN)/ruff format --check .
@@ -37,4 +41,5 @@ slow: install
 	$(BIN)/python -m pytest -m slow
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) out docs/_build docs/examples docs/generated
+	find docs/gallery -mindepth 1 ! -name '*.py' ! -name '*.rst' -delete

@@ -32,7 +32,7 @@ class Ra1(Channel):
 
 
 def ra1(sa1: xr.DataArray) -> xr.DataArray:
-    """Return the artificial RA-I response, Eq. 2: RA[n,t] = |SA[n,t] - SA[n,t-1]|.
+    """Return the artificial RA-I response, Eq. 2: `RA[n,t] = |SA[n,t] - SA[n,t-1]|`.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ def distance(skin: Skin) -> NDArray[np.floating]:
 
 
 def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
-    """Return the artificial SA-I response, Eq. 1: SA[n,t] = |p[n,t] - p[n,rest]|.
+    """Return the artificial SA-I response, Eq. 1: `SA[n,t] = |p[n,t] - p[n,rest]|`.
 
     Parameters
     ----------

@@ -149,7 +149,7 @@ class Encoding(BaseModel, ABC):
         """Refuse, before hours of work, if a package that it needs is missing."""
 
     def seen(self, values: Floats) -> Floats:
-        """Return what a network sees of samples (n, *sample_shape); all, if not written anew."""
+        """Return what a network sees of samples `(n, *sample_shape)`; all, if not written anew."""
         return values
 
     @property

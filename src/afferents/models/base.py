@@ -148,7 +148,7 @@ class Network(Classifier):
         return logits
 
     def forward(self, samples: Tensor) -> Tensor:
-        """Return logits (batch, n_classes) of samples (batch, *sample_shape)."""
+        """Return logits (batch, n_classes) of samples `(batch, *sample_shape)`."""
         logits: Tensor = self.dense(self.features(samples))
         return logits
 

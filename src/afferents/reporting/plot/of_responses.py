@@ -186,7 +186,7 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        Frequency in Hz; amplitude (2 |FFT| / N) in the unit of the vibration.
+        Frequency in Hz; amplitude (`2 |FFT| / N`) in the unit of the vibration.
 
     Raises
     ------

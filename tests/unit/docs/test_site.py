@@ -1,0 +1,168 @@
+"""The documentation site: nothing is missing from it, and what it prints can be run."""
+
+import re
+import shlex
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import click
+import pytest
+import typer
+from matplotlib import pyplot
+
+import afferents
+from afferents.cli import app
+
+ROOT = Path(__file__).resolve().parents[3]
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+SUBCLASSED = (
+    "afferents.Channel",
+    "afferents.DataSet",
+    "afferents.ImageEncoding",
+    "afferents.Model",
+    "afferents.VibrationEncoding",
+    "afferents.devices.Camera",
+    "afferents.devices.Drive",
+    "afferents.devices.Microphone",
+    "afferents.encodings.base.Encoding",
+    "afferents.models.base.Classifier",
+)
+ROOMS = {"plot", "live"}
+"""Modules among the names of `afferents`: what is in them is listed under their names."""
+
+
+@pytest.fixture(scope="module")
+def from_code():
+    spec = spec_from_file_location("from_code", DOCS / "from_code.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def commands(page):
+    """Return the command lines of a page, with what may be left out, which stands in brackets."""
+    lines = "".join(blocks(page, r"\w*")).replace("\\\n", " ").splitlines()
+    typed = (line.translate({ord("["): "", ord("]"): ""}) for line in lines)
+    return [line.replace(" ... ", " ") for line in typed if line.startswith("afferents ")]
+
+
+def test_the_reference_lists_every_public_name():
+    listed = set(re.findall(r"^(?:   |\.\. py:data:: )(afferents\.[\w.]+)$", *reference()))
+    public = {f"afferents.{name}" for name in dir(afferents) if name not in ROOMS}
+    assert sorted(public - listed) == [], "add these to docs/api.md"
+    assert set(SUBCLASSED) <= listed
+    drawn = {f"afferents.plot.{name}" for name in afferents.plot.__all__}
+    assert drawn <= listed
+    for room in ROOMS & set(dir(afferents)):
+        assert any(name.startswith(f"afferents.{room}.") for name in listed), room
+
+
+def reference():
+    return (DOCS / "api.md").read_text(), re.MULTILINE
+
+
+def test_every_page_is_in_the_contents():
+    tocs = "".join("".join(blocks(page, "{toctree}")) for page in PAGES).splitlines()
+    assert {page.stem for page in PAGES} - set(tocs) == {"index"}
+
+
+def test_links_and_images_are_there():
+    lost = [
+        f"{page.name}: {link}"
+        for page in PAGES
+        for link in re.findall(r"\]\((?!https?:)([^)#\s]+)", page.read_text())
+        if not link.startswith("examples/") and not (DOCS / link).exists()
+    ]
+    examples = {path.stem for path in (DOCS / "gallery").glob("*.py")} | {"index"}
+    named = {
+        name for page in PAGES for name in re.findall(r"examples/(\w+)\.rst", page.read_text())
+    }
+    assert lost == []
+    assert named <= examples
+
+
+def test_the_tables_are_of_the_registries(from_code):
+    parts = from_code.parts()
+    for file, named in (
+        ("models", afferents.MODELS),
+        ("channels", afferents.CHANNELS),
+        ("encodings", afferents.ENCODINGS),
+        ("classifiers", afferents.CLASSIFIERS),
+    ):
+        rows = re.findall(r"^\| `([^`]+)` \| (.+?) \|", parts[f"{file}.md"], re.MULTILINE)
+        assert [name for name, _ in rows] == list(named)
+        assert all(len(said) > 2 for _, said in rows)
+
+
+def test_the_picture_of_the_packages_is_whole(from_code):
+    drawn = {name.split(".")[1] for layer in from_code.layers() for name in layer}
+    packages = {path.parent.name for path in (ROOT / "src/afferents").glob("*/__init__.py")}
+    assert drawn == packages
+    assert all(f"`{name}`" in from_code.architecture() for name in packages)
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.stem)
+def test_printed_commands_are_understood(page, tmp_path, monkeypatch):
+    """Each is read as a shell would hand it over: command, options, and their values."""
+    monkeypatch.chdir(tmp_path)
+    own = blocks(DOCS / "own-models.md", "python")
+    (tmp_path / "my_models.py").write_text(own[0])
+    cli = typer.main.get_command(app)
+    for line in commands(page):
+        with click.Context(cli) as parent:
+            name, command, rest = cli.resolve_command(parent, shlex.split(line, comments=True)[1:])
+            command.make_context(name, rest, parent=parent)
+
+
+def test_the_start_page_leads_to_tactile_images(session, example_cache, run, tmp_path, monkeypatch):
+    """Its commands and Python in order, with a clip of ours."""
+    page = DOCS / "start.md"
+    monkeypatch.chdir(tmp_path)
+    Path("CLIP.mp4").symlink_to(session / "1/20/video.mp4")
+    for line in commands(page):
+        code, _, err = run(*shlex.split(line, comments=True)[1:])
+        assert code == 0, f"{line}: {err}"
+    for example in blocks(page, "python"):
+        exec(example, {})
+    pyplot.close("all")
+    assert Path("sa1.png").stat().st_size > 5_000
+    assert Path("mine.png").stat().st_size > 5_000
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(tmp_path):
+    """With the examples executed; it is what `make docs` does."""
+    import subprocess
+
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", DOCS, tmp_path / "html"]
+    built = subprocess.run(command, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    words = (tmp_path / "html/searchindex.js").read_text()
+    assert "novelti" in words or "novelty" in words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["01_track_a_clip", "02_what_afferents_look_like", "05_your_own_classifier"]
+)
+def test_examples_run_as_notebooks(name, tmp_path, example_cache):
+    import nbformat
+    from nbclient import NotebookClient
+    from sphinx_gallery.gen_gallery import DEFAULT_GALLERY_CONF
+    from sphinx_gallery.notebook import jupyter_notebook, save_notebook
+    from sphinx_gallery.py_source_parser import split_code_and_text_blocks
+
+    script = DOCS / "gallery" / f"{name}.py"
+    _, parts = split_code_and_text_blocks(script)
+    path = tmp_path / f"{name}.ipynb"
+    save_notebook(jupyter_notebook(parts, DEFAULT_GALLERY_CONF, str(tmp_path)), path)
+    book = nbformat.read(path, as_version=4)
+    NotebookClient(book, timeout=300, resources={"metadata": {"path": tmp_path}}).execute()
+    outputs = [out for cell in book.cells for out in cell.get("outputs", [])]
+    assert any("image/png" in out.get("data", {}) for out in outputs)
