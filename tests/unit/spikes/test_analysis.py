@@ -157,3 +157,26 @@ def test_what_nothing_can_be_held_out_of_is_refused(spikes, said):
 def test_windows_longer_than_a_trial_are_refused():
     with pytest.raises(InputError, match="trials of at least a window, 5 s, found a trial of 4 s"):
         cut_windows(made(by_rate, 2), 5.0)
+
+
+def test_gaps_do_not_tell_the_texture():
+    """The same rate everywhere, and each unit missing on one texture: nothing is to be read."""
+    same = made(lambda rng, t, v, u, s: poisson(rng, 30, s), 4, units=5)
+    number = same.trials["number"].to_numpy()
+    trains = [
+        [None if unit == number[t] else same.train(t, unit) for unit in range(5)]
+        for t in range(same.n_trials)
+    ]
+    gapped = Spikes.from_trains(trains, same.units, same.trials)
+    found = accuracy_by_resolution(gapped, (0.02, 0.5))
+    assert (found["n_units"] == 1).all()
+    assert found["accuracy"].max() < 0.5
+    assert stretch_match(gapped)["accuracy"].mean() < 0.5
+    with pytest.raises(InputError, match="recorded in every trial, found 4 with gaps"):
+        accuracy_by_resolution(gapped.select(units=[0, 1, 2, 3]), (0.5,))
+
+
+def test_bins_finer_than_units_fire_are_refused():
+    windows = cut_windows(made(by_rate, 3, resolution_s=1 / 90), 0.5)
+    with pytest.raises(InputError, match=r"bins of 0\.0111 s or more"):
+        decode(windows, 0.001, "speeds")

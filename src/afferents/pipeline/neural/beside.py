@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-from afferents.core.errors import InputError
 from afferents.reporting.neural import beside_figure
 from afferents.spikes.analysis import accuracy_by_resolution, matched, stretch_match
 from afferents.spikes.analysis.speed import match_by_class
@@ -41,10 +40,8 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
         given = {"population": population}
         by_resolution = accuracy_by_resolution(spikes, window_s=window_s, seed=seed)
         resolution.append(by_resolution.assign(**given))
-        found = stretch_match(spikes, seed=seed)
-        if found.empty:
-            raise InputError(population, "units that fire", "silent ones only")
-        matches.append(match_by_class(found).assign(**given))
+        found = match_by_class(stretch_match(spikes, seed=seed))
+        matches.append(found.assign(**given))
     both, stretched = pd.concat(resolution), pd.concat(matches)
     return Beside(both, stretched, beside_figure(both, stretched, source), _said(pair, stretched))
 

@@ -18,7 +18,12 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from afferents.core.errors import InputError
-from afferents.spikes.analysis.windows import TRIAL, cut_windows, some_units
+from afferents.spikes.analysis.windows import (
+    TRIAL,
+    always_recorded,
+    cut_windows,
+    some_units,
+)
 from afferents.spikes.population import Spikes
 
 Across = Literal["speeds", "windows"]
@@ -28,6 +33,8 @@ RESOLUTIONS_S = (0.001, 0.002, 0.005, 0.011, 0.02, 0.05, 0.1, 0.25, 0.5)
 WINDOW_S = 0.5
 COMPONENTS = 40
 """Principal components that the discriminant sees."""
+_SLACK = 0.95
+"""Of a camera at 90 frames/s, whose frames last 11.1 ms, bins of 11 ms can be asked."""
 MOST_WINDOWS = 8
 """Of a trial: more of the same recording adds little."""
 
@@ -54,9 +61,12 @@ def decode(
     ------
     InputError
         If there are fewer than two textures or, across speeds, than two speeds, a speed is not
-        known, or there are too few windows to learn from.
+        known, there are too few windows to learn from, or bins are finer than the units' times.
     """
     speeds = require_conditions(windows, across)
+    if resolution_s < _SLACK * _finest(windows):
+        wanted = f"bins of {_finest(windows):.3g} s or more, as finely as these units fire"
+        raise InputError("resolution", wanted, f"{resolution_s:g} s")
     features = binned_features(windows, resolution_s)
     texture = windows.trials["texture"].to_numpy(str)
     found: dict[float, list[NDArray[np.bool_]]] = {}
@@ -79,8 +89,9 @@ def accuracy_by_resolution(
 ) -> pd.DataFrame:
     """Return how well texture is told at each resolution, for each class and held-out part.
 
-    Resolutions finer than a class' own (`resolution_s` of its units: a frame's duration, of a
-    camera) are left out: spikes between two frames are interpolation.
+    Units that were not recorded in every trial are left out. So are resolutions finer than a class'
+    own (`resolution_s` of its units: a frame's duration, of a camera): spikes between two frames
+    are interpolation.
 
     Parameters
     ----------
@@ -91,7 +102,7 @@ def accuracy_by_resolution(
     -------
     pandas.DataFrame
         `class`, `across`, `resolution_s`, `accuracy`, `low`, `high` (95%, Student's t over the
-        speeds tested), `chance`, `n_units`.
+        speeds tested, which share most of what was learnt from), `chance`, `n_units`.
     """
     rows = []
     for name, units in _classes(spikes, n_units, seed):
@@ -128,7 +139,7 @@ def accuracy_by_units(
     """
     rows = []
     for name in spikes.units["class"].unique():
-        units = spikes.of_class(name)
+        units = always_recorded(spikes, name)
         windows = cut_windows(units, window_s, MOST_WINDOWS)
         codes = {"rate": window_s, "timing": max(0.011, _finest(units))}
         for number in [n for n in numbers if n < units.n_units] + [units.n_units]:
@@ -241,7 +252,8 @@ def _named(
 
 def _classes(spikes: Spikes, n_units: int, seed: int) -> Iterator[tuple[str, Spikes]]:
     for name in spikes.units["class"].unique():
-        yield name, some_units(spikes.of_class(name), n_units, np.random.default_rng(seed))
+        whole = always_recorded(spikes, name)
+        yield name, some_units(whole, n_units, np.random.default_rng(seed))
 
 
 def _finest(units: Spikes) -> float:
@@ -251,7 +263,7 @@ def _finest(units: Spikes) -> float:
 def _possible(resolutions_s: Sequence[float], units: Spikes, window_s: float) -> list[float]:
     """Return the resolutions that units have, of those asked for, that fit into a window."""
     finest = _finest(units)
-    return [one for one in resolutions_s if 0.95 * finest <= one <= window_s]
+    return [one for one in resolutions_s if _SLACK * finest <= one <= window_s]
 
 
 def _parts(windows: Spikes) -> list[Across]:

@@ -22,8 +22,9 @@ def matched(first: Spikes, second: Spikes, seed: int = 0) -> tuple[Spikes, Spike
     """Return two populations with as many textures, speeds, units and seconds as each other.
 
     Classes that one of them lacks are left out. Speeds are chosen so that their ratios are as alike
-    as can be (30, 60 and 90 mm/s beside 40, 80 and 120); textures and units are drawn with the
-    seed. Textures need not be the same ones: only their number counts.
+    as can be (30, 60 and 90 mm/s beside 40, 80 and 120). Textures and units are drawn with the
+    seed: textures that most units were recorded on first, and units that were recorded on all.
+    Textures need not be the same ones: only their number counts.
 
     Raises
     ------
@@ -37,12 +38,16 @@ def matched(first: Spikes, second: Spikes, seed: int = 0) -> tuple[Spikes, Spike
         raise InputError("natural", "units of a class that the artificial ones have", found)
     speeds = alike(require_conditions(first), require_conditions(second))
     parts = [_at(one.of_class(*both), at) for one, at in zip((first, second), speeds, strict=True)]
-    n_textures = min(len(_textures(part)) for part in parts)
+    n_textures = min(len(_textures(part, seed)) for part in parts)
     if n_textures < 2:
         raise InputError("natural", "2 textures or more at the speeds compared", f"{n_textures}")
+    parts = [_whole(part, _textures(part, seed)[:n_textures]) for part in parts]
     length_s = min(float(part.trials["duration_s"].min()) for part in parts)
-    n_units = {name: min(len(part.of_class(name).units) for part in parts) for name in both}
-    return tuple(_cut(part, n_textures, n_units, length_s, seed) for part in parts)  # type: ignore[return-value]
+    n_units = {name: min(part.of_class(name).n_units for part in parts) for name in both}
+    if not any(n_units.values()):
+        raise InputError("natural", "units that were recorded in every trial compared", "none")
+    here, there = (_cut(part, n_units, length_s, seed) for part in parts)
+    return here, there
 
 
 def alike(
@@ -67,22 +72,27 @@ def _at(spikes: Spikes, speeds: NDArray[np.float64]) -> Spikes:
     return spikes.select(trials=spikes.trials["speed_mm_s"].isin(speeds).to_numpy())
 
 
-def _textures(spikes: Spikes) -> NDArray[np.str_]:
-    """Return the textures that are there at every speed."""
+def _textures(spikes: Spikes, seed: int) -> list[str]:
+    """Return the textures that are there at every speed, those with fewest gaps first."""
     there = spikes.trials.groupby("texture")["speed_mm_s"].nunique()
-    everywhere: NDArray[np.str_] = there.index[there == there.max()].to_numpy(str)
-    return everywhere
+    everywhere = there.index[there == there.max()].to_numpy(str)
+    np.random.default_rng(seed).shuffle(everywhere)
+    texture = spikes.trials["texture"].to_numpy(str)
+    gaps = [np.sum(~spikes.recorded[texture == one]) for one in everywhere]
+    return [str(everywhere[place]) for place in np.argsort(gaps, kind="stable")]
 
 
-def _cut(
-    spikes: Spikes, n_textures: int, n_units: dict[str, int], length_s: float, seed: int
-) -> Spikes:
-    """Return so many textures and units, and so many seconds."""
-    rng = np.random.default_rng(seed)
-    textures = rng.choice(_textures(spikes), n_textures, replace=False)
+def _whole(spikes: Spikes, textures: list[str]) -> Spikes:
+    """Return some textures, and the units that were recorded in all of their trials."""
     kept = spikes.select(trials=spikes.trials["texture"].isin(textures).to_numpy())
+    return kept.select(units=kept.recorded.all(axis=0))
+
+
+def _cut(spikes: Spikes, n_units: dict[str, int], length_s: float, seed: int) -> Spikes:
+    """Return so many units, and so many seconds."""
+    rng = np.random.default_rng(seed)
     units = [
-        kept.units.index.get_indexer(some_units(kept.of_class(name), n, rng).units.index)
+        spikes.units.index.get_indexer(some_units(spikes.of_class(name), n, rng).units.index)
         for name, n in n_units.items()
     ]
-    return kept.select(units=np.concatenate(units)).window(0, length_s)
+    return spikes.select(units=np.concatenate(units)).window(0, length_s)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
 from afferents.spikes.analysis.decoding import require_conditions, summary
-from afferents.spikes.analysis.windows import some_units
+from afferents.spikes.analysis.windows import always_recorded, some_units
 from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
@@ -77,7 +77,8 @@ def stretch_match(
     For two speeds, the trains of each texture at the first are held against those of all textures
     at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
     summed over the units of a class, at the shift where it is greatest: where on the drum a
-    recording began is not known.
+    recording began is not known. Of repetitions the first is taken; units that were not recorded in
+    every trial, and pairs of speeds with fewer than two textures in common, are left out.
 
     Parameters
     ----------
@@ -95,22 +96,25 @@ def stretch_match(
     Raises
     ------
     InputError
-        If there are fewer than two textures or speeds, a speed is not known, or trials are too
-        short.
+        If there are fewer than two textures or speeds, a speed is not known, or no unit fires.
     """
     speeds = require_conditions(spikes)
     rows = []
     for name in spikes.units["class"].unique():
-        units = some_units(spikes.of_class(name), n_units, np.random.default_rng(seed))
+        whole = always_recorded(spikes, name)
+        units = some_units(whole, n_units, np.random.default_rng(seed))
         if not len(units.times):
             continue
         for first, second in permutations(speeds, 2):
             for stretched in (True, False):
-                accuracy, n = _match(units, first, second, stretched, seconds)
+                found = _match(units, first, second, stretched, seconds)
                 given = {"class": name, "from_mm_s": first, "to_mm_s": second}
-                rows.append(
-                    {**given, "stretched": stretched, "accuracy": accuracy, "chance": 1 / n}
-                )
+                if found is not None:
+                    accuracy, chance = found
+                    rows.append({**given, "stretched": stretched, "accuracy": accuracy,
+                                 "chance": chance})  # fmt: skip
+    if not rows:
+        raise InputError("spikes", "units that fire, on 2 textures at 2 speeds", "none")
     return pd.DataFrame(rows)
 
 
@@ -126,14 +130,13 @@ def match_by_class(matches: pd.DataFrame) -> pd.DataFrame:
 
 def _match(
     units: Spikes, first: float, second: float, stretched: bool, seconds: float
-) -> tuple[float, int]:
-    """Return the share of textures that find themselves, and how many there are."""
+) -> tuple[float, float] | None:
+    """Return the share of textures that find themselves, and of those that would by chance."""
     texture = units.trials["texture"].to_numpy(str)
     speed = units.trials["speed_mm_s"].to_numpy(np.float64)
     both = sorted(set(texture[speed == first]) & set(texture[speed == second]))
     if len(both) < 2:
-        found = f"{len(both)} at {first:g} and {second:g} mm/s"
-        raise InputError("spikes", "at least 2 textures at both of two speeds", found)
+        return None
     here = [np.flatnonzero((texture == one) & (speed == first))[0] for one in both]
     there = [np.flatnonzero((texture == one) & (speed == second))[0] for one in both]
     moved = units.select(trials=here)
@@ -143,7 +146,7 @@ def _match(
     n = _common_bins(moved, kept, seconds)
     sigma = SMOOTHING_MM / second / RESOLUTION_S  # of bins
     likeness = _likeness(_smoothed(moved, n, sigma), _smoothed(kept, n, sigma))
-    return float(np.mean(likeness.argmax(axis=0) == np.arange(len(both)))), len(both)
+    return float(np.mean(likeness.argmax(axis=0) == np.arange(len(both)))), 1 / len(both)
 
 
 def _common_bins(moved: Spikes, kept: Spikes, seconds: float) -> int:

@@ -1,6 +1,5 @@
 """Trials cut into windows, and units drawn from many."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -56,16 +55,20 @@ def some_units(spikes: Spikes, n: int, rng: np.random.Generator) -> Spikes:
     return spikes.select(units=np.sort(rng.choice(spikes.n_units, n, replace=False)))
 
 
-def require_units(spikes: Spikes, classes: Sequence[str]) -> None:
-    """Refuse spikes that have no units of some class, or none that ever fires.
+def always_recorded(spikes: Spikes, name: str) -> Spikes:
+    """Return the units of a class that were recorded in every trial.
+
+    Elsewhere a gap would tell the texture: a fibre that was never recorded on silk is silent there.
 
     Raises
     ------
     InputError
-        If so.
+        If there are units of the class, and none of them was.
     """
-    for name in classes:
-        some = spikes.of_class(name)
-        if not some.n_units or not len(some.times):
-            found = "silent units only" if some.n_units else "none"
-            raise InputError("spikes", f"units of class {name} that fire", found)
+    units = spikes.of_class(name)
+    whole = units.select(units=units.recorded.all(axis=0))
+    if units.n_units and not whole.n_units:
+        found = f"{units.n_units} with gaps"
+        wanted = f"units of class {name} that were recorded in every trial"
+        raise InputError("spikes", wanted, found, "leave out textures or trials with gaps")
+    return whole
