@@ -5,8 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.core.choices import Device, Method, Precision, Preset, Statistics
-from afferents.core.cut import Cut
+from afferents.core.choices import Cut, Device, Method, Precision, Preset, Statistics
 from afferents.core.doubt import KINDS
 
 Session = Annotated[

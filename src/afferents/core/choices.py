@@ -28,3 +28,5 @@ Penalty = Literal["fixed", "searched"]
 """Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
 Figures = Literal["report", "paper"]
 """How a report draws the paper's figures: as suits what was evaluated, or as they are printed."""
+Cut = Literal["published", "all"]
+"""Which part of a recording is used; see `core.cut`."""

@@ -1,14 +1,11 @@
 """Which part of a recording is used: `published` or `all`. A choice apart from the protocol."""
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.core.choices import Cut as Cut
 from afferents.core.errors import InputError
 from afferents.core.recording import EDGE_S
-
-Cut = Literal["published", "all"]
 
 FIRST_FRAME, LAST_FRAME = 510, 5510
 """Cut `published`: video frames 510 to 5509 (spatial/process_static.ipynb, cell 4)."""
