@@ -278,8 +278,8 @@ class Card(BaseModel):
         recipe = f" (preset {self.preset}{own})" if self.preset else ""
         chosen = "weights and temperature" if self.preset else "the temperature"
         return [
-            f"{self.title}: {len(self.textures)} textures, learnt from "
-            f"{sum(data.n_recordings for data in self.data)} {kind} "
+            f"{self.title}: {len(self.textures)} textures. Of "
+            f"{sum(data.n_recordings for data in self.data)} {kind} it learnt from those "
             f"{split.at(self.groups)}{recipe}.",
             f"{validated[0].upper()}{validated[1:]}, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",

@@ -8,6 +8,8 @@ from afferents.live.percept import Percept
 from afferents.live.screen import counted
 
 _BAR = 24
+_AT_ONCE_S = 0.05
+"""What would be printed as 0.0 s."""
 _MOST = 13
 """Textures shown, the likeliest."""
 
@@ -41,8 +43,14 @@ def _drawn(percept: Percept) -> RenderableType:
     return Group(table, Text(counted(percept), style="dim"))
 
 
+def _sure(after_s: float | None) -> str:
+    if after_s is None:
+        return ""
+    return ", sure at once" if after_s < _AT_ONCE_S else f", sure after {after_s:.1f} s"
+
+
 def _title(percept: Percept) -> str:
     felt = percept.texture if percept.fresh and percept.texture else percept.state
-    sure = "" if percept.sure_after_s is None else f", sure after {percept.sure_after_s:.1f} s"
+    sure = _sure(percept.sure_after_s)
     truth = f" (it is {percept.truth})" if percept.truth else ""
     return f"{percept.model}: {felt}{sure}{truth}"

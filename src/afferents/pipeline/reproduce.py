@@ -66,8 +66,10 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
 
 
 def _simulated_store(folder: Path, progress: Progress) -> Path:
+    progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
     simulation = simulation_of(folder / "session", "quick")
     simulate_session(simulation, None, progress)
+    progress.note("following the markers in its videos")
     store = folder / "session.zarr"
     extract(Extraction(folder / "session", store, load_sensor("tip_b"), "windowed"), progress)
     return store

@@ -36,6 +36,8 @@ function modelView(model) {
   view.felt = make("p", { className: "felt", textContent: "…" });
   view.trouble = make("p", { className: "trouble" });
   view.counts = make("p", { className: "counts" });
+  view.faults = new Map();
+  view.faulty = make("details", { className: "faults", hidden: true });
   view.bars = make("div", { className: "bars", role: "list", tabIndex: 0 });
   view.bars.setAttribute("aria-label", `Textures by ${model.title}`);
   for (const texture of model.textures) view.rows.set(texture, row(texture));
@@ -58,14 +60,20 @@ function modelView(model) {
   const about = make("details", {}, make("summary", { textContent: "About this model" }),
     ...model.description.map((sentence) => make("p", { textContent: sentence })));
   const [first, last] = [model.textures[0], model.textures.at(-1)];
-  const time = make("p", { className: "legend", textContent: `evidence over the last half minute, ${first} at the top to ${last}` });
+  const time = make("p", { className: "legend axis" }, make("span", { textContent: "half a minute ago" }),
+    make("span", { textContent: `evidence, ${called(first)} at the top to ${called(last)}` }),
+    make("span", { textContent: "now" }));
   view.article = make("article", {}, heading, view.felt, view.trouble, view.bars, legend,
-    view.history, time, view.counts, about);
+    view.history, time, view.counts, view.faulty, about);
   return view;
 }
 
+function called(texture) {
+  return Number.isFinite(Number(texture)) ? `${texture} mm` : texture; // a spacing of bumps, or a name
+}
+
 function row(texture) {
-  const parts = { name: make("span", { textContent: texture }), all: make("div", { className: "all" }),
+  const parts = { name: make("span", { textContent: called(texture) }), all: make("div", { className: "all" }),
     now: make("div", { className: "now" }), share: make("span", { className: "share" }) };
   parts.track = make("div", { className: "track" }, parts.all, parts.now);
   parts.cells = [parts.name, parts.track, parts.share];
@@ -77,11 +85,14 @@ function showModel(view, percept) {
   view.article.classList.toggle("stale", !fresh);
   const ranked = [...view.model.textures].sort((a, b) => percept.evidence[b] - percept.evidence[a]);
   const leader = ranked[0], share = Math.round(100 * percept.evidence[leader]);
-  const sure = percept.sure_after_s === null ? "" : `, sure after ${percept.sure_after_s.toFixed(1)} s`;
+  const after = percept.sure_after_s;
+  const sure = after === null ? "" : after < 0.05 ? ", sure at once" : `, sure after ${after.toFixed(1)} s`;
+  const unknown = fresh && percept.state === "unknown";
+  view.article.classList.toggle("unknown", unknown);
   let felt = `${leader}`, how = `${share}%${sure}`;
   if (!fresh) [felt, how] = [percept.state === "waiting" ? "waiting" : "nothing fresh", ""];
-  else if (percept.state === "unknown") [felt, how] = ["unknown", "like nothing it has learnt"];
-  view.felt.replaceChildren(felt, " ", make("small", { textContent: how }));
+  else if (unknown) [felt, how] = ["unknown", "like nothing it has learnt"];
+  view.felt.replaceChildren(felt === leader ? called(felt) : felt, " ", make("small", { textContent: how }));
   view.felt.dataset.felt = felt;
   if (percept.troubles.length) view.trouble.textContent = percept.troubles.at(-1);
   else if (fresh) view.trouble.textContent = "";
@@ -98,7 +109,19 @@ function showModel(view, percept) {
   if (view.bars.childElementCount !== cells.length || !view.all) view.bars.replaceChildren(...cells);
   drawHistory(view, fresh ? percept.evidence : null);
   view.counts.textContent = counted(percept);
+  listFaults(view, percept.troubles);
   return `${view.model.title}: ${felt} ${how}`;
+}
+
+function listFaults(view, troubles) {
+  const said = troubles.at(-1), same = view.faults.get(said);
+  if (!said || said === view.lastFault) return void (view.lastFault = said);
+  view.lastFault = said;
+  view.faults.set(said, { n: (same?.n ?? 0) + 1, at: new Date().toLocaleTimeString() });
+  view.faulty.hidden = false;
+  view.faulty.replaceChildren(make("summary", { textContent: "What was wrong" }),
+    ...[...view.faults].map(([text, { n, at }]) =>
+      make("p", { textContent: `${text} ${n > 1 ? `${n} times, last at` : "At"} ${at}.` })));
 }
 
 function counted(percept, moment = true) {
@@ -155,7 +178,7 @@ async function showPicture() {
 function showAudio(audio) {
   $("sound").hidden = !audio;
   if (!audio) return;
-  $("samples").textContent = `${audio.rate_hz} samples/s`;
+  $("samples").textContent = `${Math.round(audio.rate_hz / 100) / 10} kHz`;
   if (!audio.amplitude) return;
   const canvas = document.querySelector("#sound canvas");
   const comb = drawSpectrum(canvas, audio.amplitude, audio.step_hz, getComputedStyle(document.body).color);
@@ -242,7 +265,11 @@ function press(button, value) {
   button.setAttribute("aria-pressed", value);
   return value;
 }
-const pause = () => { paused = press($("pause"), !paused); };
+const pause = () => {
+  paused = press($("pause"), !paused);
+  $("pause").firstChild.textContent = paused ? "Go on " : "Pause ";
+  $("link").textContent = paused ? "paused: what is shown is from before" : "live";
+};
 const mark = () => { marked = press($("mark"), !marked); };
 $("pause").onclick = pause;
 $("mark").onclick = mark;
