@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 import afferents
+from afferents.encodings import SpikeRateEncoding
 
 
 @pytest.fixture(scope="module")
@@ -102,3 +103,22 @@ def test_fibres_are_put_beside(found, stores, tmp_path):
     assert len(set(table["n_units"])) == 1
     assert table["n_units"].max() <= 5
     assert any(sentence.startswith("Compared: ") for sentence in beside.sentences)
+
+
+def test_models_learn_from_spikes_through_the_same_folds(stores, tmp_path):
+    """Rates of units a marker, and intervals of units that hear; one model of one's own."""
+    rates = afferents.Model(
+        "rates",
+        channel="ra1_spikes",
+        encoding=SpikeRateEncoding(rate_frames=8),
+        classifier="discriminant",
+    )
+    given = {"protocol": "nested", "preset": "quick", "quiet": True}
+    seen = afferents.evaluate(stores["video"], out=tmp_path / "seen", models=[rates], **given)
+    assert seen.accuracy["accuracy"].between(0, 1).all()
+    assert set(seen.predictions["model"]) == {"rates"}
+    heard = afferents.evaluate(
+        stores["audio"], out=tmp_path / "heard", models=["spike-timing"], **given
+    )
+    assert set(heard.predictions["model"]) == {"spike-timing"}
+    assert len(heard.predictions) > 10
