@@ -301,7 +301,7 @@ def test_a_model_learns_from_all_trials_but_one_and_its_card_says_so(evaluated, 
     card = afferents.train(data, out, split="trial", steady=(0.0, 0.75), **asked)
     assert (card.split, card.learnt_from, card.validated_on) == ("trial", ("1", "3"), "2")
     said = " ".join(card.describe())
-    assert "9 recordings with trial 1, 3 (preset quick)" in said
+    assert "Of 9 recordings it learnt from those with trial 1, 3 (preset quick)" in said
     assert "With trial 2, which chose weights and temperature and nothing was learnt from" in said
     assert "Of each recording 0 to 0.75 s were taken, as --steady says." in said
     assert "Not evaluated at values of trial held out." in said
