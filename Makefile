@@ -22,6 +22,7 @@ live: install
 	$(BIN)/afferents live --model demo --video rig --audio rig --web
 
 docs: install
+	rm -rf docs/generated
 	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going docs docs/_build/html
 	@echo "the site: docs/_build/html/index.html"
 
