@@ -13,6 +13,7 @@ from afferents.core.choices import Layout
 from afferents.core.errors import InputError
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
+from afferents.markers.sheared import follow_shear
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
@@ -27,6 +28,8 @@ GATE_SHARE = 0.4
 _ANOTHER = 0.12
 """Of another layout, markers lie off their places by more than this share of their spacing, in the
 median: at least 0.14 measured, at most 0.05 of a layout's own (fish-eye lens, other clips)."""
+_ANOTHER_FOLLOWED = 0.1
+"""The same once each marker is looked for where those around it went: 0.12 and 0.08 measured."""
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
 
@@ -114,7 +117,8 @@ def match_layout(
     """Give each marker of a known layout its own blob, wherever the picture is shifted or rolled.
 
     The template is turned, shifted and scaled until it fits best; of turns that fit alike the
-    smallest is taken, since a symmetric layout fits at several.
+    smallest is taken, since a symmetric layout fits at several. Where that fits badly, skin may be
+    out of shape, and each marker is looked for where those around it went (`follow_shear`).
 
     Parameters
     ----------
@@ -140,15 +144,17 @@ def match_layout(
         If more are missing, by default more than a fifth; or if the layout is another one.
     """
     gate = GATE_SHARE * spacing_px(template)
-    tree = cKDTree(found)
+    tree, most_off = cKDTree(found), _ANOTHER
     placed = _placed(template, found, tree, gate, [(0.0, 0.0)])
     if _fit(placed, tree, gate) < _GOOD:  # false blobs on one side shift the middle
         aside = np.arange(-_ASIDE, _ASIDE + 0.1, 0.5) * spacing_px(template)
         wider = _placed(template, found, tree, gate, [(x, y) for x in aside for y in aside])
         placed = max(placed, wider, key=lambda place: _fit(place, tree, gate))
+        if _fit(placed, tree, gate) < _GOOD:
+            placed, most_off = follow_shear(placed, found, gate), _ANOTHER_FOLLOWED
     own, blob = _assigned(placed, found, gate)
     off = np.hypot(*(placed[own] - found[blob]).T) / spacing_px(template)
-    if needed and len(own) >= needed * len(template) and np.median(off) > _ANOTHER:
+    if needed and len(own) >= needed * len(template) and np.median(off) > most_off:
         do = "give the sensor file of this sensor, or calibrate it"
         expected = "markers where the sensor's layout has them"
         raise InputError(where, expected, f"{len(found)} in another layout", do)
