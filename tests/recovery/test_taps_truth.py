@@ -28,10 +28,6 @@ kind = "simulated"
 """
 
 
-LATE_MS = 8.6
-"""How much later than the camera the rig's microphone shows a tap: gel and amplifier delay it."""
-
-
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     """Return what came of the run with a microphone of its own, and its session's file."""
@@ -57,7 +53,7 @@ def test_the_offset_of_a_run_is_found(recorded, offset_ms):
     outcome, said = recorded(f"offset_ms = {offset_ms}")
     assert outcome.recorded == ["4/60"]
     found = said["runs"]["4/60"]["audio_offset"]
-    assert 1000 * found["seconds"] == pytest.approx(offset_ms + LATE_MS, abs=3)
+    assert 1000 * found["seconds"] == pytest.approx(offset_ms, abs=2)
     assert 0 < found["error_s"] < 0.003
     assert said["steady_s"] == pytest.approx([3.5, 3.8])
 

@@ -104,13 +104,22 @@ def _check(plan: Path, session: Path | None, dry_run: bool, as_json: bool) -> No
 
 
 def import_(
-    video: Annotated[Path, typer.Argument(help="Video; its frames are not encoded again.")],
+    video: Annotated[
+        Path,
+        typer.Argument(
+            help="Video, whose frames are not encoded again; or a bag of ROS (rosbag2, .mcap, "
+            ".bag; extra mcap), which holds times and sound too."
+        ),
+    ],
     audio: Annotated[Path | None, typer.Argument(help="Sound that belongs to it.")] = None,
     *,
     times: Annotated[
-        Path,
-        typer.Option(help="CSV with a row a frame: time_s, and sequence if frames are numbered."),
-    ],
+        Path | None,
+        typer.Option(
+            help="CSV with a row a frame: time_s, and sequence if frames are numbered. Not of a "
+            "bag."
+        ),
+    ] = None,
     session: Annotated[Path, typer.Option(help="Session folder to write, or to add to.")],
     texture: Annotated[str, typer.Option(help="Texture that was recorded.")],
     speed: Annotated[float, typer.Option(help="Its sliding speed, mm/s.")],
@@ -124,13 +133,27 @@ def import_(
     keep: Annotated[
         bool, typer.Option("--keep", help="Import it although frames are missing.")
     ] = False,
+    image_topic: Annotated[
+        str | None, typer.Option(help="Topic of a bag's pictures (default: the only one).")
+    ] = None,
+    audio_topic: Annotated[
+        str | None, typer.Option(help="Topic of a bag's sound (default: the only one).")
+    ] = None,
+    audio_rate: Annotated[
+        int | None,
+        typer.Option(help="Samples a second of a bag's sound, if it says none (default: 44100)."),
+    ] = None,
+    audio_channels: Annotated[
+        int | None, typer.Option(help="Channels of a bag's sound, if it says none (default: 1).")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Bring a recording made elsewhere into a session, with its own time stamps."""
     from afferents import commands
 
     checks = commands.import_recording(
-        video, audio, times, session, texture, speed, audio_start, keep
-    )
+        video, audio, times, session, texture, speed, audio_start, keep,
+        image_topic, audio_topic, audio_rate, audio_channels,
+    )  # fmt: skip
     said = {"session": str(session), "checks": [line.as_json() for line in checks]}
     say(as_json, said, *(line.describe() for line in checks), f"Session: {session}")

@@ -1,6 +1,7 @@
 """Commands that record: a session from a plan, and files recorded elsewhere."""
 
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -109,21 +110,28 @@ def _beside_a_page(
 def import_recording(
     video: Place,
     audio: Place | None,
-    times: Place,
+    times: Place | None,
     session: Place,
     texture: str,
     speed_mm_s: float,
     audio_start_s: float | None = None,
     keep: bool = False,
+    image_topic: str | None = None,
+    audio_topic: str | None = None,
+    audio_rate_hz: int | None = None,
+    audio_channels: int | None = None,
 ) -> "list[Check]":
     """Bring a recording made elsewhere into a session, with its own time stamps.
 
     Parameters
     ----------
     video, audio
-        Files; `audio` may be None. The frames are not encoded again.
+        Files; `audio` may be None. The frames are not encoded again. Instead of a video it may be
+        a bag of ROS (a rosbag2 folder, an MCAP file or a ``.bag``), which holds times and sound as
+        well; that needs the extra ``mcap``.
     times
-        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames.
+        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames. None
+        of a bag.
     session
         Folder to write, or to add to.
     texture, speed_mm_s
@@ -132,6 +140,10 @@ def import_recording(
         When the first sample was taken, on the clock of `times`; None for with the first frame.
     keep
         Whether it is imported although frames are missing.
+    image_topic, audio_topic
+        Of a bag; None for the only one of pictures, and of sound.
+    audio_rate_hz, audio_channels
+        Of a bag's sound where its messages do not say it; None for 44100 and 1.
 
     Returns
     -------
@@ -143,15 +155,28 @@ def import_recording(
     InputError
         If a file or its times are not what they should be.
     """
+    from afferents.pipeline.bags import Bag, bag_files, is_bag
     from afferents.pipeline.record.importing import Import
     from afferents.pipeline.record.importing import import_recording as run
 
+    path, target = Path(video), Path(session)
+    if is_bag(path):
+        if audio is not None or times is not None:
+            raise InputError(path, "a bag alone, which holds sound and times", "more files")
+        bag = Bag(path, image_topic, audio_topic, audio_rate_hz, audio_channels)
+        with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
+            files = bag_files(bag, Path(folder))
+            start_s = files.audio_start_s if audio_start_s is None else audio_start_s
+            return run(
+                Import(
+                    files.video, files.audio, files.times, target, texture, speed_mm_s, start_s,
+                    keep, path,
+                )
+            )  # fmt: skip
+    if times is None:
+        raise InputError("--times", "a CSV with the time of each frame", "none", "or give a bag")
     sound = None if audio is None else Path(audio)
-    return run(
-        Import(
-            Path(video), sound, Path(times), Path(session), texture, speed_mm_s, audio_start_s, keep
-        )
-    )
+    return run(Import(path, sound, Path(times), target, texture, speed_mm_s, audio_start_s, keep))
 
 
 def show_in_terminal(sentence: str) -> None:

@@ -36,6 +36,9 @@ class PortAudioOptions(Options):
         Length of a block, s.
     buffer_s
         How long the writer may be busy elsewhere before sound is lost, s.
+    settle_s
+        What is heard so soon after it was opened is thrown away, s: until then a sound server's
+        times are off by up to half a second.
     """
 
     kind: Literal["portaudio"] = "portaudio"
@@ -44,6 +47,7 @@ class PortAudioOptions(Options):
     channels: Annotated[int, Field(ge=1, le=64)] = 2
     block_s: Annotated[float, Field(ge=0.001, le=1)] = 0.01
     buffer_s: Annotated[float, Field(ge=0.1, le=60)] = 5.0
+    settle_s: Annotated[float, Field(ge=0, le=4)] = 1.0
 
 
 class PortAudioMicrophone(Microphone):
@@ -90,6 +94,7 @@ class PortAudioMicrophone(Microphone):
         self._ring = Ring(max(2, round(options.buffer_s / options.block_s)), size, options.channels)
         self._clock, self._next_s = HostClock(), 0.0
         self._stream = self._started(portaudio, size)
+        self._settled_s = time.monotonic() + options.settle_s
         self._opened = True
         name = _name_of(portaudio, self._stream.device)
         self.settings = MicrophoneSettings(
@@ -112,6 +117,7 @@ class PortAudioMicrophone(Microphone):
         if self._stream is None:
             raise self._lost("it is not open")
         self._ended.clear()
+        self._ended.wait(self._settled_s - time.monotonic())
         self._ring.clear()
         last_s = time.monotonic()
         while not self._ended.is_set():

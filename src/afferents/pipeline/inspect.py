@@ -27,6 +27,7 @@ from afferents.pipeline.inspect_files import (
     inspect_video,
     inspect_wav,
 )
+from afferents.pipeline.record.clocks import clock_sentences
 from afferents.pipeline.sensors import sensors_of
 from afferents.recordings import DataSet, data_set_of, facts, is_described, require_rates_that_agree
 from afferents.recordings import Session as FolderSession
@@ -149,6 +150,10 @@ def inspect_recordings(
     if not found.problems and isinstance(session, FolderSession):
         require_rates_that_agree(session, session.declared)
     found.sentences += [*length_sentences(rows), *too_short_sentences(rows)]
+    try:
+        found.sentences += clock_sentences(session)
+    except InputError as error:
+        found.problems.append(str(error))
     found.facts = {"recordings": rows}
     with_audio = [r for r in session.recordings if r.audio is not None]
     if with_audio and not found.problems:

@@ -62,7 +62,8 @@ class PortAudio:
 
 
 def opened(portaudio, **options):
-    options = PortAudioMicrophone.Options(**{"block_s": 0.01, "rate_hz": 10_000.0} | options)
+    usual = {"block_s": 0.01, "rate_hz": 10_000.0, "settle_s": 0.0}
+    options = PortAudioMicrophone.Options(**usual | options)
     microphone = PortAudioMicrophone(options, portaudio)
     microphone.open()
     return microphone, portaudio.opened[-1]
@@ -97,6 +98,15 @@ def test_blocks_carry_the_converter_s_time_on_our_clock():
     assert (microphone.settings.rate_hz, microphone.settings.channels) == (10_000, 2)
     assert microphone.overflows == 0
     microphone.close()
+
+
+def test_what_is_heard_just_after_opening_is_thrown_away():
+    microphone, stream = opened(PortAudio(), settle_s=0.3)
+    stream.give()
+    threading.Timer(0.15, stream.give).start()
+    threading.Timer(0.45, stream.give).start()
+    (block,) = taken(microphone, lambda: None, 1)
+    np.testing.assert_array_equal(block.samples[:, 0], range(200, 300))
 
 
 def test_a_converter_without_a_clock_is_counted():
@@ -148,7 +158,7 @@ def test_live_hears_by_the_same_source(monkeypatch):
     monkeypatch.setattr("afferents.devices.portaudio.SILENT_S", 0.2)
     monkeypatch.setattr("afferents.live.microphone.AGAIN_S", 0.01)
     portaudio = PortAudio()
-    options = PortAudioMicrophone.Options(rate_hz=10_000.0, channels=1)
+    options = PortAudioMicrophone.Options(rate_hz=10_000.0, channels=1, settle_s=0.0)
     live = Microphone("default", 10_000, 1, PortAudioMicrophone(options, portaudio))
 
     def give(stream):

@@ -1,30 +1,15 @@
 """How fast clocks of devices go apart from this machine's."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from afferents.pipeline.record.gate import Check
+from afferents.pipeline.record.sound_clock import LIMIT_FRAMES, SURE, Drift
 
 _PARTS = 6
 """Of the time that was looked at; in each, what arrived with the least delay counts."""
-_SURE = 4.0
-"""Standard errors that a drift may lie beyond the limit: a busy machine delays what arrives."""
-LIMIT_FRAMES = 0.5
-"""Sound and picture may go apart by so much within a run, in frames."""
-
-
-class Drift(NamedTuple):
-    """How much faster a clock goes than this machine's, and its standard error, as shares."""
-
-    share: float
-    error: float
-
-    def said(self) -> str:
-        """Return it in words."""
-        return f"{1e6 * self.share:+.0f} ppm (error {1e6 * self.error:.0f})"
 
 
 def drift_of(own_s: Sequence[float], arrived_s: Sequence[float]) -> Drift:
@@ -70,6 +55,6 @@ def clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float)
         said += f", microphone {microphone.said()} from this machine's, {apart.said()} apart"
     else:
         said += " from this machine's"
-    passes = abs(apart.share) <= limit + _SURE * apart.error
+    passes = abs(apart.share) <= limit + SURE * apart.error
     found = f"{said}; half a frame in a run is {1e6 * limit:.0f} ppm"
     return Check("clocks", passes, found, "make runs shorter, or take another sound card or camera")

@@ -12,6 +12,7 @@ from typing import ClassVar, cast
 import av
 import numpy as np
 from av.container import OutputContainer
+from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
@@ -82,6 +83,8 @@ class _Lossless(Stored):
 
     how = "without loss (H.264)"
     layout: ClassVar[str]
+    levels: ClassVar[ColorRange]
+    """Which values black and white are: players and trackers would stretch the wrong ones."""
 
     def _added(self, rate: int) -> VideoStream:
         options = {"preset": "ultrafast", "qp": "0", "tune": "zerolatency", "threads": "1"}
@@ -89,6 +92,7 @@ class _Lossless(Stored):
         stream.width, stream.height, stream.pix_fmt = *self._size, self.layout
         stream.codec_context.time_base = TIME_BASE
         stream.codec_context.gop_size = rate
+        stream.codec_context.color_range = self.levels
         return stream
 
     def write(self, data: bytes, ticks: int) -> None:
@@ -111,7 +115,7 @@ class _Lossless(Stored):
 class Grey(_Lossless):
     """A byte a pixel."""
 
-    format, layout = "GREY", "gray"
+    format, layout, levels = "GREY", "gray", ColorRange.JPEG
 
     def _planes(self, data: bytes) -> tuple[Pixels, ...]:
         width, height = self._size
@@ -121,7 +125,7 @@ class Grey(_Lossless):
 class Yuyv(_Lossless):
     """Four bytes for two pixels: luma, blue, luma, red."""
 
-    format, layout = "YUYV", "yuv422p"
+    format, layout, levels = "YUYV", "yuv422p", ColorRange.MPEG
 
     def _planes(self, data: bytes) -> tuple[Pixels, ...]:
         width, height = self._size

@@ -13,6 +13,7 @@ from afferents.markers import Sensor, detect
 from afferents.pipeline.record.log import Log
 from afferents.pipeline.record.plan import Plan, Tolerance
 from afferents.pipeline.record.run import VIDEO
+from afferents.pipeline.record.sound_clock import LIMIT_FRAMES, SURE, sound_clock
 
 _FULL = 32768
 LATE = 1.5
@@ -118,6 +119,7 @@ def gate(
     checks = [*frames_checks(counts, plan.tolerance), _speed(log, plan, speed_mm_s)]
     if microphone is not None:
         checks += _sound(log, plan, microphone)
+        checks += _clock(log, plan, camera, microphone)
     return [*checks, _markers(log, camera, sensor, plan), _readable(folder / VIDEO, counts)]
 
 
@@ -174,6 +176,30 @@ def _sound(log: Log, plan: Plan, microphone: MicrophoneSettings) -> list[Check]:
             "turn the gain down" if clipped > plan.tolerance.clipped else "look at its plug",
         ),
     ]
+
+
+def _clock(
+    log: Log, plan: Plan, camera: CameraSettings, microphone: MicrophoneSettings
+) -> list[Check]:
+    """Look whether the sound began when it was said to, and kept its rate to the end."""
+    if not log.blocks or log.origin_s is None:
+        return []
+    clock = sound_clock(log.blocks, microphone.rate_hz)
+    late_s, limit_s = clock.start_s - log.origin_s, LIMIT_FRAMES / camera.fps_hz
+    found = (
+        f"it began {1000 * late_s:+.1f} ms from the run's zero (error {1000 * clock.error_s:.1f})"
+    )
+    passes = abs(late_s) <= limit_s + SURE * clock.error_s
+    if clock.drift is not None:
+        found += f", drift {clock.drift.said()}"
+        apart = abs(clock.drift.share) - SURE * clock.drift.error
+        passes = passes and apart * plan.total_s <= limit_s
+    return [
+        Check(
+            "clock of the sound", passes, f"{found}; half a frame is {1000 * limit_s:.1f} ms",
+            "take the sound card itself, not a sound server, or make runs shorter",
+        )
+    ]  # fmt: skip
 
 
 def _readable(video: Path, counts: Counts) -> Check:

@@ -47,6 +47,8 @@ class Import:
         When the first sample was taken, on the clock of `times`; None for with the first frame.
     keep
         Whether it is imported although the gate refuses it.
+    bag
+        The bag of ROS that the files were taken out of; None for files of somebody's.
     """
 
     video: Path
@@ -57,6 +59,7 @@ class Import:
     speed_mm_s: float
     audio_start_s: float | None = None
     keep: bool = False
+    bag: Path | None = None
 
     @property
     def name(self) -> str:
@@ -155,7 +158,7 @@ def _judged(wanted: Import, video: VideoFile, table: pd.DataFrame) -> tuple[Log,
     failed = [check for check in checks if not check.passes]
     if failed and not wanted.keep:
         raise InputError(
-            wanted.times, "a recording that the gate lets pass",
+            wanted.bag or wanted.times, "a recording that the gate lets pass",
             "; ".join(f"{check.name}: {check.found}" for check in failed),
             "record it again, or import it nevertheless with --keep",
         )  # fmt: skip
@@ -260,7 +263,8 @@ def _earlier(wanted: Import, declared: Mapping[str, Any]) -> dict[str, Any]:
         before, now = earlier.get(key), declared.get(key)
         if before is None or now is None or abs(before - now) <= 0.1 * before * (key == "fps_hz"):
             continue
-        raise InputError(wanted.video, f"{key} {before:g}, as in {path}", f"{now:g}")
+        where = wanted.bag or wanted.video
+        raise InputError(where, f"{key} {before:g}, as in {path}", f"{now:g}")
     return earlier
 
 
@@ -269,7 +273,9 @@ def _about(folder: Path, wanted: Import, checks: list[Check]) -> dict[str, Any]:
     return {
         "checksums": {path.name: checksum(path) for path in files},
         "checks": [check.as_json() for check in checks],
-        "imported": {"video": str(wanted.video), "audio": str(wanted.audio or "")},
+        "imported": {"video": str(wanted.video), "audio": str(wanted.audio or "")}
+        if wanted.bag is None
+        else {"bag": str(wanted.bag)},
     }
 
 

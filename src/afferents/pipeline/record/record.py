@@ -19,7 +19,7 @@ from afferents.pipeline.record.plan import Entry, Plan, read_plan
 from afferents.pipeline.record.preflight import preflight
 from afferents.pipeline.record.run import Devices, Run, RunFailedError
 from afferents.pipeline.record.session import AGAIN, RecordedSession
-from afferents.pipeline.record.taps import tapped
+from afferents.pipeline.record.taps import tapped, times_of_sound
 from afferents.pipeline.record.watch import OnceMoreError, Watch
 from afferents.pipeline.sensor_rig import rig_of
 
@@ -309,7 +309,8 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
     if why:
         _put_aside(kept, folder, entry, why, checks, outcome)
     else:
-        earlier = kept.accept(folder, entry, checks, count(log, camera, plan.total_s), heard)
+        more = times_of_sound(log, sound, heard)
+        earlier = kept.accept(folder, entry, checks, count(log, camera, plan.total_s), more)
         if earlier is not None:
             outcome.attempts_aside.append((str(earlier), AGAIN))
     return why

@@ -27,6 +27,7 @@ from afferents.pipeline.record.film import Film
 from afferents.pipeline.record.log import BlockRow, DriveRow, FrameRow, Log
 from afferents.pipeline.record.plan import Plan
 from afferents.pipeline.record.sound import Sound
+from afferents.pipeline.record.sound_clock import sound_clock
 from afferents.pipeline.record.watch import Watch
 
 VIDEO, AUDIO, DAMAGED = "video.mp4", "audio.wav", "damaged"
@@ -34,6 +35,9 @@ LOOK_S = 0.02
 """The drive is read this often: its watchdog lets it turn for half a second without."""
 TAIL_S = 0.2
 """Devices go on for so long: what was taken in time may arrive later."""
+LISTEN_S, LISTEN_SHARE = 1.0, 0.8
+"""A run begins with the first block of sound after the warm-up; when that was is told from all
+blocks of so long, or of such a share of the time until the drum starts, whichever is less."""
 FIRST_S = 5.0
 """Camera and microphone give something within this time, or the run fails."""
 WARM_UP = 10
@@ -221,7 +225,7 @@ class Run:
             film.close()
 
     def _wait_for_sound(self) -> None:
-        """Wait until it is known when the run begins; frames wait meanwhile."""
+        """Wait until it is known when the run began; frames wait meanwhile."""
         while not self._begun.wait(LOOK_S) and not self._over.is_set():
             pass
 
@@ -267,16 +271,17 @@ class Run:
         settings = microphone.settings
         sound = Sound(self._folder / AUDIO, settings.rate_hz, settings.channels)
         most = round(self._plan.total_s * settings.rate_hz)
+        listened = round(min(LISTEN_S, LISTEN_SHARE * self._plan.start_s) * settings.rate_hz)
         try:
             for block in microphone.blocks():
                 self._watch.block(block)
                 if not self._seen.is_set():
                     continue
-                if self.log.origin_s is None:
-                    self._begin(block.time_s)
                 if self._over.is_set() and sound.n_samples >= most:
                     return
                 self._write_block(sound, block, most)
+                if self.log.origin_s is None and sound.n_samples >= listened:
+                    self._begin(sound_clock(self.log.blocks, settings.rate_hz).start_s)
         finally:
             sound.close()
         if not self._over.is_set():

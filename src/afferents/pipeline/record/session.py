@@ -18,7 +18,6 @@ from afferents.pipeline.record.gate import Check, Counts
 from afferents.pipeline.record.plan import Entry, Plan
 from afferents.pipeline.record.run import AUDIO, VIDEO, Devices
 from afferents.pipeline.record.sound import repair
-from afferents.pipeline.record.taps import Tapped
 from afferents.recordings.session_file import SESSION_FILE
 
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
@@ -29,7 +28,6 @@ AGAIN = "accepted, and another was recorded in its place"
 SENSOR = "sensor.toml"
 """The plan's sensor file, kept with the recordings."""
 _PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
-_OFFSET = "audio_offset"
 
 
 class RecordedSession:
@@ -144,17 +142,22 @@ class RecordedSession:
         entry: Entry,
         checks: list[Check],
         counts: Counts,
-        heard: Tapped | None = None,
+        more: Mapping[str, Any],
     ) -> Path | None:
-        """Give a run its name: it is whole. Return where an earlier one lies that had it."""
+        """Give a run its name: it is whole. Return where an earlier one lies that had it.
+
+        Parameters
+        ----------
+        more
+            What else is to be said of it, ready for JSON.
+        """
         files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
         about: dict[str, Any] = {
             _SUMS: {path.name: checksum(path) for path in files},
             "checks": [check.as_json() for check in checks],
             "frames": counts._asdict(),
+            **more,
         }
-        if heard:
-            about[_OFFSET] = {"seconds": heard.offset_s, "error_s": heard.error_s}
         write_json(folder / RUN, about)
         target = self.folder(entry)
         with naming(target):

@@ -45,6 +45,8 @@ def test_raw_pixels_lose_nothing(tmp_path, form, n_bytes):
     assert np.abs([frame.time_s for frame in found] - time_s).max() < 1e-6
     for frame, data in zip(found, frames, strict=True):
         np.testing.assert_array_equal(frame.luma.ravel(), np.frombuffer(data, np.uint8)[::n_bytes])
+    # A camera's grey levels are what they are; YUYV has black at 16, as television does.
+    assert (found[0].levels is None) == (form == "GREY")
 
 
 def test_jpegs_are_stored_as_they_came(tmp_path):

@@ -1,6 +1,7 @@
 """A plan recorded on simulated devices whose camera sees the rig's film, faults and all."""
 
 import json
+import re
 import resource
 import shutil
 from contextlib import contextmanager
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import soundfile
@@ -21,6 +23,7 @@ from afferents.core.responses import steady_s
 from afferents.core.split import split_named
 from afferents.devices import ByHand
 from afferents.markers import load_sensor
+from afferents.pipeline.inspect import inspect
 from afferents.pipeline.record.bench import Bench
 from afferents.pipeline.record.devices import simulated_devices
 from afferents.pipeline.record.plan import read_plan
@@ -206,6 +209,31 @@ def test_the_sound_is_that_of_the_film_and_on_the_same_clock(faulty, bench):
     first = round((blocks.time_s[0] - begun_s) * rate)
     np.testing.assert_array_equal(samples, bench.film.sound[first : first + len(samples)])
     assert len(samples) == round(2.0 * rate)
+
+
+def test_inspect_says_how_the_clocks_went(faulty, tmp_path):
+    session, _ = faulty
+    said = json.loads((session / "session.json").read_text())["runs"][RUN]["sound_clock"]
+    assert abs(said["seconds"]) < 1e-6
+    sentence = inspected(session)
+    assert re.search(r"Clocks of 1 recordings: sound began [+-]0\.0 to", sentence)
+    fps_hz = float(re.search(r"to ([\d.]+) frames a second were taken", sentence)[1])
+    assert fps_hz == pytest.approx(90, abs=0.1)
+    assert "half a frame apart" not in sentence
+    shutil.copytree(session, tmp_path / "S")
+    table = pq.read_table(tmp_path / "S" / RUN / "sound.parquet")
+    late = pa.array(table["time_s"].to_numpy() + 0.03)
+    pq.write_table(table.set_column(0, "time_s", late), tmp_path / "S" / RUN / "sound.parquet")
+    assert f"more than half a frame apart, most in {RUN} (30.0 ms)" in inspected(tmp_path / "S")
+    (tmp_path / "S" / RUN / "sound.parquet").write_bytes(b"broken")
+    assert "expected a table that 'afferents record' wrote" in inspected(tmp_path / "S")
+
+
+def inspected(session):
+    with Progress(quiet=True) as progress:
+        found = inspect(session, session.parent / "look", None, progress)
+    shutil.rmtree(session.parent / "look", ignore_errors=True)
+    return " ".join([*found.sentences, *found.problems])
 
 
 def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):

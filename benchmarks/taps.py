@@ -1,0 +1,85 @@
+"""Sound against picture from taps, against what the simulated microphone was given.
+
+    python benchmarks/taps.py [RUNS]
+
+Runs are recorded on simulated devices, in their own time, each with taps of other depths and
+widths. The offset of the microphone is another in each quarter of them.
+"""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from afferents.core.progress import Progress
+from afferents.markers import load_sensor
+from afferents.pipeline.record.bench import Bench
+from afferents.pipeline.record.devices import simulated_devices
+from afferents.pipeline.record.plan import read_plan
+from afferents.pipeline.record.record import Recording, record
+from afferents.rig import Rig
+from afferents.rig.microphone import Microphone
+
+OFFSETS_MS = (-60.0, -15.0, 20.0, 45.0)
+GAIN = 0.05
+"""Full scale a mN/s: turned down, so that the hardest taps are not clipped."""
+PLAN = """
+textures = ["4"]
+speeds_mm_s = {speeds}
+seconds = 0.2
+tap_s = 2.0
+redo = 0
+seed = {seed}
+[tolerance]
+speed = 1.0
+lost = 0.2
+[camera]
+kind = "simulated"
+[microphone]
+kind = "simulated"
+offset_ms = {offset_ms}
+[drive]
+kind = "simulated"
+"""
+
+
+def main() -> None:
+    """Record, and print how far the offsets were off."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("runs", nargs="?", type=int, default=32)
+    n = parser.parse_args().runs
+    off: list[float] = []
+    said: list[float] = []
+    for seed, offset_ms in enumerate(OFFSETS_MS):
+        speeds = [60 + k for k in range(seed, n, len(OFFSETS_MS))]
+        for found in offsets(PLAN.format(speeds=speeds, seed=seed, offset_ms=offset_ms)):
+            off.append(1000 * found["seconds"] - offset_ms)
+            said.append(1000 * found["error_s"])
+            print(f"given {offset_ms:+.1f} ms, off by {off[-1]:+.2f} ms", flush=True)
+    print(
+        f"{len(off)} of {n} runs accepted; off by {np.mean(off):+.2f} ms in the mean, spread "
+        f"{np.std(off):.2f} ms, rms {np.sqrt(np.mean(np.square(off))):.2f} ms, at most "
+        f"{np.abs(off).max():.2f} ms; uncertainty written {np.mean(said):.1f} ms"
+    )
+
+
+def offsets(text: str) -> list[dict[str, float]]:
+    """Record a plan and return the offset of each run that was accepted."""
+    with tempfile.TemporaryDirectory() as place, Progress(quiet=True) as progress:
+        path = Path(place, "PLAN.toml")
+        path.write_text(text)
+        plan = read_plan(path)
+        bench = Bench(Rig(microphone=Microphone(gain_per_mn_s=GAIN)), plan, speed=1)
+        devices = simulated_devices(plan, path, bench)
+        made = Recording(plan, path, load_sensor("tip_b"), devices, bench.mount, True)
+        outcome = record(made, Path(place, "S"), progress)
+        for run, why in outcome.kept_aside.items():
+            print(f"{run}: {why}")
+        runs = json.loads(Path(place, "S", "session.json").read_text())["runs"]
+        return [run["audio_offset"] for run in runs.values()]
+
+
+if __name__ == "__main__":
+    main()

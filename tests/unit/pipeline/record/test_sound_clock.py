@@ -1,0 +1,61 @@
+"""When sound was taken is found from many blocks, whatever a sound server says of single ones."""
+
+import numpy as np
+import pytest
+
+from afferents.pipeline.record.log import BlockRow
+from afferents.pipeline.record.sound_clock import sound_clock
+
+RATE_HZ, BLOCK = 44_100, 441
+START_S = 1234.5
+
+
+def blocks(seconds, drift=0.0, late=None, first_early_s=0.0):
+    """Blocks of a sound card whose samples come faster than their rate by `drift`."""
+    n = round(seconds * RATE_HZ / BLOCK)
+    time_s = START_S + np.arange(n) * BLOCK / RATE_HZ * (1 - drift)
+    time_s = time_s + (0 if late is None else late(n))
+    time_s[0] -= first_early_s
+    return [BlockRow(t, i * BLOCK, BLOCK, False) for i, t in enumerate(time_s.tolist())]
+
+
+def heaps(n, seed):
+    """How late a server stamps blocks that it hands on in heaps of six: by up to 60 ms."""
+    rng = np.random.default_rng(seed)
+    return rng.exponential(0.004, n) + np.where(rng.random(n) < 0.2, rng.uniform(0, 0.06, n), 0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("drift", [-50e-6, 0.0, 50e-6])
+def test_start_and_drift_are_found_among_blocks_that_are_late(drift, seed):
+    taken = blocks(65, drift, lambda n: heaps(n, seed), first_early_s=0.14)
+    clock = sound_clock(taken, RATE_HZ)
+    usual_s = np.median(heaps(200_000, 99))  # what delays them all alike can't be told
+    assert clock.start_s - usual_s == pytest.approx(START_S, abs=0.001)
+    assert abs(clock.start_s - usual_s - START_S) < 5 * clock.error_s
+    assert clock.drift.share == pytest.approx(drift, abs=15e-6)
+    assert abs(clock.drift.share - drift) < 5 * clock.drift.error
+
+
+def test_a_quiet_card_is_known_to_a_few_parts_in_a_million():
+    rng = np.random.default_rng(0)
+    clock = sound_clock(blocks(65, 50e-6, lambda n: rng.normal(0, 2e-4, n)), RATE_HZ)
+    assert clock.start_s == pytest.approx(START_S, abs=1e-4)
+    assert clock.drift.share == pytest.approx(50e-6, abs=5e-6)
+
+
+def test_a_short_run_has_a_start_and_no_drift():
+    clock = sound_clock(blocks(0.4, 50e-6, lambda n: heaps(n, 1), first_early_s=0.14), RATE_HZ)
+    assert clock.start_s == pytest.approx(START_S, abs=0.006)
+    assert clock.drift is None
+    assert clock.after(START_S - 1)["seconds"] == pytest.approx(1, abs=0.006)
+
+
+def test_one_block_is_enough_and_what_follows_lost_samples_says_nothing():
+    taken = blocks(20)
+    assert sound_clock(taken[:1], RATE_HZ).start_s == START_S
+    lost = [
+        row._replace(time_s=row.time_s + 0.5 * (n >= 500), overflowed=n == 500)
+        for n, row in enumerate(taken)
+    ]
+    assert sound_clock(lost, RATE_HZ).start_s == pytest.approx(START_S, abs=1e-6)
