@@ -15,14 +15,18 @@ def fetch(
     url: Annotated[
         str | None,
         typer.Option(
-            help="Another place where it is: a page or folder that lists its files, or what the "
-            "paths of --manifest count from."
+            help="Another place where it is: a page or folder that lists its files, one archive "
+            "of them, or what the paths of --manifest count from."
         ),
     ] = None,
     manifest: Annotated[
         Path | None,
         typer.Option(help="List of its files: PATH SHA-256 BYTES a line, or as sha256sum writes."),
     ] = None,
+    keep_archive: Annotated[
+        bool,
+        typer.Option("--keep-archive", help="Keep a .zip or .tar of all of it, once unpacked."),
+    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -33,7 +37,7 @@ def fetch(
     from afferents import commands
     from afferents.pipeline.fetch import archive_named
 
-    found = commands.fetch(name, folder, url, manifest, quiet or as_json)
+    found = commands.fetch(name, folder, url, manifest, keep_archive, quiet or as_json)
     outcome = {**vars(found), "folder": str(found.folder)}
     then = archive_named(name).next_step.format(folder=folder)
     say(

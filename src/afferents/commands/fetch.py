@@ -14,12 +14,14 @@ def fetch(
     folder: Place,
     url: str | None = None,
     manifest: Place | None = None,
+    keep_archive: bool = False,
     quiet: bool = False,
 ) -> "Fetched":
     """Fetch a public data set; what is here already is checked and kept.
 
     What it is, its size and its licence are printed before it begins. Files come by `pooch`
-    (extra `fetch`); one that was broken off is gone on with.
+    (extra `fetch`); one that was broken off is gone on with. Where there is but one .zip or .tar of
+    everything, it is unpacked.
 
     Parameters
     ----------
@@ -28,10 +30,12 @@ def fetch(
     folder
         Where it goes.
     url
-        Another place where it is: a page or folder of a web server that lists its files, or, with
-        `manifest`, what the paths in that count from.
+        Another place where it is: a page or folder of a web server that lists its files, one
+        archive of them, or, with `manifest`, what the paths in that count from.
     manifest
         A list of its files, ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
+    keep_archive
+        Whether a .zip or .tar of everything stays once it is unpacked.
     quiet
         Whether no progress is shown.
 
@@ -52,7 +56,7 @@ def fetch(
     from afferents.pipeline.fetch import fetch as bring
 
     given = None if manifest is None else Path(manifest)
-    fetching = Fetching(archive_named(name), Path(folder), url, given)
+    fetching = Fetching(archive_named(name), Path(folder), url, given, keep_archive)
     with Progress(quiet) as progress:
         plan = plan_fetch(fetching, progress)
         for sentence in plan.describe():

@@ -41,7 +41,7 @@ from afferents.markers import (
 )
 from afferents.pipeline.copies import notes_of, with_fingerprint
 from afferents.pipeline.doubts import doubts_of, watched
-from afferents.pipeline.extraction import Extraction, origin_of
+from afferents.pipeline.extraction import Extraction, declared_of, origin_of, relabel
 from afferents.pipeline.sensors import Sensors, sensors_of
 from afferents.recordings import (
     Session,
@@ -153,9 +153,18 @@ def _outcomes_there(
         for recording, one in _jobs(session, sensors, extraction)
     )
     packages = SAME + OF_RECORDINGS
+    declared = {
+        recording.name: (
+            recording,
+            declared_of(recording, session.declared.of(recording.name), one),
+        )
+        for recording, one in _jobs(session, sensors, extraction)
+    }
     for name, fault, found in on_cluster(_try_far, jobs, extraction.cluster or "", packages):
         if found is not None:
             write_responses(extraction.out, found)
+        elif fault is None:
+            relabel(extraction.out, *declared[name])
         yield name, fault
 
 
@@ -243,9 +252,11 @@ def _extract_one(
     doubts: list[Doubt],
 ) -> None:
     made_of = origin_of(recording, declared, extraction)
-    if not has_responses(extraction.out, recording.name, *made_of):
-        found = _new_responses(recording, made_of, reference, extraction, doubts)
-        write_responses(extraction.out, found)
+    if has_responses(extraction.out, recording.name, *made_of):
+        relabel(extraction.out, recording, made_of[1])
+        return
+    found = _new_responses(recording, made_of, reference, extraction, doubts)
+    write_responses(extraction.out, found)
 
 
 def _new_responses(

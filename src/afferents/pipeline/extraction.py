@@ -8,6 +8,8 @@ from typing import Any
 from afferents.core.choices import Rest
 from afferents.core.doubt import Kind
 from afferents.core.recording import Recording
+from afferents.core.responses import ACCEPTED, labels_of
+from afferents.core.store import stored_attributes, update_labels
 from afferents.core.version import __version__
 from afferents.markers import Method, Sensor
 from afferents.pipeline.sensors import Sensors
@@ -76,9 +78,25 @@ def origin_of(
     recording: Recording, declared: SessionFile, extraction: Extraction
 ) -> tuple[str, str]:
     """Return the checksum of a recording's files, and what is declared of them that matters."""
+    return check_files(recording, declared), declared_of(recording, declared, extraction)
+
+
+def declared_of(recording: Recording, declared: SessionFile, extraction: Extraction) -> str:
+    """Return what is declared of a recording: what its responses rest on, and its labels."""
     matters = declared.model_dump_json(include={"sensor_channel", "steady_s", "direction"})
     own = _of_its_own(recording, declared, extraction)
-    return check_files(recording, declared), matters + (json.dumps(own) if own else "")
+    return matters + (json.dumps(own) if own else "")
+
+
+def relabel(store: Path, recording: Recording, declared: str) -> None:
+    """Give a recording that a store holds the labels that the session has for it now.
+
+    Nothing is tracked again for a texture's name. What was found wrong with it, and accepted, stays
+    among its conditions.
+    """
+    there = stored_attributes(store, [recording.name])[recording.name]
+    kinds = json.loads(there.get("conditions", "{}")).get(ACCEPTED, "")
+    update_labels(store, recording.name, labels_of(recording, kinds), declared)
 
 
 def _of_its_own(

@@ -1,19 +1,27 @@
 """A public data set, brought here: what it is, how large, under which licence, and then its files.
 
 Nothing that is there is overwritten. What an earlier run brought is checked and kept, and a file
-that was broken off is gone on with.
+that was broken off is gone on with. A data set that comes as one archive is unpacked when it is
+here, and the archive is removed once all of it is in place.
 """
 
-import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from afferents.core.errors import InputError
-from afferents.core.files import checksum, naming
+from afferents.core.files import checksum, remove, remove_partials
 from afferents.core.lock import writing_alone
 from afferents.core.progress import Mark, Progress
+from afferents.pipeline.unpacking import (
+    CHECKSUMS,
+    note,
+    noted_in,
+    require_room,
+    size_in_words,
+    unpack_here,
+)
 from afferents.recordings.remote import (
     ARCHIVES,
     Archive,
@@ -21,15 +29,12 @@ from afferents.recordings.remote import (
     RemoteFile,
     download,
     files_on,
+    is_packed,
+    n_bytes_here,
     read_manifest,
     sizes_of,
     web,
-    written,
 )
-
-CHECKSUMS = "afferents-checksums.txt"
-"""In the folder: a line for each file that is here, as a manifest has it."""
-_UNITS = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
 @dataclass(frozen=True)
@@ -47,12 +52,15 @@ class Fetching:
         at hand, what their paths count from. None for the data set's own.
     manifest
         A list of its files; see `recordings.remote.manifest`. None for the data set's own.
+    keep_archive
+        Whether a .zip or .tar of the whole data set stays beside what was in it.
     """
 
     archive: Archive
     folder: Path
     url: str | None = None
     manifest: Path | None = None
+    keep_archive: bool = False
 
 
 @dataclass(frozen=True)
@@ -84,6 +92,11 @@ class Plan:
         """The files that are not here."""
         return [file for file in self.files if file.path not in self.here]
 
+    @property
+    def packed(self) -> str | None:
+        """Path of the one archive that is all of it; None if it is not so."""
+        return _packed(self.files)
+
     def describe(self) -> list[str]:
         """Say what it is, how large, under which licence, and how sure all that is."""
         archive, missing = self.fetching.archive, self.missing
@@ -91,11 +104,14 @@ class Plan:
         said = [
             f"{archive.title} ({archive.page}).",
             f"Licence: {licence}.",
-            f"{len(self.files)} files, {size_of_all(self.files)}, listed by {self.page}"
+            f"{count_of(self.files)}, {size_of_all(self.files)}, listed by {self.page}"
             + (f": {archive.extent}." if archive.extent and not self.fetching.manifest else "."),
         ]
         if self.here:
             said.append(f"{len(self.here)} are here; {size_of_all(missing)} to fetch.")
+        if self.packed:
+            stays = "stays there" if self.fetching.keep_archive else "is removed when all is whole"
+            said.append(f"It is one archive, unpacked in {self.fetching.folder}, and {stays}.")
         unknown = sum(file.sha256 is None for file in missing)
         if unknown:
             said.append(
@@ -140,8 +156,10 @@ def plan_fetch(fetching: Fetching, progress: Progress) -> Plan:
     """
     web()
     listing, folder = _listing(fetching), fetching.folder
-    noted = _noted(folder, fetching.url or fetching.archive.url)
-    files = [_with_noted(file, noted.get(file.path)) for file in listing.files]
+    noted = noted_in(folder, fetching.url or fetching.archive.url)
+    files = _unpacked_before(listing.files, noted, folder) or [
+        _with_noted(file, noted.get(file.path), folder) for file in listing.files
+    ]
     sized = list(progress.track(sizes_of(files), "asking for sizes", len(files)))
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
     licence = listing.licence or fetching.archive.licence
@@ -157,23 +175,41 @@ def fetch(plan: Plan, progress: Progress) -> Fetched:
         If a file that is here is another, the disk is too small, or a file can't be had whole and
         right; what was fetched before stays, and the same command goes on from it.
     """
-    folder = plan.fetching.folder
-    _require_room(folder, plan.missing)
+    folder, packed = plan.fetching.folder, plan.packed
+    _require_room(plan)
     with writing_alone(folder, "fetch"):
-        noted = _noted(folder, plan.page)
-        total = sum(file.n_bytes or 0 for file in plan.files)
-        done, kept = 0, 0
-        with progress.task("fetching", total or len(plan.files)) as mark, web().Session() as server:
-            for file in plan.files:
-                is_here = (folder / file.path).exists()
-                sha256 = _kept(file, folder) if is_here else _got(file, folder, server, mark, done)
-                kept += is_here
-                n_bytes = (folder / file.path).stat().st_size
-                done += n_bytes
-                mark(done, file.path)
-                if file.path not in noted:
-                    _note(folder, replace(file, sha256=sha256, n_bytes=n_bytes))
-    return Fetched(folder, len(plan.files) - kept, kept, done)
+        remove_partials(folder)
+        got, kept = _bring(plan, progress)
+        if packed is not None:
+            archive = (got + kept)[0]
+            got, kept = unpack_here(folder / packed, folder, noted_in(folder, ""), progress)
+            note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
+            if not plan.fetching.keep_archive:
+                remove(folder / packed)
+    n_bytes = sum(file.n_bytes or 0 for file in got + kept)
+    return Fetched(folder, len(got), len(kept), n_bytes)
+
+
+def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
+    """Fetch what is not here, and check what is; return these, with sizes and checksums."""
+    folder = plan.fetching.folder
+    noted = noted_in(folder, plan.page)
+    got: list[RemoteFile] = []
+    kept: list[RemoteFile] = []
+    total = sum(file.n_bytes or 0 for file in plan.files)
+    done = 0
+    with progress.task("fetching", total or len(plan.files)) as mark, web().Session() as server:
+        for file in plan.files:
+            is_here = (folder / file.path).exists()
+            sha256 = _kept(file, folder) if is_here else _got(file, folder, server, mark, done)
+            n_bytes = (folder / file.path).stat().st_size
+            whole = replace(file, sha256=sha256, n_bytes=n_bytes)
+            (kept if is_here else got).append(whole)
+            done += n_bytes
+            mark(done, file.path)
+            if file.path not in noted and plan.packed is None:
+                note(folder, [whole])
+    return got, kept
 
 
 def _listing(fetching: Fetching) -> Listing:
@@ -190,22 +226,30 @@ def _listing(fetching: Fetching) -> Listing:
     return Listing(files, "", where)
 
 
-def _with_noted(file: RemoteFile, noted: RemoteFile | None) -> RemoteFile:
-    """Return a file with what was noted of it when it came, where its list doesn't say it."""
-    if noted is None:
+def _packed(files: Sequence[RemoteFile]) -> str | None:
+    return files[0].path if len(files) == 1 and is_packed(files[0].path) else None
+
+
+def _unpacked_before(
+    files: Sequence[RemoteFile], noted: Mapping[str, RemoteFile], folder: Path
+) -> list[RemoteFile]:
+    """Return what an archive held, if it was unpacked here and all of that is here still."""
+    packed = _packed(files)
+    if packed not in noted:
+        return []
+    held = [file for path, file in noted.items() if path != packed]
+    return held if all((folder / file.path).exists() for file in held) else []
+
+
+def _with_noted(file: RemoteFile, noted: RemoteFile | None, folder: Path) -> RemoteFile:
+    """Return a file with what was noted of it when it came, where its list doesn't say it.
+
+    Servers may pack an archive anew for everybody who asks, so one that isn't here may change.
+    """
+    if noted is None or (is_packed(file.path) and not (folder / file.path).exists()):
         return file
     sha256 = file.sha256 or noted.sha256
     return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
-
-
-def _noted(folder: Path, url: str) -> dict[str, RemoteFile]:
-    path = folder / CHECKSUMS
-    return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
-
-
-def _note(folder: Path, file: RemoteFile) -> None:
-    with naming(folder / CHECKSUMS), (folder / CHECKSUMS).open("a", encoding="utf-8") as out:
-        out.write(written([file]))
 
 
 def _kept(file: RemoteFile, folder: Path) -> str:
@@ -223,31 +267,30 @@ def _got(file: RemoteFile, folder: Path, server: Any, mark: Mark, before: int) -
     return download(file, folder, server, lambda n: mark(before + n, file.path))
 
 
-def _require_room(folder: Path, missing: Sequence[RemoteFile]) -> None:
-    """Refuse a disk that is too small, before anything is fetched."""
-    needed = sum(file.n_bytes or 0 for file in missing)
-    there = next(
-        parent for parent in (folder.resolve(), *folder.resolve().parents) if parent.exists()
-    )
-    free = shutil.disk_usage(there).free
-    if needed > free:
-        raise InputError(
-            folder, f"room for {_size(needed)}", f"{_size(free)} on that disk",
-            "make room, or choose a folder on another disk",
-        )  # fmt: skip
+def _require_room(plan: Plan) -> None:
+    """Refuse a disk that is too small, before anything is fetched.
+
+    What an archive holds is taken to be as large as the archive: videos can't be packed smaller.
+    Once it is here, its own list of files is asked.
+    """
+    folder = plan.fetching.folder
+    needed = sum((file.n_bytes or 0) - n_bytes_here(file, folder) for file in plan.missing)
+    what = ""
+    if plan.packed:
+        needed += sum(file.n_bytes or 0 for file in plan.files)
+        what = ", the archive and what is in it"
+    require_room(folder, needed, what)
+
+
+def count_of(files: Sequence[RemoteFile]) -> str:
+    """Say how many files there are."""
+    return "1 file" if len(files) == 1 else f"{len(files)} files"
 
 
 def size_of_all(files: Sequence[RemoteFile]) -> str:
     """Say how large files are together, as far as it is known."""
     unknown = sum(file.n_bytes is None for file in files)
-    known = _size(sum(file.n_bytes or 0 for file in files))
+    known = size_in_words(sum(file.n_bytes or 0 for file in files))
     if unknown == 0:
         return known
     return "of unknown size" if unknown == len(files) else f"at least {known}"
-
-
-def _size(n_bytes: int) -> str:
-    for unit, name in _UNITS:
-        if n_bytes >= unit:
-            return f"{n_bytes / unit:.3g} {name}"
-    return f"{n_bytes} bytes"

@@ -1,5 +1,8 @@
 """What happens to a video's pictures as they are decoded: dark, frozen, the same ones again.
 
+Frozen means that the picture hardly changes for a second, or that it is the same to the bit
+(`stalls`) for a second in all.
+
 All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf 18,
 23 and 35, MJPEG), with and without such faults, and on clips of real sensors; docs/data-model.md
 says how far they go.
@@ -16,6 +19,7 @@ from numpy.typing import NDArray
 from afferents.core.doubt import Doubt
 from afferents.core.recording import Frame, GreyImage, Video
 from afferents.core.sliding import lasting, sliding_part, span_text
+from afferents.recordings.stalls import Stalls, equals, stalls
 
 Numbers = NDArray[np.float64]
 
@@ -98,6 +102,7 @@ class Footage:
         self._grey: list[float] = []
         self._changes: list[list[float]] = []
         self._slow: list[float] = []
+        self._equal: list[bool] = []
 
     @property
     def path(self) -> Path:
@@ -139,14 +144,33 @@ class Footage:
         """Mean change since half a second before, (n_frames,), grey levels."""
         return np.array(self._slow)
 
+    @property
+    def stalls(self) -> Stalls:
+        """When the camera gave its picture again, for `stalls.STALL_S` or longer.
+
+        None in a video without noise, as of a simulation without nuisances: there a skin that
+        stands still looks the same.
+        """
+        nothing = np.zeros(len(self._equal), bool)
+        return stalls(np.array(self._equal, bool) if self._has_noise else nothing, self.time_s)
+
+    @property
+    def _has_noise(self) -> bool:
+        """Whether a camera's noise is there in the first frames."""
+        noise = self.changes[1 : NOISE_FRAMES + 1, 0]
+        return len(noise) > 0 and bool(np.median(noise) > NOISE_GREY)
+
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, and measure anew."""
         self._forget()
         before: deque[tuple[float, GreyImage]] = deque()
+        last: GreyImage | None = None
         for frame in self._video.frames():
             sample = frame.luma[::_ROWS_APART, ::_COLUMNS_APART].copy()
             self._measure(frame, sample, before)
+            self._equal.append(self._changes[-1][0] == 0 and equals(frame.luma, last))
             before.append((frame.time_s, sample))
+            last = frame.luma
             yield frame
 
     def _measure(
@@ -196,16 +220,15 @@ class Footage:
 
     def _frozen(self, part: tuple[float, float]) -> Doubt | None:
         time_s, slow = self.time_s, self.slow_change
-        noise = self.changes[1 : NOISE_FRAMES + 1, 0]
-        if len(noise) == 0:
+        if len(time_s) <= 1:
             return None
         still = slow < STILL_GREY  # False where NaN
         still &= self.grey >= DARK_SHARE * np.median(self.grey[:_FIRST_FRAMES])
         span = lasting(still, time_s, part, FROZEN_S - _LOOK_BACK_S)
         if span is None:
-            return None
+            return self._stalled(part)
         began = max(span[0] - _LOOK_BACK_S, float(time_s[0]))
-        if np.median(noise) <= NOISE_GREY and (slow > MOVED_GREY).any():
+        if not self._has_noise and (slow > MOVED_GREY).any():
             slid = slow[(time_s >= part[0]) & (time_s < began)]
             if len(slid) == 0 or not np.median(slid) > LIVELY_GREY:  # nor where NaN
                 return None
@@ -216,9 +239,18 @@ class Footage:
             f"the same one {span_text((began, span[1]), time_s)}",
         )
 
+    def _stalled(self, part: tuple[float, float]) -> Doubt | None:
+        """Say whether a picture stands still too long in all, between key frames or by pieces."""
+        found = self.stalls.within(part)
+        if found.total_s < FROZEN_S:
+            return None
+        expected = "a picture that changes while the drum slides"
+        return Doubt("frozen", self.path, expected, f"the very same one {found}")
+
     def _repeated(self, part: tuple[float, float]) -> Doubt | None:
         time_s, changes = self.time_s, self.changes
         within = np.flatnonzero((time_s >= part[0]) & (time_s <= part[1]))
+        within = within[~self.stalls.cover(time_s)[within]]  # key frames of a still picture beat
         for first in range(0, max(1, len(within) - WINDOW // 2), WINDOW // 2):
             frames = within[first : first + WINDOW]
             how = repeats(changes[frames])

@@ -1,5 +1,6 @@
 """A web server of this machine that shows a folder as Apache does, and can be made to fail."""
 
+import resource
 import threading
 from collections import Counter
 from contextlib import contextmanager
@@ -8,6 +9,9 @@ from hashlib import sha256
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import quote, unquote, urlsplit
+
+from afferents.core.progress import Progress
+from afferents.pipeline import fetch as fetching
 
 
 class Site:
@@ -129,3 +133,28 @@ def serving():
         server.shutdown()
         thread.join()
         server.server_close()
+
+
+def go(archive, folder, **more):
+    with Progress(quiet=True) as progress:
+        plan = fetching.plan_fetch(fetching.Fetching(archive, folder, **more), progress)
+        return plan, fetching.fetch(plan, progress)
+
+
+def here(folder):
+    """Return what is in a folder, but for the list of checksums."""
+    files = {
+        p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()
+    }
+    files.pop(fetching.CHECKSUMS, None)
+    return files
+
+
+@contextmanager
+def files_no_larger_than(n_bytes):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

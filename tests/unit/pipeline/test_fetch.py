@@ -1,10 +1,8 @@
 """Public data sets from a server that answers, breaks off, changes its mind, or is full of lies."""
 
 import json
-import resource
 import shutil
 from collections import namedtuple
-from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
 
@@ -12,11 +10,10 @@ import numpy as np
 import pytest
 
 from afferents.core.errors import InputError
-from afferents.core.progress import Progress
 from afferents.pipeline import fetch as fetching
 from afferents.recordings.remote import ARCHIVES, read_manifest, resuming, written
 
-from .served_files import serving
+from .served_files import files_no_larger_than, go, here, serving
 
 KEY = ARCHIVES["pestell2022"].key
 BASE = f"/datasets/{KEY}/"
@@ -46,21 +43,6 @@ def site(monkeypatch):
 @pytest.fixture
 def archive(site):
     return replace(ARCHIVES["pestell2022"], url=f"{site.url}/doi", page=f"{site.url}/doi")
-
-
-def go(archive, folder, **more):
-    with Progress(quiet=True) as progress:
-        plan = fetching.plan_fetch(fetching.Fetching(archive, folder, **more), progress)
-        return plan, fetching.fetch(plan, progress)
-
-
-def here(folder):
-    """Return what is in a folder, but for the list of checksums."""
-    files = {
-        p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()
-    }
-    files.pop(fetching.CHECKSUMS, None)
-    return files
 
 
 def test_from_a_doi_to_its_files(site, archive, tmp_path):
@@ -195,16 +177,6 @@ def test_a_disk_that_is_too_small_is_told_before_it_begins(site, archive, tmp_pa
     assert not (tmp_path / "d").exists()
 
 
-@contextmanager
-def files_no_larger_than(n_bytes):
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
 def test_a_disk_that_fills_up_keeps_what_came(site, archive, tmp_path):
     with (
         files_no_larger_than(100_000),
@@ -237,7 +209,7 @@ def test_what_is_no_list_is_refused(tmp_path):
 def test_a_server_that_has_nothing(site, archive, tmp_path):
     site.files = {}
     with pytest.raises(
-        InputError, match=r"links to the data set's files, found none; .*--manifest"
+        InputError, match=r"links to the data set's files, or to one .*, found none; .*--manifest"
     ):
         go(archive, tmp_path)
     with pytest.raises(InputError, match="expected an answer, found 404 Not Found"):

@@ -87,6 +87,69 @@ def test_clips_without_speeds_come_to_a_store(lab, run, tmp_path):
     assert attributes(store, "felt/2")["speed_mm_s"] == 20
 
 
+def tracks_written(store):
+    """Return when the values of each recording's tracks were written: others once it is tracked."""
+    return {
+        name: [
+            (chunk.stat().st_ino, chunk.stat().st_mtime_ns)
+            for chunk in sorted((store / name).rglob("c/**/*"))
+            if chunk.is_file()
+        ]
+        for name in ("felt/1", "felt/2")
+    }
+
+
+def test_another_label_tracks_nothing_again(lab, run, tmp_path):
+    """The texture's name, speed and conditions are put right where they stand."""
+    one = (
+        '[[recordings]]\nvideo = "felt_{0}.mkv"\ntexture = "{1}"\nid = "felt/{0}"\n'
+        "conditions = {{ trial = '{2}' }}\n{3}"
+    )
+    store = tmp_path / "s.zarr"
+    root = lab(one.format(1, "felt", 1, "") + one.format(2, "felt", 2, ""))
+    assert run("extract", root, store, *ALONE)[0] == 0
+    before = tracks_written(store)
+
+    def n_tracked():
+        now = tracks_written(store)
+        return sum(now[name] != before[name] for name in before)
+
+    lab(one.format(1, "wool", 1, "speed_mm_s = 20\n") + one.format(2, "felt", 7, ""))
+    assert run("extract", root, store, *ALONE)[0] == 0
+    assert n_tracked() == 0
+    felt, wool = afferents.open_responses(store)  # their digests hold
+    assert (wool.attrs["name"], wool.attrs["texture"], wool.attrs["speed_mm_s"]) == (
+        "felt/1",
+        "wool",
+        20.0,
+    )
+    assert (felt.attrs["texture"], json.loads(felt.attrs["conditions"])["trial"]) == ("felt", "7")
+    assert np.isnan(felt.attrs["speed_mm_s"])
+    stamp = (store / "felt/1/zarr.json").stat().st_mtime_ns
+    assert run("extract", root, store, *ALONE)[0] == 0
+    assert (store / "felt/1/zarr.json").stat().st_mtime_ns == stamp  # nothing to do
+    # What the responses rest on is another matter.
+    lab(one.format(1, "wool", 1, "rest_frame = 3\n") + one.format(2, "felt", 7, ""))
+    assert run("extract", root, store, *ALONE)[0] == 0
+    assert n_tracked() == 1
+
+
+def test_an_accepted_fault_stays_with_another_label(tmp_path, make_video, run):
+    root, store = tmp_path / "lab", tmp_path / "s.zarr"
+    root.mkdir()
+    make_video(root / "a.mkv", np.zeros(211))
+    one = '[[recordings]]\nvideo = "a.mkv"\ntexture = "{}"\nid = "a"\n'
+    (root / "session.toml").write_text(one.format("felt"))
+    assert run("extract", root, store, "--accept", "frozen", *ALONE)[0] == 0
+    was = json.loads(afferents.open_responses(store)[0].attrs["conditions"])
+    (root / "session.toml").write_text(one.format("wool"))
+    assert run("extract", root, store, "--accept", "frozen", *ALONE)[0] == 0
+    (found,) = afferents.open_responses(store)
+    assert found.attrs["texture"] == "wool"
+    assert json.loads(found.attrs["conditions"]) == was
+    assert was["accepted"] == "frozen"
+
+
 def test_ids_of_any_depth(lab, run, tmp_path):
     one = '[[recordings]]\nvideo = "felt_{}.mkv"\ntexture = "felt"\nid = "{}"\n'
     store = tmp_path / "s.zarr"

@@ -43,18 +43,23 @@ def film(request, tmp_path):
     suffix, codec, pixels, options = CODECS[request.param]
 
     def encode(images):
-        path = tmp_path / f"v.{suffix}"
-        with av.open(str(path), "w") as container:
-            stream = container.add_stream(codec, rate=FPS, options=options)
-            stream.width, stream.height, stream.pix_fmt = *SIZE, pixels
-            for image in images:
-                container.mux(stream.encode(av.VideoFrame.from_ndarray(image, "gray")))
-            container.mux(stream.encode())
-        footage = Footage(open_video(path))
-        assert sum(1 for _ in footage.frames()) == len(images)
-        return footage
+        return encoded(tmp_path / f"v.{suffix}", codec, images, options, pixels)
 
     return encode
+
+
+def encoded(path, codec, images, options=None, pixels=None):
+    """Encode images; return the footage, decoded."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=FPS, options=options or {})
+        stream.width, stream.height = SIZE
+        stream.pix_fmt = pixels or ("yuvj420p" if codec == "mjpeg" else "yuv420p")
+        for image in images:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, "gray")))
+        container.mux(stream.encode())
+    footage = Footage(open_video(path))
+    assert sum(1 for _ in footage.frames()) == len(images)
+    return footage
 
 
 def test_a_moving_skin_is_sound(film, images):
@@ -179,3 +184,51 @@ def test_a_texture_that_comes_back_every_few_frames_repeats_nothing():
     change = np.tile([2.0, 1.0, 0.9, 1.0], 90) * (1 + 0.05 * rng.random(360))
     changes = np.stack([change, 1.5 * change, 1.2 * change, 0.1 * change, change, change], axis=1)
     assert repeats(changes) == ""
+
+
+def stalling(images, spans):
+    """Return the images of a camera that repeats itself in some frames, (first, last)."""
+    found = list(images)
+    for first, last in spans:
+        found[first : last + 1] = [images[first - 1]] * (last - first + 1)
+    return found
+
+
+def test_stalls_are_found_at_their_frames(tmp_path, images):
+    """MJPEG: the same packet again. Of 6 equal frames in a row it is not said."""
+    spans = [(100, 119), (150, 155), (200, 206), (300, 339)]
+    footage = encoded(tmp_path / "v.avi", "mjpeg", stalling(images, spans))
+    seen = [
+        (round(FPS * begin) + 1, round(FPS * end)) for begin, end in footage.stalls.spans if begin
+    ]
+    assert seen == [(100, 119), (300, 339)]  # 7 frames are 0.08 s
+    assert str(footage.stalls) == "2 times, 0.67 s in all, first from 1.10 s to 1.32 s"
+    assert footage.doubts() == []
+
+
+def test_many_short_stalls_together_are_a_frozen_picture(tmp_path, images):
+    spans = [(first, first + 19) for first in range(110, 290, 30)]
+    (doubt,) = encoded(tmp_path / "v.avi", "mjpeg", stalling(images, spans)).doubts()
+    assert doubt.kind == "frozen"
+    assert doubt.found == "the very same one 6 times, 1.33 s in all, first from 1.21 s to 1.43 s"
+
+
+def test_a_frozen_picture_between_many_key_frames_is_found(tmp_path, images):
+    """As the authors' kind of writer has it (mp4v, every 12th frame anew)."""
+    footage = encoded(
+        tmp_path / "v.mp4", "mpeg4", stalling(images, [(130, 330)]), {"qscale": "5", "g": "12"}
+    )
+    (doubt,) = footage.doubts()
+    assert doubt.kind == "frozen"
+    began = float(doubt.found.split("from ")[1].split(" s")[0])
+    assert began == pytest.approx(130 / FPS, abs=0.25)
+
+
+def test_a_genuine_skin_never_stalls(film, images):
+    assert film(images).stalls.spans == ()
+
+
+def test_without_noise_nothing_is_a_stall(images):
+    footage = Footage(Drawn([images[0]] * 400, np.arange(400) / FPS))
+    list(footage.frames())
+    assert str(footage.stalls) == "never"

@@ -8,6 +8,7 @@ from urllib.parse import unquote, urldefrag, urljoin, urlsplit
 
 from afferents.core.errors import InputError
 from afferents.recordings.remote.manifest import RemoteFile, path_within
+from afferents.recordings.remote.packed import archive_among, is_packed
 from afferents.recordings.remote.web import ANY_WAY_ROUND, opened, web
 
 MOST_PAGES = 1000
@@ -70,30 +71,61 @@ def files_on(url: str, name: str) -> Listing:
     Parameters
     ----------
     url
-        A DOI's address, the landing page that it leads to, or the folder itself.
+        A DOI's address, the landing page that it leads to, the folder itself, or one archive.
     name
         The data set's name on the server: files lie below ``.../datasets/NAME/``. Where the page
         links to nothing there, that folder of the same server is asked; and what lies below `url`
-        itself counts too.
+        itself counts too. Where none of these has files, but the page links to one archive of all
+        of it, as data.bris does below ``/datasets/tar/``, that archive is the one file.
 
     Raises
     ------
     InputError
         If nothing answers, or no files are found.
     """
+    if is_packed(urlsplit(url).path):
+        return Listing([_named(url)], "", url)
     with web().Session() as session:
         page = opened(session, url)
         landing, found = page.url, _links_in(page)
-        base = _folder_of(landing, found.links, name)
-        listed = {link for link in found.links if link.startswith(base)}
-        if not any(map(_is_file, listed)):
-            listed |= {base}
-        files = sorted(_below(session, base, listed))
-    if not files:
-        expected = "links to the data set's files"
-        raise InputError(landing, expected, "none", ANY_WAY_ROUND)
+        files = _files_below(session, _folder_of(landing, found.links, name), found.links, landing)
+    return Listing(files or _one_archive(found.links, name, landing), found.licence, landing)
+
+
+def _files_below(session: Any, base: str, links: list[str], landing: str) -> list[RemoteFile]:
+    """Return the files that lie below a folder; none where a folder that no link names isn't."""
+    listed = {link for link in links if link.startswith(base)}
+    if not any(map(_is_file, listed)):
+        is_guess = not listed and any(map(is_packed, links))
+        if is_guess and not _answers(session, base):
+            return []
+        listed |= {base}
+    files = sorted(_below(session, base, listed))
     paths = [(path_within(unquote(file.removeprefix(base)), landing), file) for file in files]
-    return Listing([RemoteFile(path, file) for path, file in paths], found.licence, landing)
+    return [RemoteFile(path, file) for path, file in paths]
+
+
+def _answers(session: Any, url: str) -> bool:
+    try:
+        opened(session, url, "head").close()
+    except InputError:
+        return False
+    return True
+
+
+def _one_archive(links: list[str], name: str, landing: str) -> list[RemoteFile]:
+    archive = archive_among(links, name)
+    if archive is None:
+        n_others = sum(map(is_packed, links))
+        found = f"{n_others} archives of other names" if n_others else "none"
+        expected = "links to the data set's files, or to one archive of them"
+        raise InputError(landing, expected, found, ANY_WAY_ROUND)
+    return [_named(archive)]
+
+
+def _named(url: str) -> RemoteFile:
+    """Return the file at an address, under the name that it has there."""
+    return RemoteFile(path_within(unquote(urlsplit(url).path.rpartition("/")[2]), url), url)
 
 
 def _folder_of(landing: str, links: list[str], name: str) -> str:

@@ -61,6 +61,12 @@ def download(file: RemoteFile, folder: Path, session: Any, moved: Moved) -> str:
     return file.sha256 or checksum(target)
 
 
+def n_bytes_here(file: RemoteFile, folder: Path) -> int:
+    """Return how many bytes of a file an earlier run left in a folder, to be gone on with."""
+    part = _beside(folder / file.path, PART)
+    return part.stat().st_size if part.is_file() else 0
+
+
 class Resuming:
     """Writes a file as `pooch` wants it, and goes on with what is there of it already.
 
@@ -75,8 +81,7 @@ class Resuming:
     def __init__(self, file: RemoteFile, target: Path, session: Any, moved: Moved) -> None:
         self._url, self._session, self._moved = file.url, session, moved
         self._is_checked = file.sha256 is not None
-        self._part = target.with_name(target.name + PART)
-        self._note = target.with_name(target.name + NOTE)
+        self._part, self._note = _beside(target, PART), _beside(target, NOTE)
 
     def __call__(self, _url: str, output_file: str | Path, _pooch: object) -> None:
         """Fill the file that `pooch` names."""
@@ -156,6 +161,10 @@ class Resuming:
         validators = (answer.headers.get(name, "") for name in _VALIDATORS)
         strong = next((said for said in validators if said and not said.startswith("W/")), "")
         write_json(self._note, {"url": self._url, "validator": strong, "n_bytes": whole})
+
+
+def _beside(target: Path, ending: str) -> Path:
+    return target.with_name(target.name + ending)
 
 
 def _begins_at(start: int, answer: Any) -> bool:

@@ -1,0 +1,312 @@
+"""A data set that a server offers as one archive only: brought, unpacked, and never believed."""
+
+import io
+import shutil
+import stat
+import tarfile
+import zipfile
+from collections import namedtuple
+from dataclasses import replace
+from hashlib import sha256
+
+import numpy as np
+import pytest
+
+from afferents.core.errors import InputError
+from afferents.pipeline.unpacking import CHECKSUMS
+from afferents.recordings.remote import ARCHIVES, read_manifest, resuming
+
+from .served_files import files_no_larger_than, go, here, serving
+
+KEY = ARCHIVES["pestell2022"].key
+PACKED = f"/datasets/tar/{KEY}"
+PIECE = 1 << 16
+RNG = np.random.default_rng(0)
+FILES = {
+    "readme.txt": b"what it is",
+    "0/10/video.mp4": RNG.bytes(150_000),
+    "0/10/audio.wav": RNG.bytes(20_000),
+    "0.5/10/a name.wav": RNG.bytes(10_000),
+}
+
+
+def zipped(files, top=f"{KEY}/", **more):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", **more) as archive:
+        for name, content in files.items():
+            archive.writestr(name if isinstance(name, zipfile.ZipInfo) else top + name, content)
+    return out.getvalue()
+
+
+def tarred(files, top=f"./{KEY}/", mode="w", members=()):
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode=mode) as archive:
+        for name, content in files.items():
+            info = tarfile.TarInfo(top + name)
+            info.size = len(content)
+            archive.addfile(info, io.BytesIO(content))
+        for info in members:
+            archive.addfile(info)
+    return out.getvalue()
+
+
+def link(name, target, kind=tarfile.SYMTYPE):
+    info = tarfile.TarInfo(name)
+    info.type, info.linkname = kind, target
+    return info
+
+
+@pytest.fixture
+def site(monkeypatch):
+    monkeypatch.setattr(resuming, "WAIT_S", 0.0)
+    with serving() as found:
+        found.moved = {"/doi": f"/data/dataset/{KEY}"}
+        yield found
+
+
+@pytest.fixture
+def archive(site):
+    return replace(ARCHIVES["pestell2022"], url=f"{site.url}/doi", page=f"{site.url}/doi")
+
+
+def offer(site, content, ending=".zip"):
+    """Serve an archive, and a landing page with a link to it and to nothing else of the data."""
+    site.files = {PACKED + ending: content}
+    page = f'<a href="/about.html">About</a> <a href="{PACKED}{ending}">Complete download</a>'
+    site.pages = {f"/data/dataset/{KEY}": page}
+
+
+@pytest.mark.parametrize(
+    ("content", "ending"),
+    [
+        (zipped(FILES), ".zip"),
+        (zipped(FILES, top="", compression=zipfile.ZIP_DEFLATED), ".zip"),
+        (tarred(FILES), ".tar"),
+        (tarred(FILES, mode="w:gz"), ".tar.gz"),
+    ],
+    ids=["zip", "zip without a folder", "tar", "tar.gz"],
+)
+def test_from_a_page_with_an_archive_only_to_its_files(site, archive, tmp_path, content, ending):
+    offer(site, content, ending)
+    plan, found = go(archive, tmp_path)
+    assert here(tmp_path) == FILES  # the archive is gone
+    assert (found.fetched, found.kept) == (len(FILES), 0)
+    assert found.n_bytes == sum(map(len, FILES.values()))
+    said = " ".join(plan.describe())
+    assert "1 file, " in said
+    assert f"It is one archive, unpacked in {tmp_path}, and is removed when all is whole." in said
+    noted = read_manifest(tmp_path / CHECKSUMS, "http://x/")
+    wanted = {name: sha256(data).hexdigest() for name, data in FILES.items()}
+    assert {f.path: f.sha256 for f in noted} == wanted | {
+        f"{KEY}{ending}": sha256(content).hexdigest()
+    }
+
+
+def test_a_second_time_the_archive_is_not_asked_for(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    go(archive, tmp_path)
+    site.asked.clear()
+    _, found = go(archive, tmp_path)
+    assert (found.fetched, found.kept) == (0, len(FILES))
+    assert not site.bytes_sent(f"{PACKED}.zip")
+    (tmp_path / "readme.txt").write_text("another")
+    with pytest.raises(InputError, match=r"readme.txt: expected the file that is listed"):
+        go(archive, tmp_path)
+
+
+def test_what_was_lost_is_unpacked_again_beside_what_is_there(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    go(archive, tmp_path)
+    (tmp_path / "readme.txt").unlink()
+    offer(site, zipped(FILES, compression=zipfile.ZIP_DEFLATED))  # packed anew: other bytes
+    _, found = go(archive, tmp_path)
+    assert (found.fetched, found.kept) == (1, len(FILES) - 1)
+    assert here(tmp_path) == FILES
+    (tmp_path / "readme.txt").unlink()
+    offer(site, zipped(FILES | {"readme.txt": b"changed"}))
+    with pytest.raises(InputError, match=r"readme.txt: .*another noted in .*has changed"):
+        go(archive, tmp_path)
+    assert not (tmp_path / "readme.txt").exists()
+
+
+def test_the_archive_can_be_kept(site, archive, tmp_path):
+    content = zipped(FILES)
+    offer(site, content)
+    plan, _ = go(archive, tmp_path, keep_archive=True)
+    assert here(tmp_path) == FILES | {f"{KEY}.zip": content}
+    assert "and stays there." in " ".join(plan.describe())
+
+
+def test_files_go_before_an_archive_of_them(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    site.files |= {f"/datasets/{KEY}/{name}": content for name, content in FILES.items()}
+    site.pages[f"/data/dataset/{KEY}"] += f'<a href="/datasets/{KEY}/">Files</a>'
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+    assert not site.bytes_sent(f"{PACKED}.zip")
+
+
+def test_an_archive_by_its_own_address(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    go(archive, tmp_path, url=f"{site.url}{PACKED}.zip")
+    assert here(tmp_path) == FILES
+
+
+def test_of_several_archives_that_of_the_data_set_is_taken(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    page = f"/data/dataset/{KEY}"
+    site.pages[page] += '<a href="/tools.zip">Tools</a>'
+    go(archive, tmp_path / "d")
+    assert here(tmp_path / "d") == FILES
+    site.pages[page] = '<a href="/a.zip">a</a> <a href="/b.zip">b</a>'
+    with pytest.raises(InputError, match=r"one archive of them, found 2 archives of other names"):
+        go(archive, tmp_path / "e")
+
+
+def test_a_broken_connection_is_gone_on_with(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    site.breaks = {f"{PACKED}.zip": [PIECE, *[0] * resuming.TRIES]}
+    with pytest.raises(InputError, match=r"breaks after 65536 bytes; run the same command again"):
+        go(archive, tmp_path)
+    site.asked.clear(), site.breaks.clear()
+    go(archive, tmp_path)
+    assert site.bytes_sent(f"{PACKED}.zip") == [f"bytes={PIECE}-"]
+    assert here(tmp_path) == FILES
+
+
+def test_a_wrong_checksum_leaves_nothing(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    wrong = sha256(b"something else").hexdigest()
+    (tmp_path / "list").write_text(f"{KEY}.zip {wrong} -\n")
+    with pytest.raises(InputError, match=rf"file with SHA-256 {wrong}, as it is listed"):
+        go(archive, tmp_path / "d", manifest=tmp_path / "list", url=f"{site.url}/datasets/tar/")
+    assert here(tmp_path / "d") == {}
+
+
+def changed(content):
+    """Return a zip with one byte of the video another."""
+    at = content.index(FILES["0/10/video.mp4"][:64]) + 1000
+    return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+
+
+@pytest.mark.parametrize(
+    ("content", "ending"),
+    [
+        (zipped(FILES)[:-500], ".zip"),
+        (changed(zipped(FILES)), ".zip"),
+        (b"<html>an error</html>", ".zip"),
+        (tarred(FILES)[:100_000], ".tar"),
+        (tarred(dict(list(FILES.items())[:2]))[: 512 + 512 + 512 + 150_016], ".tar"),
+        (tarred(FILES, mode="w:gz")[:-5000], ".tar.gz"),
+        (b"<html>an error</html>", ".tar.gz"),
+    ],
+    ids=["zip", "a bit", "no zip", "tar", "tar between files", "tar.gz", "no tar.gz"],
+)
+def test_of_a_damaged_archive_nothing_is_unpacked(site, archive, tmp_path, content, ending):
+    offer(site, content, ending)
+    expected = rf"{KEY}{ending}: expected a whole archive.*found damage \(.*remove it and run"
+    with pytest.raises(InputError, match=expected) as caught:
+        go(archive, tmp_path)
+    assert "\n" not in str(caught.value)
+    assert here(tmp_path) == {f"{KEY}{ending}": content}
+
+
+def of_zip(name, mode=0, content=b"x"):
+    info = zipfile.ZipInfo(name)
+    info.external_attr = mode << 16
+    return zipped({info: content} | {"readme.txt": b"what it is"}, top="")
+
+
+def locked():
+    """Return a zip that says that its one file has a password."""
+    content = bytearray(of_zip("a.wav"))
+    for sign, at in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        content[content.index(sign) + at] |= 1
+    return bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("content", "ending", "found"),
+    [
+        (of_zip("../outside"), ".zip", r"paths of files within the data set, found '../outside'"),
+        (of_zip("/etc/outside"), ".zip", r"paths of files within .*'/etc/outside'"),
+        (of_zip("a/../../outside"), ".zip", r"paths of files within"),
+        (of_zip("a\\..\\outside"), ".zip", r"paths of files within"),
+        (of_zip("a.wav", stat.S_IFLNK | 0o777, b"/etc/passwd"), ".zip", r"a link or a device"),
+        (of_zip("a.wav", stat.S_IFCHR | 0o777), ".zip", r"a link or a device \('a.wav'\)"),
+        (of_zip("readme.txt/x"), ".zip", "a file where a folder should be"),
+        (locked(), ".zip", "a file with a password"),
+        (zipped({}), ".zip", "an archive with files in it, found none"),
+        (tarred({"../../outside": b"x"}), ".tar", r"paths of files within"),
+        (tarred({}, members=[link("a.wav", "/etc/passwd")]), ".tar", "a link or a device"),
+        (tarred({}, members=[link("a", "b", tarfile.LNKTYPE)]), ".tar", "a link or a device"),
+        (tarred({}, members=[link("a", "", tarfile.CHRTYPE)]), ".tar", "a link or a device"),
+        (tarred({}, members=[link("a", "", tarfile.FIFOTYPE)]), ".tar", "a link or a device"),
+        (
+            tarred({"a": b"1"}, members=[tarfile.TarInfo(f"{KEY}/a")]),
+            ".tar",
+            "two files of one name",
+        ),
+    ],
+)
+def test_what_is_no_ordinary_file_is_refused(site, archive, tmp_path, content, ending, found):
+    offer(site, content, ending)
+    with pytest.raises(InputError, match=found):
+        go(archive, tmp_path / "d")
+    assert here(tmp_path) == {f"d/{KEY}{ending}": content}
+
+
+def test_what_systems_leave_behind_is_left_out(site, archive, tmp_path):
+    left = {".DS_Store": b"x", "0/._a": b"x", f"__MACOSX/{KEY}/a": b"x"}
+    offer(site, zipped(FILES | left))
+    go(archive, tmp_path)
+    assert here(tmp_path) == FILES
+
+
+def test_a_file_that_is_there_is_never_overwritten(site, archive, tmp_path):
+    offer(site, zipped(FILES))
+    (tmp_path / "readme.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"readme.txt: expected the file that the archive holds"):
+        go(archive, tmp_path)
+    assert here(tmp_path) == {"readme.txt": b"mine", f"{KEY}.zip": zipped(FILES)}
+
+
+def test_room_for_the_archive_and_what_is_in_it(site, archive, tmp_path, monkeypatch):
+    offer(site, zipped(FILES))
+    usage = namedtuple("usage", "free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(300_000))
+    with pytest.raises(InputError, match=r"room for 361 kB, the archive and what is in it, found"):
+        go(archive, tmp_path / "d")
+    assert not site.bytes_sent(f"{PACKED}.zip")
+    assert not (tmp_path / "d").exists()
+
+
+def test_an_archive_of_more_than_the_disk_holds(site, archive, tmp_path, monkeypatch):
+    offer(site, zipped({"zeros": bytes(1_000_000)}, compression=zipfile.ZIP_DEFLATED))
+    usage = namedtuple("usage", "free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(300_000))
+    with pytest.raises(InputError, match=r"room for 1 MB, what is in the archive, found 300 kB"):
+        go(archive, tmp_path)
+    assert set(here(tmp_path)) == {f"{KEY}.zip"}
+
+
+def test_a_disk_that_fills_up_while_unpacking(site, archive, tmp_path):
+    offer(site, zipped({"0/10/zeros": bytes(200_000)}, compression=zipfile.ZIP_DEFLATED))
+    with files_no_larger_than(100_000), pytest.raises(InputError, match="room and permission"):
+        go(archive, tmp_path)
+    assert set(here(tmp_path)) == {f"{KEY}.zip"}
+    site.asked.clear()
+    go(archive, tmp_path)
+    assert here(tmp_path) == {"0/10/zeros": bytes(200_000)}
+    assert not site.bytes_sent(f"{PACKED}.zip")  # it was here already
+
+
+def test_the_command(site, tmp_path, run):
+    offer(site, zipped(FILES))
+    given = ("fetch", "pestell2022", tmp_path / "d", "--url", f"{site.url}{PACKED}.zip")
+    code, out, err = run(*given, "--keep-archive")
+    assert code == 0, err
+    assert "and stays there." in err
+    assert out.startswith(f"{len(FILES)} files fetched, 0 were here")
+    assert (tmp_path / "d" / f"{KEY}.zip").exists()
+    assert f"Next: afferents inspect {tmp_path / 'd'}" in out
