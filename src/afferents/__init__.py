@@ -27,8 +27,6 @@ Names are imported when first used, so that the command line starts without the 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from afferents.core.version import __version__ as __version__
-
 if TYPE_CHECKING:
     from afferents.channels import CHANNELS, Channel, hold, marker_speed, ra1, ra2, sa1
     from afferents.commands import (
@@ -39,6 +37,8 @@ if TYPE_CHECKING:
         explain,
         explain_shear,
         export,
+        export_lerobot,
+        export_mcap,
         export_nwb,
         extract,
         fetch,
@@ -54,12 +54,14 @@ if TYPE_CHECKING:
         simulate,
         track,
         train,
+        view,
     )
     from afferents.core.model import MODELS, Model
     from afferents.core.recording import Recording
     from afferents.core.responses import Responses
     from afferents.core.results import load_results
     from afferents.core.store import open_responses
+    from afferents.core.version import __version__ as __version__
     from afferents.encodings import (
         ENCODINGS,
         ImageEncoding,
@@ -107,6 +109,8 @@ _COMMANDS = (
     "reproduce",
     "train",
     "export",
+    "export_lerobot",
+    "export_mcap",
     "export_nwb",
     "explain",
     "inspect",
@@ -116,6 +120,7 @@ _COMMANDS = (
     "explain_shear",
     "neural",
     "compare",
+    "view",
 )
 _MODULES = {
     "devices": "afferents.devices",
@@ -187,7 +192,10 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "reproduce",
     "train",
     "export",
+    "export_lerobot",
+    "export_mcap",
     "export_nwb",
+    "view",
     "explain",
     "inspect",
     "samples",
@@ -246,6 +254,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
 def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(_MODULES[name])
+    if name == "__version__":
+        return import_module("afferents.core.version").__version__
     if name in _HOME:
         return getattr(import_module(f"afferents.{_HOME[name]}"), name)
     raise AttributeError(f"module 'afferents' has no attribute '{name}'")

@@ -19,11 +19,14 @@ NAMES = [
     "train",
     "compare",
     "export",
+    "export_lerobot",
+    "export_mcap",
     "export_nwb",
     "explain",
     "explain_shear",
     "inspect",
     "samples",
+    "view",
 ]
 
 

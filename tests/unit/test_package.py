@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from importlib.metadata import version
 
 import afferents
 
@@ -17,3 +18,8 @@ def test_the_command_line_starts_without_the_networks():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert printed.stdout.split() == ["False", "False"]
+
+
+def test_the_version_is_the_one_that_is_installed(run):
+    assert afferents.__version__ == version("afferents")
+    assert run("--version") == (0, f"{afferents.__version__}\n", "")

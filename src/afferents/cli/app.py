@@ -12,7 +12,9 @@ from afferents.cli.encodings import Commands
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
 from afferents.cli.evaluation import evaluate, report, status
 from afferents.cli.fetch import fetch
+from afferents.cli.lerobot import export_lerobot
 from afferents.cli.live import live
+from afferents.cli.mcap import export_mcap
 from afferents.cli.models import explain, export, train
 from afferents.cli.neural import neural
 from afferents.cli.nwb import export_nwb
@@ -20,9 +22,9 @@ from afferents.cli.record import import_, record
 from afferents.cli.recordings import align, calibrate, extract, init, inspect, track
 from afferents.cli.reproduction import reproduce
 from afferents.cli.rig import drum, simulate
+from afferents.cli.view import view
 from afferents.core.stopping import leave, stop_on_signals
 from afferents.core.streams import flush_streams, prepare_streams
-from afferents.core.version import __version__
 
 app = typer.Typer(
     cls=Commands,
@@ -35,6 +37,8 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
+        from afferents.core.version import __version__
+
         print(__version__)  # noqa: T201
         raise typer.Exit
 
@@ -51,7 +55,7 @@ def _afferents(
 for _command in (
     *(fetch, record, init, inspect, calibrate, track, simulate, drum, extract),
     *(evaluate, report, status, compare),
-    *(train, explain, export, align, live, neural, export_nwb),
+    *(train, explain, export, align, live, neural, export_nwb, export_mcap, export_lerobot, view),
     *(reproduce, devices, doctor),
 ):
     app.command()(_command)

@@ -10,6 +10,8 @@ The command line calls these functions: checks and defaults of Python stand here
 from afferents.commands.compare import compare
 from afferents.commands.evaluation import evaluate, evaluate_textures, report
 from afferents.commands.fetch import fetch
+from afferents.commands.lerobot import export_lerobot
+from afferents.commands.mcap import export_mcap
 from afferents.commands.models import explain, explain_shear, export, load_model, samples, train
 from afferents.commands.neural import neural
 from afferents.commands.nwb import export_nwb
@@ -24,6 +26,7 @@ from afferents.commands.recordings import (
 )
 from afferents.commands.reproduction import reproduce
 from afferents.commands.simulation import simulate
+from afferents.commands.view import view
 
 __all__ = [
     "Extracted",
@@ -34,6 +37,8 @@ __all__ = [
     "explain",
     "explain_shear",
     "export",
+    "export_lerobot",
+    "export_mcap",
     "export_nwb",
     "extract",
     "fetch",
@@ -49,4 +54,5 @@ __all__ = [
     "simulate",
     "track",
     "train",
+    "view",
 ]

@@ -104,13 +104,27 @@ def label(responses: Responses, recording: Recording) -> Responses:
     return responses.assign_attrs(
         {
             "name": recording.name,
-            dims.TEXTURE: recording.texture,
-            dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
             "source": str(recording.source.name),
             "steady_s": json.dumps(steady),
-            "conditions": json.dumps(dict(recording.conditions)),
+            **labels_of(recording),
         }
     )
+
+
+def labels_of(recording: Recording, kinds: str = "") -> dict[str, Any]:
+    """Return the attributes that say what was recorded: texture, speed and conditions.
+
+    Parameters
+    ----------
+    kinds
+        Of what is wrong with it and was accepted, which are a condition too; see `with_doubts`.
+    """
+    conditions = {**recording.conditions, **({ACCEPTED: kinds} if kinds else {})}
+    return {
+        dims.TEXTURE: recording.texture,
+        dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
+        "conditions": json.dumps(conditions),
+    }
 
 
 def steady_s(responses: Responses) -> tuple[float, float] | None:

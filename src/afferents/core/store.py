@@ -15,7 +15,13 @@ import xarray as xr
 import zarr
 
 from afferents.core import dims
-from afferents.core.digest import require_described, require_small_values, sealed
+from afferents.core.digest import (
+    DIGEST,
+    described,
+    require_described,
+    require_small_values,
+    sealed,
+)
 from afferents.core.documents import read_json
 from afferents.core.errors import InputError, reason_of
 from afferents.core.files import naming, require_same_config, write_aside
@@ -37,6 +43,11 @@ FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
 FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
 and recordings added without another store; what was made under another declaration is made anew."""
+
+
+LABELS = ("label", "conditions")
+"""What is declared of a recording that no response rests on."""
+_DECLARED = "declared"
 
 
 def create_store(store: Path, config: Mapping[str, Any]) -> None:
@@ -162,6 +173,38 @@ def has_responses(store: Path, name: str, checksum: str, declared: str = "") -> 
     return same and _is_whole(store, name)
 
 
+def update_labels(store: Path, name: str, labels: Mapping[str, Any], declared: str) -> bool:
+    """Give a recording that the store holds whole other labels; its responses stay as they are.
+
+    Parameters
+    ----------
+    labels
+        Attributes that say what was recorded: texture, speed, conditions.
+    declared
+        What the session declares of it now.
+
+    Returns
+    -------
+    Whether any of them was another.
+    """
+    group = store / name
+    responses = _open(store, group)
+    wanted = {**labels, _DECLARED: declared}
+    if all(_same(responses.attrs.get(key), value) for key, value in wanted.items()):
+        return False
+    renamed = _without_nan(described(responses.assign_attrs(wanted)))
+    metadata = read_json(group / ROOT, "a part of a Zarr store")
+    for key in (*wanted, DIGEST):
+        metadata["attributes"][key] = renamed.attrs[key]
+    with write_aside(group / ROOT) as partial:
+        partial.write_text(json.dumps(metadata, indent=2), encoding="utf-8")
+    return True
+
+
+def _same(one: Any, other: Any) -> bool:
+    return bool(one == other or (one != one and other != other))  # NaN: an unknown speed
+
+
 def responses_there(store: Path, name: str) -> tuple[str, str] | None:
     """Return from which files a recording was made that the store holds whole; None if none.
 
@@ -176,6 +219,9 @@ def responses_there(store: Path, name: str) -> tuple[str, str] | None:
 def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str]) -> bool:
     """Tell whether responses are of these files, declared alike: their checksum, the declaration.
 
+    Labels don't matter here: what was recorded changes nothing in what was tracked, and
+    `update_labels` puts them right.
+
     Raises
     ------
     InputError
@@ -188,7 +234,20 @@ def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str
             "responses of other files",
             "choose another name for the store",
         )
-    return there[1] == wanted[1]
+    return _without_labels(there[1]) == _without_labels(wanted[1])
+
+
+def _without_labels(declared: str) -> list[Any] | str:
+    """Return what a declaration says, one JSON object after another, but for its labels."""
+    decoder, parts, rest = json.JSONDecoder(), [], declared
+    try:
+        while rest:
+            part, end = decoder.raw_decode(rest)
+            parts.append({key: part[key] for key in sorted(part) if key not in LABELS})
+            rest = rest[end:]
+    except (ValueError, TypeError):  # of a store that somebody changed
+        return declared
+    return [part for part in parts if part]
 
 
 def _made_of(group: Path) -> tuple[str, str] | None:

@@ -84,13 +84,25 @@ def inspect_video(
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
     doubts = footage.doubts() or doubt_markers(tracks, path, None)
     found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in doubts]
+    found.sentences += stall_sentences(footage)
     found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in doubts}}
+    found.facts["stalls_s"] = footage.stalls.spans
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
     if overlay is not None:
         frames = progress.track(video.frames(), "drawing", video.n_frames)
         places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
         found.pictures.append(write_overlay(overlay, frames, places, seen, video.fps_hz))
     return found
+
+
+def stall_sentences(footage: Footage) -> list[str]:
+    """Say when the camera stood still, if it did."""
+    if not footage.stalls.spans:
+        return []
+    return [
+        f"The camera stalled and gave the very same picture {footage.stalls}. RA-I is 0 there and "
+        "too large in the next frame."
+    ]
 
 
 def quality_facts(tracks: xr.Dataset) -> dict[str, Any]:

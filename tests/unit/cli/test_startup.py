@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
+HEAVY |= {"importlib.metadata"}
 ASK = (
     "import sys; from afferents.cli.app import app\n"
     "try: app(['--help'], prog_name='afferents')\n"

@@ -47,8 +47,11 @@ def blocks(page, language):
 
 def commands(page):
     """Return the command lines of a page, with what may be left out, which stands in brackets."""
-    lines = "".join(blocks(page, r"\w*")).replace("\\\n", " ").splitlines()
-    typed = (line.translate({ord("["): "", ord("]"): ""}) for line in lines)
+    lines = "".join(blocks(page, r"\w*")).replace("\\\n", "").splitlines()
+    alone = (
+        line.partition(" | ")[0] for line in lines
+    )  # what it is piped into is no command of ours
+    typed = (line.translate({ord("["): "", ord("]"): ""}) for line in alone)
     return [line.replace(" ... ", " ") for line in typed if line.startswith("afferents ")]
 
 

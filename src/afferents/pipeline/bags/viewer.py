@@ -1,0 +1,112 @@
+"""A recording in rerun: the camera with its markers, SA-I and RA-I as images, sound and drum."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from afferents.core import dims
+from afferents.core.drum import way_in
+from afferents.core.errors import InputError
+from afferents.core.extras import import_extra
+from afferents.core.groups import is_group
+from afferents.core.recording import Recording
+from afferents.core.responses import Responses
+from afferents.core.store import open_responses
+from afferents.encodings.tactile_image import images_of
+from afferents.pipeline.bags.tracks import QUALITY, jpegs
+from afferents.recordings import read_session
+
+_LOUDNESS_HZ = 100.0
+
+
+def view(
+    source: Path, recording: str | None, store: Path | None, save: Path | None
+) -> dict[str, int]:
+    """Show a recording in rerun's viewer, or write it for it.
+
+    Parameters
+    ----------
+    source
+        A session or a store.
+    recording
+        Its name; None for the first.
+    store
+        Of a session: the store that was extracted from it.
+    save
+        File ``.rrd`` to write instead of opening the viewer.
+
+    Returns
+    -------
+    How many values were logged, by entity.
+
+    Raises
+    ------
+    InputError
+        If the extra ``view`` is missing, or there is no such recording.
+    """
+    rr: Any = import_extra("view", "view", "rerun")
+    session = None if is_group(source) else read_session(source)
+    stored = open_responses(source) if session is None else open_responses(store) if store else []
+    responses = {str(one.attrs["name"]): one for one in stored}
+    recordings = {one.name: one for one in session.recordings} if session else {}
+    names = list(recordings or responses)
+    name = names[0] if recording is None else recording
+    if name not in names:
+        raise InputError("recording", f"one of {source} ({', '.join(names[:5])}, ...)", f"'{name}'")
+    if store is not None and name not in responses:
+        raise InputError(store, f"the recording '{name}'", "none", "give the session's own store")
+    rr.init("afferents", recording_id=name, spawn=save is None)
+    if save is not None:
+        rr.save(str(save))
+    n: dict[str, int] = {}
+    for at_s, entity, value in _logged(rr, recordings.get(name), responses.get(name)):
+        rr.set_time("recording", duration=at_s)
+        rr.log(entity, value)
+        n[entity] = n.get(entity, 0) + 1
+    rr.disconnect()
+    return n
+
+
+def _logged(
+    rr: Any, recording: Recording | None, responses: Responses | None
+) -> Iterator[tuple[float, str, Any]]:
+    if recording is not None and recording.video is not None:
+        for at_s, data in jpegs(recording.video, QUALITY):
+            yield at_s, "camera", rr.EncodedImage(contents=data, media_type="image/jpeg")
+    if recording is not None and recording.audio is not None:
+        sound = recording.audio.read()
+        yield from _loudness(rr, sound.values, recording.audio.sample_rate_hz)
+    if responses is None:
+        return
+    if recording is None and dims.RA2 in responses:
+        rate_hz = responses[dims.RA2].attrs[dims.SAMPLE_RATE]
+        yield from _loudness(rr, responses[dims.RA2].values, rate_hz)
+    way = way_in(responses)
+    if way is not None:
+        speeds = np.gradient(way.position_mm, way.time_s)
+        for at_s, speed in zip(way.time_s.tolist(), speeds.tolist(), strict=True):
+            yield at_s, "drum/speed_mm_s", rr.Scalars(speed)
+    if dims.POSITION not in responses:
+        return
+    for at_s, position in zip(
+        responses[dims.TIME].values.tolist(), responses[dims.POSITION].values, strict=True
+    ):
+        seen = position[np.isfinite(position).all(axis=1)]
+        yield at_s, "camera/markers", rr.Points2D(seen, radii=1.5, colors=(255, 60, 60))
+    row, column = responses[dims.ROW].values, responses[dims.COLUMN].values
+    for name in (dims.SA1, dims.RA1):
+        images = images_of(np.nan_to_num(responses[name].values), row, column)
+        top = float(np.quantile(images, 0.999)) or 1.0
+        grey = (255 * np.clip(images / top, 0, 1)).astype(np.uint8)
+        for at_s, image in zip(responses[dims.TIME].values.tolist(), grey, strict=True):
+            yield at_s, name, rr.Image(image, color_model="L")
+
+
+def _loudness(rr: Any, sound: Any, rate_hz: float) -> Iterator[tuple[float, str, Any]]:
+    """Yield the loudness of each hundredth of a second, dB of full scale."""
+    size = max(1, round(rate_hz / _LOUDNESS_HZ))
+    for first in range(0, len(sound) - size + 1, size):
+        power = float(np.square(sound[first : first + size], dtype=np.float64).mean())
+        yield first / rate_hz, "microphone/dB", rr.Scalars(10 * np.log10(power + 1e-12))

@@ -1,0 +1,280 @@
+"""Recordings as bags of ROS 2, and back: the same pictures, sound, times and tracks."""
+
+import json
+import shutil
+
+import av
+import cv2
+import numpy as np
+import pytest
+import soundfile
+
+import afferents
+from afferents import cli
+from afferents.core.errors import InputError
+from afferents.core.store import open_responses
+
+pytest.importorskip("rosbags")
+
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from afferents.pipeline.bags import Bag, bag_files
+from afferents.pipeline.bags.messages import (
+    PICTURE,
+    RAW_PICTURE,
+    ROS_SOUND,
+    ROS_SOUND_INFO,
+    ROS_SOUND_STAMPED,
+    Messages,
+    typestore,
+)
+from afferents.recordings import VideoFile
+
+NAME = "4/60"
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    """A simulated recording, whose video is JPEGs, its store, and the bag that is made of both."""
+    root = tmp_path_factory.mktemp("bags")
+    session, store, bags = root / "S", root / "S.zarr", root / "bags"
+    for command in (
+        ["simulate", session, "--textures", "4", "--speeds", "60", "--seconds", "2"],
+        ["extract", session, store],
+    ):
+        cli.app([*map(str, command), "--workers", "1", "--quiet"], standalone_mode=False)
+    (made,) = afferents.export_mcap(session, bags, store=store, quiet=True)
+    return session, store, made
+
+
+def packets(video):
+    with av.open(str(video)) as container:
+        stream = container.streams.video[0]
+        return [(float(p.pts * p.time_base), bytes(p)) for p in container.demux(stream) if p.size]
+
+
+def messages(bag, topic):
+    with AnyReader([bag], default_typestore=typestore()) as reader:
+        chosen = [one for one in reader.connections if one.topic == topic]
+        return [
+            (at_ns, reader.deserialize(data, one.msgtype))
+            for one, at_ns, data in reader.messages(connections=chosen)
+        ]
+
+
+def test_a_recording_comes_back_as_it_went(rig, tmp_path):
+    session, store, bag = rig
+    assert sorted(path.name for path in bag.iterdir()) == ["4_60.mcap", "metadata.yaml"]
+    back = tmp_path / "back"
+    checks = afferents.import_recording(bag, None, None, back, "4", 60)
+    assert all(check.passes for check in checks)
+    ours, theirs = (packets(root / NAME / "video.mp4") for root in (session, back))
+    assert [data for _, data in ours] == [data for _, data in theirs]
+    np.testing.assert_allclose([t for t, _ in theirs], [t for t, _ in ours], atol=1.5e-6)
+    sounds = [soundfile.read(root / NAME / "audio.wav", dtype="int16") for root in (session, back)]
+    np.testing.assert_array_equal(sounds[0][0], sounds[1][0])
+    assert sounds[0][1] == sounds[1][1]
+    assert json.loads((back / NAME / "run.json").read_text())["imported"] == {"bag": str(bag)}
+    command = ["extract", back, tmp_path / "back.zarr", "--workers", "1", "--quiet"]
+    cli.app([*map(str, command)], standalone_mode=False)
+    (before,), (after,) = open_responses(store), open_responses(tmp_path / "back.zarr")
+    for name in ("position", "sa1", "ra1", "ra2"):
+        np.testing.assert_array_equal(before[name].values, after[name].values)
+
+
+def test_markers_and_responses_are_those_of_the_store(rig):
+    _, store, bag = rig
+    (responses,) = open_responses(store)
+    position, time_ns = responses["position"].values, np.rint(responses["time"].values * 1e9)
+    marks, drawn = messages(bag, "/touch/positions"), messages(bag, "/camera/markers")
+    assert [at_ns for at_ns, _ in marks] == time_ns.astype(int).tolist()
+    for n in (20, 40, 150):
+        got = marks[n][1]
+        assert [dim.label for dim in got.layout.dim] == ["marker", "space"]
+        np.testing.assert_array_equal(got.data.reshape(position[n].shape), position[n])
+        points = np.array([(p.x, p.y) for p in drawn[n][1].points[0].points])
+        seen = position[n][np.isfinite(position[n]).all(axis=1)]
+        np.testing.assert_allclose(points, seen + 0.5)
+    sa1 = np.stack([message.data for _, message in messages(bag, "/touch/sa1")])
+    np.testing.assert_array_equal(sa1, responses["sa1"].values)
+    drum = messages(bag, "/drum/speed_mm_s")
+    assert max(message.data for _, message in drum) == pytest.approx(60, rel=0.05)
+
+
+def test_messages_lie_in_order_of_time(rig):
+    with AnyReader([rig[2]], default_typestore=typestore()) as reader:
+        times = [at_ns for _, at_ns, _ in reader.messages()]
+    assert times == sorted(times)
+    assert len(times) > 5 * 180
+
+
+def test_a_store_alone_and_what_was_felt(rig, tmp_path):
+    _, store, _ = rig
+    said = [{"time_s": 1.5, "texture": "4"}, {"time_s": 0.5, "texture": "2"}]
+    (tmp_path / "felt.jsonl").write_text("\n".join(map(json.dumps, said)) + "\n")
+    (bag,) = afferents.export_mcap(
+        store, tmp_path / "bags", recordings=NAME, percepts=tmp_path / "felt.jsonl", quiet=True
+    )
+    felt = messages(bag, "/touch/percept")
+    assert [(at_ns, json.loads(m.data)["texture"]) for at_ns, m in felt] == [
+        (500_000_000, "2"),
+        (1_500_000_000, "4"),
+    ]
+    (responses,) = open_responses(store)
+    heard = np.concatenate([m.data.view("<i2") for _, m in messages(bag, "/microphone")])
+    np.testing.assert_allclose(heard / 32767, responses["ra2"].values[:, 0], atol=1 / 32767)
+    with AnyReader([bag], default_typestore=typestore()) as reader:
+        assert "/camera/image/compressed" not in reader.topics
+
+
+def test_a_video_that_is_no_jpegs_is_encoded(small_session, tmp_path):
+    bags = afferents.export_mcap(small_session, tmp_path / "bags", recordings="1/20", quiet=True)
+    frames = messages(bags[0], "/camera/image/compressed")
+    video = small_session / "1" / "20" / "video.mp4"
+    with av.open(str(video)) as container:
+        expected = [frame.to_ndarray(format="gray") for frame in container.decode(video=0)]
+    assert len(frames) == len(expected)
+    found = cv2.imdecode(frames[7][1].data, cv2.IMREAD_GRAYSCALE)
+    assert np.abs(found.astype(int) - expected[7]).mean() < 2
+
+
+@pytest.fixture(scope="module")
+def types():
+    return typestore()
+
+
+def ros_bag(path, types, pictures, sound=(), plugin=StoragePlugin.SQLITE3, info=None):
+    """A bag as a robot writes it: pictures and sound with times of their own headers."""
+    with Writer(path, version=9, storage_plugin=plugin) as bag:
+        at = {}
+        for topic, kind, at_ns, fields in (*pictures, *sound, *(info or ())):
+            if topic not in at:
+                at[topic] = bag.add_connection(topic, kind, typestore=types)
+            bag.write(
+                at[topic], at_ns + 5_000_000, types.serialize_cdr(types.types[kind](**fields), kind)
+            )
+    return path
+
+
+def stamped(types, at_ns):
+    time = types.types["builtin_interfaces/msg/Time"](sec=at_ns // 10**9, nanosec=at_ns % 10**9)
+    return types.types["std_msgs/msg/Header"](stamp=time, frame_id="tip")
+
+
+def raw(types, n, encoding="mono8", topic="/tip/image", size=(48, 64)):
+    """So many raw pictures, 90 a second; each is as grey as its number."""
+    channels = 1 if encoding == "mono8" else 3
+    shape = (size[0], size[1] * channels)
+    for number in range(n):
+        at_ns = 7 * 10**9 + round(number * 1e9 / 90)
+        fields = {
+            "header": stamped(types, at_ns), "height": size[0], "width": size[1],
+            "encoding": encoding, "is_bigendian": 0, "step": shape[1],
+            "data": np.full(shape, number, np.uint8).ravel(),
+        }  # fmt: skip
+        yield topic, RAW_PICTURE, at_ns, fields
+
+
+def heard(types, samples, kind=ROS_SOUND, per_block=441):
+    """Sound in blocks that begin 20 ms after the first picture."""
+    for first in range(0, len(samples), per_block):
+        at_ns = 7 * 10**9 + 20_000_000 + round(first / 44_100 * 1e9)
+        data = samples[first : first + per_block].astype("<i2").view(np.uint8).ravel()
+        if kind == ROS_SOUND:
+            yield "/tip/audio", kind, at_ns, {"data": data}
+        else:
+            audio = types.types[ROS_SOUND](data=data)
+            yield "/tip/audio", kind, at_ns, {"header": stamped(types, at_ns), "audio": audio}
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+@pytest.mark.parametrize("encoding", ["mono8", "bgr8"])
+def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding, plugin):
+    samples = np.random.default_rng(0).integers(-9000, 9000, (4410, 2)).astype(np.int16)
+    info = {
+        "channels": 2, "sample_rate": 44_100, "sample_format": "S16LE", "bitrate": 0,
+        "coding_format": "wave",
+    }  # fmt: skip
+    ros_bag(
+        tmp_path / "bag", types, raw(types, 30, encoding),
+        heard(types, samples, ROS_SOUND_STAMPED), plugin,
+        [("/tip/audio_info", ROS_SOUND_INFO, 7 * 10**9, info)],
+    )  # fmt: skip
+    afferents.import_recording(tmp_path / "bag", None, None, tmp_path / "S", "wool", 20)
+    video = VideoFile(tmp_path / "S" / "wool" / "20" / "video.mp4")
+    frames = [(frame.time_s, frame.image) for frame in video.frames()]
+    assert [int(picture.mean()) for _, picture in frames] == list(range(30))
+    assert np.ptp(frames[9][1]) == 0
+    np.testing.assert_allclose([t for t, _ in frames], np.arange(30) / 90, atol=1.5e-6)
+    found, rate_hz = soundfile.read(tmp_path / "S" / "wool" / "20" / "audio.wav", dtype="int16")
+    late = round(0.02 * 44_100)  # silence stands for what was not heard
+    np.testing.assert_array_equal(found[late:], samples)
+    assert (rate_hz, np.abs(found[:late]).max()) == (44_100, 0)
+
+
+def test_sound_that_says_nothing_of_itself_is_what_the_options_say(types, tmp_path):
+    samples = np.arange(2000, dtype=np.int16)[:, None]
+    ros_bag(tmp_path / "bag", types, raw(types, 5), heard(types, samples))
+    files = bag_files(Bag(tmp_path / "bag", audio_rate_hz=16_000), tmp_path)
+    found, rate_hz = soundfile.read(files.audio, dtype="int16")
+    np.testing.assert_array_equal(found, samples[:, 0])
+    assert rate_hz == 16_000
+    # AudioData has no stamp of its own: its time is the bag's, 5 ms later
+    assert files.audio_start_s == pytest.approx(7.025)
+
+
+def refused(bag, tmp_path, *options):
+    """Return the sentence with which an import of a bag is refused; nothing is left behind."""
+    command = ["import", bag, "--session", tmp_path / "S", "--texture", "4", "--speed", "60"]
+    with pytest.raises(InputError) as raised:
+        cli.app([*map(str, command), *options], standalone_mode=False)
+    assert not (tmp_path / "S").exists()
+    return str(raised.value)
+
+
+def test_bags_that_can_t_be_imported_are_refused_in_a_sentence(types, tmp_path, rig):
+    def bag(name, pictures, sound=()):
+        return ros_bag(tmp_path / name, types, pictures, sound)
+
+    two = bag("two", [*raw(types, 3), *raw(types, 3, topic="/other")])
+    assert "found 2 (/other, /tip/image)" in refused(two, tmp_path)
+    assert "found '/none'" in refused(two, tmp_path, "--image-topic", "/none")
+    none = bag("none", heard(types, np.zeros((900, 1), np.int16)))
+    assert "expected a topic of pictures, found /tip/audio" in refused(none, tmp_path)
+    back = list(raw(types, 4))
+    back[2] = (*back[2][:3], {**back[2][3], "header": stamped(types, 10**9)})
+    assert "times that rise" in refused(bag("back", back), tmp_path)
+    odd = [(t, k, n, {**f, "encoding": "16UC1"}) for t, k, n, f in raw(types, 3)]
+    assert "found '16UC1'" in refused(bag("odd", odd), tmp_path)
+    png = cv2.imencode(".png", np.zeros((8, 8), np.uint8))[1].ravel()
+    one = {"header": stamped(types, 10**9), "format": "png", "data": png}
+    assert "JPEGs, found 'png'" in refused(bag("png", [("/a", PICTURE, 10**9, one)]), tmp_path)
+    one = [*raw(types, 1)]
+    assert "expected 2 pictures or more" in refused(bag("one", one), tmp_path)
+    shutil.copytree(rig[2], tmp_path / "cut")
+    cut = tmp_path / "cut" / "4_60.mcap"
+    cut.write_bytes(cut.read_bytes()[:100_000])
+    assert "afferents" not in refused(tmp_path / "cut", tmp_path)
+    assert "nothing there" in refused(tmp_path / "gone.mcap", tmp_path)
+    command = ["--times", "times.csv"]
+    assert "a bag alone" in refused(two, tmp_path, *command)
+
+
+def test_what_can_t_be_exported_is_refused_in_a_sentence(rig, fails, tmp_path):
+    session, store, _ = rig
+    out = tmp_path / "bags"
+    assert "'7/60'" in fails("export-mcap", session, out, "--recording", "7/60")
+    assert "--quality: expected" in fails("export-mcap", session, out, "--quality", "0")
+    assert "a session beside it" in fails("export-mcap", store, out, "--store", store)
+    (tmp_path / "felt").write_text("not json")
+    felt = ("export-mcap", store, out, "--percepts", tmp_path / "felt")
+    assert "lines that 'afferents live --json' wrote" in fails(*felt)
+    assert not out.exists()
+    out.mkdir()
+    (out / "mine").write_text("")
+    assert "bags" in fails("export-mcap", session, out)
+
+
+def test_the_messages_need_no_ros(types):
+    assert Messages(types).text("felt")

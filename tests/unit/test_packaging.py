@@ -1,0 +1,90 @@
+"""What is shipped: the wheel, built from a copy without git, and what the docs say of it."""
+
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ON_CONDA_FORGE = {
+    "matplotlib": "matplotlib-base",
+    "opencv-python-headless": "py-opencv",
+    "soundfile": "pysoundfile",
+    "torch": "pytorch",
+}
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    pytest.importorskip("setuptools_scm")
+    away = tmp_path_factory.mktemp("wheel")
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, away)
+    left_out = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    shutil.copytree(ROOT / "src", away / "src", ignore=left_out)
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", "dist"]
+    subprocess.run([*command, away], check=True, capture_output=True, cwd=away)
+    (built,) = (away / "dist").iterdir()
+    return built
+
+
+def test_all_of_the_package_is_in_the_wheel(wheel):
+    with ZipFile(wheel) as archive:
+        shipped = {name for name in archive.namelist() if name.startswith("afferents/")}
+    files = (path for path in (ROOT / "src/afferents").rglob("*") if path.is_file())
+    written = {path.relative_to(ROOT / "src").as_posix() for path in files}
+    assert shipped == {name for name in written if "__pycache__" not in name}
+
+
+def test_without_git_the_version_is_the_one_declared(wheel):
+    declared = PROJECT["tool"]["setuptools_scm"]["fallback_version"]
+    assert wheel.name == f"afferents-{declared}-py3-none-any.whl"
+
+
+def test_the_extras_are_those_that_the_docs_list():
+    page = (ROOT / "docs/install.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `([\w-]+)` \|", page, flags=re.MULTILINE)
+    assert sorted(listed) == sorted(PROJECT["project"]["optional-dependencies"])
+
+
+def test_dev_brings_all_the_other_extras():
+    extras = dict(PROJECT["project"]["optional-dependencies"])
+    del extras["view"]  # half a gigabyte, for a window that no test opens
+    (brought,) = (line for line in extras.pop("dev") if line.startswith("afferents["))
+    assert sorted(re.split(r"[\[\],]", brought)[1:-1]) == sorted(extras)
+
+
+@pytest.mark.parametrize("constraints", ["constraints.txt", "constraints-lowest.txt"])
+def test_every_direct_dependency_has_a_tested_version(constraints):
+    lines = (ROOT / constraints).read_text(encoding="utf-8").splitlines()
+    tested = {_plain(line.split("==")[0]) for line in lines if "==" in line}
+    needed = {_plain(re.split(r"[<>=]", line)[0]) for line in PROJECT["project"]["dependencies"]}
+    assert needed <= tested
+
+
+def test_the_conda_recipe_asks_for_the_same():
+    recipe = (ROOT / "conda/recipe.yaml").read_text(encoding="utf-8")
+    run = recipe.split("  run:\n")[1].split("\n\n")[0]
+    asked = dict(re.findall(r"^    - ([\w-]+) >=([\d.]+)$", run, flags=re.MULTILINE))
+    needed = dict(line.split(">=") for line in PROJECT["project"]["dependencies"])
+    assert set(asked) == {ON_CONDA_FORGE.get(name, name) for name in needed}
+    for name, bound in needed.items():
+        assert bound.startswith(asked[ON_CONDA_FORGE.get(name, name)])
+
+
+def test_each_benchmark_runs_in_short_or_says_why_not():
+    page = runpy.run_path(str(ROOT / "benchmarks/all.py"))
+    scripts = {path.stem for path in (ROOT / "benchmarks").glob("*.py")} - {"all"}
+    assert {*page["SHORT"], *page["LEFT_OUT"]} == scripts
+
+
+def _plain(name):
+    """Spell a package's name as registries do."""
+    return re.sub(r"[-_.]+", "-", name.strip().lower())
