@@ -5,7 +5,7 @@ OUT ?= out/demo
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo live docs test test-processors lint slow clean
+.PHONY: install demo live docs test test-processors lint slow bench package clean
 
 install: $(VENV)/.installed
 
@@ -41,6 +41,12 @@ test-processors: install
 slow: install
 	$(BIN)/python -m pytest -m slow
 
+bench: install
+	$(BIN)/python benchmarks/all.py out/benchmarks.md
+
+package:
+	sh scripts/test_package.sh $(PYTHON)
+
 clean:
-	rm -rf $(VENV) out docs/_build docs/examples docs/generated
+	rm -rf $(VENV) out dist docs/_build docs/examples docs/generated
 	find docs/gallery -mindepth 1 ! -name '*.py' ! -name '*.rst' -delete
