@@ -27,6 +27,7 @@ SHORT = {
     "spikes": [],
     "recording": ["5"],
     "devices": [],
+    "taps": ["4"],
     "cost": [],
 }
 """Arguments that make each short."""

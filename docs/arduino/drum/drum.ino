@@ -1,7 +1,7 @@
 // A drum turned by a DC motor with a quadrature encoder, for `afferents record`.
 //
-// Speaks lines of text at 115200 baud. Each ends with '*', the XOR of the bytes before it as a
-// decimal number, and a newline; a line whose number is wrong is ignored, and will be sent again.
+// Speaks lines of text at 115200 baud. Each ends with '*', the CRC-16/XMODEM of the bytes before it
+// as a decimal number, and a newline; a line whose number is wrong is ignored, and sent again.
 //
 //   hello            -> hello
 //   clear            -> clear                forgets a fault
@@ -99,12 +99,19 @@ void setup() {
   last_loop_us = micros();
 }
 
+unsigned int crc16(const char *from, const char *to) {
+  unsigned long crc = 0;
+  for (; from < to; from++) {
+    crc ^= (unsigned long)(byte)*from << 8;
+    for (int bit = 0; bit < 8; bit++) crc = (crc & 0x8000UL ? crc << 1 ^ 0x1021UL : crc << 1) & 0xFFFFUL;
+  }
+  return (unsigned int)crc;
+}
+
 void say(const char *text) {
-  byte sum = 0;
-  for (const char *c = text; *c; c++) sum ^= (byte)*c;
   Serial.print(text);
   Serial.print('*');
-  Serial.print((int)sum);
+  Serial.print((long)crc16(text, text + strlen(text)));
   Serial.print('\n');
 }
 
@@ -142,9 +149,7 @@ void obey(char *text) {
 void heard() {
   char *star = strrchr(line, '*');
   if (!star) return;
-  byte sum = 0;
-  for (char *c = line; c < star; c++) sum ^= (byte)*c;
-  if (atoi(star + 1) != sum) return;
+  if (strtoul(star + 1, 0, 10) != crc16(line, star)) return;
   *star = 0;
   heard_ms = millis();
   obey(line);

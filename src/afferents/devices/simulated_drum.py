@@ -113,7 +113,7 @@ class SimulatedDrum:
         Every line that came whole.
     """
 
-    checksum = "xor"
+    checksum = "crc16"
 
     def __init__(self, drum: Drum | None = None, lost: float = 0.0, seed: int = 0) -> None:
         """Wait to be entered."""

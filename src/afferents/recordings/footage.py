@@ -149,10 +149,16 @@ class Footage:
         """When the camera gave its picture again, for `stalls.STALL_S` or longer.
 
         None in a video without noise, as of a simulation without nuisances: there a skin that
-        stands still looks the same.
+        stands still looks the same; nor in the dark, which has no noise either.
         """
-        nothing = np.zeros(len(self._equal), bool)
-        return stalls(np.array(self._equal, bool) if self._has_noise else nothing, self.time_s)
+        equal = np.array(self._equal, bool) & self._lit
+        return stalls(equal if self._has_noise else np.zeros_like(equal), self.time_s)
+
+    @property
+    def _lit(self) -> NDArray[np.bool_]:
+        """Which frames are not much darker than the first, (n_frames,)."""
+        light = np.median(self._grey[:_FIRST_FRAMES] or [0.0])
+        return self.grey >= DARK_SHARE * light
 
     @property
     def _has_noise(self) -> bool:
@@ -223,7 +229,7 @@ class Footage:
         if len(time_s) <= 1:
             return None
         still = slow < STILL_GREY  # False where NaN
-        still &= self.grey >= DARK_SHARE * np.median(self.grey[:_FIRST_FRAMES])
+        still &= self._lit
         span = lasting(still, time_s, part, FROZEN_S - _LOOK_BACK_S)
         if span is None:
             return self._stalled(part)

@@ -41,7 +41,7 @@ struct Port {
   int read() { char c; return ::read(master, &c, 1) == 1 ? c : -1; }
   void print(const char *text) { if (write(master, text, strlen(text)) < 0) exit(1); }
   void print(char c) { char text[2] = {c, 0}; print(text); }
-  void print(int n) { char text[16]; sprintf(text, "%d", n); print(text); }
+  void print(long n) { char text[24]; sprintf(text, "%ld", n); print(text); }
 } Serial;
 
 #include SKETCH

@@ -23,6 +23,8 @@ class Slack(SimulatedDrum):
 class ODrive(Slack):
     """ASCII protocol, as in ODrive's documentation."""
 
+    checksum = "xor"
+
     def __init__(self, **more):
         super().__init__(**more)
         self.state, self.watched = 1, False

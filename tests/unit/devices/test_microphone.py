@@ -16,7 +16,7 @@ LATENCY_S = 0.012
 
 
 class PortAudio:
-    """As much of `sounddevice` as is used; its clock began 1000 s after ours."""
+    """As much of `sounddevice` as is used; its clock began 1000 s before ours."""
 
     PortAudioError = RuntimeError
 
@@ -50,7 +50,7 @@ class PortAudio:
             samples = np.repeat(numbers[:, None], channels, axis=1)
             stream.n += blocksize
             stream.taken_s = time.monotonic() - LATENCY_S
-            now = stream.taken_s + LATENCY_S - 1000 if self.clock else 0.0
+            now = stream.taken_s + LATENCY_S + 1000 if self.clock else 0.0
             times = SimpleNamespace(
                 inputBufferAdcTime=now - LATENCY_S if self.clock else 0.0, currentTime=now
             )

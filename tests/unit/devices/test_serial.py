@@ -108,6 +108,14 @@ def test_checksums_are_those_of_odrive():
     assert unframed(b"f 0\n", "none") == "f 0"
 
 
+def test_two_like_bytes_lost_are_found_by_a_crc_and_not_by_an_xor():
+    sent, came = "state 36.4517 49.584 ok", "state 36.517 49.58 ok"
+    for checksum, found in (("xor", came), ("crc16", None)):
+        end = framed(sent, checksum).partition(b"*")[2]
+        assert unframed(came.encode() + b"*" + end, checksum) == found
+    assert framed("123456789", "crc16") == b"123456789*12739\n"  # 0x31C3, its published check
+
+
 def test_all_presets_are_whole():
     assert presets() == ["arduino", "arduino-duty", "odrive", "simplefoc"]
     for name in presets():

@@ -47,7 +47,8 @@ class Template(BaseModel):
     counts_a_turn
         Of the motor, where the unit is ``count``.
     checksum
-        ``xor``: each line ends with ``*`` and the XOR of its bytes, as decimal number.
+        ``xor`` or ``crc16``: each line ends with ``*`` and, as a decimal number, the XOR or the
+        CRC-16/XMODEM of the bytes before it.
     open, stop, close
         Lines that set it up, stop it and release it.
     prepare
@@ -74,7 +75,7 @@ class Template(BaseModel):
     baud: Annotated[int, Field(gt=0)] = 115_200
     unit: Literal["mm", "turn", "rad", "deg", "count"] = "mm"
     counts_a_turn: Annotated[float, Field(gt=0)] | None = None
-    checksum: Literal["none", "xor"] = "none"
+    checksum: Literal["none", "xor", "crc16"] = "none"
     open: tuple[str, ...] = ()
     prepare: tuple[str, ...] = ()
     start: tuple[str, ...] = Field(min_length=1)
