@@ -1,8 +1,9 @@
 """What commands print on stdout: JSON for scripts, or lines and tables for people."""
 
 import json
+import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -42,3 +43,21 @@ def _print(as_json: bool, content: Any, lines: Iterable[Any]) -> None:
     console = Console(highlight=False, markup=False)
     for line in lines:
         console.print(line, soft_wrap=isinstance(line, str))
+
+
+def once_a_kind(problems: Sequence[str]) -> list[str]:
+    """Return the first of problems that differ in their files and numbers alone, and how many.
+
+    Examples
+    --------
+    >>> once_a_kind(["3/50/video.mp4: found 30", "4/50/video.mp4: found 29.9", "no sound"])
+    ['3/50/video.mp4: found 30 (and 1 more like it: --json has all)', 'no sound']
+    """
+    kinds: dict[str, list[str]] = {}
+    for problem in problems:
+        file, colon, rest = problem.partition(": ")
+        kinds.setdefault(re.sub(r"\d+(\.\d+)?", "#", rest if colon else file), []).append(problem)
+    return [
+        first + (f" (and {len(others)} more like it: --json has all)" if others else "")
+        for first, *others in kinds.values()
+    ]

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from afferents.cli.errors import fail_if_skipped
-from afferents.cli.printing import say
+from afferents.cli.printing import once_a_kind, say
 from afferents.cli.shared import (
     Accept,
     ClusterName,
@@ -71,7 +71,7 @@ def inspect(
         as_json,
         vars(found),
         *found.sentences,
-        *(f"Problem: {problem}" for problem in found.problems),
+        *(f"Problem: {problem}" for problem in once_a_kind(found.problems)),
         *(f"Picture: {path}" for path in found.pictures),
     )
     if found.problems:
