@@ -10,7 +10,9 @@ from afferents.core import dims
 from afferents.core.drum import way_in
 from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
+from afferents.core.files import write_aside
 from afferents.core.groups import is_group
+from afferents.core.outputs import require_free
 from afferents.core.recording import Recording
 from afferents.core.responses import Responses
 from afferents.core.store import open_responses
@@ -58,14 +60,29 @@ def view(
     if store is not None and name not in responses:
         raise InputError(store, f"the recording '{name}'", "none", "give the session's own store")
     rr.init("afferents", recording_id=name, spawn=save is None)
-    if save is not None:
-        rr.save(str(save))
+    values = _logged(rr, recordings.get(name), responses.get(name))
+    if save is None:
+        return _log(rr, values)
+    require_free(save, "a recording for rerun", _is_rrd, force=True, reads=[source])
+    with write_aside(save) as partial:
+        rr.save(str(partial))
+        return _log(rr, values)
+
+
+def _is_rrd(path: Path) -> bool:
+    return path.suffix == ".rrd"
+
+
+def _log(rr: Any, values: Iterator[tuple[float, str, Any]]) -> dict[str, int]:
+    """Log values at their times, close, and return how many there were of each entity."""
     n: dict[str, int] = {}
-    for at_s, entity, value in _logged(rr, recordings.get(name), responses.get(name)):
-        rr.set_time("recording", duration=at_s)
-        rr.log(entity, value)
-        n[entity] = n.get(entity, 0) + 1
-    rr.disconnect()
+    try:
+        for at_s, entity, value in values:
+            rr.set_time("recording", duration=at_s)
+            rr.log(entity, value)
+            n[entity] = n.get(entity, 0) + 1
+    finally:
+        rr.disconnect()
     return n
 
 

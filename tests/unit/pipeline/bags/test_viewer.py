@@ -59,3 +59,11 @@ def test_what_is_not_there_is_named(rig, stores, fails, tmp_path):
     assert "found '7/60'" in fails("view", session, "7/60", *save)
     assert "the recording '4/60'" in fails("view", session, "--store", stores["video"], *save)
     assert not save[1].exists()
+
+
+def test_a_file_of_another_kind_is_not_replaced(rig, fails, tmp_path):
+    notes = tmp_path / "notes.txt"
+    notes.write_text("mine")
+    assert "notes.txt" in fails("view", rig[1], "--save", notes)
+    assert notes.read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
