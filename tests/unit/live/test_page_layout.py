@@ -1,4 +1,4 @@
-"""What the page shows without scrolling, and what its colours mean: in a browser, without a server."""
+"""What the page shows without scrolling, and what its colours mean, in a browser."""
 
 import cv2
 import numpy as np
@@ -16,7 +16,8 @@ FELT = [".felt", ".bars", ".history", "article"]
 LEAST_PX = {"#camera canvas": (300, 240), "#sa1": (240, 240), "#ra1": (240, 240)}
 BOXES = """names => names.flatMap(name => [...document.querySelectorAll(name)].map(element => {
   const box = element.getBoundingClientRect();
-  return [name, box.left, box.top, box.right, box.bottom, element.scrollHeight - element.clientHeight];
+  const hidden = element.scrollHeight - element.clientHeight;
+  return [name, box.left, box.top, box.right, box.bottom, hidden];
 }))"""
 WIDE = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 
@@ -69,7 +70,9 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  #
         numbers = page.locator(f"#{name}-scale span").all_text_contents()
         assert numbers == said
         end = float(numbers[-1].removesuffix(" px"))
-        drawn, bar = (page.locator(place).bounding_box() for place in (f"#{name}", f"#{name}-scale"))
+        drawn, bar = (
+            page.locator(place).bounding_box() for place in (f"#{name}", f"#{name}-scale")
+        )
         assert bar["height"] == pytest.approx(drawn["height"], abs=2)
         for column, value in enumerate(image[0]):
             x = drawn["x"] + (column + 0.5) * drawn["width"] / 19
