@@ -7,7 +7,7 @@
 The first two need no models: networks that have learnt nothing take as long. A recording of the
 rig is replayed at 90 frames/s; everything runs on one core, the decoder too, whose time is not
 counted: a frame's clock starts when it lies decoded in memory, a window's when its last sample
-has come.
+has come. Beside the latency stands where it goes, the median of every part.
 """
 
 import argparse
@@ -18,7 +18,11 @@ import resource
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import torch
@@ -31,6 +35,7 @@ from afferents.core.store import open_responses
 from afferents.core.version import __version__
 from afferents.encodings import Encodings, encoding_of
 from afferents.live import (
+    Images,
     Network,
     Pace,
     Perceiver,
@@ -41,7 +46,9 @@ from afferents.live import (
     run,
     stream,
 )
-from afferents.markers import load_sensor
+from afferents.live.audio_sense import AudioSense
+from afferents.live.video_sense import VideoSense
+from afferents.markers import Tracker, load_sensor
 from afferents.models import Deployed, build
 from afferents.pipeline.encode import Source, encode
 from afferents.pipeline.export import export_model
@@ -49,7 +56,8 @@ from afferents.recordings import WavFile, open_video
 from afferents.rig import Rig, bumped_surface, record
 from afferents.training import load_model, save_weights
 
-MEASURED = (*TABLE1, "ra-wave-vector")
+MEASURED = (*TABLE1, "sa-wave-vector", "ra-wave-vector")
+PARTS = ("waits", "markers", "images", "model", "rest")
 SECONDS = 20.0
 SETTLED = 180
 """Percepts that are not counted at first: caches fill, files are read."""
@@ -129,22 +137,69 @@ def sources(recording: Path, speed: float) -> list[ReplayedVideo | ReplayedSound
     ]
 
 
+class Parts:
+    """Where the time from the newest frame or sound to its percept goes, ms."""
+
+    def __init__(self) -> None:
+        """Nothing is measured yet."""
+        self.ms: Counter[str] = Counter()
+
+    @contextmanager
+    def measured(self) -> Iterator[None]:
+        """Time what a percept passes through."""
+        with (
+            patch.multiple(Tracker, step=self._timed(Tracker.step, "markers")),
+            patch.multiple(Images, feed=self._timed(Images.feed, "images")),
+            patch.multiple(Network, feel=self._timed(Network.feel, "model")),
+            patch.multiple(VideoSense, see=self._begun(VideoSense.see)),
+            patch.multiple(AudioSense, hear=self._begun(AudioSense.hear)),
+        ):
+            yield
+
+    def of(self, latency_ms: float) -> list[float]:
+        """Return the parts of a latency, in the order of `PARTS`."""
+        images = self.ms["images"] - self.ms["markers"]
+        parts = [self.ms["waits"], self.ms["markers"], images, self.ms["model"]]
+        return [*parts, latency_ms - sum(parts)]
+
+    def _timed(self, method: Callable[..., Any], part: str) -> Callable[..., Any]:
+        def timed(*given: Any) -> Any:
+            start_s = time.perf_counter()
+            result = method(*given)
+            self.ms[part] += 1000 * (time.perf_counter() - start_s)
+            return result
+
+        return timed
+
+    def _begun(self, method: Callable[..., Any]) -> Callable[..., Any]:
+        def begun(sense: Any, event: Any) -> Any:
+            self.ms = Counter(waits=1000 * (time.monotonic() - event.arrived_s))
+            return method(sense, event)
+
+        return begun
+
+
 def latency(recording: Path, models: dict[str, Path]) -> None:
     """Every model alone, at true speed, on one core."""
     torch.set_num_threads(1)
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(cores)})
-    print("| model | p50, ms | p99, ms | longest, ms | percepts | dropped |")
-    print("|---|---|---|---|---|---|")
+    print(f"| model | p50, ms | p99, ms | longest, ms | percepts | dropped | {' | '.join(PARTS)} |")
+    print("|---" * (6 + len(PARTS)) + "|")
     for name, path in models.items():
-        percepts = list(stream(sources(recording, 1.0), [path]))
-        felt = [p.latency_ms for p in percepts if p.latency_ms is not None]
-        felt = felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:]
-        middle, high = np.percentile(felt, [50, 99])
-        dropped = percepts[-1].counters.dropped
-        title = MODELS[name].title
+        felt, parts, dropped = [], Parts(), 0
+        with parts.measured():
+            for percept in stream(sources(recording, 1.0), [path]):
+                dropped = percept.counters.dropped
+                if percept.latency_ms is not None:
+                    felt.append([percept.latency_ms, *parts.of(percept.latency_ms)])
+        felt = np.array(felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:])
+        high, longest = np.percentile(felt[:, 0], 99), felt[:, 0].max()
+        middle, *shares = np.median(felt, axis=0)
         print(
-            f"| {title} | {middle:.2f} | {high:.2f} | {max(felt):.2f} | {len(felt)} | {dropped} |"
+            f"| {MODELS[name].title} | {middle:.2f} | {high:.2f} | {longest:.2f} | {len(felt)} "
+            f"| {dropped} | {' | '.join(f'{share:.2f}' for share in shares)} |",
+            flush=True,
         )
     os.sched_setaffinity(0, cores)
 

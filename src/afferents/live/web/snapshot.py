@@ -3,6 +3,7 @@
 import json
 import math
 import time
+from collections import deque
 from typing import Any
 
 import cv2
@@ -23,21 +24,33 @@ _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 """Of the distance of neighbouring markers, and at least, px."""
 FRESH_S = 0.025
 """What is drawn up serves all visitors for so long."""
+_RATE_OVER_S = 10.0
+"""Rates are those of so many seconds."""
 
 
 class Rate:
-    """How often something happens, Hz, over the last second or so."""
+    """How often something happens, Hz: the slope of a line through the counts of ten seconds.
+
+    Counts of one second flicker: frames are whole, and blocks of sound come early or late.
+    """
 
     def __init__(self) -> None:
         """Start counting."""
-        self._since_s, self._n, self._before, self.hz = time.monotonic(), 0, 0, 0.0
+        self._counts: deque[tuple[float, int]] = deque()
+        self._fitted_s, self.hz = -math.inf, 0.0
 
     def seen(self, total: int) -> float:
-        """Return the rate, given how often it has happened in all."""
-        elapsed_s = time.monotonic() - self._since_s
-        if elapsed_s >= 1:
-            self.hz = (total - self._before) / elapsed_s
-            self._since_s, self._before = time.monotonic(), total
+        """Return the rate, given how often it has happened in all; a new one every second."""
+        now_s = time.monotonic()
+        if total == 0:  # the source has not begun
+            self._counts.clear()
+        self._counts.append((now_s, total))
+        while now_s - self._counts[0][0] > _RATE_OVER_S:
+            self._counts.popleft()
+        if now_s - max(self._fitted_s, self._counts[0][0]) >= 1:
+            self._fitted_s = now_s
+            times_s, counts = np.array(self._counts).T
+            self.hz = float(np.polyfit(times_s - now_s, counts, 1)[0])
         return self.hz
 
 

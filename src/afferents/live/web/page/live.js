@@ -1,6 +1,7 @@
 // Draws what the server sends: a greeting with the models, then states and pictures.
 
-import { colour, drawMap, drawRaster, drawSpectrum } from "./draw.js";
+import { drawRaster, drawSpectrum } from "./draw.js";
+import { colour, drawMap, showScale } from "./maps.js";
 import { showRecording } from "./record.js";
 
 const STALE_S = 1; // older than that nothing is shown as if it were now
@@ -63,7 +64,8 @@ function modelView(model) {
   const time = make("p", { className: "legend axis" }, make("span", { textContent: "half a minute ago" }),
     make("span", { textContent: `evidence, ${called(first)} at the top to ${called(last)}` }),
     make("span", { textContent: "now" }));
-  view.article = make("article", {}, heading, view.felt, view.trouble, view.bars, legend,
+  const head = make("div", { className: "head" }, heading, view.felt);
+  view.article = make("article", {}, head, view.trouble, view.bars, legend,
     view.history, time, view.counts, view.faulty, about);
   return view;
 }
@@ -127,7 +129,7 @@ function listFaults(view, troubles) {
 function counted(percept, moment = true) {
   const { frames, samples, ...faults } = percept.counters;
   const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to percept`];
-  if (percept.markers_found !== null && moment) parts.push(`${Math.round(100 * percept.markers_found)}% of the markers seen`);
+  if (percept.markers_found !== null && moment) parts.push(`${Math.round(100 * percept.markers_found)}% of markers seen`);
   for (const [name, n] of Object.entries(faults)) if (n) parts.push(`${n} ${name.replace("_", " ")}`);
   return parts.join(" · ");
 }
@@ -146,14 +148,17 @@ function drawHistory(view, evidence) {
 function showVideo(video) {
   $("camera").hidden = $("maps").hidden = !video;
   if (!video) return;
-  $("frames").textContent = `${video.rate_hz} frames/s`;
+  $("frames").textContent = `${rounded(video.rate_hz)} frames/s`;
   $("sensor").textContent = models.size ? "" : video.sensor;
   if (!video.sa1) return;
   for (const name of ["sa1", "ra1"]) {
-    const most = video[name] ? drawMap($(name), video[name]) : 0;
-    $(`${name}-scale`).textContent = video[name] ? `0 to ${most.toFixed(1)} px` : "none yet";
+    $(`${name}-scale`).hidden = !video[name];
+    if (video[name]) showScale($(`${name}-scale`), drawMap($(name), video[name]), "px");
   }
 }
+
+// A rate as it can be read: whole, or with one decimal where it is small.
+const rounded = (rate, small = 20) => (rate < small ? rate.toFixed(1) : rate.toFixed(0));
 
 async function showPicture() {
   if (!picture) return;
@@ -178,7 +183,7 @@ async function showPicture() {
 function showAudio(audio) {
   $("sound").hidden = !audio;
   if (!audio) return;
-  $("samples").textContent = `${Math.round(audio.rate_hz / 100) / 10} kHz`;
+  $("samples").textContent = `${rounded(audio.rate_hz / 1000, 50)} kHz`;
   if (!audio.amplitude) return;
   const canvas = document.querySelector("#sound canvas");
   const comb = drawSpectrum(canvas, audio.amplitude, audio.step_hz, getComputedStyle(document.body).color);

@@ -1,0 +1,120 @@
+"""What the page shows without scrolling, and what its colours mean, in a browser."""
+
+import cv2
+import numpy as np
+import pytest
+
+from afferents.live.web import snapshot
+
+from .page_alone import hello, opened, state
+from .test_page import browser  # noqa: F401
+
+MODELS = ("SA-I vector waves", "vib-TE augmented")
+SENSED = ["#camera canvas", "#sa1", "#ra1", "#sa1-scale", "#ra1-scale", "#sound canvas"]
+RASTER = ["#spikes canvas"]
+FELT = [".felt", ".bars", ".history", "article"]
+LEAST_PX = {"#camera canvas": (300, 240), "#sa1": (240, 240), "#ra1": (240, 240)}
+BOXES = """names => names.flatMap(name => [...document.querySelectorAll(name)].map(element => {
+  const box = element.getBoundingClientRect();
+  const hidden = element.scrollHeight - element.clientHeight;
+  return [name, box.left, box.top, box.right, box.bottom, hidden];
+}))"""
+WIDE = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+
+
+@pytest.mark.parametrize("models", [MODELS, ()], ids=["models", "looking"])
+@pytest.mark.parametrize("size", [(1280, 800), (1440, 900), (1280, 680)], ids=str)
+def test_all_is_seen_without_scrolling(browser, size, models):  # noqa: F811
+    """Thirteen textures of two models; the last size is a screen of 800 lines in a window."""
+    page = opened(browser, size, hello(*models), state(*models))
+    boxes = page.evaluate(BOXES, SENSED + RASTER + (FELT if models else []))
+    assert len(boxes) == len(SENSED) + 1 + len(FELT) * len(models)
+    for name, left, top, right, bottom, hidden in boxes:
+        assert left >= 0, name
+        assert top >= 0, name
+        assert right <= size[0], name
+        assert bottom <= size[1], name
+        least = LEAST_PX.get(name, (10, 20))
+        assert (right - left >= least[0], bottom - top >= least[1]) == (True, True), name
+        assert hidden <= 0 or name not in FELT, f"{name} scrolls in itself"
+    for i, (name, left, top, right, bottom, _) in enumerate(boxes):
+        for other, x, y, until_x, until_y, _ in boxes[:i]:
+            apart = left >= until_x or right <= x or top >= until_y or bottom <= y
+            assert apart or "article" in (name, other), f"{name} lies on {other}"
+    assert page.faults == []
+    page.close()
+
+
+@pytest.mark.parametrize("size", [(390, 844), (800, 600), (1024, 700)], ids=str)
+@pytest.mark.parametrize("models", [MODELS, ()], ids=["models", "looking"])
+def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
+    page = opened(browser, size, hello(*models), state(*models))
+    assert not page.evaluate(WIDE)
+    for name, left, _, right, _, _ in page.evaluate(BOXES, SENSED + RASTER):
+        assert left >= 0, name
+        assert right <= size[0], name
+        page.locator(name).scroll_into_view_if_needed()
+        assert page.locator(name).is_visible()
+    assert page.faults == []
+    page.close()
+
+
+def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  # noqa: F811
+    """A column of the image holds one value; the bar shows its colour where its numbers say."""
+    sa1 = np.tile(np.linspace(0, 6.4, 19), (19, 1))
+    ra1 = np.tile(np.linspace(0, 1.9, 19), (19, 1))
+    page = opened(browser, (1280, 800), hello(), state(sa1=sa1, ra1=ra1))
+    page.screenshot(path=tmp_path / "page.png")
+    picture = cv2.imread(str(tmp_path / "page.png")).astype(int)
+    for name, image, said in (("sa1", sa1, ["0", "4", "8 px"]), ("ra1", ra1, ["0", "1", "2 px"])):
+        numbers = page.locator(f"#{name}-scale span").all_text_contents()
+        assert numbers == said
+        end = float(numbers[-1].removesuffix(" px"))
+        drawn, bar = (
+            page.locator(place).bounding_box() for place in (f"#{name}", f"#{name}-scale")
+        )
+        assert bar["height"] == pytest.approx(drawn["height"], abs=2)
+        for column, value in enumerate(image[0]):
+            x = drawn["x"] + (column + 0.5) * drawn["width"] / 19
+            of_map = picture[round(drawn["y"] + drawn["height"] / 2), round(x)]
+            y = bar["y"] + (1 - value / end) * (bar["height"] - 1)
+            of_bar = picture[round(y), round(bar["x"] + bar["width"] / 2)]
+            assert np.abs(of_map - of_bar).max() <= 8, (name, value)
+        places = page.evaluate(BOXES, [f"#{name}-scale span"])
+        for share, (_, _, top, _, bottom, _) in zip((0, 0.5, 1), places, strict=True):
+            at = bar["y"] + (1 - share) * bar["height"]
+            assert top - 1 <= at <= bottom + 1, "a number lies beside its colour"
+    page.close()
+
+
+def test_a_scale_does_not_flicker(browser):  # noqa: F811
+    """It grows at once, stays where the largest value varies a little, and shrinks later."""
+    page = opened(browser, (1280, 800), hello())
+    ends = page.evaluate(
+        """async largest => {
+          const { drawMap } = await import("/page/maps.js");
+          const canvas = document.createElement("canvas");
+          return largest.map(value => drawMap(canvas, [[0, value], [0, 0]]));
+        }""",
+        [0.1, 1.9, *[2.1, 1.8] * 10, *[0.7] * 200],
+    )
+    assert ends[:3] == [0.5, 2, 3]
+    assert set(ends[2:22]) == {3}
+    assert ends[-1] == 1
+    assert sorted(set(ends[22:]), reverse=True) == [3, 2, 1]
+    page.close()
+
+
+def test_rates_do_not_flicker(monkeypatch):
+    """Blocks of sound come early and late; asked twenty times a second, the rate stays."""
+    clock = [100.0]
+    monkeypatch.setattr(snapshot.time, "monotonic", lambda: clock[0])
+    rate, rng, shown = snapshot.Rate(), np.random.default_rng(0), []
+    for i in range(1200):  # the source begins after 20 s, and is asked for 40 s more
+        clock[0] = 100 + 0.05 * i
+        heard_s = max(0.0, clock[0] - 120 - rng.uniform(0, 0.03))
+        shown.append(f"{rate.seen(441 * int(100 * heard_s)) / 1000:.1f}")
+    assert set(shown[:400]) == {"0.0"}
+    assert set(shown[-500:]) <= {"44.0", "44.1", "44.2"}
+    changes = sum(a != b for a, b in zip(shown[-500:], shown[-499:], strict=False))
+    assert changes <= 8, "over 25 s"
