@@ -11,10 +11,10 @@ from afferents.core.drum import way_in
 from afferents.core.errors import InputError
 from afferents.core.extras import import_extra
 from afferents.core.groups import is_group
+from afferents.core.pixels import images_of
 from afferents.core.recording import Recording
 from afferents.core.responses import Responses
 from afferents.core.store import open_responses
-from afferents.encodings.tactile_image import images_of
 from afferents.pipeline.bags.tracks import QUALITY, jpegs
 from afferents.recordings import read_session
 
