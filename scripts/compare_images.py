@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CloughTocher2DInterpolator, RBFInterpolator, RectBivariateSpline
 from scipy.spatial import Delaunay, cKDTree
 
-from afferents.encodings.tactile_image import image_shape
+from afferents.core.pixels import image_shape
 from afferents.markers import load_sensor
 from afferents.markers.places import image_places
 from afferents.pipeline.sensor_rig import rig_of

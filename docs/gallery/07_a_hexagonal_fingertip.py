@@ -55,10 +55,9 @@ pyplot.show()
 # -----------------
 # Networks for images need rows and columns. So a grid of pixels is laid over the hexagon. A
 # pixel shows what its three nearest markers show, in proportion to how near they are.
-# Pixels outside the hexagon are left blank.
+# Pixels outside the hexagon are left blank; networks are given 0 there.
 
-images = afferents.samples("hexagon.zarr", "sa1", "spatial", quiet=True)
-plot.tactile_image(images[len(images) // 2])
+plot.tactile_image(responses.sa1, time_s=2)
 pyplot.show()
 
 # %%

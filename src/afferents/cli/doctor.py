@@ -15,7 +15,9 @@ def doctor(as_json: Json = False) -> None:
     table = Table(show_header=False, box=None)
     for row in rows:
         table.add_row(*row)
-    verdict = [f"Missing: {line}" for line in missing] or ["Nothing is missing."]
+    verdict = [f"Missing: {line}" for line in missing] or [
+        "Nothing is missing that every command needs. The extras are for single commands."
+    ]
     say(as_json, {"found": dict(rows), "missing": missing}, table, *verdict)
     if missing:
         raise typer.Exit(2)

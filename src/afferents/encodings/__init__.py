@@ -1,5 +1,6 @@
 """From responses to samples: the paper's encodings, then orders, wavenumbers and kernels."""
 
+from afferents.core.pixels import covered, images_of
 from afferents.encodings.augment import COPIES, stretch_spectrum, stretched_copies
 from afferents.encodings.base import (
     Encoding,
@@ -31,7 +32,7 @@ from afferents.encodings.spectral import (
 from afferents.encodings.spike_rate import SpikeRateEncoding
 from afferents.encodings.spike_timing import SpikeTimingEncoding, interval_histograms
 from afferents.encodings.streams import ImageStream, Ready
-from afferents.encodings.tactile_image import covered, image_runs, images_of, tactile_images
+from afferents.encodings.tactile_image import image_runs, tactile_images
 from afferents.encodings.wavenumbers import (
     WavenumberEncoding,
     WaveStream,

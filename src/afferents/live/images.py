@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from afferents.channels import CHANNELS, Channel, Skin
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.pixels import images_of
 from afferents.core.recording import Frame
-from afferents.encodings.tactile_image import images_of
 from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undistort
 
 Image = NDArray[np.float32]

@@ -37,7 +37,7 @@ def show(percepts: Iterable[Percept], screen: Screen) -> None:
 
 def counted(percept: Percept) -> str:
     """Return latency, faults and troubles in a line."""
-    parts = [] if percept.latency_ms is None else [f"{percept.latency_ms:.1f} ms"]
+    parts = [] if percept.latency_ms is None else [f"latency {percept.latency_ms:.1f} ms"]
     parts += [
         f"{count} {name.replace('_', ' ')}"
         for name, count in vars(percept.counters).items()

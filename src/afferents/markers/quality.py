@@ -232,7 +232,10 @@ def _light(tracks: xr.Dataset) -> list[str]:
 def _layout(tracks: xr.Dataset) -> str:
     """Say whether the markers form a grid, or at least have places in an image."""
     if dims.ROW not in tracks.coords:
-        return "No sensor file says where these markers belong, so they give no tactile images."
+        return (
+            "No sensor file says where these markers belong, so they give no tactile images; "
+            "'afferents calibrate' makes one from a clip."
+        )
     if "roll_deg" not in tracks.attrs:
         return "They form no square grid; tactile images are interpolated between them."
     rows, columns = (int(tracks[name].max()) + 1 for name in (dims.ROW, dims.COLUMN))

@@ -6,7 +6,7 @@ import shutil
 import sys
 from ctypes.util import find_library
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import PackageNotFoundError, metadata, requires, version
 from types import ModuleType
 from typing import Literal
 
@@ -16,7 +16,8 @@ from afferents.core.version import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""
-EXTRAS = ("live", "record", "dynamixel", "lsl", "cluster", "baselines", "fetch")
+FOR_DEVELOPERS = ("dev", "docs")
+"""Extras that no command needs."""
 NATIVE = ("cv2", "soundfile")
 """Modules that need libraries of the system, so that one that is installed may still not work."""
 
@@ -81,7 +82,8 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
 
 def _extras() -> list[tuple[str, str]]:
     """Return which optional extras are there; none of them is missed."""
-    return [(f"extra {extra}", _extra(extra)) for extra in EXTRAS]
+    extras = sorted(set(metadata("afferents").get_all("Provides-Extra") or []) - {*FOR_DEVELOPERS})
+    return [(f"extra {extra}", _extra(extra)) for extra in extras]
 
 
 def _extra(extra: str) -> str:

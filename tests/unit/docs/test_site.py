@@ -7,12 +7,15 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import click
+import cv2
+import numpy as np
 import pytest
 import typer
 from matplotlib import pyplot
 
 import afferents
 from afferents.cli import app
+from afferents.markers import load_sensor
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
@@ -123,19 +126,41 @@ def test_printed_commands_are_understood(page, tmp_path, monkeypatch):
             command.make_context(name, rest, parent=parent)
 
 
-def test_the_start_page_leads_to_tactile_images(session, example_cache, run, tmp_path, monkeypatch):
+def of_rows_and_columns(clip, session):
+    clip.symlink_to(session / "1/20/video.mp4")
+
+
+def of_a_hexagon(clip, session):
+    """White discs where the sensor `hex127` has its markers; they move to the right."""
+    places = np.array(load_sensor("hex127").markers)
+    video = cv2.VideoWriter(str(clip), cv2.VideoWriter.fourcc(*"mp4v"), 90, (640, 480))
+    for shift in np.clip(np.arange(40) - 12, 0, 8) / 2:
+        image = np.full((480, 640, 3), 20, np.uint8)
+        for x, y in places:
+            centre = (round((x + shift) * 256), round(y * 256))
+            cv2.circle(image, centre, 6 * 256, (230, 230, 230), -1, cv2.LINE_AA, 8)
+        video.write(image)
+    video.release()
+
+
+@pytest.mark.parametrize("write_clip", [of_rows_and_columns, of_a_hexagon])
+def test_the_start_page_leads_to_tactile_images(
+    write_clip, session, example_cache, run, tmp_path, monkeypatch
+):
     """Its commands and Python in order, with a clip of ours."""
     page = DOCS / "start.md"
     monkeypatch.chdir(tmp_path)
-    Path("CLIP.mp4").symlink_to(session / "1/20/video.mp4")
+    write_clip(Path("CLIP.mp4"), session)
     for line in commands(page):
         code, _, err = run(*shlex.split(line, comments=True)[1:])
         assert code == 0, f"{line}: {err}"
+    to_check = Path("mine.png").read_bytes()
     for example in blocks(page, "python"):
         exec(example, {})
     pyplot.close("all")
-    assert Path("sa1.png").stat().st_size > 5_000
-    assert Path("mine.png").stat().st_size > 5_000
+    assert Path("first.png").stat().st_size > 5_000
+    assert Path("clip.png").stat().st_size > 5_000
+    assert Path("mine.png").read_bytes() == to_check  # the picture that calibrate wrote
 
 
 @pytest.mark.slow

@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 
 from afferents.core.errors import InputError
+from afferents.core.pixels import image_shape
 from afferents.encodings import MarkersEncoding, covered, images_of, tactile_images
-from afferents.encodings.tactile_image import component_images, image_shape
+from afferents.encodings.tactile_image import component_images
 from afferents.markers import load_sensor
 from afferents.markers.places import image_places
 

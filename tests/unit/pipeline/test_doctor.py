@@ -51,6 +51,13 @@ def test_a_package_that_is_not_installed_is_named_with_its_remedy(monkeypatch):
     assert "pip install 'torch" in missing[0]
 
 
+def test_every_extra_of_a_command_is_named_and_none_for_developers():
+    named = {what.removeprefix("extra ") for what, _ in doctor.diagnose()[0] if "extra " in what}
+    commands = {"live", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
+    assert named >= commands
+    assert not named & {"dev", "docs"}
+
+
 def test_memory_is_unknown_off_posix(monkeypatch):
     monkeypatch.delattr(os, "sysconf")
     assert dict(doctor.diagnose()[0])["memory"] == "unknown"

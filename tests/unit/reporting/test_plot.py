@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 from afferents import plot
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
+from afferents.markers import load_sensor
+from afferents.markers.places import image_places
 
 
 @pytest.fixture(autouse=True)
@@ -61,6 +63,27 @@ def test_a_tactile_image_puts_every_marker_at_its_row_and_column(felt):
     assert ax.figure.axes[1].get_ylabel() == "SA-I (px)"
     lost = image_of(plot.tactile_image(felt.sa1.isel(time=-1)))
     np.testing.assert_array_equal(np.isnan(lost), [[False, False], [True, False]])
+
+
+def test_markers_between_rows_and_columns_are_drawn_as_pixels_between_them():
+    """Each pixel is the mean of the two markers beside it; one lost marker greys its own only."""
+    row, column = np.indices((3, 4)).reshape(2, -1) - np.array([[0.0], [0.5]])
+    places = {"row": ("marker", row), "column": ("marker", column)}
+    sa1 = xr.DataArray(row * 10 + column, dims="marker", coords=places, attrs={"units": "px"})
+    np.testing.assert_allclose(
+        image_of(plot.tactile_image(sa1)), [[0, 1, 2], [10, 11, 12], [20, 21, 22]], atol=1e-5
+    )
+    lost = image_of(plot.tactile_image(sa1.where(sa1 != 22.5)))
+    assert np.argwhere(np.isnan(lost)).tolist() == [[2, 2]]
+
+
+def test_of_a_hexagon_the_corners_stay_blank():
+    places = image_places(np.array(load_sensor("hex127").markers))
+    coords = {"row": ("marker", places.row), "column": ("marker", places.column)}
+    drawn = image_of(plot.tactile_image(xr.DataArray(np.ones(127), dims="marker", coords=coords)))
+    assert np.isnan(drawn[[0, 0, -1, -1], [0, -1, 0, -1]]).all()
+    np.testing.assert_allclose(drawn[~np.isnan(drawn)], 1, atol=1e-5)
+    assert np.isfinite(drawn).sum() > 100
 
 
 def test_one_of_the_samples_is_drawn_with_its_texture_and_speed(images):

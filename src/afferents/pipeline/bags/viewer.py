@@ -13,10 +13,10 @@ from afferents.core.extras import import_extra
 from afferents.core.files import write_aside
 from afferents.core.groups import is_group
 from afferents.core.outputs import require_free
+from afferents.core.pixels import images_of
 from afferents.core.recording import Recording
 from afferents.core.responses import Responses
 from afferents.core.store import open_responses
-from afferents.encodings.tactile_image import images_of
 from afferents.pipeline.bags.tracks import QUALITY, jpegs
 from afferents.recordings import read_session
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
+from afferents.core.pixels import covered, images_of
 from afferents.core.recording import Frame, GreyImage
 from afferents.core.samples import textures_of
 from afferents.reporting.images import TactileImage, draw_image, scale_of
@@ -24,7 +25,7 @@ _NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I", dims.RA2: "RA-II"}
 def tactile_image(
     response: xr.DataArray, *, time_s: float | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Draw one tactile image: what the markers feel, at their places in the grid.
+    """Draw one tactile image: what the markers feel, at their places in rows and columns.
 
     Parameters
     ----------
@@ -39,8 +40,9 @@ def tactile_image(
     Returns
     -------
     matplotlib.axes.Axes
-        The image, y of the camera downwards; grey where a marker was lost. The colour bar has the
-        unit of the response.
+        The image, y of the camera downwards; grey where a marker was lost, and beside the markers.
+        On layouts that are no square grid, pixels are interpolated between the markers. The colour
+        bar has the unit of the response.
 
     Raises
     ------
@@ -233,7 +235,10 @@ def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
 
 
 def _grid(image: xr.DataArray) -> NDArray[np.float32]:
-    """Return an image (row, column) of what is one, or of markers with their places."""
+    """Return an image (row, column) of what is one, or of markers with their places.
+
+    A pixel is NaN where a lost marker has a part in it, and where no markers are around it.
+    """
     if set(image.dims) == {dims.ROW, dims.COLUMN}:
         return np.asarray(image.transpose(dims.ROW, dims.COLUMN).values, np.float32)
     if image.dims != (dims.MARKER,):
@@ -243,9 +248,10 @@ def _grid(image: xr.DataArray) -> NDArray[np.float32]:
     if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
         raise InputError("response", "markers in a grid (coordinates row and column)", "neither")
     row, column = image[dims.ROW].values, image[dims.COLUMN].values
-    grid = np.full((row.max() + 1, column.max() + 1), np.nan, np.float32)
-    grid[row, column] = image.values
-    return grid
+    values = image.values[None]
+    lost = np.isnan(values)
+    shown = covered(row, column) & (images_of(lost, row, column)[0] == 0)
+    return np.where(shown, images_of(np.where(lost, 0, values), row, column)[0], np.float32(np.nan))
 
 
 def _rate(response: xr.DataArray) -> float:
