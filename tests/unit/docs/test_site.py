@@ -6,20 +6,16 @@ import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
-import click
 import cv2
 import numpy as np
 import pytest
-import typer
 from matplotlib import pyplot
 
 import afferents
-from afferents.cli import app
 from afferents.markers import load_sensor
 
-ROOT = Path(__file__).resolve().parents[3]
-DOCS = ROOT / "docs"
-PAGES = sorted(DOCS.glob("*.md"))
+from .printed import DOCS, PAGES, ROOT, WITH_COMMANDS, blocks, commands, understood
+
 SUBCLASSED = (
     "afferents.Channel",
     "afferents.DataSet",
@@ -42,20 +38,6 @@ def from_code():
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def blocks(page, language):
-    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
-
-
-def commands(page):
-    """Return the command lines of a page, with what may be left out, which stands in brackets."""
-    lines = "".join(blocks(page, r"\w*")).replace("\\\n", "").splitlines()
-    alone = (
-        line.partition(" | ")[0] for line in lines
-    )  # what it is piped into is no command of ours
-    typed = (line.translate({ord("["): "", ord("]"): ""}) for line in alone)
-    return [line.replace(" ... ", " ") for line in typed if line.startswith("afferents ")]
 
 
 def test_the_reference_lists_every_public_name():
@@ -113,17 +95,14 @@ def test_the_picture_of_the_packages_is_whole(from_code):
     assert all(f"`{name}`" in from_code.architecture() for name in packages)
 
 
-@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.stem)
 def test_printed_commands_are_understood(page, tmp_path, monkeypatch):
     """Each is read as a shell would hand it over: command, options, and their values."""
     monkeypatch.chdir(tmp_path)
     own = blocks(DOCS / "own-models.md", "python")
     (tmp_path / "my_models.py").write_text(own[0])
-    cli = typer.main.get_command(app)
     for line in commands(page):
-        with click.Context(cli) as parent:
-            name, command, rest = cli.resolve_command(parent, shlex.split(line, comments=True)[1:])
-            command.make_context(name, rest, parent=parent)
+        understood(line)
 
 
 def of_rows_and_columns(clip, session):
@@ -152,7 +131,7 @@ def test_the_start_page_leads_to_tactile_images(
     monkeypatch.chdir(tmp_path)
     write_clip(Path("CLIP.mp4"), session)
     for line in commands(page):
-        code, _, err = run(*shlex.split(line, comments=True)[1:])
+        code, _, err = run(*shlex.split(line)[1:])
         assert code == 0, f"{line}: {err}"
     to_check = Path("mine.png").read_bytes()
     for example in blocks(page, "python"):

@@ -1,0 +1,228 @@
+"""Every command that the README and the pages print does what it says, on small recordings."""
+
+import re
+import shlex
+import signal
+import urllib.request
+
+import pytest
+
+from ...conftest import contents, few_epochs
+from .printed import ROOT, WITH_COMMANDS, printed_on, understood
+from .things import MAKERS, Things
+
+PLACES = {}
+"""Of each command: the pages and lines that print it."""
+for page in WITH_COMMANDS:
+    for one in printed_on(page):
+        PLACES.setdefault(one.text, []).append(f"{page.name}:{one.line}")
+
+VIEWER = "needs the extra view, which dev leaves out: tests/unit/pipeline/bags/test_viewer.py"
+NOT_RUN = {
+    "afferents fetch pestell2022 DATA": (
+        "fetches 50 GB from a server; from one of ours: tests/unit/pipeline/test_fetch.py"
+    ),
+    "afferents fetch fabricslide FABRIC": (
+        "fetches from a server; from one of ours: tests/unit/pipeline/test_fetch.py"
+    ),
+    "afferents compare PUBLISHED.zarr --authors CONVERTED": (
+        "needs the authors' arrays; on arrays of their form: tests/unit/pipeline/test_authors.py"
+    ),
+    "afferents align TOUCH1 TOUCH2 TOUCH3": (
+        "needs touches, filmed and recorded at once: tests/recovery/test_offset_truth.py"
+    ),
+    "afferents live --model demo --video rig --audio rig --web": (
+        "simulates and trains for some minutes before it feels; what it then does is printed too, "
+        "with models from files"
+    ),
+    "afferents view SESSION 4/60 --store STORE": VIEWER,
+    "afferents view STORE --save touch.rrd": VIEWER,
+}
+"""Why a command is not run here, and which test runs it or the like."""
+
+NAMES = {
+    "session": "SESSION S S11 B DATA",
+    "store": "OUT.zarr S.zarr SESSION.zarr S11.zarr B.zarr STORE responses.zarr",
+    "clip": "CLIP CLIP.avi CLIP.mp4 VIDEO Movement4.avi",
+    "sound": "AUDIO",
+    "times": "CSV",
+    "clips": "FOLDER",
+    "drafted clips": "CLIPS",
+    "sensor": "mine.toml",
+    "results": "RESULTS RESULTS2 results all five-speeds half-the-pins coarse",
+    "model": "MODEL",
+    "model.onnx": "model.onnx touch.onnx",
+    "vibration model.onnx": "vib.onnx",
+    "bag": "BAG",
+    "percepts": "felt.jsonl",
+    "plan": "PLAN.toml",
+    "fabrics": "PATH",
+    "taxels": "taxels",
+    "trials": "TRIALS.zarr",
+    "own models": "my_models.py",
+    "heights": "corduroy.png",
+}
+"""What stands for the names that commands read."""
+KINDS = {name: kind for kind, names in NAMES.items() for name in names.split()}
+LEARNS = {"evaluate", "explain", "neural", "train"}
+"""These need more recordings than the others."""
+WRITES = {"simulate": "session", "record": "session", "import": "session", "fetch": "folder"}
+"""What a command writes that is not called `out`, `save` or `overlay`."""
+NO_FILES = {"HOST", "F120", "F250"}
+NAME = re.compile(r"(?<![\w./-])(?:[A-Z][A-Z0-9]*(?:\.\w+)?|[\w-]+\.[a-z]\w+)(?![\w.-])")
+"""Words of a command that are, by their form, names of files or folders."""
+
+SHORTER = (
+    (r"--preset (paper|fast)", "--preset quick"),
+    (r"--models all", "--models sa-se,vib-te"),
+    (r"--seconds [\d.]+", "--seconds 1"),
+    (r"--textures a,.*,l --speeds 40,60,80,100", "--textures a,l --speeds 100"),
+    (r"--textures a,2.2,g --speeds 10,50,100", "--textures 2.2 --speeds 50"),
+    (r"--textures g (--height-map cord)", r"--textures cord --speeds 50 \1"),
+    (r"--speeds 10\.\.100:30", "--speeds 20..40:20,50"),
+    (r"--train-speeds 5", "--train-speeds 2"),
+    (r"--seeds 3", "--seeds 2"),
+    (r"S.zarr (--out TRIALS)", r"TRIALS.zarr \1 --models ridge-te"),
+    (r"--out PRESSURES", r"--out PRESSURES --models ridge-te"),
+    (r"--like published", "--like published --cut all --preset quick"),
+)
+"""What would take long, or more recordings than there are, and what is run instead."""
+DEVICES = (
+    (r"camera:0", "replay:SESSION/3/50"),
+    (r"mic:default", "replay:SESSION/3/50"),
+    (r"live (--audio-offset-ms)", r"live --video replay:SESSION/3/50 --audio rig --speed max \1"),
+    (r"record PLAN.toml (SESSION|--check)( --web)?$", r"record PLAN.toml \1\2 --dry-run"),
+)
+"""What stands for a camera, a microphone and a drum."""
+ADDED = {
+    "simulate": "--textures g --speeds 50 --seconds 1",
+    "evaluate": "--models sa-wave-vector --held-out 40",
+    "reproduce": "--models sa-wave-vector --held-out 40",
+    "live": "--speed max --port 0",
+    "record": "--port 0",
+}
+"""Options that a command is given where it has none of that name."""
+EVERYWHERE = "--workers 1"
+ENDLESS = "--web"
+"""A page is served until somebody stops it."""
+
+
+def run_instead(text):
+    """Return the words of a command that is as the printed one, and short."""
+    for long, short in (*SHORTER, *DEVICES):
+        text = re.sub(long, short, text)
+    words = shlex.split(text)
+    known = {name for option in understood(text).command.params for name in option.opts}
+    added = shlex.split(f"{ADDED.get(words[1], '')} {EVERYWHERE}")
+    for option, value in zip(added[::2], added[1::2], strict=True):
+        if option in known and option not in words and not split_otherwise(words, option):
+            words += [option, value]
+    return [*words, "--quiet"] if "--quiet" in known and "--quiet" not in words else words
+
+
+def split_otherwise(words, option):
+    """Tell whether a held-out speed would be none of what is held out."""
+    return option == "--held-out" and "--split" in words and "speed" not in words
+
+
+def reads(words):
+    """Return the names among the words that stand for something, but for what is written."""
+    context = understood(shlex.join(words))
+    written = {"out", "save", "overlay", WRITES.get(words[1])}
+    written |= {"plan"} if "--example" in words else set()
+    places = {str(context.params.get(name)) for name in written}
+    found = {name for word in words[2:] for name in re.findall(r"[\w.-]+", word)}
+    return {name for name in found & set(KINDS) if name not in places}
+
+
+def kind_of(name, command):
+    kind = KINDS[name]
+    return f"large {kind}" if command in LEARNS and kind in ("session", "store") else kind
+
+
+@pytest.fixture(scope="module")
+def things(tmp_path_factory):
+    made = Things(tmp_path_factory.mktemp("things"))
+    yield made
+    left = contents(made.folder)
+    assert {path: left.get(path) for path in made.begun} == made.begun, (
+        "a command changed its input"
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "text", [pytest.param(t, id=",".join(p)) for t, p in PLACES.items() if t not in NOT_RUN]
+)
+def test_a_printed_command_is_run(text, things, run, launch, request, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = run_instead(text)
+    for name in sorted(reads(words)):
+        things.lay(kind_of(name, words[1]), tmp_path / name)
+    if "--cluster" in words:
+        scheduler = request.getfixturevalue("cluster").scheduler_address
+        words = [scheduler if word == "tcp://HOST:8786" else word for word in words]
+    if ENDLESS in words:
+        code, said = stopped_by_hand(launch, words, tmp_path)
+        assert code == 128 + signal.SIGINT, said
+    else:
+        with few_epochs():
+            code, _, said = run(*words[1:])
+        assert code == 0, f"{shlex.join(words)}\n{said}"
+    assert "Traceback" not in said
+
+
+@pytest.fixture
+def own_models(tmp_path, monkeypatch):
+    """A file that commands name already when their options are read."""
+    monkeypatch.chdir(tmp_path)
+    MAKERS["own models"](None, tmp_path / "my_models.py")
+
+
+def stopped_by_hand(launch, words, folder):
+    """Stop a command when its page has been seen; return its exit code and what it said."""
+    from ..live.conftest import LIVE  # imports all that trains, for the slow test alone
+
+    running = launch(words[1:], imports=LIVE, cwd=str(folder))
+    said = []
+    for line in iter(running.stderr.readline, ""):
+        said.append(line)
+        if line.startswith("Page: "):
+            address = line.removeprefix("Page: ").strip()
+            assert b"<title>" in urllib.request.urlopen(address, timeout=60).read()
+            running.send_signal(signal.SIGINT)
+            break
+    _, rest = running.communicate(timeout=60)
+    return running.returncode, "".join(said) + rest
+
+
+def test_what_is_not_run_is_printed_and_has_a_test():
+    assert sorted(set(NOT_RUN) - set(PLACES)) == [], "printed no more: take them out of NOT_RUN"
+    named = [name for why in NOT_RUN.values() for name in re.findall(r"tests/\S+\.py", why)]
+    assert named
+    assert [name for name in named if not (ROOT / name).is_file()] == []
+
+
+@pytest.mark.parametrize("text", [pytest.param(t, id=",".join(p)) for t, p in PLACES.items()])
+def test_something_stands_for_every_name(text, own_models):
+    if text in NOT_RUN:
+        return
+    words = run_instead(text)
+    context = understood(shlex.join(words))
+    given = {str(value) for value in context.params.values()}
+    names = {name for word in words[2:] for name in NAME.findall(word)}
+    unknown = {name for name in names - NO_FILES if name not in KINDS and name not in given}
+    assert unknown == set(), "add them to NAMES, or the command to NOT_RUN"
+
+
+def test_the_tables_hold_nothing_that_is_not_used(own_models):
+    words = [run_instead(text) for text in PLACES if text not in NOT_RUN]
+    assert set(KINDS) - set().union(*map(reads, words)) == set()
+    assert set(NAMES) <= set(MAKERS)
+    unused = [
+        long
+        for long, _ in (*SHORTER, *DEVICES)
+        if not any(re.search(long, text) for text in PLACES if text not in NOT_RUN)
+    ]
+    assert unused == []
+    assert set(ADDED) <= {one[1] for one in words}
