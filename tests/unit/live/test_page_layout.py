@@ -115,6 +115,4 @@ def test_rates_do_not_flicker(monkeypatch):
         heard_s = max(0.0, clock[0] - 120 - rng.uniform(0, 0.03))
         shown.append(f"{rate.seen(441 * int(100 * heard_s)) / 1000:.1f}")
     assert set(shown[:400]) == {"0.0"}
-    assert set(shown[-500:]) <= {"44.0", "44.1", "44.2"}
-    changes = sum(a != b for a, b in zip(shown[-500:], shown[-499:], strict=False))
-    assert changes <= 8, "over 25 s"
+    assert set(shown[-500:]) == {"44.1"}, "over 25 s"
