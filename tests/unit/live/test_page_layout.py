@@ -61,8 +61,8 @@ def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
 
 def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  # noqa: F811
     """A column of the image holds one value; the bar shows its colour where its numbers say."""
-    sa1 = np.tile(np.linspace(0, 6.4, 19), (19, 1))
-    ra1 = np.tile(np.linspace(0, 1.9, 19), (19, 1))
+    sa1 = np.tile(np.linspace(0, 6.4, 19), (15, 1))  # a layout that is wider than high
+    ra1 = np.tile(np.linspace(0, 1.9, 19), (25, 1))
     page = opened(browser, (1280, 800), hello(), state(sa1=sa1, ra1=ra1))
     page.screenshot(path=tmp_path / "page.png")
     picture = cv2.imread(str(tmp_path / "page.png")).astype(int)
@@ -74,6 +74,8 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  #
             page.locator(place).bounding_box() for place in (f"#{name}", f"#{name}-scale")
         )
         assert bar["height"] == pytest.approx(drawn["height"], abs=2)
+        across, down = drawn["width"] / 19, drawn["height"] / len(image)
+        assert across == pytest.approx(down, rel=0.02)
         for column, value in enumerate(image[0]):
             x = drawn["x"] + (column + 0.5) * drawn["width"] / 19
             of_map = picture[round(drawn["y"] + drawn["height"] / 2), round(x)]
