@@ -61,8 +61,8 @@ def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
 
 def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  # noqa: F811
     """A column of the image holds one value; the bar shows its colour where its numbers say."""
-    sa1 = np.tile(np.linspace(0, 6.4, 19), (19, 1))
-    ra1 = np.tile(np.linspace(0, 1.9, 19), (19, 1))
+    sa1 = np.tile(np.linspace(0, 6.4, 19), (15, 1))  # a layout that is wider than high
+    ra1 = np.tile(np.linspace(0, 1.9, 19), (25, 1))
     page = opened(browser, (1280, 800), hello(), state(sa1=sa1, ra1=ra1))
     page.screenshot(path=tmp_path / "page.png")
     picture = cv2.imread(str(tmp_path / "page.png")).astype(int)
@@ -74,6 +74,8 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  #
             page.locator(place).bounding_box() for place in (f"#{name}", f"#{name}-scale")
         )
         assert bar["height"] == pytest.approx(drawn["height"], abs=2)
+        across, down = drawn["width"] / 19, drawn["height"] / len(image)
+        assert across == pytest.approx(down, rel=0.02)
         for column, value in enumerate(image[0]):
             x = drawn["x"] + (column + 0.5) * drawn["width"] / 19
             of_map = picture[round(drawn["y"] + drawn["height"] / 2), round(x)]
@@ -115,6 +117,4 @@ def test_rates_do_not_flicker(monkeypatch):
         heard_s = max(0.0, clock[0] - 120 - rng.uniform(0, 0.03))
         shown.append(f"{rate.seen(441 * int(100 * heard_s)) / 1000:.1f}")
     assert set(shown[:400]) == {"0.0"}
-    assert set(shown[-500:]) <= {"44.0", "44.1", "44.2"}
-    changes = sum(a != b for a, b in zip(shown[-500:], shown[-499:], strict=False))
-    assert changes <= 8, "over 25 s"
+    assert set(shown[-500:]) == {"44.1"}, "over 25 s"
