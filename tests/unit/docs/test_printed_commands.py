@@ -48,7 +48,7 @@ NAMES = {
     "times": "CSV",
     "clips": "FOLDER",
     "drafted clips": "CLIPS",
-    "sensor": "mine.toml",
+    "sensor.toml": "mine.toml",
     "results": "RESULTS RESULTS2 results all five-speeds half-the-pins coarse",
     "model": "MODEL",
     "model.onnx": "model.onnx touch.onnx",
@@ -64,8 +64,8 @@ NAMES = {
 }
 """What stands for the names that commands read."""
 KINDS = {name: kind for kind, names in NAMES.items() for name in names.split()}
-LEARNS = {"evaluate", "explain", "neural", "train"}
-"""These need more recordings than the others."""
+SIZES = {"extract": "short", **dict.fromkeys(("evaluate", "explain", "neural", "train"), "large")}
+"""Of sessions and stores, where a command needs more recordings than others, or one will do."""
 WRITES = {"simulate": "session", "record": "session", "import": "session", "fetch": "folder"}
 """What a command writes that is not called `out`, `save` or `overlay`."""
 NO_FILES = {"HOST", "F120", "F250"}
@@ -75,11 +75,12 @@ NAME = re.compile(r"(?<![\w./-])(?:[A-Z][A-Z0-9]*(?:\.\w+)?|[\w-]+\.[a-z]\w+)(?!
 SHORTER = (
     (r"--preset (paper|fast)", "--preset quick"),
     (r"--models all", "--models sa-se,vib-te"),
-    (r"--seconds [\d.]+", "--seconds 1"),
+    (r"--seconds [\d.]+", "--seconds 1.6"),
     (r"--textures a,.*,l --speeds 40,60,80,100", "--textures a,l --speeds 100"),
     (r"--textures a,2.2,g --speeds 10,50,100", "--textures 2.2 --speeds 50"),
     (r"--textures g (--height-map cord)", r"--textures cord --speeds 50 \1"),
     (r"--speeds 10\.\.100:30", "--speeds 20..40:20,50"),
+    (r"--markers 0.5", r"--markers 0.5 --models sa-se"),
     (r"--train-speeds 5", "--train-speeds 2"),
     (r"--seeds 3", "--seeds 2"),
     (r"S.zarr (--out TRIALS)", r"TRIALS.zarr \1 --models ridge-te"),
@@ -95,7 +96,7 @@ DEVICES = (
 )
 """What stands for a camera, a microphone and a drum."""
 ADDED = {
-    "simulate": "--textures g --speeds 50 --seconds 1",
+    "simulate": "--textures g --speeds 50 --seconds 1.6",
     "evaluate": "--models sa-wave-vector --held-out 40",
     "reproduce": "--models sa-wave-vector --held-out 40",
     "live": "--speed max --port 0",
@@ -137,7 +138,8 @@ def reads(words):
 
 def kind_of(name, command):
     kind = KINDS[name]
-    return f"large {kind}" if command in LEARNS and kind in ("session", "store") else kind
+    sized = kind in ("session", "store") and command in SIZES
+    return f"{SIZES[command]} {kind}" if sized else kind
 
 
 @pytest.fixture(scope="module")
