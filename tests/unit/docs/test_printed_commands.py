@@ -42,6 +42,7 @@ NOT_RUN = {
 
 NAMES = {
     "session": "SESSION S S11 B DATA",
+    "hexagonal session": "HEXAGONAL",
     "store": "OUT.zarr S.zarr SESSION.zarr S11.zarr B.zarr STORE responses.zarr",
     "clip": "CLIP CLIP.avi CLIP.mp4 VIDEO Movement4.avi",
     "sound": "AUDIO",
@@ -64,7 +65,7 @@ NAMES = {
 }
 """What stands for the names that commands read."""
 KINDS = {name: kind for kind, names in NAMES.items() for name in names.split()}
-SIZES = {"extract": "short", **dict.fromkeys(("evaluate", "explain", "neural", "train"), "large")}
+SIZES = {"extract": "short", **dict.fromkeys(("evaluate", "explain", "train"), "large")}
 """Of sessions and stores, where a command needs more recordings than others, or one will do."""
 WRITES = {"simulate": "session", "record": "session", "import": "session", "fetch": "folder"}
 """What a command writes that is not called `out`, `save` or `overlay`."""
@@ -85,13 +86,14 @@ SHORTER = (
     (r"--seeds 3", "--seeds 2"),
     (r"S.zarr (--out TRIALS)", r"TRIALS.zarr \1 --models ridge-te"),
     (r"--out PRESSURES", r"--out PRESSURES --models ridge-te"),
+    (r"SESSION (S.zarr --sensor hex127)", r"HEXAGONAL \1"),
     (r"--like published", "--like published --cut all --preset quick"),
 )
 """What would take long, or more recordings than there are, and what is run instead."""
 DEVICES = (
+    (r"live (--audio-offset-ms)", r"live --video replay:SESSION/3/50 --audio mic:default \1"),
     (r"camera:0", "replay:SESSION/3/50"),
     (r"mic:default", "replay:SESSION/3/50"),
-    (r"live (--audio-offset-ms)", r"live --video replay:SESSION/3/50 --audio rig --speed max \1"),
     (r"record PLAN.toml (SESSION|--check)( --web)?$", r"record PLAN.toml \1\2 --dry-run"),
 )
 """What stands for a camera, a microphone and a drum."""

@@ -183,6 +183,7 @@ MAKERS = {
     "session": partial(simulated, SMALL),
     "large session": partial(simulated, LARGE),
     "short session": partial(simulated, SHORT),
+    "hexagonal session": partial(simulated, (*SHORT, "--sensor", "hex127")),
     "store": partial(extracted, "session"),
     "large store": partial(extracted, "large session"),
     "trials": trials,
