@@ -101,6 +101,7 @@ ADDED = {
     "simulate": "--textures g --speeds 50 --seconds 1.6",
     "evaluate": "--models sa-wave-vector --held-out 40",
     "reproduce": "--models sa-wave-vector --held-out 40",
+    "neural": "--window-s 0.25",
     "live": "--speed max --port 0",
     "record": "--port 0",
 }
@@ -158,8 +159,7 @@ def things(tmp_path_factory):
 @pytest.mark.parametrize(
     "text", [pytest.param(t, id=",".join(p)) for t, p in PLACES.items() if t not in NOT_RUN]
 )
-def test_a_printed_command_is_run(text, things, run, launch, request, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_printed_command_is_run(text, things, own_models, run, launch, request, tmp_path):
     words = run_instead(text)
     for name in sorted(reads(words)):
         things.lay(kind_of(name, words[1]), tmp_path / name)
@@ -178,7 +178,7 @@ def test_a_printed_command_is_run(text, things, run, launch, request, tmp_path, 
 
 @pytest.fixture
 def own_models(tmp_path, monkeypatch):
-    """A file that commands name already when their options are read."""
+    """The folder of a command, with the file that must be there when options are read."""
     monkeypatch.chdir(tmp_path)
     MAKERS["own models"](None, tmp_path / "my_models.py")
 
