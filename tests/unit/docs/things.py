@@ -75,7 +75,7 @@ def extracted(session, things, path):
 
 
 def file_of(name, things, path):
-    os.link(things["session"] / ONE / name, path)
+    os.link(things["session"] / name, path)
 
 
 def times(things, path):
@@ -187,8 +187,9 @@ MAKERS = {
     "store": partial(extracted, "session"),
     "large store": partial(extracted, "large session"),
     "trials": trials,
-    "clip": partial(file_of, "video.mp4"),
-    "sound": partial(file_of, "audio.wav"),
+    "clip": partial(file_of, f"{ONE}/video.mp4"),
+    "another clip": partial(file_of, "4/60/video.mp4"),
+    "sound": partial(file_of, f"{ONE}/audio.wav"),
     "times": times,
     "clips": clips,
     "drafted clips": drafted,
