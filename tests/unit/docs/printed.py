@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,9 +53,13 @@ def commands(page):
     return [one.text for one in printed_on(page)]
 
 
+@cache
+def command_line():
+    return typer.main.get_command(app)
+
+
 def understood(text):
     """Return the context in which `click` would run a command: its name and all its values."""
-    cli = typer.main.get_command(app)
-    with click.Context(cli) as parent:
-        name, command, rest = cli.resolve_command(parent, shlex.split(text)[1:])
+    with click.Context(command_line()) as parent:
+        name, command, rest = parent.command.resolve_command(parent, shlex.split(text)[1:])
         return command.make_context(name, rest, parent=parent)

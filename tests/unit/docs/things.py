@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from functools import partial
 
 import cv2
@@ -22,6 +23,7 @@ from .printed import DOCS, ROOT, blocks
 LARGE = ("--textures", "a,g,m", "--speeds", "20,40,50,100", "--seconds", "6")
 """Windows of 4 s fit into what is steady of it."""
 SMALL = ("--textures", "g,4", "--speeds", "40,50,60", "--seconds", "2")
+SHORT = ("--textures", "g", "--speeds", "50", "--seconds", "1.6")
 ONE, SPEED = "3/50", "40"
 """A recording, and a speed that all recordings here have: the one that is held out."""
 FABRICS = {"Linen": 3.0, "Wool": 5.0, "Silk": 8.0}
@@ -64,7 +66,7 @@ def afferents(*words):
     cli.app([*map(str, words)], standalone_mode=False)
 
 
-def small(options, things, path):
+def simulated(options, things, path):
     afferents("simulate", path, *options, "--workers", 1, "--quiet")
 
 
@@ -73,7 +75,7 @@ def extracted(session, things, path):
 
 
 def file_of(name, things, path):
-    os.link(things["session"] / ONE / name, path)
+    os.link(things["session"] / name, path)
 
 
 def times(things, path):
@@ -134,10 +136,9 @@ def bag(things, path):
 def percepts(things, path):
     """What is felt of a recording."""
     clip = things["session"] / "4/60/video.mp4"
-    command = [sys.executable, "-m", "afferents", "live", "--model", things["model.onnx"]]
-    asked = ["--video", clip, "--json", "--speed", "max"]
-    with path.open("w") as file:
-        subprocess.run([*command, *asked], stdout=file, check=True)
+    with path.open("w") as file, redirect_stdout(file):
+        asked = ("--video", clip, "--json", "--speed", "max")
+        afferents("live", "--model", things["model.onnx"], *asked)
 
 
 def plan(things, path):
@@ -179,17 +180,20 @@ def heights(things, path):
 
 
 MAKERS = {
-    "session": partial(small, SMALL),
-    "large session": partial(small, LARGE),
+    "session": partial(simulated, SMALL),
+    "large session": partial(simulated, LARGE),
+    "short session": partial(simulated, SHORT),
+    "hexagonal session": partial(simulated, (*SHORT, "--sensor", "hex127")),
     "store": partial(extracted, "session"),
     "large store": partial(extracted, "large session"),
     "trials": trials,
-    "clip": partial(file_of, "video.mp4"),
-    "sound": partial(file_of, "audio.wav"),
+    "clip": partial(file_of, f"{ONE}/video.mp4"),
+    "another clip": partial(file_of, "4/60/video.mp4"),
+    "sound": partial(file_of, f"{ONE}/audio.wav"),
     "times": times,
     "clips": clips,
     "drafted clips": drafted,
-    "sensor": sensor,
+    "sensor.toml": sensor,
     "results": results,
     "model": partial(trained, "sa-wave-vector"),
     "vibration model": partial(trained, "vib-te-aug"),
