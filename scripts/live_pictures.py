@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 SIZE = {"width": 1280, "height": 800}
@@ -21,7 +20,7 @@ PICTURES = {
     "look.png": ["--video", "rig", "--audio", "rig", "--sensor", "hex127"],
 }
 SURE = "[...document.querySelectorAll('.felt')].every(felt => felt.dataset.felt === '5.5')"
-FRESH = "document.querySelector('#comb').textContent.startsWith('harmonics')"
+FRESH = "document.querySelector('#comb').textContent !== ''"
 
 
 def take(page: Page, arguments: list[str], path: Path) -> None:
@@ -37,7 +36,6 @@ def take(page: Page, arguments: list[str], path: Path) -> None:
         page.wait_for_function(f"{FRESH} && {SURE}" if feels else FRESH)
         page.screenshot(path=path)
         running.terminate()
-    Image.open(path).convert("RGB").save(path, optimize=True)
     print(path, f"{path.stat().st_size / 1000:.0f} KB")
 
 
