@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 import soundfile
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from afferents import cli
 
@@ -28,7 +28,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ["LOKY_MAX_CPU_COUNT"] = "1"
 
 # A busy machine makes no property false.
-settings.register_profile("patient", deadline=None)
+settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("patient")
 
 RATE_HZ, FPS, SECONDS = 8000, 90, 0.5
