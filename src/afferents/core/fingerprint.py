@@ -76,6 +76,8 @@ LOWEST_RATE_HZ = 2.5 * BANDS_HZ[-1]
 """Vibration sampled slower (taxels) is compared sample by sample."""
 FLOOR = 0.3
 """Energies below this share of the mean say nothing: the noise of 8 bits lies there."""
+STEADY = 1e-4
+"""Energies whose logarithms change by less are those of a constant: what is left is rounding."""
 DIRECTIONS, NEAR = 64, 1.14
 """Random directions in which neighbours are looked for; and how much farther apart than the
 spectra themselves two copies may lie in them (5% lie farther)."""
@@ -157,7 +159,10 @@ def _sound(samples: NDArray[np.float64], rate: float) -> Series:
     )[: KINDS["sound"].steps]
     if not energy.any():
         return np.zeros_like(energy, np.float32)
-    return _limited(np.log(energy + FLOOR * energy.mean()), 2)
+    loudness = np.log(energy + FLOOR * energy.mean())
+    if np.ptp(loudness, axis=0).max() < STEADY:
+        return np.zeros_like(energy, np.float32)
+    return _limited(loudness, 2)
 
 
 def _taxels(samples: NDArray[np.float64]) -> Series:
