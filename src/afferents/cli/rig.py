@@ -49,10 +49,10 @@ def simulate(
     remount: Annotated[
         Remount,
         typer.Option(
-            help="When the fingertip is mounted: once for each 'drum', as in the paper, or anew "
-            "for each 'run'."
+            help="When the fingertip is mounted: once a 'session', as in the paper, or anew for "
+            "each 'drum' or each 'run'."
         ),
-    ] = "drum",
+    ] = "session",
     reprint: Annotated[
         int | None,
         typer.Option(

@@ -22,7 +22,7 @@ def simulate(
     seed: int = 0,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Remount = "drum",
+    remount: Remount = "session",
     reprint: int | None = None,
     indentation_mm: float | None = None,
     nodules: Nodules = "on",
@@ -50,7 +50,8 @@ def simulate(
     nuisances
         What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
     remount
-        Whether the fingertip is mounted once a ``drum``, as in the paper, or anew for each ``run``.
+        When the fingertip is mounted: once a ``session``, as in the paper, or anew for each
+        ``drum`` or ``run``.
     reprint
         Which set of printed drums is used; None for that of the seed's number.
     indentation_mm

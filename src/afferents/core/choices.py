@@ -18,7 +18,7 @@ Layout = Literal["square", "hexagonal", "radial", "free"]
 """How markers are arranged."""
 Size = Literal["quick", "paper"]
 """Of a simulated session."""
-Remount = Literal["run", "drum"]
+Remount = Literal["session", "drum", "run"]
 """How often the simulated fingertip is mounted anew."""
 Nodules = Literal["on", "off"]
 """Whether the simulated skin has its fingerprint."""

@@ -100,7 +100,9 @@ def _record_here(
 ) -> Iterator[str]:
     """Record runs on this machine; yield the names of those that are done."""
     first = simulation.names[0]
-    jobs = ((simulation, *run, run == first) for run in missing)
+    jobs = (
+        (replace(simulation, rig=simulation.rig_in(*run)), *run, run == first) for run in missing
+    )
     return side_by_side(_record_one, jobs, workers, progress.note)
 
 
@@ -122,7 +124,16 @@ def _record_there(
         maps_as_given={},
     )
     maps = {name: _Map.of(simulation, name) for name in simulation.height_maps}
-    jobs = ((sent, *run, run == first, maps.get(run[0]), output) for run in missing)
+    jobs = (
+        (
+            replace(sent, rig=simulation.rig_in(*run)),
+            *run,
+            run == first,
+            maps.get(run[0]),
+            output,
+        )
+        for run in missing
+    )
     for run, files in on_cluster(_record_far, jobs, cluster, SAME + OF_RECORDINGS):
         if files:
             with write_aside(_folder(simulation, *run), RECORDED) as partial:

@@ -5,6 +5,7 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from afferents.core.choices import Remount
 from afferents.core.errors import InputError
 from afferents.rig.camera import Camera
 from afferents.rig.drive import Drive
@@ -17,21 +18,32 @@ DEEPEST_MM = 2.0
 
 
 class Mounting(BaseModel):
-    """How the fingertip is held against a drum, and by what it differs from run to run.
+    """How the fingertip is held against a drum, and what differs from run to run.
+
+    What is drawn when decides what tells one drum from another, so each quantity is drawn at one
+    level (`run.draw`): once a session, a drum, or a run.
 
     Attributes
     ----------
     indentation_mm
         How deep the middle of the tip is pressed in after its first touch, mm (1 mm: paper,
         section 2.2).
-    indentation_sd_mm, tilt_rad, lateral_mm, friction_sd
-        Standard deviations of the remounting errors (depth, both slopes, place along the drum's
-        axis), mm and rad, and of log friction.
-    once_a_drum
-        Whether a drum is mounted once for all its speeds, as the paper did, instead of anew for
-        each run.
+    indentation_sd_mm, tilt_rad, lateral_mm
+        Standard deviations of the errors of mounting the fingertip by hand (depth, both slopes,
+        place along the drum's axis), mm and rad.
+    remount
+        When the fingertip is mounted: once a session, as in the paper, which changes drums under
+        one fingertip at a constant depth (section 2.2); or anew for each drum, or for each run.
+    friction_sd, friction_change_sd
+        Standard deviations of log friction: of the material, drawn once a session, and of its
+        change from run to run.
+    wear
+        Share of the friction that each run wears off; 0 for none.
+    shuffled
+        Whether the runs are made in an order by chance (1) or drum by drum, the slow ones first
+        (0). It makes a difference only with wear.
     any_angle
-        Whether the drum starts at any angle (1) or always the same (0).
+        Whether the drum starts at any angle, another for each run (1), or always the same (0).
     contact_at_rest
         Whether the skin is pressed on the still drum already when the rest frames are taken.
     camera_mm
@@ -43,11 +55,14 @@ class Mounting(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     indentation_mm: float = Field(1.0, gt=0, le=DEEPEST_MM)
-    indentation_sd_mm: float = Field(0.03, ge=0)
-    tilt_rad: float = Field(0.005, ge=0)
-    lateral_mm: float = Field(0.3, ge=0)
+    indentation_sd_mm: float = Field(0.1, ge=0)
+    tilt_rad: float = Field(0.01, ge=0)
+    lateral_mm: float = Field(1.0, ge=0)
+    remount: Remount = "session"
     friction_sd: float = Field(0.05, ge=0)
-    once_a_drum: bool = True
+    friction_change_sd: float = Field(0.02, ge=0)
+    wear: float = Field(0.0, ge=0, le=0.1)
+    shuffled: float = Field(0.0, ge=0, le=1)
     any_angle: float = Field(1.0, ge=0, le=1)
     contact_at_rest: bool = True
     camera_mm: float = Field(57.0, gt=5)
@@ -55,14 +70,14 @@ class Mounting(BaseModel):
     clock_sd_s: float = Field(0.02, ge=0)
 
 
-REMOUNTED = {"indentation_sd_mm": 0.1, "tilt_rad": 0.01, "lateral_mm": 1.0, "friction_sd": 0.1}
-"""Errors of a fingertip that is taken off and mounted again, by hand, for each run."""
-
 NUISANCES = {
     "indentation": ("mounting", "indentation_sd_mm"),
     "tilt": ("mounting", "tilt_rad"),
     "lateral": ("mounting", "lateral_mm"),
     "friction": ("mounting", "friction_sd"),
+    "friction-change": ("mounting", "friction_change_sd"),
+    "wear": ("mounting", "wear"),
+    "shuffled": ("mounting", "shuffled"),
     "start-angle": ("mounting", "any_angle"),
     "frame-jitter": ("mounting", "jitter_s"),
     "clock-offset": ("mounting", "clock_sd_s"),
@@ -91,6 +106,7 @@ HARD = {
     "tilt": 0.03,
     "lateral": 2.0,
     "friction": 0.3,
+    "friction-change": 0.1,
     "frame-jitter": 0.001,
     "clock-offset": 0.05,
     "eccentricity": 0.3,
@@ -126,6 +142,13 @@ class Rig(BaseModel):
     drive: Drive = Drive()
     microphone: Microphone = Microphone()
     camera: Camera = Camera()
+
+    def worn(self, runs: int) -> Self:
+        """Return the rig as it is after so many runs: wear takes a share of the friction each."""
+        left = (1 - self.mounting.wear) ** runs
+        names = ("static_friction", "kinetic_friction")
+        skin = self.skin.model_copy(update={n: getattr(self.skin, n) * left for n in names})
+        return self.model_copy(update={"skin": skin}) if runs else self
 
     def with_nuisances(self, strengths: Mapping[str, float | None]) -> Self:
         """Return the rig with no other nuisances than those named.

@@ -41,8 +41,9 @@ class Drive(BaseModel):
     Attributes
     ----------
     eccentricity_mm
-        Standard deviation of the drum's eccentricity (each of two axes), mm. Chosen to fit how
-        the published SA-I rises and falls within a turn of the drum.
+        Standard deviation of a drum's eccentricity (each of two axes), mm: its run-out, which a
+        mounted drum keeps. Chosen to fit how the published SA-I rises and falls within a turn of
+        the drum.
     ripple
         Ripple of the speed's closed loop at about 3 Hz, standard deviation over the speed.
     motor_ripple
@@ -98,14 +99,20 @@ def turn(
     drive: Drive,
     drum_radius_mm: float,
     start_rad: float,
+    run_out_mm: tuple[float, float],
     contact_at_rest: bool,
     rate_hz: float,
     rng: np.random.Generator,
 ) -> Turning:
-    """Turn the drum through a whole run."""
+    """Turn the drum through a whole run.
+
+    Parameters
+    ----------
+    run_out_mm
+        Of the drum: how much nearer its surface is at an angle of 0 and of a quarter turn, mm.
+    """
     before = round(BEFORE_S * rate_hz) if contact_at_rest else 0
     time = (np.arange(round(seconds * rate_hz)) + 1) / rate_hz
-    eccentric = rng.normal(0, drive.eccentricity_mm, 2)
     motor_phase = rng.uniform(0, 2 * math.pi)
     ripple = drive.ripple * _slow_noise(len(time), rate_hz, 1 / (2 * math.pi * _RIPPLE_HZ), rng)
     drift = drive.drift_mm * _slow_noise(len(time), rate_hz, _DRIFT_S, rng)
@@ -120,7 +127,7 @@ def turn(
     angle = start_rad + (way - earlier.sum() / rate_hz) / drum_radius_mm
     time = np.concatenate([(np.arange(before) - before + 1) / rate_hz, time])
     drift = np.concatenate([np.full(before, drift[0]), drift])
-    pressed = eccentric[0] * np.cos(angle) + eccentric[1] * np.sin(angle) + drift
+    pressed = run_out_mm[0] * np.cos(angle) + run_out_mm[1] * np.sin(angle) + drift
     if not contact_at_rest:
         pressed = pressed - _OFF_MM * (1 - _ramp(time, STILL_S, PRESSED_S))
     return Turning(time, angle, speed, pressed)

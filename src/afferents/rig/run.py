@@ -23,7 +23,7 @@ _BLOCK = round(PHYSICS_RATE_HZ)
 
 
 class Drawn(NamedTuple):
-    """What was drawn for one run.
+    """What was drawn for one run, some of it once a drum or once a session.
 
     Attributes
     ----------
@@ -35,6 +35,8 @@ class Drawn(NamedTuple):
         How far the drum stands off along its axis.
     friction
         Factor on the friction of the skin.
+    run_out_mm
+        How much nearer the drum's surface is at an angle of 0 and of a quarter turn, mm.
     start_rad
         Angle of the drum at the start.
     clock_offset_s
@@ -46,6 +48,7 @@ class Drawn(NamedTuple):
     tilt_rad: tuple[float, float]
     lateral_mm: float
     friction: float
+    run_out_mm: tuple[float, float]
     start_rad: float
     clock_offset_s: float
 
@@ -76,29 +79,53 @@ class Simulated(NamedTuple):
     room: NDArray[np.float64]
 
 
-def random_of(seed: int, texture: str, speed_mm_s: float | None, use: int) -> np.random.Generator:
-    """Return a run's generator: it depends on nothing but seed, drum, speed and use."""
-    words = [seed, zlib.crc32(texture.encode()), use]
-    return np.random.default_rng(
-        words if speed_mm_s is None else [*words, round(1000 * speed_mm_s)]
-    )
+def random_of(
+    seed: int, texture: str | None, speed_mm_s: float | None, use: int
+) -> np.random.Generator:
+    """Return a generator that depends on nothing but the seed, its use, and its level.
+
+    Parameters
+    ----------
+    texture, speed_mm_s
+        Of a run. None for both is for the session, None for the speed for all runs of a drum.
+    """
+    words = [seed, use]
+    if texture is not None:
+        words.append(zlib.crc32(texture.encode()))
+    if speed_mm_s is not None:
+        words.append(round(1000 * speed_mm_s))
+    return np.random.default_rng(words)
 
 
-_DRAW, _DRIVE, _SOUND, CAMERA, MARKERS = range(5)
+_MOUNTING, _MATERIAL, _RUN_OUT, _RUN, _DRIVE, _SOUND, CAMERA, MARKERS, TAPS = range(9)
 
 
 def draw(rig: Rig, texture: str, speed_mm_s: float, seed: int) -> Drawn:
-    """Draw the mounting and the clock of one run (of one drum, where it is mounted once)."""
+    """Draw what differs between runs: each quantity at its level.
+
+    Once a session: the fingertip's mounting (tilt, place, depth; or as `Mounting.remount` says) and
+    the friction of its material. Once a drum: run-out. For each run: the angle at which the drum
+    starts, since it stopped anywhere after the run before; friction's change; the clocks' offset.
+    """
     mount = rig.mounting
-    rng = random_of(seed, texture, None if mount.once_a_drum else speed_mm_s, _DRAW)
-    tilt = rng.normal(0, mount.tilt_rad, 2)
+    run = (texture, speed_mm_s)
+    levels = {"session": (None, None), "drum": (texture, None), "run": run}
+    of_mounting = random_of(seed, *levels[mount.remount], _MOUNTING)
+    of_material = random_of(seed, None, None, _MATERIAL)
+    of_drum = random_of(seed, texture, None, _RUN_OUT)
+    of_run = random_of(seed, *run, _RUN)
+    tilt = of_mounting.normal(0, mount.tilt_rad, 2)
+    run_out = of_drum.normal(0, rig.drive.eccentricity_mm, 2)
     return Drawn(
-        indentation_mm=mount.indentation_mm + float(rng.normal(0, mount.indentation_sd_mm)),
+        indentation_mm=mount.indentation_mm + float(of_mounting.normal(0, mount.indentation_sd_mm)),
         tilt_rad=(float(tilt[0]), float(tilt[1])),
-        lateral_mm=float(np.clip(rng.normal(0, mount.lateral_mm), -3, 3)),
-        friction=float(np.exp(rng.normal(0, mount.friction_sd))),
-        start_rad=float(rng.uniform(0, 2 * math.pi)) * mount.any_angle,
-        clock_offset_s=float(rng.normal(0, mount.clock_sd_s)),
+        lateral_mm=float(np.clip(of_mounting.normal(0, mount.lateral_mm), -3, 3)),
+        friction=math.exp(
+            of_material.normal(0, mount.friction_sd) + of_run.normal(0, mount.friction_change_sd)
+        ),
+        run_out_mm=(float(run_out[0]), float(run_out[1])),
+        start_rad=float(of_run.uniform(0, 2 * math.pi)) * mount.any_angle,
+        clock_offset_s=float(of_run.normal(0, mount.clock_sd_s)),
     )
 
 
@@ -127,6 +154,7 @@ def simulate(
         rig.drive,
         rig.drum.diameter_mm / 2,
         drawn.start_rad,
+        drawn.run_out_mm,
         rig.mounting.contact_at_rest,
         PHYSICS_RATE_HZ,
         random_of(seed, texture, speed_mm_s, _DRIVE),
@@ -184,10 +212,10 @@ def press(
 ) -> SkinResponse:
     """Let the skin feel the whole run, a second at a time."""
     nodules = felt(surface, rig.skin.feels_mm, rig.skin.bridging_per_mm)
-    rougher = drawn.friction * (1 + rig.skin.ploughing * nodules.slope)
+    factor = drawn.friction * nodules.friction_factor
     skin = rig.skin.model_copy(
         update={
-            name: getattr(rig.skin, name) * rougher
+            name: getattr(rig.skin, name) * factor
             for name in ("static_friction", "kinetic_friction")
         }
     )

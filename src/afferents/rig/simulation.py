@@ -6,11 +6,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from afferents.core.choices import Nodules, Remount, Size
 from afferents.core.errors import InputError
 from afferents.core.recording import LETTERS, natural_order
 from afferents.core.version import __version__
-from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, REMOUNTED, Rig
+from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
 from afferents.rig.drive import STEADY_S
 from afferents.rig.drums import height_map, texture_name
 from afferents.rig.run import draw
@@ -60,11 +62,19 @@ class Simulation:
         ordered = sorted(self.textures, key=natural_order)
         return [(texture, speed) for texture in ordered for speed in sorted(self.speeds_mm_s)]
 
+    def rig_in(self, texture: str, speed_mm_s: float) -> Rig:
+        """Return the rig as a run finds it: worn by those before, in the order that they have."""
+        if not self.rig.mounting.wear:
+            return self.rig
+        runs = self.names
+        if self.rig.mounting.shuffled:
+            np.random.default_rng(self.seed).shuffle(runs)
+        return self.rig.worn(runs.index((texture, speed_mm_s)))
+
     def config(self) -> dict[str, Any]:
         """Return what session.json says: every constant, the seed, the draws, the versions."""
         runs = {
-            run_name(texture, speed): draw(self.rig, texture, speed, self.seed)._asdict()
-            for texture, speed in self.names
+            run_name(*run): draw(self.rig_in(*run), *run, self.seed)._asdict() for run in self.names
         }
         return {
             "simulated": True,
@@ -95,7 +105,7 @@ def simulation_of(
     seconds: float | None = None,
     height_maps: Sequence[str] = (),
     nuisances: str = "all",
-    remount: Remount = "drum",
+    remount: Remount = "session",
     seed: int = 0,
     rig: Rig | None = None,
     sensor: str = RIGS_OWN,
@@ -115,7 +125,7 @@ def simulation_of(
         ``none``, or ``all``, ``hard`` (all, of the strengths in `HARD`) and names of `NUISANCES`
         separated by commas, each with or without a strength of its own, such as ``all,tilt=0.02``.
     remount
-        Whether the fingertip is mounted once a drum, or anew for each run (`REMOUNTED`).
+        When the fingertip is mounted: once a session, or anew for each drum or run.
     rig, sensor
         With other pins than its own, and the name of the sensor that has these.
     reprint
@@ -160,7 +170,7 @@ def _as_asked(
     """Return the rig with the switches of a session."""
     if prints < 0:
         raise InputError("--reprint", "the number of a set of drums, 0 or more", f"{prints}")
-    mounting = {} if remount == "drum" else {"once_a_drum": False, **REMOUNTED}
+    mounting: dict[str, Any] = {"remount": remount}
     if indentation_mm is not None:
         if not 0 < indentation_mm <= DEEPEST_MM:
             raise InputError(

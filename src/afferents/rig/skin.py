@@ -88,10 +88,7 @@ class Skin(BaseModel):
     spread_mm
         Outward push b: mm, times the pressure's fall per mm in mN.
     static_friction, kinetic_friction, stribeck_mm_s
-        m_s, m_k and w_s (mm/s).
-    ploughing
-        How much friction grows with the root mean square slope of what the nodules feel: rubber
-        that bumps knead loses energy (hysteresis; Persson, J. Chem. Phys. 115:3840, 2001).
+        m_s, m_k and w_s (mm/s), on a smooth surface; see `Surface.friction_factor`.
     bristle_per_mm, bristle_damping_s_mm, viscous_s_mm
         s0 (1/mm), s1 (s/mm) and s2 (s/mm).
     """
@@ -123,7 +120,6 @@ class Skin(BaseModel):
     static_friction: float = Field(0.96, gt=0)
     kinetic_friction: float = Field(0.54, gt=0)
     stribeck_mm_s: float = Field(5.9, gt=0)
-    ploughing: float = Field(8.0, ge=0)
     bristle_per_mm: float = Field(48.0, gt=0)
     bristle_damping_s_mm: float = Field(0.008, ge=0)
     viscous_s_mm: float = Field(0.0005, ge=0)

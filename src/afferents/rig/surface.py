@@ -6,7 +6,7 @@ lattice's diagonal. A whole number of periods closes round the drum.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -90,11 +90,24 @@ class Surface:
         Shape (n_along, n_across), mm; along the slide it closes on itself, across it does not.
     length_mm, width_mm
         What the map covers, mm; the length is the circumference over the bumps.
+    contact_share
+        Share of the surface that the skin rests on: all of a smooth drum, the tops of bumps.
     """
 
     height_mm: Heights
     length_mm: float
     width_mm: float = WIDTH_MM
+    contact_share: float = 1.0
+
+    @property
+    def friction_factor(self) -> float:
+        """Friction over that of a smooth surface under the same load.
+
+        Rubber's friction is that of its true contact area, which grows with the load N and with the
+        area A that carries it as A^(1/3) N^(2/3) (Schallamach, Proc. Phys. Soc. B 65:657, 1952). So
+        what rests on bumps that cover a share of the surface drags with the cube root of the share.
+        """
+        return math.cbrt(self.contact_share)
 
     @property
     def pitch_mm(self) -> tuple[float, float]:
@@ -113,12 +126,6 @@ class Surface:
         middle = self.height_mm[:, n_across // 2 - touched : n_across // 2 + touched]
         parts = np.array_split(middle, max(1, round(self.length_mm / _TOUCHED_MM)))
         return float(np.mean([part.max() for part in parts]))
-
-    @cached_property
-    def slope(self) -> float:
-        """Root mean square of the slope."""
-        along, across = np.gradient(self.height_mm, *self.pitch_mm)
-        return float(np.sqrt((along**2 + across**2).mean()))
 
 
 def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
@@ -156,7 +163,7 @@ def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
         height += (cover * tops[np.floor(u).astype(int) % n][:, np.floor(v).astype(int)]).astype(
             np.float32
         )
-    return Surface(height, length)
+    return Surface(height, length, contact_share=math.pi / 4 * drum.bump_ratio**2)
 
 
 def _printed_tops(drum: Drum, spacing_mm: float, lattice: int, n_across: int) -> Heights:
@@ -219,7 +226,9 @@ def mapped_surface(
     wrapped = cv2.remap(
         tile, grid[0].astype(np.float32), grid[1].astype(np.float32), cv2.INTER_LINEAR
     )
-    return Surface(wrapped.astype(np.float32), length)
+    raised = wrapped > height.max() / 2
+    share = float(raised.mean()) if height.max() else 1.0
+    return Surface(wrapped.astype(np.float32), length, contact_share=share)
 
 
 def read_height_map(
@@ -272,7 +281,7 @@ def felt(surface: Surface, footprint_mm: float, stiffness_per_mm: float) -> Surf
     mean = cv2.sepFilter2D(raised, -1, across, along, borderType=cv2.BORDER_REFLECT_101)
     sampled = mean[reach:-reach:_COARSER, ::_COARSER]
     envelope = (np.log(sampled) / stiffness_per_mm).astype(np.float32)
-    return Surface(envelope, surface.length_mm, surface.width_mm)
+    return replace(surface, height_mm=envelope)
 
 
 def _bell(width_mm: float, step_mm: float) -> NDArray[np.float64]:

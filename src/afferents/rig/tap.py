@@ -8,6 +8,7 @@ from afferents.rig.config import Rig
 from afferents.rig.drive import Turning
 from afferents.rig.run import (
     CAMERA,
+    TAPS,
     Simulated,
     draw,
     frame_times,
@@ -19,8 +20,6 @@ from afferents.rig.run import (
 from afferents.rig.skin import PHYSICS_RATE_HZ
 from afferents.rig.surface import bumped_surface
 
-_TAPS = 4
-"""Use of a run's generator, beside those in `run`."""
 _OFF_MM = 3.0
 DEPTH_MM = 0.4
 WIDTH_S = 0.1
@@ -49,7 +48,7 @@ def tap(
     # Where the microphone is: the rim is pressed late, or not at all, by what meets the middle.
     towards = -rig.microphone.y_mm / rig.skin.tip_radius_mm
     drawn = draw(rig, texture, speed_mm_s, seed)._replace(tilt_rad=(0.0, towards))
-    rng = random_of(seed, texture, speed_mm_s, _TAPS)
+    rng = random_of(seed, texture, speed_mm_s, TAPS)
     time = (np.arange(round((seconds + 0.25) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
     pressed = np.full(len(time), -_OFF_MM)
     for at in at_s:

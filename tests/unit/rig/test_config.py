@@ -1,20 +1,26 @@
 """Nuisances: each has its switch and its strength; all off, nothing is disturbed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from afferents.core.errors import InputError
-from afferents.rig import NUISANCES, Rig, draw
-from afferents.rig.run import frame_times
+from afferents.rig import NUISANCES, Rig, bumped_surface, draw, mapped_surface
+from afferents.rig.run import Drawn, frame_times
+from afferents.rig.simulation import simulation_of
 
 
-def test_every_nuisance_names_a_constant_and_is_on_by_itself():
+OFF_BY_DEFAULT = {"wear", "shuffled"}
+
+
+def test_every_nuisance_names_a_constant_and_is_on_by_itself_but_wear_and_the_order_of_runs():
     rig = Rig()
-    for section, field in NUISANCES.values():
-        assert getattr(getattr(rig, section), field) > 0
+    for name, (section, field) in NUISANCES.items():
+        assert (getattr(getattr(rig, section), field) == 0) == (name in OFF_BY_DEFAULT)
 
 
-@pytest.mark.parametrize("name", NUISANCES)
+@pytest.mark.parametrize("name", set(NUISANCES) - OFF_BY_DEFAULT)
 def test_one_nuisance_alone_leaves_all_others_off(name):
     rig = Rig().with_nuisances({name: None})
     on = [n for n, (section, field) in NUISANCES.items() if getattr(getattr(rig, section), field)]
@@ -40,18 +46,84 @@ def test_nuisances_that_do_not_exist_are_refused(strengths, sentence):
 def test_without_nuisances_all_runs_are_mounted_alike(quiet_rig):
     drawn = {draw(quiet_rig, texture, speed, 0) for texture in ("0", "3") for speed in (10, 50)}
     assert len(drawn) == 1
-    assert drawn.pop()[:5] == (1.0, (0.0, 0.0), 0.0, 1.0, 0.0)
+    assert drawn.pop() == (1.0, (0.0, 0.0), 0.0, 1.0, (0.0, 0.0), 0.0, 0.0)
 
 
-def test_drums_are_mounted_once_and_runs_anew_where_asked():
-    once = Rig()
-    mounting = once.mounting.model_copy(update={"once_a_drum": False})
-    rig = once.model_copy(update={"mounting": mounting})
-    assert draw(rig, "3", 50, 0) == draw(rig, "3", 50, 0)
-    assert draw(rig, "3", 50, 0) != draw(rig, "3", 60, 0)
-    assert draw(rig, "3", 50, 0) != draw(rig, "3", 50, 1)
-    assert draw(once, "3", 50, 0) == draw(once, "3", 60, 0)
-    assert draw(once, "3", 50, 0) != draw(once, "3.5", 50, 0)
+LEVELS = {
+    "indentation_mm": "session",
+    "tilt_rad": "session",
+    "lateral_mm": "session",
+    "friction": "run",
+    "run_out_mm": "drum",
+    "start_rad": "run",
+    "clock_offset_s": "run",
+}
+"""At which level each drawn quantity is drawn anew."""
+_MOUNTED = ("indentation_mm", "tilt_rad", "lateral_mm")
+_SETTINGS = [(seed, texture, v) for seed in (0, 1) for texture in ("3", "6") for v in (50, 60)]
+
+
+def mounted(remount):
+    rig = Rig()
+    mounting = rig.mounting.model_copy(update={"remount": remount})
+    return rig.model_copy(update={"mounting": mounting})
+
+
+def level_of(rig, name):
+    """Return at which level a quantity is drawn, as its values in two sessions say."""
+    values = {key: getattr(draw(rig, key[1], key[2], key[0]), name) for key in _SETTINGS}
+    n = len(set(values.values()))
+    assert values[0, "3", 50] != values[1, "3", 50]
+    return {2: "session", 4: "drum", 8: "run"}[n]
+
+
+def test_each_drawn_quantity_is_drawn_at_its_level():
+    assert set(LEVELS) == set(Drawn._fields)
+    assert {name: level_of(Rig(), name) for name in LEVELS} == LEVELS
+
+
+@pytest.mark.parametrize("remount", ["session", "drum", "run"])
+def test_the_fingertip_is_mounted_when_asked_and_nothing_else_changes(remount):
+    rig = mounted(remount)
+    found = {name: level_of(rig, name) for name in LEVELS}
+    assert found == LEVELS | dict.fromkeys(_MOUNTED, remount)
+    for name in set(LEVELS) - set(_MOUNTED):
+        assert getattr(draw(rig, "3", 50, 0), name) == getattr(draw(Rig(), "3", 50, 0), name)
+
+
+def test_the_material_has_one_friction_and_runs_change_it_a_little():
+    def logs(**strengths):
+        rig = Rig().with_nuisances(strengths)
+        return np.log([draw(rig, "3", v, seed).friction for seed in range(100) for v in (50, 60)])
+
+    assert logs(friction=0.2)[::2] == pytest.approx(logs(friction=0.2)[1::2])
+    assert logs(friction=0.2).std() == pytest.approx(0.2, rel=0.25)
+    assert logs(**{"friction-change": 0.1}).std() == pytest.approx(0.1, rel=0.25)
+
+
+def test_all_drums_with_bumps_rub_alike_and_the_smooth_one_more():
+    factors = [bumped_surface(x / 2).friction_factor for x in range(13)]
+    assert factors[0] == 1
+    np.testing.assert_allclose(factors[1:], (np.pi / 4 * 0.45**2) ** (1 / 3))
+
+
+def test_a_map_of_heights_rubs_by_the_share_that_it_carries_on():
+    ridges = np.zeros((100, 100), np.float32)
+    ridges[:25] = 0.4
+    assert mapped_surface(ridges, 10.0).friction_factor == pytest.approx(0.25 ** (1 / 3), rel=0.02)
+    assert mapped_surface(np.zeros((9, 9), np.float32), 10.0).friction_factor == 1
+
+
+def test_wear_goes_by_the_order_of_runs():
+    def friction(nuisances):
+        session = simulation_of(Path("s"), "quick", "ab", [10, 20], nuisances=nuisances)
+        return [session.rig_in(*run).skin.static_friction for run in session.names]
+
+    new = Rig().skin.static_friction
+    assert friction("all") == [new] * 4
+    assert friction("all,wear=0.01") == pytest.approx([new * 0.99**n for n in range(4)])
+    shuffled = friction("all,wear=0.01,shuffled=1")
+    assert sorted(shuffled) == sorted(friction("all,wear=0.01"))
 
 
 def test_without_jitter_frames_are_evenly_spaced(quiet_rig, rng):

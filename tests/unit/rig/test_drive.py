@@ -11,8 +11,8 @@ from afferents.rig.drive import PRESSED_S, STILL_S, turn
 RATE_HZ = 2000.0
 
 
-def turned(rng, drive, contact_at_rest=False, speed=50.0, seconds=6.0):
-    return turn(speed, seconds, drive, 40.0, 0.3, contact_at_rest, RATE_HZ, rng)
+def turned(rng, drive, contact_at_rest=False, speed=50.0, seconds=6.0, run_out=(0.0, 0.0)):
+    return turn(speed, seconds, drive, 40.0, 0.3, run_out, contact_at_rest, RATE_HZ, rng)
 
 
 def calm():
@@ -58,11 +58,10 @@ def test_the_motor_ripples_once_a_turn_of_its_own(rng):
 
 
 def test_eccentricity_comes_once_a_turn(rng):
-    drive = calm().model_copy(update={"eccentricity_mm": 0.15})
-    turning = turned(rng, drive, speed=100.0, seconds=8.0)
+    turning = turned(rng, calm(), speed=100.0, seconds=8.0, run_out=(0.1, -0.2))
     pressed = turning.time_s > PRESSED_S
     turn_later = turning.angle_rad + 2 * math.pi
     again = np.interp(turn_later, turning.angle_rad, turning.pressed_mm, right=np.nan)
     known = pressed & ~np.isnan(again)
     np.testing.assert_allclose(again[known], turning.pressed_mm[known], atol=1e-3)
-    assert np.ptp(turning.pressed_mm[pressed]) > 0.05
+    assert np.ptp(turning.pressed_mm[pressed]) == pytest.approx(2 * math.hypot(0.1, 0.2), rel=0.01)
