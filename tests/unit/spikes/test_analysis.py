@@ -115,6 +115,70 @@ def test_trains_over_a_surface_stretch_by_the_ratio_of_speeds():
     assert found["chance"].iloc[0] == pytest.approx(0.2)
 
 
+def fibres(gaps, textures=55, units=39, repetitions=4, seed=0):
+    """Made fibres of a monkey's fingertip: trains over a surface, 40, 80, 120 mm/s, with gaps."""
+    rng = np.random.default_rng(seed)
+    seconds = {40.0: 2.0, 80.0: 1.0, 120.0: 0.8}
+    conditions = [(t, v, r) for t in range(textures) for v in seconds for r in range(repetitions)]
+    trials = pd.DataFrame(
+        [(f"t{t}", v, r, seconds[v]) for t, v, r in conditions],
+        columns=["texture", "speed_mm_s", "repetition", "duration_s"],
+    )
+    never = rng.random((textures, units)) < gaps / 2
+    missing = (rng.random((len(trials), units)) < gaps / 2 / (1 - gaps / 2)) | np.repeat(
+        never, len(seconds) * repetitions, axis=0
+    )
+    trains = [
+        [
+            None if gone else np.sort(over_a_surface(rng, t, v, u, seconds[v]))
+            for u, gone in enumerate(row)
+        ]
+        for (t, v, _), row in zip(conditions, missing, strict=True)
+    ]
+    classes = (["SA"] * 17 + ["RA"] * 15 + ["PC"] * 7)[:units]
+    return Spikes.from_trains(trains, {"name": range(units), "class": classes}, trials)
+
+
+def test_trains_with_gaps_are_matched_by_what_was_recorded():
+    """44% of the trials are missing, as of real fibres; the truth is that trains do stretch."""
+    spikes = fibres(0.44, textures=12, repetitions=2)
+    assert 1 - spikes.recorded.mean() == pytest.approx(0.44, abs=0.03)
+    assert not spikes.recorded.all(axis=0).any()
+    found = match_by_class(stretch_match(spikes, n_units=None)).set_index(["class", "stretched"])
+    assert (found["n_textures"] == 12).all()
+    assert found.loc[("SA", True), "n_units"] == 17
+    np.testing.assert_allclose(found["chance"], 1 / 12)
+    for name in ("SA", "RA", "PC"):
+        assert found.loc[(name, True), "accuracy"] > 0.8
+        assert found.loc[(name, False), "accuracy"] < 0.5
+
+
+def test_gaps_that_follow_the_texture_do_not_tell_it():
+    """Every texture has been recorded on fibres of its own, and the trains say nothing."""
+    none = made(lambda rng, t, v, u, s: poisson(rng, 30, s), 12, units=6)
+    number = none.trials["number"].to_numpy()
+    trains = [
+        [none.train(t, u) if (number[t] + u) % 3 else None for u in range(6)]
+        for t in range(none.n_trials)
+    ]
+    gapped = Spikes.from_trains(trains, none.units, none.trials)
+    found = stretch_match(gapped, n_units=None)
+    assert found["accuracy"].mean() < 0.2
+
+
+def test_textures_that_nothing_was_recorded_on_at_both_speeds_are_left_out():
+    spikes = made(over_a_surface, 4, units=2)
+    number, speed = spikes.trials["number"], spikes.trials["speed_mm_s"]
+    trains = [
+        [None if number[t] == 3 and speed[t] == 40 else spikes.train(t, u) for u in range(2)]
+        for t in range(spikes.n_trials)
+    ]
+    gapped = Spikes.from_trains(trains, spikes.units, spikes.trials)
+    found = stretch_match(gapped).set_index(["from_mm_s", "to_mm_s"])["n_textures"]
+    assert (found[40.0] == 3).all()
+    assert (found[80.0][120.0] == 4).all()
+
+
 def test_slopes_are_the_powers_that_rates_grow_by():
     powers = [0.0, 0.7, 1.2]
     spikes = made(

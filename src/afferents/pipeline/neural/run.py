@@ -40,7 +40,7 @@ from afferents.spikes.population import Spikes
 FACTS = "neural.json"
 TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
 """Of the tables that are written, as CSV."""
-_BESIDE = ("beside_resolution", "beside_stretch")
+_BESIDE = ("beside_resolution", "beside_stretch", "natural_stretch")
 RASTER_UNITS, RASTER_S = 12, 0.5
 """Of each class in the raster, and how long it is."""
 
@@ -117,8 +117,9 @@ def neural(
     sentences = sentences_of(tables)
     if fibres is not None:
         both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
-        tables |= {"beside_resolution": both.resolution, "beside_stretch": both.matches}
-        figures["beside"] = both.figure
+        tables |= {"beside_stretch": both.matches, "natural_stretch": both.natural}
+        if both.resolution is not None and both.figure is not None:
+            tables["beside_resolution"], figures["beside"] = both.resolution, both.figure
         sentences += both.sentences
     out.mkdir(parents=True, exist_ok=True)
     for name, table in tables.items():

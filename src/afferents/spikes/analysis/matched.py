@@ -12,19 +12,28 @@ from numpy.typing import NDArray
 from afferents.core.errors import InputError
 from afferents.spikes.analysis.decoding import require_conditions
 from afferents.spikes.analysis.windows import some_units
-from afferents.spikes.population import Spikes
+from afferents.spikes.population import Spikes, joined
 
 _MOST_SPEEDS = 4
 """Whose ratios are matched."""
 
 
-def matched(first: Spikes, second: Spikes, seed: int = 0) -> tuple[Spikes, Spikes]:
+def matched(
+    first: Spikes, second: Spikes, seed: int = 0, gaps: bool = False
+) -> tuple[Spikes, Spikes]:
     """Return two populations with as many textures, speeds, units and seconds as each other.
 
     Classes that one of them lacks are left out. Speeds are chosen so that their ratios are as alike
     as can be (30, 60 and 90 mm/s beside 40, 80 and 120). Textures and units are drawn with the
     seed: textures that most units were recorded on first, and units that were recorded on all.
     Textures need not be the same ones: only their number counts.
+
+    Parameters
+    ----------
+    gaps
+        Whether units stay that were not recorded in every trial. Analyses that compare what two
+        trials both have can bear them; decoding can't. Then seconds are made alike speed by speed,
+        so that the slow trials of one, which are longer, keep their length.
 
     Raises
     ------
@@ -41,12 +50,11 @@ def matched(first: Spikes, second: Spikes, seed: int = 0) -> tuple[Spikes, Spike
     n_textures = min(len(_textures(part, seed)) for part in parts)
     if n_textures < 2:
         raise InputError("natural", "2 textures or more at the speeds compared", f"{n_textures}")
-    parts = [_whole(part, _textures(part, seed)[:n_textures]) for part in parts]
-    length_s = min(float(part.trials["duration_s"].min()) for part in parts)
+    parts = [_of_textures(part, _textures(part, seed)[:n_textures], gaps) for part in parts]
     n_units = {name: min(part.of_class(name).n_units for part in parts) for name in both}
     if not any(n_units.values()):
         raise InputError("natural", "units that were recorded in every trial compared", "none")
-    here, there = (_cut(part, n_units, length_s, seed) for part in parts)
+    here, there = _as_long(*(_some(part, n_units, seed) for part in parts), by_speed=gaps)
     return here, there
 
 
@@ -82,17 +90,36 @@ def _textures(spikes: Spikes, seed: int) -> list[str]:
     return [str(everywhere[place]) for place in np.argsort(gaps, kind="stable")]
 
 
-def _whole(spikes: Spikes, textures: list[str]) -> Spikes:
-    """Return some textures, and the units that were recorded in all of their trials."""
+def _of_textures(spikes: Spikes, textures: list[str], gaps: bool) -> Spikes:
+    """Return some textures, and the units that were recorded in all (or any) of their trials."""
     kept = spikes.select(trials=spikes.trials["texture"].isin(textures).to_numpy())
-    return kept.select(units=kept.recorded.all(axis=0))
+    there = kept.recorded
+    return kept.select(units=there.any(axis=0) if gaps else there.all(axis=0))
 
 
-def _cut(spikes: Spikes, n_units: dict[str, int], length_s: float, seed: int) -> Spikes:
-    """Return so many units, and so many seconds."""
+def _as_long(first: Spikes, second: Spikes, by_speed: bool) -> tuple[Spikes, Spikes]:
+    """Return both with trials as long as the shortest, of all or of a speed and its counterpart."""
+    if not by_speed:
+        length_s = min(float(one.trials["duration_s"].min()) for one in (first, second))
+        return first.window(0, length_s), second.window(0, length_s)
+    pairs = []
+    for speeds in zip(
+        *(np.unique(one.trials["speed_mm_s"]) for one in (first, second)), strict=True
+    ):
+        here, there = (
+            one.select(trials=(one.trials["speed_mm_s"] == speed).to_numpy())
+            for one, speed in zip((first, second), speeds, strict=True)
+        )
+        pairs.append(_as_long(here, there, by_speed=False))
+    here_all, there_all = (joined(parts) for parts in zip(*pairs, strict=True))
+    return here_all, there_all
+
+
+def _some(spikes: Spikes, n_units: dict[str, int], seed: int) -> Spikes:
+    """Return so many units."""
     rng = np.random.default_rng(seed)
     units = [
         spikes.units.index.get_indexer(some_units(spikes.of_class(name), n, rng).units.index)
         for name, n in n_units.items()
     ]
-    return spikes.select(units=np.concatenate(units)).window(0, length_s)
+    return spikes.select(units=np.concatenate(units))

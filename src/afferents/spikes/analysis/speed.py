@@ -14,13 +14,16 @@ from numpy.typing import NDArray
 
 from afferents.core.errors import InputError
 from afferents.spikes.analysis.decoding import require_conditions, summary
-from afferents.spikes.analysis.windows import always_recorded, some_units
+from afferents.spikes.analysis.windows import some_units
 from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
 """Bins that trains are compared in, before smoothing."""
 SMOOTHING_MM = 0.3
 """Standard deviation of the smoothing, on the surface: less than the finest bumps are apart."""
+
+_AT_ONCE = 16
+"""Trials held against all others at a time: 220 at once would take most of a gigabyte."""
 
 
 def rate_slopes(spikes: Spikes) -> pd.DataFrame:
@@ -70,20 +73,22 @@ def _slopes(log_speed: NDArray[np.float64], rates: NDArray[np.float64]) -> NDArr
 
 
 def stretch_match(
-    spikes: Spikes, n_units: int = 8, seconds: float = 2.0, seed: int = 0
+    spikes: Spikes, n_units: int | None = 8, seconds: float = 2.0, seed: int = 0
 ) -> pd.DataFrame:
     """Return how often a train finds its own texture at another speed, stretched and as it is.
 
     For two speeds, the trains of each texture at the first are held against those of all textures
     at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
-    summed over the units of a class, at the shift where it is greatest: where on the drum a
-    recording began is not known. Of repetitions the first is taken; units that were not recorded in
-    every trial, and pairs of speeds with fewer than two textures in common, are left out.
+    summed over the units of a class that both trials have, at the shift where it is greatest: where
+    on the drum a recording began is not known. It is divided by the root of the number of these
+    units, by which sums of noise grow, so that gaps in recordings tell no texture. Of repetitions
+    the mean is taken. Textures that no unit was recorded on at both speeds, and pairs of speeds
+    with fewer than two textures in common, are left out.
 
     Parameters
     ----------
     n_units
-        Of each class, drawn at random.
+        Of each class, drawn at random; None for all.
     seconds
         How long the trains are that are compared, at the second speed.
 
@@ -91,7 +96,7 @@ def stretch_match(
     -------
     pandas.DataFrame
         `class`, `from_mm_s`, `to_mm_s`, `stretched` (bool), `accuracy`, `chance` (one in the number
-        of textures).
+        of textures), `n_textures`, `n_units` (recorded at both speeds) and `n_trains` (at both).
 
     Raises
     ------
@@ -101,52 +106,85 @@ def stretch_match(
     speeds = require_conditions(spikes)
     rows = []
     for name in spikes.units["class"].unique():
-        whole = always_recorded(spikes, name)
-        units = some_units(whole, n_units, np.random.default_rng(seed))
+        units = spikes.of_class(name)
+        if n_units is not None:
+            units = some_units(units, n_units, np.random.default_rng(seed))
         if not len(units.times):
             continue
         for first, second in permutations(speeds, 2):
+            compared = _compared(units, first, second)
+            if compared is None:
+                continue
+            given = {"class": name, "from_mm_s": first, "to_mm_s": second}
             for stretched in (True, False):
-                found = _match(units, first, second, stretched, seconds)
-                given = {"class": name, "from_mm_s": first, "to_mm_s": second}
-                if found is not None:
-                    accuracy, chance = found
-                    rows.append({**given, "stretched": stretched, "accuracy": accuracy,
-                                 "chance": chance})  # fmt: skip
+                found = _match(*compared, first / second if stretched else 1.0, second, seconds)
+                rows.append({**given, "stretched": stretched, **found})
     if not rows:
         raise InputError("spikes", "units that fire, on 2 textures at 2 speeds", "none")
     return pd.DataFrame(rows)
 
 
 def match_by_class(matches: pd.DataFrame) -> pd.DataFrame:
-    """Return the means of `stretch_match` for each class, with 95% intervals over second speeds."""
+    """Return the means of `stretch_match` for each class, with 95% intervals over second speeds.
+
+    Of textures, units and trains the most that a pair of speeds had.
+    """
     rows = []
     for (name, stretched), some in matches.groupby(["class", "stretched"], sort=False):
         means = some.groupby("to_mm_s")["accuracy"].mean()
         by_speed = dict(zip(means.index, means, strict=True))
-        rows.append({"class": name, "stretched": stretched, **summary(by_speed)})
-    return pd.DataFrame(rows).assign(chance=float(matches["chance"].mean()))
+        n = {key: int(some[key].max()) for key in ("n_textures", "n_units", "n_trains")}
+        found = {**summary(by_speed), "chance": float(some["chance"].mean()), **n}
+        rows.append({"class": name, "stretched": stretched, **found})
+    return pd.DataFrame(rows)
+
+
+def _compared(units: Spikes, first: float, second: float) -> tuple[Spikes, Spikes] | None:
+    """Return the trials at two speeds of the textures that a unit was recorded on at both."""
+    texture = units.trials["texture"].to_numpy(str)
+    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
+    there = [
+        {t: units.recorded[(texture == t) & (speed == v)].any(axis=0) for t in set(texture)}
+        for v in (first, second)
+    ]
+    both = [t for t in there[0] if (there[0][t] & there[1][t]).any()]
+    if len(both) < 2:
+        return None
+    kept = np.isin(texture, both) & units.recorded.any(axis=1)
+    moved, still = (units.select(trials=kept & (speed == v)) for v in (first, second))
+    return moved, still
 
 
 def _match(
-    units: Spikes, first: float, second: float, stretched: bool, seconds: float
-) -> tuple[float, float] | None:
-    """Return the share of textures that find themselves, and of those that would by chance."""
-    texture = units.trials["texture"].to_numpy(str)
-    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
-    both = sorted(set(texture[speed == first]) & set(texture[speed == second]))
-    if len(both) < 2:
-        return None
-    here = [np.flatnonzero((texture == one) & (speed == first))[0] for one in both]
-    there = [np.flatnonzero((texture == one) & (speed == second))[0] for one in both]
-    moved = units.select(trials=here)
-    if stretched:
-        moved = moved.stretched(first / second)
-    kept = units.select(trials=there)
-    n = _common_bins(moved, kept, seconds)
-    sigma = SMOOTHING_MM / second / RESOLUTION_S  # of bins
-    likeness = _likeness(_smoothed(moved, n, sigma), _smoothed(kept, n, sigma))
-    return float(np.mean(likeness.argmax(axis=0) == np.arange(len(both)))), 1 / len(both)
+    moved: Spikes, still: Spikes, factor: float, to_mm_s: float, seconds: float
+) -> dict[str, float]:
+    """Return the share of textures that find themselves, and of how many."""
+    n_units = int((moved.recorded.any(axis=0) & still.recorded.any(axis=0)).sum())
+    n_trains = int(moved.recorded.sum() + still.recorded.sum())
+    moved = moved.stretched(factor)
+    n = _common_bins(moved, still, seconds)
+    sigma = SMOOTHING_MM / to_mm_s / RESOLUTION_S  # of bins
+    likeness = pd.DataFrame(
+        _likeness(_smoothed(moved, n, sigma), _smoothed(still, n, sigma))
+        / _root_of_shared(moved, still),
+        moved.trials["texture"].to_numpy(str),
+        still.trials["texture"].to_numpy(str),
+    )
+    by_texture = likeness.groupby(level=0).mean().T.groupby(level=0).mean().T
+    right = by_texture.fillna(-np.inf).to_numpy().argmax(axis=0) == np.arange(len(by_texture))
+    return {
+        "accuracy": float(np.mean(right)),
+        "chance": 1 / len(by_texture),
+        "n_textures": len(by_texture),
+        "n_units": n_units,
+        "n_trains": n_trains,
+    }
+
+
+def _root_of_shared(first: Spikes, second: Spikes) -> NDArray[np.float64]:
+    """Return (first, second): the root of how many units two trials share; NaN for none."""
+    shared = first.recorded.astype(np.float64) @ second.recorded.T
+    return np.sqrt(np.where(shared > 0, shared, np.nan))
 
 
 def _common_bins(moved: Spikes, kept: Spikes, seconds: float) -> int:
@@ -169,6 +207,9 @@ def _smoothed(spikes: Spikes, n: int, sigma: float) -> NDArray[np.complex128]:
 
 def _likeness(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Return (first, second): the greatest correlation over shifts, summed over units."""
-    products = np.einsum("auf,buf->abf", first, second.conj())
-    likeness: NDArray[np.float64] = np.fft.irfft(products, axis=-1).max(axis=-1)
-    return likeness
+    by_frequency = second.conj().transpose(2, 1, 0)
+    rows = []
+    for start in range(0, len(first), _AT_ONCE):
+        some = first[start : start + _AT_ONCE].transpose(2, 0, 1)
+        rows.append(np.fft.irfft(some @ by_frequency, axis=0).max(axis=0))
+    return np.concatenate(rows)

@@ -1,0 +1,103 @@
+"""Every sentence of `afferents neural` says the number of the table that it speaks of."""
+
+import pandas as pd
+import pytest
+
+from afferents.pipeline.neural.beside import all_fibres_in_words, beside, matches_in_words
+from afferents.pipeline.neural.words import sentences_of
+from afferents.spikes import Spikes
+from afferents.spikes.analysis.speed import match_by_class
+from tests.unit.spikes.test_analysis import fibres
+
+
+def matches(**accuracies):
+    """Return matches of classes, (stretched, plain) each, the stretched ones first."""
+    return pd.DataFrame(
+        [
+            {"class": name, "from_mm_s": 40.0, "to_mm_s": to, "stretched": stretched,
+             "accuracy": accuracy, "chance": 0.02, "n_textures": 55, "n_units": 7, "n_trains": 30}
+            for name, pair in accuracies.items()
+            for to in (80.0, 120.0)
+            for stretched, accuracy in zip((True, False), pair, strict=True)
+        ]
+    )  # fmt: skip
+
+
+TABLES = {
+    "rates": pd.DataFrame(
+        {"class": ["SA"] * 11, "texture": list("abcdefghijk"), "speed_mm_s": [40.0] * 11,
+         "spikes_per_s": [10.0 * n for n in range(11)], "silent": [0.6] + [0.4] * 10}
+    ),
+    "resolution": pd.DataFrame(
+        {"class": ["PC"] * 4, "across": ["speeds", "speeds", "windows", "windows"],
+         "resolution_s": [0.01, 0.5, 0.01, 0.5], "accuracy": [0.61, 0.32, 0.83, 0.44],
+         "chance": [0.08] * 4}
+    ),
+    "stretch": matches(RA=(0.72, 0.15), PC=(0.56, 0.14)),
+    "slopes": pd.DataFrame({"class": ["RA"] * 3, "slope": [0.5, 0.7, 0.9]}),
+    "exponents": pd.DataFrame(
+        {"texture": ["a", "b"] * 3, "speed_mm_s": [10.0] * 2 + [20.0] * 2 + [30.0] * 2,
+         "recording": list("uvwxyz"), "exponent": [1.0, 2.0] * 3}
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "SA units fire 50 spikes/s in the mean; of the recordings, the middle four fifths lie "
+        "between 10 and 90.",
+        "Most SA units are silent in a/40 (texture/speed).",
+        "PC, at a speed not learnt from: rates alone tell 32% of the windows, bins of 10 ms 61% "
+        "(chance 8%).",
+        "PC, at a speed learnt from: rates alone tell 44% of the windows, bins of 10 ms 83% "
+        "(chance 8%).",
+        "RA trains find their texture at another speed in 72% of cases when stretched by the ratio "
+        "of the speeds, in 15% as they are.",
+        "PC trains find their texture at another speed in 56% of cases when stretched by the ratio "
+        "of the speeds, in 14% as they are.",
+        "RA rates grow with speed to the power 0.70, with a standard deviation of 0.20 over units.",
+        "The spectral exponent of the vibration alone, one number, tells 100% of the recordings at "
+        "a speed not learnt from (chance 50%).",
+    ],
+)
+def test_artificial_units_are_told_of_as_the_tables_say(said):
+    assert said in sentences_of(TABLES)
+
+
+def test_natural_fibres_are_told_of_as_the_table_says():
+    """Found on real afferents: SA 54, RA 72, PC 56% when stretched; 22, 15, 14% as they are."""
+    found = match_by_class(matches(SA=(0.54, 0.22), RA=(0.72, 0.15)))
+    both = pd.concat([found.assign(population="natural"), found.assign(population="artificial")])
+    assert [matches_in_words(both)[i] for i in (0, 2)] == [
+        "SA, natural: 54% of textures are found by their trains at another speed when stretched, "
+        "22% as they are (chance 2%).",
+        "SA, artificial: 54% of textures are found by their trains at another speed when "
+        "stretched, 22% as they are (chance 2%).",
+    ]
+    assert all_fibres_in_words(found)[1] == (
+        "All 7 natural RA fibres, on 55 textures with the gaps they have (up to 30 trains a pair "
+        "of speeds): 72% of textures are found when stretched, 15% as they are (chance 2%)."
+    )
+
+
+def test_fibres_with_gaps_are_put_beside_artificial_units():
+    """No fibre is there in every trial: trains are matched all the same, decoding says why not."""
+    natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
+    found = beside(artificial, natural, 0.2, 0, "made")
+    assert found.resolution is None
+    assert "6 textures of each; 17 SA, 15 RA, 7 PC of each" in found.sentences[0]
+    assert "were not recorded" in found.sentences[0]
+    by = found.matches.set_index(["class", "population", "stretched"])["accuracy"]
+    for population in ("artificial", "natural"):
+        assert by["SA", population, True] > 0.7 > by["SA", population, False]
+    assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
+    assert set(found.natural["n_textures"]) == {8}
+
+
+def test_without_gaps_decoding_stands_beside_as_well():
+    natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
+    assert isinstance(natural, Spikes)
+    found = beside(artificial, natural, 0.2, 0, "made")
+    assert found.resolution is not None
+    assert found.figure is not None
