@@ -1,10 +1,10 @@
 """The tactile channels: SA-I, RA-I and RA-II as in the paper, and with their directions.
 
-A file each. A lost marker is NaN in every channel until `hold` fills it.
+A file each. A lost marker is NaN in every channel until `fill` fills it from its neighbours.
 """
 
 from afferents.channels.base import Channel, Skin
-from afferents.channels.lost import hold
+from afferents.channels.lost import fill, hold
 from afferents.channels.ra1 import marker_speed, ra1
 from afferents.channels.ra1_circumferential import ra1_circumferential
 from afferents.channels.ra1_signed import ra1_signed
@@ -23,6 +23,7 @@ __all__ = [
     "Skin",
     "affine_field",
     "channel_of",
+    "fill",
     "global_shear",
     "hold",
     "marker_speed",

@@ -80,8 +80,8 @@ def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Sampl
     Parameters
     ----------
     response
-        `(time, marker)` without NaN (see `hold`), with the markers' `row` and `column`, and the
-        recording's `name`, `texture` and `speed_mm_s` in the attributes.
+        `(time, marker)` without NaN (see `channels.fill`), with the markers' `row` and `column`,
+        and the recording's `name`, `texture` and `speed_mm_s` in the attributes.
     frames
         Those to encode.
     memory

@@ -51,7 +51,7 @@ def require_filled(response: xr.DataArray) -> None:
     """
     if bool(response.isnull().any()):
         raise InputError(
-            name_of(response), "lost markers filled", "NaN", "fill them with channels.hold"
+            name_of(response), "lost markers filled", "NaN", "fill them with channels.fill"
         )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from afferents.channels import CHANNELS, Channel, Skin
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.pixels import images_of
+from afferents.core.pixels import fill_frames, images_of
 from afferents.core.recording import Frame
 from afferents.markers import Grid, Positions, Sensor, Tracker, check_size, undistort
 
@@ -26,7 +26,7 @@ class FrameImages(NamedTuple):
     ----------
     images
         By name of the channel: (row, column), or (component, row, column) of those with directions.
-        Lost markers hold what they last showed. Without RA-I where no frame came just before.
+        Lost markers are filled from their neighbours. Without RA-I where no frame came before.
     markers
         The same before they are images: (component, marker) in the layout's order.
     position
@@ -128,7 +128,8 @@ class Images:
         grid = self._tracker.grid
         assert grid is not None
         responses = self._responses(position, self._tracker.rest_position)
-        markers = {name: _parts(self._held(name, found)) for name, found in responses.items()}
+        places = np.stack([grid.row, grid.column], axis=1)
+        markers = {name: _parts(self._filled(name, r, places)) for name, r in responses.items()}
         images = {
             channel.name: _image(markers[channel.name], responses[channel.name].ndim > 1, grid)
             for channel in self._channels
@@ -145,11 +146,14 @@ class Images:
         found = {channel.name: channel.step(now, before) for channel in self._channels}
         return {name: response for name, response in found.items() if response is not None}
 
-    def _held(self, name: str, response: Response) -> Response:
-        """Fill what lost markers leave open with what they last showed, and keep it."""
-        last = self._last.setdefault(name, np.zeros_like(response))
-        seen = ~np.isnan(response)
-        last[seen] = response[seen]
+    def _filled(self, name: str, response: Response, places: NDArray[np.generic]) -> Response:
+        """Fill what lost markers leave open as `channels.fill` does, and keep what each shows."""
+        shown = np.asarray(response, np.float32)  # as it is stored
+        last = self._last.setdefault(name, np.zeros_like(shown))
+        if len(shown) == len(places):
+            shown = fill_frames(shown[None], places)[0]
+        seen = ~np.isnan(shown)
+        last[seen] = shown[seen]
         return last
 
 

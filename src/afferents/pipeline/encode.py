@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from afferents.channels import Channel, channel_of, hold
+from afferents.channels import Channel, channel_of, fill
 from afferents.core import dims
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
@@ -202,7 +202,7 @@ def response_of(responses: Responses, source: Source) -> xr.DataArray:
     """Return what is encoded, of the frames that the encoding uses, with the recording's labels.
 
     A response that was stored is taken as it is, if all frames are used; else it is worked out.
-    Lost markers are held at their last seen value before they become images.
+    Lost markers are filled from their neighbours before they become images; see `fill`.
     """
     channel, encoding = source
     if encoding.step == 1 and channel.name in responses:
@@ -211,7 +211,7 @@ def response_of(responses: Responses, source: Source) -> xr.DataArray:
         whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
         used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
         response = labelled(channel.response(used), responses)
-    return hold(response) if dims.TIME in response.dims else response
+    return fill(response) if dims.TIME in response.dims else response
 
 
 def encode_all(

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from afferents.channels import CHANNELS, hold
+from afferents.channels import CHANNELS, fill
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.model import MODELS, TABLE1
@@ -86,7 +86,7 @@ def _row(
     first = FIRST_SHOWN if as_published else max(1, (n - length) // 2)
     read = response.isel({dims.TIME: slice(max(0, first - SETTLING_FRAMES), first + length)})
     kept = slice(max(0, read.sizes[dims.TIME] - length), None)
-    samples = spatial_samples(hold(read.load()), kept, CHANNELS[channel].lookback)
+    samples = spatial_samples(fill(read.load()), kept, CHANNELS[channel].lookback)
     # Pixels beside the markers of a layout that is not square show nothing.
     there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
     values = np.where(there, samples.values[::apart], np.float32(np.nan))

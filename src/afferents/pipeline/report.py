@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents.channels import CHANNELS, hold
+from afferents.channels import CHANNELS, fill
 from afferents.core import dims
 from afferents.core.choices import Figures
 from afferents.core.documents import as_form
@@ -256,7 +256,7 @@ def _middle_images(recordings: list[Responses], channel: str) -> Samples | None:
             last = response.sizes[dims.TIME] // 2 + SHOWN_FRAMES
             around = response.isel({dims.TIME: slice(max(0, last - SETTLING_FRAMES), last)})
             shown = slice(-SHOWN_FRAMES, None)
-            samples = spatial_samples(hold(around.load()), shown, CHANNELS[channel].lookback)
+            samples = spatial_samples(fill(around.load()), shown, CHANNELS[channel].lookback)
             # Pixels beside the markers of a layout that is not square show nothing.
             there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
             parts.append(samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN))))

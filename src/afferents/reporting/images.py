@@ -158,10 +158,13 @@ def _middle(images: Samples, texture: str, speed: float) -> NDArray[np.float32]:
 
 
 def scale_of(images: list[TactileImage]) -> tuple[float, float]:
-    """Return the smallest and the largest value of all images."""
+    """Return the 1st and the 99th percentile of all images: one outlier does not set the scale."""
     values = np.concatenate([image.values.ravel() for image in images])
     values = values[np.isfinite(values)]
-    return (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    if not len(values):
+        return 0.0, 1.0
+    low, high = np.quantile(values, [0.01, 0.99])
+    return float(low), float(high)
 
 
 def _draw_on_one_scale(

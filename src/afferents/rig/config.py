@@ -64,8 +64,8 @@ class Mounting(BaseModel):
     wear: float = Field(0.0, ge=0, le=0.1)
     shuffled: float = Field(0.0, ge=0, le=1)
     any_angle: float = Field(1.0, ge=0, le=1)
-    contact_at_rest: bool = True
-    camera_mm: float = Field(57.0, gt=5)
+    contact_at_rest: bool = False
+    camera_mm: float = Field(47.0, gt=5)
     jitter_s: float = Field(0.0003, ge=0)
     clock_sd_s: float = Field(0.02, ge=0)
 
@@ -109,7 +109,7 @@ HARD = {
     "friction-change": 0.1,
     "frame-jitter": 0.001,
     "clock-offset": 0.05,
-    "eccentricity": 0.3,
+    "eccentricity": 0.4,
     "drift": 0.1,
     "speed-ripple": 0.03,
     "motor-ripple": 0.015,

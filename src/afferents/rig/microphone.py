@@ -50,14 +50,14 @@ class Microphone(BaseModel):
     x_mm: float = 0.0
     y_mm: float = 12.0
     depth_mm: float = Field(2.7, gt=0)
-    shear_share: float = Field(0.27, ge=0)
-    low_hz: float = Field(7.8, gt=0)
-    high_hz: float = Field(155.0, gt=0)
-    corner_hz: float = Field(2.1, gt=0)
+    shear_share: float = Field(0.24, ge=0)
+    low_hz: float = Field(5.4, gt=0)
+    high_hz: float = Field(200.0, gt=0)
+    corner_hz: float = Field(3.1, gt=0)
     gain_per_mn_s: float = Field(0.08, gt=0)
-    motor: float = Field(0.0034, ge=0)
-    mains: float = Field(0.0001, ge=0)
-    noise: float = Field(0.0086, ge=0)
+    motor: float = Field(0.0022, ge=0)
+    mains: float = Field(0.00014, ge=0)
+    noise: float = Field(0.0043, ge=0)
     room_noise: float = Field(0.003, ge=0)
 
     def weights(self, rest_mm: NDArray[np.float64]) -> NDArray[np.float64]:

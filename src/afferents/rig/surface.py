@@ -60,11 +60,11 @@ class Drum(BaseModel):
 
     diameter_mm: float = Field(80.0, gt=0)
     bump_height_mm: float = Field(0.5, gt=0)
-    bump_ratio: float = Field(0.45, gt=0, le=0.9)
-    print_sd_mm: float = Field(0.038, ge=0)
+    bump_ratio: float = Field(0.36, gt=0, le=0.9)
+    print_sd_mm: float = Field(0.037, ge=0)
     prints: int = Field(0, ge=0)
-    patch_sd_mm: float = Field(0.13, ge=0)
-    patch_mm: float = Field(5.8, gt=0)
+    patch_sd_mm: float = Field(0.15, ge=0)
+    patch_mm: float = Field(6.3, gt=0)
 
     @property
     def top_diameter_mm(self) -> float:

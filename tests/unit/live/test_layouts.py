@@ -10,7 +10,7 @@ import torch
 
 import afferents
 from afferents import cli
-from afferents.channels import CHANNELS, hold
+from afferents.channels import CHANNELS, fill
 from afferents.core import dims
 from afferents.core.model import MODELS, models_named
 from afferents.core.progress import Progress
@@ -99,7 +99,7 @@ def test_images_of_frames_are_those_of_the_store(session, store):
     felt = [images.feed(frame) for frame in video.frames()]
     for channel in channels:
         source = sources_of(MODELS["sa-wave"], open_data([str(store)])[0].encodings)[0]
-        offline = component_images(hold(response_of(responses, source._replace(channel=channel))))
+        offline = component_images(fill(response_of(responses, source._replace(channel=channel))))
         for i in (12, 90, 200):
             live = felt[i].images[channel.name]
             live = live if live.ndim == 3 else live[None]

@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afferents
-from afferents.channels import CHANNELS, hold, ra1_vector, sa1_vector
+from afferents.channels import CHANNELS, fill, ra1_vector, sa1_vector
 from afferents.core import dims
 from afferents.core.model import MODELS
 from afferents.core.store import open_responses
@@ -62,15 +62,15 @@ def test_images_are_those_of_the_store(session, make_video, tmp_path, losing, rn
     assert bool(responses[dims.SA1][sensor.rest_frame :].isnull().any()) == losing
     moved = sa1_vector(responses[dims.POSITION], responses[dims.REST_POSITION])
     offline_by_name = {
-        dims.SA1: tactile_images(hold(responses[dims.SA1])),
-        dims.RA1: tactile_images(hold(responses[dims.RA1])),
-        dims.SA1_VECTOR: component_images(hold(moved)),
-        dims.RA1_VECTOR: component_images(hold(ra1_vector(moved))),
+        dims.SA1: tactile_images(fill(responses[dims.SA1])),
+        dims.RA1: tactile_images(fill(responses[dims.RA1])),
+        dims.SA1_VECTOR: component_images(fill(moved)),
+        dims.RA1_VECTOR: component_images(fill(ra1_vector(moved))),
     }
     # Of stored float32 here, of doubles there.
     others = {dims.RA1_SIGNED, dims.RA1_CIRCUMFERENTIAL, dims.SA1_LOCAL}
     offline_by_name |= {
-        name: np.squeeze(component_images(hold(CHANNELS[name].response(responses))))
+        name: np.squeeze(component_images(fill(CHANNELS[name].response(responses))))
         for name in others
     }
     for name, live in live_images(recording.video, sensor).items():

@@ -99,8 +99,8 @@ def all_fibres_in_words(matches: pd.DataFrame) -> list[str]:
         by, one = some.set_index("stretched")["accuracy"], some.iloc[0]
         said.append(
             f"All {one['n_units']} natural {name} fibres, on {one['n_textures']} textures with the "
-            f"gaps they have (up to {one['n_trains']} trains a pair of speeds): {100 * by[True]:.0f}% of textures are "
-            f"found when stretched, {100 * by[False]:.0f}% as they are (chance "
-            f"{100 * one['chance']:.0f}%)."
+            f"gaps they have (up to {one['n_trains']} trains a pair of speeds): "
+            f"{100 * by[True]:.0f}% of textures are found when stretched, "
+            f"{100 * by[False]:.0f}% as they are (chance {100 * one['chance']:.0f}%)."
         )
     return said

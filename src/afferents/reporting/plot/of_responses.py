@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from afferents.core import dims
 from afferents.core.errors import InputError
-from afferents.core.pixels import covered, images_of
+from afferents.core.pixels import covered, fill_frames, images_of
 from afferents.core.recording import Frame, GreyImage
 from afferents.core.samples import textures_of
 from afferents.reporting.images import TactileImage, draw_image, scale_of
@@ -33,16 +33,18 @@ def tactile_image(
         SA-I or RA-I, (time, marker) or (marker), with `row` and `column` of the markers, such as
         ``example().sa1``; or one image (row, column), such as ``samples(...)[0]``.
     time_s
-        Of which the nearest frame is drawn, s; None for the middle one. Only of (time, marker).
+        Of which the nearest frame is drawn, s; None for the one with the strongest response, by
+        the median of its markers. Only of (time, marker).
     ax
         Where to draw; None for a figure of its own.
 
     Returns
     -------
     matplotlib.axes.Axes
-        The image, y of the camera downwards; grey where a marker was lost, and beside the markers.
-        On layouts that are no square grid, pixels are interpolated between the markers. The colour
-        bar has the unit of the response.
+        The image, y of the camera downwards, grey beside the markers. On layouts that are no square
+        grid, pixels are interpolated between the markers; a lost marker is filled from its
+        neighbours, as models see it. The colour bar, from the 1st to the 99th percentile of the
+        image, has the unit of the response.
 
     Raises
     ------
@@ -226,18 +228,19 @@ def _label(response: xr.DataArray) -> str:
 
 
 def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
-    """Return a response at the frame nearest to a time, or at the middle one."""
+    """Return a response at the frame nearest to a time, or where it is strongest."""
     if dims.TIME not in response.coords:
         raise InputError("the response", "times of its frames, s (coordinate time)", "none")
     if time_s is None:
-        return response.isel({dims.TIME: response.sizes[dims.TIME] // 2})
+        level = response.median([d for d in response.dims if d != dims.TIME])
+        return response.isel({dims.TIME: int(np.argmax(level.fillna(-np.inf).values))})
     return response.sel({dims.TIME: time_s}, method="nearest")
 
 
 def _grid(image: xr.DataArray) -> NDArray[np.float32]:
     """Return an image (row, column) of what is one, or of markers with their places.
 
-    A pixel is NaN where a lost marker has a part in it, and where no markers are around it.
+    A pixel is NaN where no markers are around it, and where too few were seen to fill it from.
     """
     if set(image.dims) == {dims.ROW, dims.COLUMN}:
         return np.asarray(image.transpose(dims.ROW, dims.COLUMN).values, np.float32)
@@ -248,7 +251,7 @@ def _grid(image: xr.DataArray) -> NDArray[np.float32]:
     if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
         raise InputError("response", "markers in a grid (coordinates row and column)", "neither")
     row, column = image[dims.ROW].values, image[dims.COLUMN].values
-    values = image.values[None]
+    values = fill_frames(image.values[None], np.stack([row, column], axis=1))
     lost = np.isnan(values)
     shown = covered(row, column) & (images_of(lost, row, column)[0] == 0)
     return np.where(shown, images_of(np.where(lost, 0, values), row, column)[0], np.float32(np.nan))
