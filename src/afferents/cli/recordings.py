@@ -28,17 +28,18 @@ from afferents.core.progress import Progress
 
 def init(
     folder: Annotated[
-        Path, typer.Argument(help="Folder of videos, sound, or folders of numbered images.")
+        Path, typer.Argument(help="Folder of videos, sound, folders of numbered images, or tables.")
     ],
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a first session.toml into a folder of recordings, and say what was guessed."""
+    """Write a first session.toml, or dataset.toml for tables, and say what was guessed."""
     from afferents import commands
 
     made = commands.init_session(folder, force)
     found = {"session_file": str(made.path), "said": made.sentences}
-    say(as_json, found, *made.sentences, f"Session file to check: {made.path}")
+    what = "Session file" if made.path.name == "session.toml" else "Description"
+    say(as_json, found, *made.sentences, f"{what} to check: {made.path}")
 
 
 def inspect(

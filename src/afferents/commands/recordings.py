@@ -77,12 +77,12 @@ def inspect(
 
 
 def init_session(folder: Place, force: bool = False) -> "FirstSession":
-    """Write a first `session.toml` into a folder of recordings.
+    """Write a first `session.toml` into a folder of recordings, or `dataset.toml` beside tables.
 
     Parameters
     ----------
     folder
-        Holds videos of any container, sound, or folders of numbered images.
+        Holds videos of any container, sound, or folders of numbered images; or tables alone.
     force
         Whether one that was written so before may be replaced.
 

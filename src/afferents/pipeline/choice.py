@@ -74,7 +74,10 @@ def _lengths(recordings: Sequence[Responses], cut: Cut) -> Iterator[tuple[str, f
 def say_choice(
     data: Sequence[OpenedData], models: Sequence[Model], encodings: Encodings, progress: Progress
 ) -> None:
-    """Say which options of encodings were chosen, where that was left to us."""
+    """Say what clocks rest on, and which options of encodings were chosen where we choose."""
+    for data_set in (one.origin.data_set for one in data if one.origin.data_set.chooses_encodings):
+        for sentence in data_set.describe(data_set.recordings()):
+            progress.note(sentence)
     if not data[0].origin.data_set.chooses_encodings:
         return
     sources = (source for model in models for source in sources_of(model, encodings))

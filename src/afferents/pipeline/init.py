@@ -10,6 +10,7 @@ from afferents.core.files import write_text
 from afferents.core.outputs import has_mark, require_free
 from afferents.core.recording import EDGE_S
 from afferents.markers import load_sensor
+from afferents.pipeline.init_tables import first_data_set, is_of_tables
 from afferents.recordings import (
     NOT_TEXTURES,
     RATE_TOLERANCE,
@@ -32,7 +33,7 @@ MARK = "written by 'afferents init'"
 
 @dataclass(frozen=True)
 class FirstSession:
-    """The session file that was written, and sentences on what it rests on."""
+    """The session file (or `dataset.toml`) that was written, and sentences on what it rests on."""
 
     path: Path
     sentences: list[str]
@@ -72,6 +73,8 @@ class _Found:
 def first_session(folder: Path, force: bool = False) -> FirstSession:
     """Write a first `session.toml` into a folder of recordings; say what was guessed.
 
+    Into a folder of tables, a `dataset.toml`.
+
     Parameters
     ----------
     force
@@ -85,6 +88,8 @@ def first_session(folder: Path, force: bool = False) -> FirstSession:
     if not folder.is_dir():
         found_there = "a file" if folder.exists() else "no such folder"
         raise InputError(folder, "a folder of recordings", found_there)
+    if is_of_tables(folder):
+        return FirstSession(*first_data_set(folder, MARK, force))
     target = folder / SESSION_TOML
     if (folder / SESSION_FILE).exists():
         do = "it says already what a session file says"

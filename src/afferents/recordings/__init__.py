@@ -9,11 +9,12 @@ from afferents.recordings.check import (
 )
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.data_set_file import DataSetFile, read_data_set_file
-from afferents.recordings.described import PACKAGED, Described, is_described
+from afferents.recordings.described import DATA_SET_FILE, PACKAGED, Described, is_described
 from afferents.recordings.facts import Facts, VibrationFacts, VideoFacts, facts, video_facts
 from afferents.recordings.footage import Footage
 from afferents.recordings.grid import require_rates_that_agree
 from afferents.recordings.guess import Guess, guess_pattern, guess_recordings
+from afferents.recordings.guess_tables import guess_data_set, tables_in
 from afferents.recordings.images import ImageFolder
 from afferents.recordings.levels import clipped_share, doubt_loudness, require_finite
 from afferents.recordings.listed import sensor_named
@@ -34,6 +35,7 @@ from afferents.recordings.video import VideoFile, VideoWithProgress, luma_of, op
 
 __all__ = [
     "DATA_SETS",
+    "DATA_SET_FILE",
     "NOT_TEXTURES",
     "PACKAGED",
     "RATE_TOLERANCE",
@@ -62,6 +64,7 @@ __all__ = [
     "data_set_of",
     "doubt_loudness",
     "facts",
+    "guess_data_set",
     "guess_pattern",
     "guess_recordings",
     "is_described",
@@ -80,5 +83,6 @@ __all__ = [
     "sensor_named",
     "session_file",
     "source_of",
+    "tables_in",
     "video_facts",
 ]

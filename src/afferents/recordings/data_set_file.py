@@ -8,10 +8,13 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validato
 
 from afferents.core.documents import as_form, read_toml
 
-_PLACEHOLDER = re.compile(r"\{(\w+)\}")
+_PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")
+_ANY = "*"
 _SPEED = r"[-+]?\d+(?:\.\d+)?"
-_MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0}
+_MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
 _MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
+_RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
+_OF_A_CLOCK = ("sample_rate_hz", "period_ms", "jitter_ms")
 
 
 class _Part(BaseModel):
@@ -28,14 +31,14 @@ class Files(_Part):
         ``**`` is any folder.
     pattern
         Their path from there, such as ``{texture}/{speed}_{trial}.csv``: `texture` and `speed`,
-        and conditions of any name.
+        and conditions of any name; ``{*}`` is what is left alone. All else stands for itself.
     regex
         The same as a regular expression with named groups, for all of the path.
     texture, speed_mm_s
         Of all recordings, where names don't say. Without a speed, models that need none can be
         asked with ``--split trial``, or another condition.
-    speed_unit
-        Of the speed in names.
+    speed_unit, speed_scale
+        Of the speed in names, and what the number there is multiplied with to be in that unit.
     words
         What texts in names stand for, by placeholder.
     """
@@ -45,7 +48,8 @@ class Files(_Part):
     regex: str = ""
     texture: str = ""
     speed_mm_s: PositiveFloat | None = None
-    speed_unit: Literal["mm/s", "cm/s", "m/s"] = "mm/s"
+    speed_unit: Literal["mm/s", "cm/s", "m/s", "mm/min"] = "mm/s"
+    speed_scale: PositiveFloat = 1.0
     words: dict[str, dict[str, str]] = {}
 
     @property
@@ -56,12 +60,12 @@ class Files(_Part):
     @property
     def depth(self) -> int:
         """Of how many names a path consists: as many as there are slashes, and one."""
-        return re.sub(r"\[[^\]]*\]", "", self.regex or self.pattern).count("/") + 1
+        return re.sub(r"\[[^\]]*\]", "", self.regex).count("/") + self.pattern.count("/") + 1
 
     @property
     def mm_s(self) -> float:
-        """A unit of speed in mm/s."""
-        return _MM[self.speed_unit]
+        """What a speed in names of 1 is, mm/s."""
+        return self.speed_scale * _MM[self.speed_unit]
 
     @model_validator(mode="after")
     def _says_what_is_needed(self) -> Self:
@@ -83,14 +87,20 @@ class Files(_Part):
 def _expression(pattern: str) -> str:
     """Return a pattern with placeholders as a regular expression."""
     names = _PLACEHOLDER.findall(pattern)
-    if twice := [name for name in names if names.count(name) > 1]:
+    if twice := [name for name in names if names.count(name) > 1 and name != _ANY]:
         raise ValueError(f"'{{{twice[0]}}}' stands twice in the pattern")
     if "}{" in pattern:
         raise ValueError("two placeholders with nothing between them match in more ways than one")
     parts = _PLACEHOLDER.split(pattern)
     texts = [re.escape(part) for part in parts[::2]]
-    groups = [f"(?P<{n}>{_SPEED if n == 'speed' else '[^/]+?'})" for n in parts[1::2]]
+    groups = [_group(name) for name in names]
     return "".join(text + group for text, group in zip(texts, [*groups, ""], strict=True))
+
+
+def _group(name: str) -> str:
+    if name == _ANY:
+        return "[^/]*?"
+    return f"(?P<{name}>{_SPEED if name == 'speed' else '[^/]+?'})"
 
 
 class Signal(_Part):
@@ -115,8 +125,17 @@ class Signal(_Part):
         The clock, either as a rate or as its step.
     time, time_unit
         Column that says when each row was taken. Without a rate that of the first file is used.
+        The rate is compared with the whole time of every file.
     jitter_ms
         By how much a step may differ from the clock's; half a step if not given.
+    resample_hz
+        Rate of a regular clock, Hz, that rows which come unevenly are brought to.
+    interpolation
+        Between such rows: straight lines, or Akima's cubic (modified, which hardly overshoots).
+    longest_gap_ms
+        Without a row that is bridged; five times the median step of a file if not given.
+    out_of_order
+        Share of a file's rows that may be dropped since they don't come after all before them.
     duplicates
         Whether a row that repeats the one before, time included, is refused or counts once.
     least_s
@@ -140,6 +159,10 @@ class Signal(_Part):
     time: str | int | None = None
     time_unit: Literal["s", "ms", "us", "ns"] = "s"
     jitter_ms: Annotated[float, Field(ge=0)] | None = None
+    resample_hz: PositiveFloat | None = None
+    interpolation: Literal["linear", "cubic"] = "linear"
+    longest_gap_ms: PositiveFloat | None = None
+    out_of_order: Annotated[float, Field(ge=0, lt=1)] = 0.01
     duplicates: Literal["refuse", "once"] = "refuse"
     least_s: Annotated[float, Field(ge=0)] = 0.0
     units: str = "counts"
@@ -147,7 +170,9 @@ class Signal(_Part):
 
     @property
     def rate_hz(self) -> float | None:
-        """The sample rate that is declared, Hz."""
+        """The sample rate that is declared, or wanted, Hz."""
+        if self.resample_hz is not None:
+            return self.resample_hz
         return self.sample_rate_hz if self.period_ms is None else 1000 / self.period_ms
 
     @property
@@ -159,9 +184,21 @@ class Signal(_Part):
     def _agrees(self) -> Self:
         if self.sample_rate_hz and self.period_ms:
             raise ValueError("sample_rate_hz or period_ms, not both")
+        self._resamples_times()
         if isinstance(self.steady_s, tuple) and self.steady_s[0] >= self.steady_s[1]:
             raise ValueError("steady_s must start before it stops")
         return self
+
+    def _resamples_times(self) -> None:
+        """Refuse what contradicts `resample_hz`, or means nothing without it."""
+        if self.resample_hz is None:
+            if lone := sorted(_RESAMPLING & self.model_fields_set):
+                raise ValueError(f"{lone[0]} goes with resample_hz")
+            return
+        if self.time is None:
+            raise ValueError("resample_hz needs the time column")
+        if other := [name for name in _OF_A_CLOCK if getattr(self, name) is not None]:
+            raise ValueError(f"resample_hz or {other[0]}, not both")
 
 
 class DataSetFile(_Part):

@@ -10,7 +10,7 @@ from afferents.core.errors import InputError
 from afferents.core.recording import Recording, Session
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.data_set_file import DataSetFile, Signal, read_data_set_file
-from afferents.recordings.series import SeriesFile
+from afferents.recordings.series import SeriesFile, resampling_sentences, unchecked_sentences
 
 DATA_SET_FILE = "dataset.toml"
 PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
@@ -97,10 +97,16 @@ class Described(DataSet):
         self._require_distinct(recordings)
         return Session(self.root, tuple(recordings))
 
+    def describe(self, session: Session) -> list[str]:
+        """Say what the clock rests on: a resampled one, or one that no file can confirm."""
+        files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
+        return resampling_sentences(files) or unchecked_sentences(files)
+
     def _matching_in(self, folder: str) -> Iterator[tuple[Path, re.Match[str]]]:
         """Yield files whose path from a folder matches all of the pattern."""
         expression = self.form.files.expression
-        places = [self.root / folder] if "*" not in folder else self.root.glob(folder)
+        literal = re.sub(r"[\[?]", r"[\g<0>]", folder)  # all but "*" stands for itself
+        places = [self.root / folder] if "*" not in folder else self.root.glob(literal)
         for place in (place for place in places if place.is_dir()):
             for path in place.glob("/".join(["*"] * self.form.files.depth)):
                 match = expression.fullmatch(path.relative_to(place).as_posix())
@@ -153,10 +159,10 @@ class Described(DataSet):
             said = (one.texture, one.speed_mm_s, tuple(sorted(one.conditions.items())))
             other = seen.setdefault(said, one)
             if other is not one:
+                at = "" if one.speed_mm_s is None else f" at {one.speed_mm_s:g} mm/s"
                 raise InputError(
                     self.path, "files that their names tell apart",
-                    f"{other.source.name} and {one.source.name}, both {one.texture} at "
-                    f"{one.speed_mm_s:g} mm/s",
+                    f"{other.source.name} and {one.source.name}, both {one.texture}{at}",
                     "name what differs in the pattern, such as {trial}",
                 )  # fmt: skip
 

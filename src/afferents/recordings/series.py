@@ -3,6 +3,7 @@
 import fnmatch
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,12 +16,18 @@ from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.recordings.data_set_file import Signal
 from afferents.recordings.levels import require_finite
+from afferents.recordings.resample import Rows, in_order, resampled, rows_of
 from afferents.recordings.table_formats import Table, read_table
 
 _ROUNDING = 1e-6
 """Share of a step that times in floating point may be off."""
 _AGREES = 0.01
 """Rates that differ by less are one."""
+_BRIDGED = 5
+"""Median steps without a row that are bridged where `longest_gap_ms` says nothing."""
+_UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
+_RISES = 0.95
+"""A column that rises in more than this share of rows may hold times."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +51,19 @@ class SeriesFile:
     expected_hz: float | None = None
 
     @cached_property
+    def _known(self) -> tuple[tuple[int, int], Rows | None]:
+        table, rows = self._table()
+        return (len(table.values), len(self._channels(table))), rows
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Samples and channels; reads the file."""
-        table = self._table()
-        return len(table.values), len(self._channels(table))
+        return self._known[0]
+
+    @property
+    def rows(self) -> Rows | None:
+        """What rows were resampled, None where none were; reads the file."""
+        return self._known[1]
 
     @property
     def n_samples(self) -> int:
@@ -62,7 +78,7 @@ class SeriesFile:
     @cached_property
     def sample_rate_hz(self) -> float:
         """Sample rate, Hz: as declared, else by the file's header, else by its time column."""
-        return self.expected_hz or self.signal.rate_hz or self._own_rate(self._table())
+        return self.expected_hz or self.signal.rate_hz or self._own_rate(self._table()[0])
 
     def read(self) -> xr.DataArray:
         """Read all channels.
@@ -76,9 +92,10 @@ class SeriesFile:
         ------
         InputError
             Naming the file, and in a CSV the line: if it can't be read, lacks a column, or its
-            clock is not regular, goes back, or is not the data set's.
+            clock is not regular, goes back, or is not the data set's; where it is resampled, if a
+            gap is too long or too many rows are out of order.
         """
-        table = self._table()
+        table, _ = self._table()
         names = self._channels(table)
         rate_hz = self.sample_rate_hz
         self._check_length(len(table.values), rate_hz)
@@ -92,13 +109,54 @@ class SeriesFile:
             attrs={dims.SAMPLE_RATE: rate_hz, dims.UNITS: self.signal.units},
         )
 
-    def _table(self) -> Table:
-        """Return the file's table, repeated rows once where that is wanted."""
+    def _table(self) -> tuple[Table, Rows | None]:
+        """Return the file's table, with repeated rows once and resampled where that is wanted."""
         table = read_table(self.path, self.signal)
         if self.signal.duplicates == "once":
             new = np.append(True, (np.diff(table.values, axis=0) != 0).any(axis=1))
             table = table._replace(values=table.values[new], place=table.place[new])
-        return table
+        return (table, None) if self.signal.resample_hz is None else self._resampled(table)
+
+    def _resampled(self, table: Table) -> tuple[Table, Rows]:
+        rate_hz, time_ms = self.signal.resample_hz, self._time_ms(table)
+        assert rate_hz is not None
+        assert time_ms is not None
+        require_finite(table.values, self.path, rate_hz)
+        kept = in_order(time_ms)
+        self._check_order(table, time_ms, kept)
+        time_ms = time_ms[kept]
+        if len(time_ms) < 2:
+            raise InputError(self.path, "two rows or more to resample", f"{len(time_ms)}")
+        rows = rows_of(time_ms, int((~kept).sum()), rate_hz)
+        self._check_gaps(table.place[kept], table.unit, time_ms, rows)
+        cubic = self.signal.interpolation == "cubic"
+        values = resampled(time_ms, table.values[kept], rate_hz, cubic)
+        return table._replace(values=values, place=np.arange(len(values))), rows
+
+    def _check_order(
+        self, table: Table, time_ms: NDArray[np.float64], kept: NDArray[np.bool_]
+    ) -> None:
+        share = 1 - kept.mean()
+        if share > self.signal.out_of_order:
+            row = int(np.argmin(kept))
+            raise InputError(
+                f"{self.path}, {table.unit} {table.place[row]}",
+                f"at most {self.signal.out_of_order:.3g} of the rows out of order (out_of_order)",
+                f"{share:.3g}, the first here: {time_ms[row - 1]:g} ms, then {time_ms[row]:g} ms",
+                "look at the file's times, or allow a larger share in [signal]",
+            )
+
+    def _check_gaps(
+        self, place: NDArray[np.int64], unit: str, time_ms: NDArray[np.float64], rows: Rows
+    ) -> None:
+        longest_ms = self.signal.longest_gap_ms or _BRIDGED * rows.step_ms
+        if rows.longest_ms > longest_ms * (1 + _ROUNDING):
+            row = int(np.argmax(np.diff(time_ms))) + 1
+            raise InputError(
+                f"{self.path}, {unit} {place[row]}",
+                f"rows at most {longest_ms:.4g} ms apart (longest_gap_ms)",
+                f"{rows.longest_ms:.4g} ms", "say in [signal] how long a gap may be bridged",
+            )  # fmt: skip
 
     def _channels(self, table: Table) -> list[str]:
         others = [name for name in table.columns if name != self._time_name()]
@@ -142,7 +200,11 @@ class SeriesFile:
         step = np.diff(time_ms)
         usual_ms = float(np.median(step)) if len(step) else 0.0
         if usual_ms <= 0:
-            raise InputError(self.path, "times that go on, to tell the rate by", f"{usual_ms:g} ms")
+            expected, do = (
+                "times that go on, to tell the rate by",
+                "say sample_rate_hz, or resample",
+            )
+            raise InputError(self.path, expected, f"steps of {usual_ms:g} ms (median)", do)
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
         # To six digits: float times add noise, and all recordings must share one axis.
@@ -155,7 +217,9 @@ class SeriesFile:
             raise InputError(self.path, expected, f"{n}")
 
     def _check_clock(self, table: Table, rate_hz: float) -> None:
-        """Refuse a file whose rate or whose steps are not those of the data set."""
+        """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""
+        if self.signal.resample_hz is not None:
+            return
         if table.rate_hz is not None and abs(table.rate_hz / rate_hz - 1) > _AGREES:
             raise self._other_rate(rate_hz, table.rate_hz)
         time_ms = self._time_ms(table)
@@ -166,13 +230,13 @@ class SeriesFile:
         usual_ms = float(np.median(step))
         if abs(usual_ms - period_ms) > max(jitter_ms, _AGREES * period_ms):
             raise self._other_rate(rate_hz, 1000 / usual_ms)
-        irregular = np.flatnonzero(np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms)
+        uneven = np.abs(step - period_ms) > jitter_ms + _ROUNDING * period_ms
+        irregular = np.flatnonzero(uneven | (step < 0))
         if len(irregular):
             raise self._irregular(table, time_ms, int(irregular[0]) + 1, period_ms, jitter_ms)
         mean_ms = (time_ms[-1] - time_ms[0]) / len(step)
-        slack_ms = max(_AGREES * period_ms, 2 * jitter_ms / len(step))
-        if self.signal.jitter_ms is None and abs(mean_ms - period_ms) > slack_ms:
-            raise self._other_rate(rate_hz, 1000 / mean_ms)
+        if abs(mean_ms / period_ms - 1) > _AGREES:
+            raise self._other_rate(rate_hz, 1000 / mean_ms, " over its whole time")
 
     def _irregular(
         self, table: Table, time_ms: NDArray[np.float64], row: int, period_ms: float, jitter: float
@@ -183,12 +247,59 @@ class SeriesFile:
         )
         if now < before:
             found = f"{before:g} ms, then {now:g} ms"
-            return InputError(where, "times that go on", found)
+            return InputError(where, "times that go on", found, _UNEVEN)
         expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter:g})"
-        return InputError(where, expected, f"{now - before:g} ms")
+        return InputError(where, expected, f"{now - before:g} ms", _UNEVEN)
 
-    def _other_rate(self, expected_hz: float, found_hz: float) -> InputError:
+    def _other_rate(self, expected_hz: float, found_hz: float, over: str = "") -> InputError:
+        expected = f"the sample rate of the data set, {expected_hz:g} Hz"
         return InputError(
-            self.path, f"the sample rate of the data set, {expected_hz:g} Hz", f"{found_hz:g} Hz",
-            "correct [signal], or describe files of another rate as another data set",
+            self.path, expected, f"{found_hz:g} Hz{over}",
+            "correct [signal], say resample_hz there if rows come unevenly, or describe files of "
+            "another rate as another data set",
         )  # fmt: skip
+
+
+def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:
+    """Say what was resampled, and how much of files is not their own; reads them."""
+    found: list[tuple[SeriesFile, Rows]] = []
+    for file in files:
+        with suppress(InputError):  # which reading it says
+            if file.rows is not None:
+                found.append((file, file.rows))
+    if not found:
+        return []
+    signal = found[0][0].signal
+    step_ms = float(np.median([rows.step_ms for _, rows in found]))
+    gap_file, gap = max(found, key=lambda one: one[1].longest_ms)
+    said = (
+        f"Rows, {step_ms:.3g} ms apart (median), are resampled to {signal.resample_hz:g} Hz, "
+        f"{signal.interpolation} between them: frequencies are kept up to "
+        f"{min(rows.limit_hz for _, rows in found):.3g} Hz. The longest gap that is bridged lasts "
+        f"{gap.longest_ms:.3g} ms ({gap_file.path.name})."
+    )
+    dropped, n = sum(rows.n_dropped for _, rows in found), sum(rows.n for _, rows in found)
+    if dropped:
+        most = max(rows.n_dropped / rows.n for _, rows in found)
+        said += (
+            f" {dropped} of {n} rows are out of order and dropped, at most {most:.2%} of a file."
+        )
+    return [said]
+
+
+def unchecked_sentences(files: Sequence[SeriesFile]) -> list[str]:
+    """Say that nothing confirms a rate, where no column of times and no header does."""
+    if not files or files[0].signal.rate_hz is None or files[0].signal.time is not None:
+        return []
+    try:
+        table = read_table(files[0].path, files[0].signal)
+    except InputError:  # which reading it says
+        return []
+    if table.rate_hz is not None:
+        return []
+    said = f"Nothing confirms the {files[0].signal.rate_hz:g} Hz declared: no time column is named."
+    rising = (np.diff(table.values, axis=0) > 0).sum(axis=0) > _RISES * (len(table.values) - 1)
+    if len(table.values) > 1 and rising.any():
+        column = table.columns[int(np.argmax(rising))]
+        said += f" Column {column} rises from row to row: if it holds times, name it as time."
+    return [said]
