@@ -7,8 +7,7 @@ The way of the data, in the paper's order::
     session = afferents.read_session("SESSION")             # recordings, lazy
     recording = session.recordings[0]
     tracks = afferents.track(recording.video, "tip_b")      # marker positions
-    slow = afferents.sa1(tracks.position, tracks.rest_position)     # SA-I,  Eq. 1
-    rapid = afferents.ra1(slow)                             # RA-I,  Eq. 2
+    tracks.sa1, tracks.ra1                                  # SA-I, Eq. 1, and RA-I, Eq. 2
     vibration = afferents.ra2(recording.audio.read())       # RA-II
 
 Every command of the shell is a function of the same name::
@@ -28,7 +27,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from afferents.channels import CHANNELS, Channel, hold, marker_speed, ra1, ra2, sa1
+    from afferents import plot
+    from afferents.channels import CHANNELS, Channel, fill, hold, marker_speed, ra1, ra2, sa1
     from afferents.commands import (
         calibrate,
         compare,
@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     )
     from afferents.evaluation import LeaveOneGroupOut, LeaveOneSpeedOut
     from afferents.markers import Tracker, load_sensor
-    from afferents.models import CLASSIFIERS, build
+    from afferents.models import CLASSIFIERS
     from afferents.pipeline.example import example
     from afferents.recordings import (
         DATA_SETS,
@@ -89,10 +89,9 @@ if TYPE_CHECKING:
         open_video,
         read_session,
     )
-    from afferents.reporting import plot
     from afferents.spikes import Spikes, artificial_spikes
     from afferents.spikes.natural import read_natural, read_nwb
-    from afferents.training import predict, training_config
+    from afferents.training import training_config
 
 
 _COMMANDS = (
@@ -125,7 +124,7 @@ _COMMANDS = (
 _MODULES = {
     "devices": "afferents.devices",
     "live": "afferents.live",
-    "plot": "afferents.reporting.plot",
+    "plot": "afferents.plot",
 }
 _HOME = {
     "example": "pipeline.example",
@@ -141,6 +140,7 @@ _HOME = {
     "load_sensor": "markers",
     "CHANNELS": "channels",
     "Channel": "channels",
+    "fill": "channels",
     "hold": "channels",
     "marker_speed": "channels",
     "ra1": "channels",
@@ -164,10 +164,8 @@ _HOME = {
     "spectral_samples": "encodings",
     "stretch_spectrum": "encodings",
     "CLASSIFIERS": "models",
-    "build": "models",
     "MODELS": "core.model",
     "Model": "core.model",
-    "predict": "training",
     "training_config": "training",
     "LeaveOneGroupOut": "evaluation",
     "LeaveOneSpeedOut": "evaluation",
@@ -215,6 +213,7 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "load_sensor",
     "CHANNELS",
     "Channel",
+    "fill",
     "hold",
     "marker_speed",
     "ra1",
@@ -238,10 +237,8 @@ __all__ = [  # noqa: RUF022  the commands, then the pipeline in paper order
     "spectral_samples",
     "stretch_spectrum",
     "CLASSIFIERS",
-    "build",
     "MODELS",
     "Model",
-    "predict",
     "training_config",
     "LeaveOneGroupOut",
     "LeaveOneSpeedOut",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 
@@ -79,6 +80,17 @@ def test_samples_go_into_scikit_learn(stores):
 def test_a_video_by_its_name(session):
     tracks = afferents.track(str(session / "1" / "20" / "video.mp4"))
     assert tracks.position.dims == ("time", "marker", "space")
+
+
+def test_track_gives_what_the_command_writes(session, tmp_path, run):
+    video = session / "1" / "20" / "video.mp4"
+    code, _, said = run("track", video, tmp_path / "t.zarr", "--sensor", "tip_b", "--quiet")
+    assert code == 0, said
+    written = xr.open_zarr(tmp_path / "t.zarr", consolidated=False).load()
+    found = afferents.track(video, "tip_b")
+    assert set(found.data_vars) == set(written.data_vars)
+    for name in written.data_vars:
+        np.testing.assert_array_equal(found[name], written[name])
 
 
 def test_what_is_wrong_is_one_sentence(tmp_path, stores):

@@ -168,7 +168,8 @@ def track(
     -------
     xarray.Dataset
         `position (time, marker, space)` px, NaN where a marker was lost; `detected (time, marker)`;
-        `rest_position (marker, space)`.
+        `rest_position (marker, space)`; `sa1 (time, marker)` px and `ra1 (time, marker)` px/frame.
+        What the command of the same name writes.
 
     Raises
     ------
@@ -181,11 +182,11 @@ def track(
     >>> dict(tracks.position.sizes)
     {'time': 45, 'marker': 361, 'space': 2}
     """
-    from afferents.markers import track as follow
+    from afferents.pipeline.track import tracked
     from afferents.recordings import open_video
 
     opened = open_video(video) if isinstance(video, str | Path) else video
-    return follow(opened, sensor_in(sensor), method)
+    return tracked(opened, sensor_in(sensor), method)
 
 
 class Extracted(list[Responses]):

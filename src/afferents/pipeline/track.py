@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+import xarray as xr
+
 from afferents.core.errors import InputError, PartialFailureError
 from afferents.core.outputs import require_free
 from afferents.core.progress import Progress
+from afferents.core.recording import Video
 from afferents.core.store import TRACKS, is_tracks, write_group
 from afferents.markers import (
     Method,
@@ -91,13 +94,26 @@ def track_video(
     why = ""
     if sensor is None:
         sensor, why = recognise_sensor(video)
-    tracks = track(VideoWithProgress(video, progress), sensor, method, keep_partial=True)
-    found = marker_responses(undistorted(tracks, sensor.lens)).assign_attrs(format=TRACKS)
-    write_group(out, found)
-    if tracks.attrs["stopped"]:
-        kept = f"{tracks.sizes['time']} frames before that are kept in {out}, marked as stopped"
-        raise PartialFailureError(f"{tracks.attrs['stopped']}; {kept}")
-    return [why] * bool(why) + describe(tracks)
+    found = tracked(VideoWithProgress(video, progress), sensor, method, keep_partial=True)
+    write_group(out, found.assign_attrs(format=TRACKS))
+    if found.attrs["stopped"]:
+        kept = f"{found.sizes['time']} frames before that are kept in {out}, marked as stopped"
+        raise PartialFailureError(f"{found.attrs['stopped']}; {kept}")
+    return [why] * bool(why) + describe(found)
+
+
+def tracked(video: Video, sensor: Sensor, method: Method, keep_partial: bool = False) -> xr.Dataset:
+    """Return the marker tracks of a video, as `markers.track` does, with SA-I and RA-I.
+
+    Positions are as a lens without distortion would have shown them.
+
+    Raises
+    ------
+    InputError
+        As `markers.track`.
+    """
+    tracks = track(video, sensor, method, keep_partial=keep_partial)
+    return marker_responses(undistorted(tracks, sensor.lens))
 
 
 def track_session(

@@ -114,9 +114,8 @@ def test_filled_markers_of_real_clips_are_nearer_to_what_was_seen(clip, tmp_path
     import afferents
 
     sensor = tmp_path / "sensor.toml"
-    afferents.calibrate(CLIPS / clip, sensor, quiet=True)
-    tracks = afferents.track(CLIPS / clip, sensor, quiet=True)
-    slow = sa1(tracks.position, tracks.rest_position)
+    afferents.calibrate(CLIPS / clip, sensor)
+    slow = afferents.track(CLIPS / clip, sensor).sa1
     places = np.stack([slow.row.values, slow.column.values], axis=1)
     rng = np.random.default_rng(0)
     hidden = ~np.isnan(slow.values)

@@ -2,12 +2,12 @@
 
 import pandas as pd
 import pytest
+from tests.unit.spikes.test_analysis import fibres
 
 from afferents.pipeline.neural.beside import all_fibres_in_words, beside, matches_in_words
 from afferents.pipeline.neural.words import sentences_of
 from afferents.spikes import Spikes
 from afferents.spikes.analysis.speed import match_by_class
-from tests.unit.spikes.test_analysis import fibres
 
 
 def matches(**accuracies):

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from afferents.core.errors import InputError
-from afferents.rig import NUISANCES, Rig, bumped_surface, draw, mapped_surface
+from afferents.rig import NUISANCES, Drum, Rig, bumped_surface, draw, mapped_surface
 from afferents.rig.run import Drawn, frame_times
 from afferents.rig.simulation import simulation_of
-
 
 OFF_BY_DEFAULT = {"wear", "shuffled"}
 
@@ -104,7 +103,7 @@ def test_the_material_has_one_friction_and_runs_change_it_a_little():
 def test_all_drums_with_bumps_rub_alike_and_the_smooth_one_more():
     factors = [bumped_surface(x / 2).friction_factor for x in range(13)]
     assert factors[0] == 1
-    np.testing.assert_allclose(factors[1:], (np.pi / 4 * 0.45**2) ** (1 / 3))
+    np.testing.assert_allclose(factors[1:], (np.pi / 4 * Drum().bump_ratio ** 2) ** (1 / 3))
 
 
 def test_a_map_of_heights_rubs_by_the_share_that_it_carries_on():
