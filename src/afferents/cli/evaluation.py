@@ -26,7 +26,7 @@ from afferents.cli.shared import (
     Workers,
 )
 from afferents.cli.tables import TerminalTable
-from afferents.core.choices import Figures, Penalty
+from afferents.core.choices import MODELS_ASKED, PRESET_ASKED, Figures, Penalty
 from afferents.core.model import TABLE1
 
 LESS = "Less of the data (to see what it costs)"
@@ -48,9 +48,9 @@ def evaluate(
             help="Models, comma-separated: names; 'all' of the paper's Table 1; 'best', what we "
             "recommend for such data; 'all,best' for both; FILE.py:NAME for one of your own."
         ),
-    ] = "all",
+    ] = MODELS_ASKED,
     protocol: ProtocolName = "nested",
-    preset: PresetName = "quick",
+    preset: PresetName = PRESET_ASKED,
     recipe: RecipeFile = None,
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="First random seed.")] = 0,

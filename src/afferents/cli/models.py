@@ -22,6 +22,7 @@ from afferents.cli.shared import (
     StatisticsName,
     SteadyPart,
 )
+from afferents.core.choices import PRESET_ASKED
 
 
 @takes_encodings
@@ -40,7 +41,7 @@ def train(
         Path | None,
         typer.Option(help="Results of 'evaluate', whose accuracy the model's card is to state."),
     ] = None,
-    preset: PresetName = "fast",
+    preset: PresetName = PRESET_ASKED,
     recipe: RecipeFile = None,
     cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="Random seed of the training.")] = 0,

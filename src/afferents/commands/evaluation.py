@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from afferents.commands.given import Data, Place, models_in, names_in, sources_in
 from afferents.commands.in_words import choices_in_words, encodings_in_words, options_in_words
-from afferents.core.choices import Device, Figures, Penalty, Precision, Preset, Statistics
+from afferents.core.choices import (
+    MODELS_ASKED,
+    PRESET_ASKED,
+    Device,
+    Figures,
+    Penalty,
+    Precision,
+    Preset,
+    Statistics,
+)
 from afferents.core.cut import Cut
 from afferents.core.model import Model
 from afferents.core.progress import Progress
@@ -27,9 +36,9 @@ if TYPE_CHECKING:
 def evaluate(
     data: Data | Sequence[Data],
     out: Place,
-    models: str | Model | Sequence[str | Model] = "best",
+    models: str | Model | Sequence[str | Model] = MODELS_ASKED,
     protocol: str = "nested",
-    preset: Preset = "fast",
+    preset: Preset = PRESET_ASKED,
     cut: Cut = "all",
     seeds: Iterable[int] = (0,),
     held_out: Sequence[float | str] = (),
@@ -143,7 +152,7 @@ def evaluate(
 def evaluate_textures(
     data: Data | Sequence[Data],
     out: Place,
-    models: str | Model | Sequence[str | Model] = "best",
+    models: str | Model | Sequence[str | Model] = MODELS_ASKED,
     quiet: bool = False,
     **options: Any,
 ) -> dict[str, dict[str, Any]]:
@@ -179,7 +188,7 @@ def _evaluation(
     out: Place,
     models: str | Model | Sequence[str | Model],
     protocol: str = "nested",
-    preset: Preset = "fast",
+    preset: Preset = PRESET_ASKED,
     cut: Cut = "all",
     seeds: Iterable[int] = (0,),
     held_out: Sequence[float | str] = (),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from afferents.commands.given import Data, Place, models_in, names_in
 from afferents.core import dims
 from afferents.core.card import Card
-from afferents.core.choices import Device, Precision, Preset, Statistics
+from afferents.core.choices import PRESET_ASKED, Device, Precision, Preset, Statistics
 from afferents.core.cut import Cut
 from afferents.core.errors import InputError
 from afferents.core.model import Model
@@ -26,7 +26,7 @@ def train(
     data: Data,
     out: Place,
     model: str | Model = "best",
-    preset: Preset = "fast",
+    preset: Preset = PRESET_ASKED,
     cut: Cut = "all",
     seed: int = 0,
     results: Place | None = None,

@@ -1,6 +1,6 @@
 """What may be chosen by name, spelled once for commands in the shell and in Python."""
 
-from typing import Literal
+from typing import Final, Literal
 
 Device = Literal["auto", "cpu", "cuda"]
 """Where networks learn; ``auto`` takes a GPU if there is one."""
@@ -8,6 +8,10 @@ Precision = Literal["auto", "float32", "bfloat16"]
 """Numbers that networks learn in."""
 Preset = Literal["quick", "fast", "paper"]
 """Training recipes of networks."""
+MODELS_ASKED: Final = "best,all"
+PRESET_ASKED: Final = "fast"
+"""What is evaluated where nobody says otherwise, in the shell and in Python: what we recommend for
+the data and the paper's six, trained so that their numbers can be quoted."""
 Method = Literal["windowed", "one-to-one", "published"]
 """How markers are matched from frame to frame."""
 Rest = Literal["own", "reference"]

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from afferents.core.choices import Like
+from afferents.core.choices import MODELS_ASKED, PRESET_ASKED, Like
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ CHOICES = (
         "protocol", "--protocol", "nested", "published",
         "half of the held-out speed picks the model, the other half is tested",
     ),
-    Choice("models", "--models", "all,best", "all", "the six of Table 1"),
+    Choice("models", "--models", MODELS_ASKED, "all", "the six of Table 1"),
     Choice(
-        "preset", "--preset", "fast", "paper",
+        "preset", "--preset", PRESET_ASKED, "paper",
         "Adam at 0.001 (SE) and 0.0001 (STE, TE), batches of 64, patience 20, 20 and 10, at most "
         "150 epochs",
     ),

@@ -16,7 +16,14 @@ _PATTERNS = (
     *("{texture}_{speed}_{trial}", "{texture}/{speed}", "{texture}_{speed}"),
     *("{texture}/{trial}", "{texture}_{trial}"),
 )
-"""Tried in this order, with ``_`` and with ``-``."""
+"""Tried in this order, with each of `_JOINTS` and, for the speed, each of `_SPEEDS`."""
+_JOINTS = "_- "
+_SAID = (
+    *("{speed}mms", "{speed}mm_s", "{speed}mm-s", "{speed}mmps", "{speed} mm_s"),
+    *("speed{speed}", "speed_{speed}", "Speed{speed}"),
+)
+_SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
+"""How a speed is written. The last three say least: numbers that only count are no speeds there."""
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
 _MOST_TRIALS = 20
@@ -42,9 +49,11 @@ def guess_pattern(paths: Sequence[str]) -> str | None:
     if len(ends) != 1:
         return None
     end = ends.pop()
-    for text, joint in product(_PATTERNS, "_-"):
-        wanted = text.replace("_", joint) + end
-        if _fits(Pattern(wanted), paths):
+    for speed, text, joint in product(_SPEEDS, _PATTERNS, _JOINTS):
+        if speed != _SPEEDS[-1] and "{speed}" not in text:
+            continue
+        wanted = text.replace("_", joint).replace("{speed}", speed) + end
+        if _fits(Pattern(wanted), paths, said=speed in _SAID):
             return wanted
     return None
 
@@ -53,8 +62,14 @@ def _end(path: str) -> str:
     return "/" if path.endswith("/") else Path(path).suffix
 
 
-def _fits(pattern: Pattern, paths: Sequence[str]) -> bool:
-    """Tell whether a pattern fits all paths, with numbers where numbers should be."""
+def _fits(pattern: Pattern, paths: Sequence[str], said: bool) -> bool:
+    """Tell whether a pattern fits all paths, with numbers where numbers should be.
+
+    Parameters
+    ----------
+    said
+        Whether the names say by a word or a unit which number is the speed.
+    """
     try:
         found = [pattern.values(path.rstrip("/")) for path in paths]
     except InputError:  # in two ways
@@ -64,10 +79,13 @@ def _fits(pattern: Pattern, paths: Sequence[str]) -> bool:
         return False
     if TRIAL in pattern.names:
         return all(_NUMBERED.fullmatch(one[TRIAL]) for one in values)
+    if said:
+        return True
     by_texture: dict[str, list[float]] = {}
     for one in values:
         by_texture.setdefault(one[TEXTURE], []).append(float(one[SPEED]))
-    return not all(_counts(numbers) for numbers in by_texture.values())
+    every = sorted({number for numbers in by_texture.values() for number in numbers})
+    return not (_counts(every) or all(_counts(numbers) for numbers in by_texture.values()))
 
 
 def _counts(numbers: Sequence[float]) -> bool:

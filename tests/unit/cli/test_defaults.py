@@ -1,0 +1,53 @@
+"""What a command does where nothing is said is the same in the shell and in Python."""
+
+import inspect
+
+import pytest
+
+from afferents import commands
+from afferents.cli import evaluation, models, neural, recordings, reproduction, rig
+
+SHELL = {
+    "evaluate": evaluation.evaluate,
+    "report": evaluation.report,
+    "train": models.train,
+    "calibrate": recordings.calibrate,
+    "extract": recordings.extract,
+    "inspect": recordings.inspect,
+    "simulate": rig.simulate,
+    "neural": neural.neural,
+    "reproduce": reproduction.reproduce,
+}
+SAID_OTHERWISE = {
+    "evaluate": {"seeds"},  # how many in the shell, which in Python
+    "train": {"statistics"},
+    "simulate": {"textures"},  # one text in the shell, letters in Python
+    "extract": {"sensor"},
+    "neural": {"classes"},
+}
+
+
+def defaults(function):
+    return {
+        name: parameter.default
+        for name, parameter in inspect.signature(function).parameters.items()
+        if parameter.default is not parameter.empty
+    }
+
+
+def plain(value):
+    """Return a default as one may spell it: nothing given is None, an empty text or tuple."""
+    return value if value or (value in (0, False) and not isinstance(value, str)) else None
+
+
+@pytest.mark.parametrize("command", SHELL)
+def test_defaults_are_the_same_in_the_shell_and_in_python(command):
+    shell, python = defaults(SHELL[command]), defaults(getattr(commands, command))
+    both = set(shell) & set(python) - SAID_OTHERWISE.get(command, set())
+    assert {n: plain(shell[n]) for n in both} == {n: plain(python[n]) for n in both}
+
+
+def test_the_paper_s_models_and_what_we_recommend_are_evaluated_so_that_numbers_hold():
+    for function in (evaluation.evaluate, commands.evaluate):
+        found = defaults(function)
+        assert (found["models"], found["preset"]) == ("best,all", "fast")

@@ -1,0 +1,50 @@
+"""What names of files say of texture, speed and trial is guessed right, or not at all."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afferents.recordings.guess import guess_pattern
+from afferents.recordings.pattern import Pattern
+
+
+@pytest.mark.parametrize(
+    ("names", "pattern"),
+    [
+        (["felt_10mms.avi", "silk_20mms.avi"], "{texture}_{speed}mms.avi"),
+        (["felt_10mm_s.avi", "silk_20mm_s.avi"], "{texture}_{speed}mm_s.avi"),
+        (["felt_speed10.avi", "silk_speed20.avi"], "{texture}_speed{speed}.avi"),
+        (["felt_v10_01.avi", "silk_v20_02.avi"], "{texture}_v{speed}_{trial}.avi"),
+        (["felt 10.avi", "silk 20.avi"], "{texture} {speed}.avi"),
+        (["felt_10mmps_01.mp4", "felt_20mmps_01.mp4"], "{texture}_{speed}mmps_{trial}.mp4"),
+        (["cloth2_10.avi", "cloth2_20.avi"], "{texture}_{speed}.avi"),
+        (["P80_20.avi", "P120_20.avi"], "{texture}_{speed}.avi"),
+        (["felt_1.avi", "felt_2.avi", "silk_3.avi"], "{texture}_{trial}.avi"),
+        (["cloth_v2.avi", "silk_v1.avi"], "{texture}_{trial}.avi"),
+        (["velvet.avi", "v2.avi"], None),
+    ],
+)
+def test_patterns_of_names(names, pattern):
+    assert guess_pattern(names) == pattern
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    textures=st.lists(
+        st.from_regex(r"[a-z]{2,8}\d?", fullmatch=True), min_size=2, max_size=4, unique=True
+    ),
+    speeds=st.lists(st.integers(5, 200), min_size=2, max_size=4, unique=True),
+    form=st.sampled_from(["{}mms", "{}mm_s", "speed{}", "v{}", "{}"]),
+    joint=st.sampled_from("_- "),
+)
+def test_what_was_written_is_read_back(textures, speeds, form, joint):
+    written = {
+        f"{texture}{joint}{form.format(speed)}.avi": (texture, str(speed))
+        for texture in textures
+        for speed in speeds
+    }
+    guessed = guess_pattern(sorted(written))
+    assert guessed is not None
+    for name, expected in written.items():
+        found = Pattern(guessed).values(name)
+        assert (found["texture"], found["speed"]) == expected
