@@ -155,7 +155,10 @@ def match_layout(
     own, blob = _assigned(placed, found, gate)
     off = np.hypot(*(placed[own] - found[blob]).T) / spacing_px(template)
     if needed and len(own) >= needed * len(template) and np.median(off) > most_off:
-        do = "give the sensor file of this sensor, or calibrate it"
+        do = (
+            "a run must begin with the skin at rest; if it does, give the sensor file of this "
+            "sensor, or calibrate it"
+        )
         expected = "markers where the sensor's layout has them"
         raise InputError(where, expected, f"{len(found)} in another layout", do)
     present = np.zeros(len(template), dtype=bool)
@@ -171,7 +174,8 @@ def match_layout(
             where,
             f"the {len(template)} markers of the sensor's layout",
             f"{int(present.sum())} of them",
-            "check the picture, or calibrate this sensor",
+            "a run must begin with the skin at rest: check its first picture, name a later frame "
+            "at rest as rest_frame in session.toml, or calibrate this sensor",
         )
     return placed, present
 

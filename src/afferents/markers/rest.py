@@ -188,7 +188,8 @@ def find_rest_markers(
             "the tracker 'published' needs a reference clip that shows all of them; use another "
             "tracker"
             if near and len(found)
-            else "check the picture, or give a sensor file that fits it",
+            else "a run must begin with the skin at rest: check its first picture, name a later "
+            "frame at rest as rest_frame in session.toml, or give a sensor file that fits it",
         )
     return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
 

@@ -75,7 +75,9 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
             continue
         found = _installed(requirement.name) or "missing"
         if found == "missing" or not requirement.specifier.contains(found, prereleases=True):
-            missing.append(f"{requirement} is needed, {found} found; pip install '{requirement}'")
+            missing.append(
+                f"{requirement} is needed, {found} found; pip install -c constraints.txt '{requirement}'"
+            )
         rows.append((requirement.name, found))
     return rows
 
@@ -96,7 +98,9 @@ def _extra(extra: str) -> str:
     ]
     absent = [name for name in needed if _installed(name) is None]
     if absent:
-        return f"not there ({', '.join(absent)}); pip install 'afferents[{extra}]'"
+        return (
+            f"not there ({', '.join(absent)}); pip install -c constraints.txt 'afferents[{extra}]'"
+        )
     if extra in ("live", "record") and find_library("portaudio") is None:
         return "there, but for microphones (no PortAudio library)"
     return "there"

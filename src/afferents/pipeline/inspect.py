@@ -17,7 +17,8 @@ from afferents.evaluation import APART, steadiness_of
 from afferents.execution.local import side_by_side
 from afferents.markers import Sensor, rest_positions
 from afferents.pipeline.copies import notes_in
-from afferents.pipeline.doubts import doubts_without_tracking
+from afferents.pipeline.doubts import doubts_of, doubts_without_tracking, watched
+from afferents.pipeline.extract import responses_of
 from afferents.pipeline.inspect_files import (
     MARKERS,
     RESPONSES,
@@ -103,8 +104,10 @@ class Look:
     problems: list[str]
 
 
-def look_at(number: int, recording: Recording, data_set: DataSet) -> tuple[int, Look]:
-    """Check a recording's headers and content; its markers are not looked for.
+def look_at(
+    number: int, recording: Recording, data_set: DataSet, sensor: Sensor | None
+) -> tuple[int, Look]:
+    """Check a recording's headers and content, and its markers as `extract` would follow them.
 
     Parameters
     ----------
@@ -112,16 +115,22 @@ def look_at(number: int, recording: Recording, data_set: DataSet) -> tuple[int, 
         Comes back, to put recordings that were looked at side by side into their order.
     data_set
         That it is of.
+    sensor
+        Whose markers a video shows; None for data sets without sensors.
     """
     row = None
     try:
         with in_a_sentence(recording.name):
             doubts = data_set.check(recording)
             row = asdict(facts(recording))
-            doubts = doubts + doubts_without_tracking(recording)
+            if sensor is None or recording.video is None:
+                doubts = doubts + doubts_without_tracking(recording)
+            else:
+                seen = watched(recording)
+                doubts = doubts + doubts_of(seen, responses_of(seen, sensor))
     except AfferentsError as error:
         return number, Look(row, [str(error)])
-    return number, Look(row, [str(doubt) for doubt in doubts])
+    return number, Look(row, [str(doubt.error) for doubt in doubts])
 
 
 def inspect_recordings(
@@ -139,7 +148,11 @@ def inspect_recordings(
     found = Inspection(source)
     found.sentences += [grid_sentence(session), *data_set.describe(session)]
     found.sentences += reference_sentences(session, sensor)
-    jobs = [(n, recording, data_set) for n, recording in enumerate(session.recordings)]
+    sensors = sensors_of(session, sensor) if isinstance(session, FolderSession) else None
+    jobs = [
+        (n, recording, data_set, sensors.of(recording) if sensors else None)
+        for n, recording in enumerate(session.recordings)
+    ]
     # Sound alone is read sooner than processes begin.
     workers = None if any(r.video for r in session.recordings) else 1
     looks = side_by_side(look_at, jobs, workers, progress.note)

@@ -48,7 +48,8 @@ def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: Ses
             root,
             "a recording of every texture at every speed",
             f"none in {names}",
-            f"record what is missing or declare it in {declared.file} as 'holes'",
+            f"record what is missing or declare it in {declared.file}: holes = "
+            f"{[[texture, speed] for texture, speed in missing]}",
         )
 
 

@@ -106,7 +106,10 @@ def test_without_a_reference_published_needs_all(clip):
 
 @pytest.mark.parametrize("method", ["windowed", "one-to-one", "published"])
 def test_another_sensor_is_refused_all_the_same(clip, reference, method):
-    with pytest.raises(InputError, match=r"expected 361 markers .* found 250; check the picture"):
+    with pytest.raises(
+        InputError,
+        match=r"expected 361 markers .* found 250; a run must begin with the skin at rest",
+    ):
         track(clip(pins()[:250]), TIP, method, reference)
 
 

@@ -64,7 +64,9 @@ def test_a_hole_is_named(write_session: Callable[..., Path]) -> None:
     root = write_session("0/10", "0/20", "1/10", "1/20", "2/10", "2/20")
     shutil.rmtree(root / "1/20")
     shutil.rmtree(root / "2/10")
-    with pytest.raises(InputError, match=r"found none in 1/20, 2/10; .*'holes'"):
+    with pytest.raises(
+        InputError, match=r"found none in 1/20, 2/10; .*holes = \[\['1', 20.0\], \['2', 10.0\]\]"
+    ):
         read_session(root)
 
 

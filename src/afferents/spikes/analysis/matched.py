@@ -54,8 +54,8 @@ def matched(
     n_units = {name: min(part.of_class(name).n_units for part in parts) for name in both}
     if not any(n_units.values()):
         raise InputError("natural", "units that were recorded in every trial compared", "none")
-    here, there = _as_long(*(_some(part, n_units, seed) for part in parts), by_speed=gaps)
-    return here, there
+    here, there = (_some(part, n_units, seed) for part in parts)
+    return _as_long(here, there, by_speed=gaps)
 
 
 def alike(
