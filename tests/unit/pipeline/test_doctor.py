@@ -48,7 +48,7 @@ def test_a_package_that_is_not_installed_is_named_with_its_remedy(monkeypatch):
     rows, missing = doctor.diagnose()
     assert dict(rows)["torch"] == "missing"
     assert len(missing) == 1
-    assert "pip install 'torch" in missing[0]
+    assert "pip install -c constraints.txt 'torch" in missing[0]
 
 
 def test_every_extra_of_a_command_is_named_and_none_for_developers():
@@ -72,7 +72,9 @@ def test_an_extra_that_is_not_there_is_said_but_not_missed(monkeypatch):
     real = doctor.version
     monkeypatch.setattr(doctor, "version", installed)
     rows, missing = doctor.diagnose()
-    assert dict(rows)["extra live"].startswith("not there (onnxruntime); pip install 'afferents[")
+    assert dict(rows)["extra live"].startswith(
+        "not there (onnxruntime); pip install -c constraints.txt 'afferents["
+    )
     assert dict(rows)["extra cluster"] == "there"
     assert missing == []
     monkeypatch.setattr(doctor, "version", real)
