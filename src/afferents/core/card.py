@@ -154,6 +154,11 @@ class Card(BaseModel):
     evidence_per_s
         How many samples' worth of log-probabilities a second of touch is: neighbouring frames
         are nearly the same, and no news.
+    most_sure
+        No texture is felt live with a higher probability: the upper end of the 95% interval of the
+        validation accuracy (over recordings), or, if that is less, how often a texture that had 95%
+        of the evidence was the true one. Samples of one touch share its peculiarities, so evidence
+        that adds up may become surer than the model ever was right.
     sensor
         The sensor file's content, for images.
     fps_hz, sample_rate_hz
@@ -190,6 +195,7 @@ class Card(BaseModel):
     scale: float = Field(gt=0)
     temperature: float = Field(default=1.0, gt=0)
     evidence_per_s: float = Field(default=1.0, gt=0)
+    most_sure: Share = _unsaid(1.0)
     sensor: dict[str, Any] | None = None
     fps_hz: float | None = Field(default=None, gt=0)
     sample_rate_hz: float | None = Field(default=None, gt=0)
@@ -283,6 +289,7 @@ class Card(BaseModel):
             f"{split.at(self.groups)}{recipe}.",
             f"{validated[0].upper()}{validated[1:]}, which chose {chosen} and nothing "
             f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
+            *self._at_chance(),
             *self._speeds(),
             *self._limits(),
             *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
@@ -291,6 +298,13 @@ class Card(BaseModel):
             *([] if self.scores else [f"Not evaluated at {split.many} held out."]),
             *([] if self.estimator is None else [_NOT_FELT]),
         ]
+
+    def _at_chance(self) -> list[str]:
+        """Return that nothing was learnt, where guessing would be as good."""
+        n = len(self.textures)
+        if self.validation_accuracy > 1 / n and all(s.ci95[0] > 1 / n for s in self.scores):
+            return []
+        return [f"Nothing was learnt that guessing ({100 / n:.1f}%) would not do as well."]
 
     def _speeds(self) -> list[str]:
         """Return between which speeds it can tell what is unknown, where it learnt from several."""

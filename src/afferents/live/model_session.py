@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.core.evidence import Evidence
+from afferents.core.evidence import SURE, Evidence
 from afferents.live.images import FrameImages
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
@@ -89,9 +89,18 @@ class ModelSession(Session):
         )
 
     def _percept(self, state: State, time_s: float, **felt: Any) -> Percept:
-        evidence = self._named(self._evidence.probabilities)
-        sure_after_s = self._evidence.sure_after_s
+        evidence = self._named(no_surer(self._evidence.probabilities, self.card.most_sure))
+        sure_after_s = self._evidence.sure_after_s if self.card.most_sure >= SURE else None
         return super()._percept(state, time_s, evidence=evidence, sure_after_s=sure_after_s, **felt)
 
     def _named(self, probabilities: NDArray[np.floating]) -> dict[str, float]:
         return dict(zip(self.card.textures, probabilities.tolist(), strict=True))
+
+
+def no_surer(probabilities: NDArray[np.floating], most: float) -> NDArray[np.floating]:
+    """Return probabilities of which none is higher than `most`, evened out as far as that needs."""
+    even, highest = 1 / len(probabilities), float(probabilities.max())
+    if highest <= most:
+        return probabilities
+    share = max(0.0, (most - even) / (highest - even))
+    return even + share * (probabilities - even)

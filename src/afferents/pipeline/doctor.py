@@ -75,9 +75,8 @@ def _packages(missing: list[str]) -> list[tuple[str, str]]:
             continue
         found = _installed(requirement.name) or "missing"
         if found == "missing" or not requirement.specifier.contains(found, prereleases=True):
-            missing.append(
-                f"{requirement} is needed, {found} found; pip install -c constraints.txt '{requirement}'"
-            )
+            do = f"pip install -c constraints.txt '{requirement}'"
+            missing.append(f"{requirement} is needed, {found} found; {do}")
         rows.append((requirement.name, found))
     return rows
 

@@ -25,6 +25,14 @@ from afferents.reporting.table import mean_and_interval
 from afferents.reporting.texture_names import texture_names
 
 WORST_SHOWN = 3
+STORE = "store"
+"""Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
+ONLY_EVALUATED = frozenset({
+    *("ridge-te", "order-te", "order-te-measured", "order-te-speed-known", "rocket-te"),
+    *("spike-rate", "sa-spike-rate", "spike-timing", "spike-images", "three-stems"),
+    *("fusion", "fusion-speed-known", "fusion-networks", "fusion-joint", "fusion-shear"),
+})  # fmt: skip
+"""Models that `train` can't keep; a test holds this against `train` itself."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,13 @@ def headline(summary: Summary) -> str:
     if won is None:
         return "No model was evaluated."
     split, found = split_of(summary), won.found
+    if at_chance(summary, won):
+        return (
+            f"Nothing was learnt: {model_title(won.model, summary)} names "
+            f"{mean_and_interval(found)} % of the samples rightly at {split.many} that it never "
+            f"learnt from ({PROTOCOL_TITLES[won.protocol]}), and guessing gives "
+            f"{percent(summary['chance'])} %."
+        )
     worst = found[split.worst]
     interval = "; 95% interval in brackets" if found.get("ci95") else ""
     why = "which we recommend" if won.recommended else "which did best"
@@ -82,6 +97,12 @@ def headline(summary: Summary) -> str:
         f"where guessing gives {percent(summary['chance'])} %. It did worst "
         f"{split.at([worst])}, with {percent(found[split.by][worst])} %."
     )
+
+
+def at_chance(summary: Summary, won: Winner) -> bool:
+    """Tell whether guessing would do as well: the interval holds chance, or the mean is below."""
+    interval, chance = won.found.get("ci95"), summary["chance"]
+    return bool((interval[0] if interval else won.found["mean_accuracy"]) <= chance)
 
 
 def what_was_asked(summary: Summary) -> str:
@@ -111,9 +132,9 @@ def beside_the_winner(summary: Summary) -> list[str]:
 
 
 def next_steps(summary: Summary) -> list[Step]:
-    """Return what to do next, the most urgent first."""
+    """Return what to do next, the most urgent first; nothing where nothing was learnt."""
     won = winner(summary)
-    if won is None:
+    if won is None or at_chance(summary, won):
         return []
     steps = [
         _train_longer(summary),
@@ -121,8 +142,7 @@ def next_steps(summary: Summary) -> list[Step]:
         _another_session(summary),
         _worst_place(summary, won),
     ]
-    if won.model in MODELS:
-        steps.append(_use_it(summary, won))
+    steps.append(_use_it(summary, won))
     return [step for step in steps if step is not None]
 
 
@@ -225,7 +245,6 @@ def _another_session(summary: Summary) -> Step | None:
         "Record the same textures again on another day, with the sensor taken off and mounted "
         "anew, and evaluate both sessions together: only then do intervals say how far sessions "
         "differ.",
-        shlex.join(["afferents", "evaluate", *sources, "SECOND.zarr", "--out", "BOTH"]),
     )
 
 
@@ -243,11 +262,34 @@ def _worst_place(summary: Summary, won: Winner) -> Step | None:
     )
 
 
-def _use_it(summary: Summary, won: Winner) -> Step:
+def _use_it(summary: Summary, won: Winner) -> Step | None:
+    """Return how to keep a model and feel with it: the one spoken of, or the best that can be."""
+    found = _under(summary, won.protocol)
+    able = [name for name in found if name in MODELS and name not in ONLY_EVALUATED]
+    title = model_title(won.model, summary)
+    if not able:
+        known = won.model in MODELS
+        return Step(f"{title} can be evaluated, but not trained to be kept.") if known else None
+    name = won.model if won.model in able else max(able, key=lambda n: found[n]["mean_accuracy"])
+    why = ""
+    if name != won.model:
+        accuracy = percent(found[name]["mean_accuracy"])
+        best = f"{model_title(name, summary)} ({accuracy} %)"
+        why = (
+            f"{title} can't be trained to be kept; of those evaluated the best that can is {best}. "
+        )
     source = summary["data"][0]["source"]  # `train` takes one
-    train = shlex.join(["afferents", "train", source, "MODEL", "--model", won.model])
+    train = shlex.join(["afferents", "train", source, "MODEL", "--model", name])
+    if any(data["kind"] != STORE for data in summary["data"]):
+        return Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)
+    simulated = any(data["simulated"] for data in summary["data"])
+    if MODELS[name].channel == RA2:
+        given = ["--audio", "rig" if simulated else "mic:default"]
+    else:
+        given = ["--video", "rig" if simulated else "camera:0"]
+    live = shlex.join(["afferents", "live", "--model", "model.onnx", *given, "--web"])
     return Step(
-        "Train it on all speeds, and feel with it live (docs/live.md). The figures above are no "
-        "promise for another sensor or mounting.",
-        f"{train}\nafferents export MODEL model.onnx\nafferents live --model model.onnx --web",
+        f"{why}Train it on all speeds, and feel with it live (docs/live.md). The figures above are "
+        "no promise for another sensor or mounting.",
+        f"{train}\nafferents export MODEL model.onnx\n{live}",
     )

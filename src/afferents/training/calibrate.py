@@ -3,15 +3,17 @@
 All of it is set by a speed that nothing was learnt from.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.special import softmax
 from torch import Tensor
 
 from afferents.core import dims
-from afferents.core.evidence import Evidence
+from afferents.core.evidence import SURE, Evidence
 from afferents.core.fold import Fold
 from afferents.core.samples import Samples
 from afferents.models import Deployed, cross_entropy, fit_temperature
@@ -30,6 +32,7 @@ class Calibration(NamedTuple):
     temperature: float
     evidence_per_s: float
     validation_accuracy: float
+    most_sure: float
 
 
 @torch.no_grad()
@@ -49,11 +52,17 @@ def calibrate_model(
     probabilities = deployed.outcome(unseen)[0].double().numpy()
     recording = samples[dims.RECORDING].values[fold.validation]
     stop_s = samples[dims.STOP].values[fold.validation]
-    return Calibration(
-        temperature,
-        best_evidence(probabilities, labels, recording, stop_s),
-        float((probabilities.argmax(1) == labels).mean()),
-    )
+    per_s, right_when_sure = best_evidence(probabilities, labels, recording, stop_s)
+    accuracy = float((probabilities.argmax(1) == labels).mean())
+    most_sure = min(right_when_sure, upper_end(accuracy, len(np.unique(recording))))
+    return Calibration(temperature, per_s, accuracy, most_sure)
+
+
+def upper_end(share: float, n: int) -> float:
+    """Return the upper end of the 95% interval of a share of n recordings (Wilson, 1927)."""
+    z = 1.96
+    middle, spread = share + z**2 / (2 * n), share * (1 - share) / n + (z / (2 * n)) ** 2
+    return min(1.0, (middle + z * math.sqrt(spread)) / (1 + z**2 / n))
 
 
 def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:
@@ -64,10 +73,12 @@ def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:
 
 def best_evidence(
     probabilities: Floats, labels: Indices, recording: NDArray[Any], stop_s: Floats
-) -> float:
-    """Return how many samples' worth of evidence a second is (`Evidence`).
+) -> tuple[float, float]:
+    """Return how many samples' worth of evidence a second is, and how often it is right when sure.
 
-    That under which the true textures are most likely, whenever one looks.
+    The first is that under which the true textures are most likely, whenever one looks. The second
+    is the share of samples at which the texture that has 95% of the evidence is the true one (see
+    `Evidence`); 1 where none has.
 
     Parameters
     ----------
@@ -82,7 +93,11 @@ def best_evidence(
             evidence.add(float(stop_s[k]), probabilities[k], every_s)
             logs[k] = evidence.logs
     losses = [cross_entropy(per_s * logs, labels) for per_s in _EVIDENCE_PER_S]
-    return float(_EVIDENCE_PER_S[np.argmin(losses)])
+    per_s = float(_EVIDENCE_PER_S[np.argmin(losses)])
+    said = softmax(per_s * logs, axis=1)
+    sure = said.max(axis=1) >= SURE
+    right = said.argmax(axis=1) == labels
+    return per_s, float(right[sure].mean()) if sure.any() else 1.0
 
 
 def _stride(stop_s: Floats, recording: NDArray[Any]) -> float:

@@ -1,9 +1,15 @@
 """What a newcomer reads first, against hand-built results."""
 
+import re
+import shlex
+
 import pytest
 
+from afferents.core.model import MODELS
+from afferents.pipeline.train import can_be_felt
 from afferents.reporting.html import render_report
 from afferents.reporting.in_short import (
+    ONLY_EVALUATED,
     beside_the_winner,
     headline,
     next_steps,
@@ -49,7 +55,8 @@ def test_no_mistake_no_sentence(summary):
 def test_next_steps_come_from_what_was_run(summary):
     said = texts(summary)
     assert "--preset fast" in said
-    assert "afferents evaluate fabricslide:elsewhere/cloth SECOND.zarr --out BOTH" in said
+    assert "on another day" in said
+    assert "live" not in said  # tables can't be felt live
     assert "10 mm/s, the slowest speed" in said
     assert "afferents train fabricslide:elsewhere/cloth MODEL --model vib-te-aug" in said
     summary["preset"] = "fast"
@@ -57,7 +64,7 @@ def test_next_steps_come_from_what_was_run(summary):
     summary["models"]["vib-te-aug"]["nested"]["worst_speed"] = "20"
     said = texts(summary)
     assert "--preset" not in said
-    assert "SECOND" not in said
+    assert "another day" not in said
     assert "docs/recording.md" in said
     assert "near 20 mm/s" in said
 
@@ -82,6 +89,46 @@ def test_it_says_what_intervals_leave_out(summary, intervals, said, unsaid):
         for found in protocols.values():
             found["seeds"] = [0, 1, 2]
     assert "--seeds 3" not in sureness(summary)
+
+
+def test_at_chance_nothing_was_learnt_and_nothing_follows(summary):
+    for found in summary["models"].values():
+        found["nested"] |= {"mean_accuracy": 0.522, "ci95": [0.0, 1.0]}
+    assert headline(summary) == (
+        "Nothing was learnt: vib-TE augmented names 52.2 [0.0, 100.0] % of the samples rightly at "
+        "speeds that it never learnt from (nested protocol), and guessing gives 33.3 %."
+    )
+    assert next_steps(summary) == []
+
+
+def test_models_that_cannot_be_kept_are_those_that_train_refuses():
+    assert {name for name, one in MODELS.items() if not can_be_felt(one)} == ONLY_EVALUATED
+
+
+def test_a_model_that_cannot_be_kept_is_named_with_the_best_that_can(summary):
+    summary["data"][0]["kind"] = "store"
+    summary["models"]["order-te"] = summary["models"].pop("vib-te-aug")
+    last = next_steps(summary)[-1]
+    assert (
+        last.text.startswith("vib-TE orders can't be trained to be kept") or "can't be" in last.text
+    )
+    assert "--model vib-te\nafferents export MODEL model.onnx\nafferents live" in last.command
+    assert last.command.endswith("--audio mic:default --web")
+    del summary["models"]["vib-te"]
+    assert "but not trained to be kept" in next_steps(summary)[-1].text
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+@pytest.mark.parametrize("model", ["sa-wave-vector", "vib-te-aug"])
+def test_each_step_is_a_command_that_the_shell_takes(summary, simulated, model, tmp_path, fails):
+    """What it lacks here is the data, the model or the device, never an option or a source."""
+    summary["data"][0] |= {"kind": "store", "simulated": simulated, "source": str(tmp_path / "s")}
+    summary["models"][model] = summary["models"].pop("vib-te-aug")
+    commands = [line for step in next_steps(summary) for line in step.command.splitlines()]
+    assert [line.split()[1] for line in commands][-3:] == ["train", "export", "live"]
+    for line in commands:
+        said = fails(*shlex.split(line)[1:])
+        assert re.search(r"(s|MODEL|model.onnx): expected", said), said
 
 
 def test_the_page_begins_with_it(results):

@@ -1,0 +1,39 @@
+"""How sure a model may seem live: no surer than it was found to be right."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from afferents.live.model_session import no_surer
+from afferents.training.calibrate import best_evidence, upper_end
+
+
+@given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.5, 1))
+def test_probabilities_are_capped_in_their_order(weights, most):
+    given = np.array(weights) / sum(weights)
+    capped = no_surer(given, most)
+    assert capped.max() <= most + 1e-9
+    assert capped.sum() == pytest.approx(1)
+    assert (np.argsort(capped, kind="stable") == np.argsort(given, kind="stable")).all()
+
+
+def test_the_upper_end_is_wilson_s():
+    assert upper_end(0.5, 13) == pytest.approx(0.7464, abs=1e-3)  # statsmodels' proportion_confint
+    assert upper_end(1.0, 13) == pytest.approx(1.0)
+    assert upper_end(0.0, 13) < 0.25
+
+
+def test_evidence_that_is_sure_and_wrong_is_found_out():
+    """Two textures, every sample of one recording says the same; half of the recordings are wrong."""
+    labels = np.repeat([0, 1, 0, 1], 50)
+    says = np.repeat([0, 1, 1, 0], 50)
+    probabilities = np.where(np.eye(2)[says] > 0, 0.99, 0.01)
+    recording = np.repeat(["a", "b", "c", "d"], 50)
+    _, right = best_evidence(probabilities, labels, recording, np.tile(np.arange(50) / 90, 4))
+    assert right in (0.5, 1.0)  # 1 where so little evidence is taken that nothing is ever sure
+    _, alone = best_evidence(
+        np.where(np.eye(2)[labels] > 0, 0.99, 0.01), labels, recording,
+        np.tile(np.arange(50) / 90, 4),
+    )  # fmt: skip
+    assert alone == 1.0
