@@ -9,23 +9,24 @@ from afferents.live.model_session import no_surer
 from afferents.training.calibrate import best_evidence, upper_end
 
 
-@given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.5, 1))
+@given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.51, 1))
 def test_probabilities_are_capped_in_their_order(weights, most):
     given = np.array(weights) / sum(weights)
     capped = no_surer(given, most)
     assert capped.max() <= most + 1e-9
     assert capped.sum() == pytest.approx(1)
-    assert (np.argsort(capped, kind="stable") == np.argsort(given, kind="stable")).all()
+    order = np.argsort(given)
+    assert (np.diff(capped[order]) >= -1e-12).all()
 
 
 def test_the_upper_end_is_wilson_s():
-    assert upper_end(0.5, 13) == pytest.approx(0.7464, abs=1e-3)  # statsmodels' proportion_confint
+    assert upper_end(0.5, 13) == pytest.approx(0.7388, abs=1e-3)  # by hand
     assert upper_end(1.0, 13) == pytest.approx(1.0)
     assert upper_end(0.0, 13) < 0.25
 
 
 def test_evidence_that_is_sure_and_wrong_is_found_out():
-    """Two textures, every sample of one recording says the same; half of the recordings are wrong."""
+    """Two textures; all samples of a recording say the same, in half of them what is wrong."""
     labels = np.repeat([0, 1, 0, 1], 50)
     says = np.repeat([0, 1, 1, 0], 50)
     probabilities = np.where(np.eye(2)[says] > 0, 0.99, 0.01)
