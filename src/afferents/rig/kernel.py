@@ -60,10 +60,13 @@ def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k, cell, corne
     map, how far into that cell (two planes), and the heights of its corners (four).
     """
     first, span, plane = nodes
+    last_row = np.int32(len(heights) // width - 2)
     for j in range(span):
         along = offset + (x[j] + state[_UX * plane + first + j]) * k.per_along
         across = (y[j] + state[_UY * plane + first + j]) * k.per_across
-        a, b = np.int32(along), np.int32(across)
+        # Skin that comes apart may be anywhere: it is refused in the end, and reads no other memory.
+        a = min(max(np.int32(along), np.int32(0)), last_row)
+        b = min(max(np.int32(across), np.int32(0)), width - np.int32(2))
         cell[j] = np.uint32(a * width + b)
         corners[j], corners[span + j] = along - np.float32(a), across - np.float32(b)
     for j in range(span):

@@ -226,8 +226,7 @@ def mapped_surface(
     wrapped = cv2.remap(
         tile, grid[0].astype(np.float32), grid[1].astype(np.float32), cv2.INTER_LINEAR
     )
-    raised = wrapped > height.max() / 2
-    share = float(raised.mean()) if height.max() else 1.0
+    share = float((wrapped >= wrapped.max() / 2).mean())  # a map may be cut across
     return Surface(wrapped.astype(np.float32), length, contact_share=share)
 
 

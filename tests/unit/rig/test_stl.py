@@ -38,9 +38,9 @@ def test_the_drum_has_its_size(printed):
 def test_the_bumps_stand_where_the_simulated_ones_stand(printed):
     radius = np.hypot(*printed.vertices[:, :2].T)
     angle = np.arctan2(printed.vertices[:, 1], printed.vertices[:, 0]) % (2 * np.pi)
-    middle = np.abs(printed.vertices[:, 2] - 0.05 * (360 + 8 + 0.5)) < 0.01
+    middle = np.abs(printed.vertices[:, 2] - 0.05 * (360 + 24 + 0.5)) < 0.01
     order = np.argsort(angle[middle])
-    expected = bumped_surface(3.0, NOMINAL).height_mm[::8, 360 + 8]
+    expected = bumped_surface(3.0, NOMINAL).height_mm[::8, 360 + 24]
     assert expected.max() > 0.2
     np.testing.assert_allclose(radius[middle][order] - 40, expected, atol=1e-3)
 
