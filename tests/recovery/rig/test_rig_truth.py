@@ -93,3 +93,25 @@ def test_lines_lie_where_the_bumps_pass(letter, speed):
         low, high = math.ceil((k - 0.4) * first_hz), int((k + 0.4) * first_hz)
         strongest = low + int(np.argmax(spectrum[low : high + 1]))
         assert abs(strongest - k * first_hz) <= 1, k
+
+
+def test_ra1_misses_what_is_faster_than_half_the_frame_rate():
+    """The way of a marker grows with the speed, and RA-I at 90 frames/s ever less: lines pass 45 Hz.
+
+    Of a swing at f it sees 2 sin(pi f / 90) times the amplitude. Drum d (2 mm), noise and ripple
+    off, frames at 90 and at 720 Hz.
+    """
+    calm = Rig().with_nuisances({"eccentricity": None})
+
+    def way(speed, fps_hz):
+        camera = calm.camera.model_copy(update={"fps_hz": fps_hz})
+        rig = calm.model_copy(update={"camera": camera})
+        run = simulate(rig, "2", surface_of(2.0), speed, 3.5, seed=0)
+        moved = np.diff(run.position_mm[round(1.5 * fps_hz) :], axis=0)
+        return np.abs(moved).mean() * fps_hz
+
+    true = {speed: way(speed, 720.0) for speed in (30.0, 100.0)}
+    seen = {speed: way(speed, 90.0) for speed in (30.0, 100.0)}
+    assert true[100.0] > 3 * true[30.0]
+    assert seen[30.0] > 0.8 * true[30.0]
+    assert seen[100.0] < 0.6 * true[100.0]

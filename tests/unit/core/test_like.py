@@ -13,7 +13,7 @@ MAY_BE = {
     "fps_hz": (None, 90.0),
     "cut": get_args(Cut),
     "protocol": tuple(PROTOCOLS),
-    "models": ("all", "all,best"),
+    "models": ("all", "best,all"),
     "preset": get_args(choices.Preset),
     "statistics": get_args(choices.Statistics),
     "precision": get_args(choices.Precision),
