@@ -21,7 +21,7 @@ from afferents.rig.skin import PHYSICS_RATE_HZ
 from afferents.rig.surface import bumped_surface
 
 _OFF_MM = 3.0
-DEPTH_MM = 0.4
+DEPTH_MM = 0.5
 WIDTH_S = 0.1
 """Of a tap, on average: how deep it goes, and how long it takes with the way there and back."""
 
@@ -47,6 +47,7 @@ def tap(
     """
     # Where the microphone is: the rim is pressed late, or not at all, by what meets the middle.
     towards = -rig.microphone.y_mm / rig.skin.tip_radius_mm
+    sooner_mm = rig.microphone.y_mm**2 / (2 * rig.skin.tip_radius_mm)  # than the middle is met
     drawn = draw(rig, texture, speed_mm_s, seed)._replace(tilt_rad=(0.0, towards))
     rng = random_of(seed, texture, speed_mm_s, TAPS)
     time = (np.arange(round((seconds + 0.25) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
@@ -54,7 +55,8 @@ def tap(
     for at in at_s:
         width, depth = rng.uniform(0.7, 1.4) * WIDTH_S, rng.uniform(0.7, 1.3) * DEPTH_MM
         share = np.sin(np.pi * np.clip((time - at) / width, 0, 1)) ** 2
-        pressed = np.maximum(pressed, share * (_OFF_MM + depth - drawn.indentation_mm) - _OFF_MM)
+        deepest = depth - sooner_mm - drawn.indentation_mm
+        pressed = np.maximum(pressed, share * (_OFF_MM + deepest) - _OFF_MM)
     still = np.zeros(len(time))
     turning = Turning(time, still + drawn.start_rad, still, pressed)
     frames = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA))

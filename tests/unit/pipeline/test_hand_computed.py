@@ -77,17 +77,17 @@ def test_sa1_and_ra1(stored):
     assert stored["ra1"].attrs["units"] == "px/frame"
 
 
-def test_tactile_images_hold_what_was_lost(stored):
-    """Marker 1 is lost in frame 2: its SA-I stays 1, its RA-I of frame 1 stays 1 until frame 4.
+def test_tactile_images_fill_what_was_lost_from_the_markers_beside(stored):
+    """Marker 1 is lost in frame 2: its SA-I then, and its RA-I then and in frame 3, are a mean.
 
     RA-I begins with frame 1, the first that has one before it.
     """
     slow = encode(stored, Source(CHANNELS["sa1"], SpatialEncoding()), "all")
     np.testing.assert_allclose(
-        slow.values[:, 0], [[0, 0, 0], [5, 1, 0], [5, 1, 0], [10, 2, 0], [0, 2, 1]]
+        slow.values[:, 0], [[0, 0, 0], [5, 1, 0], [5, 2.5, 0], [10, 2, 0], [0, 2, 1]]
     )
     rapid = encode(stored, Source(CHANNELS["ra1"], SpatialEncoding()), "all")
-    np.testing.assert_allclose(rapid.values[:, 0], [[5, 1, 0], [0, 1, 0], [5, 1, 0], [10, 0, 1]])
+    np.testing.assert_allclose(rapid.values[:, 0], [[5, 1, 0], [0, 0, 0], [5, 2.5, 0], [10, 0, 1]])
     np.testing.assert_allclose(slow["start_s"], [0, 0.5, 1, 1.5, 2])
     np.testing.assert_allclose(rapid["start_s"], [0, 0.5, 1, 1.5])
     assert set(slow["texture"].values) == {"3"}

@@ -51,7 +51,7 @@ def test_it_is_read_as_any_session(session):
 def test_session_json_holds_constants_seed_draws_versions_and_checksums(session):
     content = json.loads((session / "session.json").read_text())
     assert content["seed"] == 0
-    assert content["rig"]["skin"]["static_friction"] == 0.96
+    assert content["rig"]["skin"]["static_friction"] == 0.63
     assert set(content["runs"]) == set(content["checksums"]) == {"0/50", "0/100", "3/50", "3/100"}
     assert set(content["versions"]) == {"afferents", "av", "numba", "numpy", "scipy"}
     assert content["runs"]["3/50"]["indentation_mm"] == content["runs"]["3/100"]["indentation_mm"]

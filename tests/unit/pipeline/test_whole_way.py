@@ -42,7 +42,7 @@ def test_all_models_both_protocols_then_a_report(extracted, tmp_path, run):
     assert code == 0, err
     summary = json.loads(out)
     assert list(summary["models"]) == [
-        "sa-se", "ra-se", "sa-ste", "ra-ste", "vib-te", "vib-te-aug",
+        "sa-se", "ra-se", "sa-ste", "ra-ste", "vib-te", "vib-te-aug", "sa-wave-vector",
     ]  # fmt: skip
     assert json.loads((results / "summary.json").read_text()) == summary
     for entry in summary["models"].values():
