@@ -44,7 +44,7 @@ def fitted_gain(afferent: AfferentClass, model: str, felt: list) -> float:
     def missing(log_gain: float) -> float:
         return mean_rate(afferent, model, felt, np.exp(log_gain)) - AIMED[afferent.name]
 
-    return float(np.exp(brentq(missing, np.log(0.5), np.log(5000), xtol=0.01)))
+    return float(np.exp(brentq(missing, np.log(0.5), np.log(200), xtol=0.01)))
 
 
 def main(store: str) -> None:

@@ -63,7 +63,7 @@ class Camera(BaseModel):
     blur_px: float = Field(0.7, ge=0)
     falloff: float = Field(0.2, ge=0, lt=1)
     noise_grey: float = Field(2.0, ge=0)
-    marker_noise_px: float = Field(0.031, ge=0)
+    marker_noise_px: float = Field(0.015, ge=0)
     marker_unequal: float = Field(0.25, ge=0)
     jpeg_quality: int = Field(20, ge=1, le=100)
 
