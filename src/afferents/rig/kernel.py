@@ -64,7 +64,7 @@ def _meet(state, nodes, heights, width, offset, depth, x, y, gap, k, cell, corne
     for j in range(span):
         along = offset + (x[j] + state[_UX * plane + first + j]) * k.per_along
         across = (y[j] + state[_UY * plane + first + j]) * k.per_across
-        # Skin that comes apart may be anywhere: it is refused in the end, and reads no other memory.
+        # Skin that comes apart may be anywhere: it is refused later, and reads no other memory.
         a = min(max(np.int32(along), np.int32(0)), last_row)
         b = min(max(np.int32(across), np.int32(0)), width - np.int32(2))
         cell[j] = np.uint32(a * width + b)

@@ -76,8 +76,8 @@ def test_the_published_detector_finds_all_markers_at_every_texture_and_speed(let
 def test_lines_lie_where_the_bumps_pass(letter, speed):
     """The strongest line near k f1 lies within one bin of it, f1 = N v / (pi 80 mm), k = 1, 2.
 
-    Amplitudes are the mean over windows of 1 s of three runs. Which of these lines stand out from what lies
-    between them is in the calibration's table; at 20 mm/s some do not, as in the published ones.
+    Amplitudes are the mean over windows of 1 s of three runs. Which of these lines stand out from
+    what lies between them is in the calibration's table; at 20 mm/s some do not, as published.
     """
     rig, spacing = Rig(), LETTERS.index(letter) / 2
     starts = np.arange(1.5, 5.6, 0.5)
@@ -96,7 +96,7 @@ def test_lines_lie_where_the_bumps_pass(letter, speed):
 
 
 def test_ra1_misses_what_is_faster_than_half_the_frame_rate():
-    """The way of a marker grows with the speed, and RA-I at 90 frames/s ever less: lines pass 45 Hz.
+    """A marker's way grows with the speed, and RA-I at 90 frames/s ever less: lines pass 45 Hz.
 
     Of a swing at f it sees 2 sin(pi f / 90) times the amplitude. Drum d (2 mm), ripple and
     jitter off, frames at 90 and at 720 Hz.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 from afferents.reporting import FigureData
 from afferents.reporting.paper import (
@@ -87,6 +88,10 @@ def test_figure_13_is_drawn_as_printed_and_as_it_should_be(results):
     np.testing.assert_allclose(np.diag(proper), 50)
     np.testing.assert_allclose(np.diag(printed), 100)
     np.testing.assert_allclose(images[2].max(), 100)  # 75 % would print as 150
+    drawn = [axes for axes in figure.findobj(Axes) if axes.images and axes.get_title()]
+    assert all(axes.yaxis_inverted() != (axes.images[0].origin == "upper") for axes in drawn)
+    first = [axes.transData.transform(at)[1] for axes in drawn[:1] for at in ((0, 0), (0, 2))]
+    assert first[0] > first[1], "texture a stands at the top left, as printed"
 
 
 def test_what_the_paper_has_no_matrices_of_keeps_its_own(results):

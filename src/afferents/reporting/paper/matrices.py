@@ -56,6 +56,7 @@ def matrices_figure(results: Results, model: str, protocol: str) -> Figure | Non
         grid = part.subplots(n_rows, min(COLUMNS, len(shown)), squeeze=False)
         for axes, panel in zip(grid.flat, shown, strict=False):
             image = draw_panel(axes, panel)
+            axes.invert_yaxis()  # printed with texture a at the top left
             _small(axes)
         for axes in list(grid.flat)[len(shown) :]:
             axes.set_visible(False)
