@@ -138,15 +138,22 @@ def _times(path: Path) -> pd.DataFrame:
     return table
 
 
+def _numbers(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the frames' numbers as their times tell: each step is a whole number of frames."""
+    step_s = np.diff(time_s)
+    return np.concatenate([[0], np.cumsum(np.maximum(1, np.rint(step_s / np.median(step_s))))])
+
+
 def _rate_hz(time_s: NDArray[np.float64]) -> float:
-    return float(1 / np.median(np.diff(time_s)))
+    """Return the frame rate over the whole time, on which the jitter of single frames is lost."""
+    return float(_numbers(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
 def _judged(wanted: Import, video: VideoFile, table: pd.DataFrame) -> tuple[Log, list[Check]]:
     """Let the gate look at the frames; numbers that are missing are worked out from the times."""
     time_s = table[TIME].to_numpy()
     rate_hz = _rate_hz(time_s)
-    numbers = table[SEQUENCE] if SEQUENCE in table else np.rint((time_s - time_s[0]) * rate_hz)
+    numbers = table[SEQUENCE] if SEQUENCE in table else _numbers(time_s)
     log = Log(origin_s=float(time_s[0]))
     log.frames = [
         FrameRow(int(number), float(at_s), float("nan"), False, False, True)
