@@ -89,6 +89,20 @@ def test_figure_13_is_drawn_as_printed_and_as_it_should_be(results):
     np.testing.assert_allclose(images[2].max(), 100)  # 75 % would print as 150
 
 
+def test_matrices_have_the_first_texture_at_the_top_left(results):
+    figure = matrices_figure(results, "vib-te", "nested")
+    panels = [axes for axes in figure.findobj(lambda a: hasattr(a, "images"))
+              if axes.images and axes.images[0].get_array().shape == (3, 3)]  # fmt: skip
+    for axes in panels:
+        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+        assert left < right
+        assert top < bottom
+    names = [label.get_text() for label in panels[0].get_yticklabels()]
+    assert names == results.textures
+    pictures = draw_paper_pictures(results, FigureData(), PaperData())
+    assert "the first at the top left" in pictures[-1].caption
+
+
 def test_what_the_paper_has_no_matrices_of_keeps_its_own(results):
     results.summary["models"]["order-te"] = results.summary["models"].pop("vib-te-aug")
     results.predictions["model"] = results.predictions["model"].replace("vib-te-aug", "order-te")
