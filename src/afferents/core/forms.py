@@ -246,6 +246,22 @@ class Skipped(Form):
     reason: str
 
 
+class Accepted(Form):
+    """A recording that was kept as it is, and what is wrong with it."""
+
+    recording: str
+    found: tuple[str, ...] = Field(min_length=1)
+
+
+class Lost(Form):
+    """Share of marker positions that were lost: over recordings, and where most."""
+
+    median: Share
+    worst: Share
+    recording: str
+    n: Annotated[int, Field(ge=1)]
+
+
 class Intervals(Form):
     """What was drawn anew for the intervals, and how many there are."""
 
@@ -269,6 +285,8 @@ class About(Form):
     textures: tuple[str, ...] = Field(min_length=1)
     intervals: Intervals | None = None
     skipped: tuple[Skipped, ...]
+    accepted: tuple[Accepted, ...] = ()
+    lost: Lost | None = None
 
 
 class AboutSpeeds(About):

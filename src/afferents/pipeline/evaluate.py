@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,6 +35,7 @@ from afferents.execution.local import side_by_side
 from afferents.pipeline.asked import require_options
 from afferents.pipeline.choice import require_trainable
 from afferents.pipeline.data import OpenedData, recordings_in
+from afferents.pipeline.data_quality import data_quality
 from afferents.pipeline.encode import (
     kept_part,
     require_speeds_known,
@@ -120,6 +121,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
     require_trainable(able, recordings, recipe.encodings, recipe.cut)
+    quality = data_quality(recordings)
     tested = recipe.ablation.tested(recordings_in(evaluation.data))
     recipe = replace(recipe, skipped=skipped, tested=tested)
     evaluation = replace(evaluation, recipe=recipe)
@@ -132,7 +134,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         plan(recipe.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
-        return summarise_folder(evaluation, recordings, left_out)
+        return summarise_folder(evaluation, recordings, left_out, quality)
 
 
 def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
@@ -262,6 +264,8 @@ def skipped_recordings(
             kept_part(responses, source, evaluation.recipe.cut)
             if source.encoding.of_vibration or evaluation.keep_going:
                 read_whole(responses, source.channel.made_of)
+            if evaluation.keep_going and dims.DETECTED in responses:
+                read_whole(responses, dims.DETECTED)
         except AfferentsError as error:
             if not evaluation.keep_going:
                 raise
@@ -323,10 +327,16 @@ def summarise_folder(
     evaluation: Evaluation,
     recordings: Sequence[Responses],
     left_out: Sequence[str],
+    quality: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
     Folds of other groups than those to be held out are not looked at.
+
+    Parameters
+    ----------
+    quality
+        From `data_quality`.
     """
     recipe, groups = evaluation.recipe, held_out_groups(evaluation, recordings)
     textures = textures_of(recordings)
@@ -343,6 +353,7 @@ def summarise_folder(
         "chance": 1 / len(textures),
         "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
+        **quality,
         **said_of_own(recipe.out),
         **recipe.choices,
     }

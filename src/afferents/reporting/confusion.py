@@ -1,12 +1,12 @@
 """Figures 9, 11 and 13: one confusion matrix a held-out speed, in percent of the true texture.
 
-As in the paper, x is the true and y the predicted texture, so every column sums to 100 %. Each
-column is divided by its own number of test samples: the paper's Figure 13 divides 60 samples
-by 30 and so shows twice the percentage.
+As in the paper, x is the true and y the predicted texture, so every column sums to 100 %; y goes
+up here, where the print has the first texture at the top. Each column is divided by its own number
+of test samples: the paper's Figure 13 divides 60 samples by 30 and so shows twice the percentage.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -161,13 +161,13 @@ def _draw_grid(
     bar.outline.set_visible(False)
 
 
-def draw_panel(axes: Axes, panel: Panel) -> AxesImage:
-    """Draw one matrix, true textures to the right and predicted ones up."""
+def draw_panel(axes: Axes, panel: Panel, origin: Literal["lower", "upper"] = "lower") -> AxesImage:
+    """Draw one matrix, true textures to the right and predicted ones up, or down from the upper."""
     axes.set_facecolor(MISSING)
     axes.set_title(panel.title)
     frame_all(axes)
     return axes.imshow(
-        panel.percent.T, cmap=PERCENT, vmin=0, vmax=100, origin="lower", interpolation="nearest"
+        panel.percent.T, cmap=PERCENT, vmin=0, vmax=100, origin=origin, interpolation="nearest"
     )
 
 

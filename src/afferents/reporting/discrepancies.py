@@ -67,10 +67,14 @@ class Software(_Form):
 
 
 class Discrepancies(_Form):
-    """All of them, and where they were found."""
+    """All of them, and where they were found; `figure` is what ``--figures paper`` draws otherwise.
+
+    Each figure has its number or numbers as the topic.
+    """
 
     source: Text
     discrepancy: tuple[Discrepancy, ...]
+    figure: tuple[Software, ...]
     software: tuple[Software, ...]
 
     def remaining(self) -> list[str]:
@@ -114,7 +118,10 @@ def to_page() -> str:
     parts = dict.fromkeys(one.part for one in found.discrepancy)
     weights = "; ".join(f"**{letter}** {meaning}" for letter, meaning in _WEIGHTS.items())
     sections = [f"## {part}\n\n{_table(found, part)}" for part in parts]
-    software = "\n".join(f"- **{one.topic}.** {one.differs}" for one in found.software)
+    software, figures = (
+        "\n".join(f"- **{one.topic}.** {one.differs}" for one in listed)
+        for listed in (found.software, found.figure)
+    )
     remaining = "\n".join(f"- {one}" for one in found.remaining()[: -len(found.software)])
     return _PAGE.format(
         n=len(found.discrepancy),
@@ -123,6 +130,7 @@ def to_page() -> str:
         sections="\n".join(sections),
         remaining=remaining,
         software=software,
+        figures=figures,
     )
 
 
@@ -162,4 +170,10 @@ By the numbers above:
 In the software alone:
 
 {software}
+
+## Where --figures paper differs from the print
+
+`afferents report RESULTS --figures paper` draws the figures as they are printed, but for this:
+
+{figures}
 """

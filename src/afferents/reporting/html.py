@@ -24,6 +24,7 @@ from afferents.reporting.in_short import (
     next_steps,
     sureness,
     what_was_asked,
+    what_was_lost,
 )
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
@@ -98,6 +99,8 @@ def render_report(
         facts=facts(summary),
         simulated=[data for data in summary["data"] if data["simulated"]],
         skipped=summary["skipped"],
+        accepted=summary.get("accepted", ()),
+        lost=what_was_lost(summary),
         notes=notes,
         table1=table1(summary),
         by_speed=accuracy_by_speed(summary),

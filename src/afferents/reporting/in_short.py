@@ -122,6 +122,22 @@ def what_was_asked(summary: Summary) -> str:
     )
 
 
+def what_was_lost(summary: Summary) -> str:
+    """Return how many markers were lost, and what models are given in their place; of any."""
+    lost = summary.get("lost")
+    if lost is None:
+        return ""
+    if not lost["worst"]:
+        return "No marker was lost."
+    n = lost["n"]
+    whose = f"median of {n} recordings; at most" if n > 1 else "in"
+    most = f" {percent(lost['worst'])} %, in" if n > 1 else ""
+    return (
+        f"Of the marker positions {percent(lost['median'])} % were lost ({whose}{most} "
+        f"{lost['recording']}): models are given values filled in from the markers round them."
+    )
+
+
 def beside_the_winner(summary: Summary) -> list[str]:
     """Return what else there is to know of it: recordings, the worst groups, others, mistakes."""
     won = winner(summary)

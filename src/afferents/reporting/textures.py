@@ -8,6 +8,7 @@ from typing import Any
 from afferents.core.files import write_text
 from afferents.core.results import UNKNOWN
 from afferents.reporting.html import shortened, template, textures_line
+from afferents.reporting.in_short import what_was_lost
 from afferents.reporting.labels import Summary, data_line, model_title, percent, speed_key
 from afferents.reporting.published import CITATION
 from afferents.reporting.replicates import interval_note
@@ -31,6 +32,8 @@ def write_texture_page(path: Path, summaries: Mapping[str, dict[str, Any]]) -> P
         facts=_facts(summary),
         simulated=[data for data in summary["data"] if data["simulated"]],
         skipped=summary["skipped"],
+        accepted=summary.get("accepted", ()),
+        lost=what_was_lost(summary),
         tables=texture_tables(summaries),
         command=_redo_command(summary, path.parent.name or "RESULTS"),
         citation=CITATION,

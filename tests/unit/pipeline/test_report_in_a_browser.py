@@ -67,3 +67,36 @@ def test_the_browser_finds_the_table_and_the_figures(page, tmp_path):
     assert any("vib-TE" in row and "50" in row for row in rows)
     assert document.count("<img") >= 3
     assert document.count("alt=") >= document.count("<img")
+
+
+WIDE = """() => {
+  const edge = document.documentElement.clientWidth;
+  const held = [...document.querySelectorAll(".scroll")];
+  const over = [...document.body.querySelectorAll("*")].filter(one =>
+    one.getBoundingClientRect().right > edge + 1 && !held.some(h => h !== one && h.contains(one)));
+  const bar = held.filter(one => one.scrollWidth > one.clientWidth)
+    .map(one => one.offsetHeight - one.clientHeight);
+  return {over: over.map(one => one.outerHTML.slice(0, 80)), bar,
+          page: document.documentElement.scrollWidth - edge};
+}"""
+
+
+@pytest.mark.parametrize(("width", "n_wide"), [(1200, 0), (375, 1)])
+def test_nothing_lies_beyond_the_edge_and_wide_tables_have_a_bar(page, width, n_wide):
+    api = pytest.importorskip("playwright.sync_api")
+    if CHROMIUM is None:
+        pytest.skip("no chromium on this machine: apt-get install chromium")
+    with api.sync_playwright() as run:
+        window = run.chromium.launch(
+            executable_path=CHROMIUM,
+            args=["--no-sandbox"],
+            ignore_default_args=["--hide-scrollbars"],
+        )
+        shown = window.new_page(viewport={"width": width, "height": 800})
+        shown.goto(page.as_uri())
+        found = shown.evaluate(WIDE)
+        window.close()
+    assert found["over"] == []
+    assert found["page"] <= 0
+    assert len(found["bar"]) >= n_wide
+    assert all(height >= 8 for height in found["bar"])  # px: seen without being touched

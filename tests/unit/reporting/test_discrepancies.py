@@ -25,3 +25,11 @@ def test_all_that_remains_is_said_whole_as_well():
         assert not one.differs or one.published != "As the code."
     n_remaining = sum(bool(one.differs) for one in found.discrepancy) + len(found.software)
     assert len(found.remaining()) == n_remaining
+
+
+def test_every_figure_that_is_drawn_otherwise_is_listed():
+    said = {one.topic: one.differs for one in discrepancies().figure}
+    assert "three columns" in said["Figure 7"]
+    assert "grey" in said["Figures 8 and 10"]
+    assert "from 0 to 1" in said["Figure 12"]
+    assert "## Where --figures paper differs from the print" in to_page()

@@ -24,6 +24,7 @@ from afferents.core.version import __version__
 from afferents.evaluation import summarise_unknown
 from afferents.models import KNOWN, classifier_of
 from afferents.pipeline.asked import require_told
+from afferents.pipeline.data_quality import data_quality
 from afferents.pipeline.encode import (
     encode_all,
     require_speeds_known,
@@ -96,6 +97,7 @@ def _about(
         "preset": "none: solved at once",
         "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
+        **data_quality(recordings),
         **evaluation.recipe.choices,
     }
 

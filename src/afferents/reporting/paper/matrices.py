@@ -1,4 +1,4 @@
-"""Figures 9, 11 and 13 as drawn: ten confusion matrices, one a held-out speed.
+"""Figures 9, 11 and 13 as drawn: ten confusion matrices, one a held-out speed, a at the top left.
 
 The paper divides counts by 25, 2.5 and 0.3. That is percent for Figures 9 and 11, which have 2,500
 and 250 test samples of each texture. Figure 13 has 60 and is divided as if there were 30: it shows
@@ -55,8 +55,7 @@ def matrices_figure(results: Results, model: str, protocol: str) -> Figure | Non
             part.suptitle(said, fontsize=9, x=0.055, ha="left")
         grid = part.subplots(n_rows, min(COLUMNS, len(shown)), squeeze=False)
         for axes, panel in zip(grid.flat, shown, strict=False):
-            image = draw_panel(axes, panel)
-            axes.invert_yaxis()  # printed with texture a at the top left
+            image = draw_panel(axes, panel, "upper")
             _small(axes)
         for axes in list(grid.flat)[len(shown) :]:
             axes.set_visible(False)

@@ -172,8 +172,8 @@ def _matrix_pictures(results: Results) -> Iterator[ReportFigure]:
         yield ReportFigure(
             f"paper-{usual}",
             title,
-            "Confusion matrices, one a held-out speed: x true, y predicted texture. Titles give "
-            f"the accuracy. {normalised}",
+            "Confusion matrices, one a held-out speed: x true, y predicted texture, the first "
+            f"at the top left as in print. Titles give the accuracy. {normalised}",
             f"Confusion matrices. {title}.",
             figure,
         )
