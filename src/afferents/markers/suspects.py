@@ -21,6 +21,9 @@ STAYED = 0.2
 LINK, BESIDE, LEAST_SHARE, FEWEST = 1.7, 1.2, 0.6, 8
 """See `beyond_layout`: spacings to the next of a group and from its outline, share of the largest
 group, and how many there must be for one."""
+ALONE, APART, MOST_ALONE = 1.2, 1.0, 0.03
+"""See `beyond_layout`: spacings to the nearest other, and from the outline, of one that is alone;
+with more of these than that share, the layout itself is as wide there."""
 MOST_FRAMES, FEWEST_FRAMES = 12, 3
 """Frames, of those where the skin moved most, in which spots are looked for."""
 MOSTLY = 0.7
@@ -104,6 +107,7 @@ def beyond_layout(position: Positions) -> NDArray[np.bool_]:
 
     The layout is the largest group in which each has another within `LINK` spacings. What is of
     another group belongs to it if it lies inside its outline or near to it, as behind a reflection.
+    So does not what is alone, farther than a spacing from the outline of all that are not.
 
     Parameters
     ----------
@@ -125,7 +129,14 @@ def beyond_layout(position: Positions) -> NDArray[np.bool_]:
     main = group == np.bincount(group).argmax()
     if main.mean() < LEAST_SHARE:
         return none
-    outline = cv2.convexHull(position[main].astype(np.float32))
-    outside = [cv2.pointPolygonTest(outline, (x, y), True) for x, y in position]
-    beyond: NDArray[np.bool_] = ~main & (np.array(outside) < -BESIDE * spacing)
+    beyond: NDArray[np.bool_] = ~main & (_inside_px(position, main) < -BESIDE * spacing)
+    alone = main & (tree.query(position, 2)[0][:, 1] > ALONE * spacing)
+    if 0 < alone.sum() <= max(1, MOST_ALONE * len(position)):
+        beyond |= alone & (_inside_px(position, main & ~alone) < -APART * spacing)
     return beyond
+
+
+def _inside_px(position: Positions, layout: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return how far each lies inside the outline of a layout, px; below 0 outside."""
+    outline = cv2.convexHull(position[layout].astype(np.float32))
+    return np.array([cv2.pointPolygonTest(outline, (x, y), True) for x, y in position])

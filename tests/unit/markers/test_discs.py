@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.markers import DiscDetector
+from afferents.markers import DiscDetector, load_sensor
+from afferents.markers.detect import spacing_px
 from afferents.markers.discs import find_discs
 from afferents.markers.suspects import beyond_layout
 
@@ -70,3 +71,20 @@ def test_what_stands_apart_is_left_out_but_no_row_of_pins(places):
     )
     row = np.stack([np.arange(10) * 20.0, np.zeros(10)], axis=1)
     assert not beyond_layout(row).any()
+
+
+@pytest.mark.parametrize("layout", ["hex331", "radial127"])
+def test_reflections_just_beyond_the_ring_of_pins_are_none_of_them(layout):
+    """Two spots somewhat farther from the outermost pins than these are from each other."""
+    pins = np.array(load_sensor(layout).markers)
+    spacing = spacing_px(pins)
+    middle = pins.mean(axis=0)
+    farthest = pins[np.hypot(*(pins - middle).T).argmax()] - middle
+    outwards = farthest / np.hypot(*farthest)
+    spots = (
+        middle + farthest + 1.35 * spacing * outwards,
+        middle - farthest - 1.35 * spacing * outwards,
+    )
+    found = beyond_layout(np.concatenate([pins, spots]))
+    assert found.tolist() == [False] * len(pins) + [True, True]
+    assert not beyond_layout(pins).any()
