@@ -128,6 +128,8 @@ class Card(BaseModel):
         Such as ``ra-wave-vector``, or ``ra-ste`` of Table 1.
     textures
         Names of the classes, in order.
+    named_by_spacing
+        Whether these are the spacing of bumps, mm.
     channel
         What it feels with, such as ``ra1``.
     encoding
@@ -166,6 +168,8 @@ class Card(BaseModel):
     learnt_from_mm_s, validated_on_mm_s, validation_accuracy
         Speeds that the weights learnt from; the whole speed that chose the weights, temperature
         and limit, and the accuracy at it.
+    validation_ci95
+        Its 95% interval over recordings; None in earlier cards.
     split, learnt_from, validated_on
         Where not a speed but another split's group chose them: the split, and the same of it.
     steady_s
@@ -188,6 +192,7 @@ class Card(BaseModel):
     estimator: tuple[str, ...] | None = None
     own: bool = False
     textures: tuple[str, ...] = Field(min_length=2)
+    named_by_spacing: bool = _unsaid(False)
     channel: str
     encoding: dict[str, Any]
     shape: tuple[Size, ...] = Field(min_length=1, max_length=4)
@@ -212,6 +217,7 @@ class Card(BaseModel):
     recipe: dict[str, Any] = _unsaid({})
     statistics: Statistics = _unsaid("warmed-up")
     validation_accuracy: Share
+    validation_ci95: Shares | None = _unsaid(None)
     data: tuple[Source, ...]
     scores: tuple[Score, ...] = ()
     versions: dict[str, str]
@@ -300,11 +306,20 @@ class Card(BaseModel):
         ]
 
     def _at_chance(self) -> list[str]:
-        """Return that nothing was learnt, where guessing would be as good."""
-        n = len(self.textures)
-        if self.validation_accuracy > 1 / n and all(s.ci95[0] > 1 / n for s in self.scores):
+        """Return that nothing was learnt, where guessing may be as good: an interval holds chance.
+
+        Evaluations say it, where there were any, else the speed that nothing was learnt from.
+        """
+        chance, accuracy = 1 / len(self.textures), self.validation_accuracy
+        own = self.validation_ci95 or (accuracy, accuracy)
+        held = [ends for ends in [one.ci95 for one in self.scores] or [own] if ends[0] <= chance]
+        if not held:
             return []
-        return [f"Nothing was learnt that guessing ({100 / n:.1f}%) would not do as well."]
+        low, high = (100 * end for end in held[0])
+        return [
+            f"Nothing was learnt that can be told from guessing ({100 * chance:.1f}%): the 95% "
+            f"interval is [{low:.1f}, {high:.1f}]."
+        ]
 
     def _speeds(self) -> list[str]:
         """Return between which speeds it can tell what is unknown, where it learnt from several."""
@@ -325,7 +340,8 @@ class Card(BaseModel):
         """Return what its fingertip keeps from it, where it relies on waves."""
         if dims.ROW_WAVENUMBER not in self.sample_dims or self.sensor is None:
             return []
-        return [unseen_waves(self.sensor.get("pitch_mm"), self.textures)]
+        bumps = self.textures if self.named_by_spacing else ()
+        return [unseen_waves(self.sensor.get("pitch_mm"), bumps)]
 
 
 def _steady_sentence(steady_s: Steady) -> str:

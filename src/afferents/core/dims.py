@@ -68,6 +68,10 @@ RA2_SPIKES: Final = "ra2_spikes"
 TEXTURE: Final = "texture"
 SPEED: Final = "speed_mm_s"
 RECORDING: Final = "recording"
+
+NAMED_BY_SPACING: Final = "named_by_spacing"
+"""Attribute of recordings and samples, and key of summaries: textures are named by the spacing of
+their bumps, mm, as the paper's drums are in the published layout. Elsewhere a number is a name."""
 GROUP: Final = "group"
 """By which samples are held out, where that is not the speed."""
 START: Final = "start_s"

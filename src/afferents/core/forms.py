@@ -283,6 +283,7 @@ class About(Form):
     disturb_training: Spoilt = {}
     recipe: dict[str, dict[str, Any]] = {}
     textures: tuple[str, ...] = Field(min_length=1)
+    named_by_spacing: bool = False
     intervals: Intervals | None = None
     skipped: tuple[Skipped, ...]
     accepted: tuple[Accepted, ...] = ()

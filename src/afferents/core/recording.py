@@ -137,6 +137,9 @@ class Recording:
         Its own sensor file, or the name of a packaged sensor; None for the session's.
     rest_frame
         Index of the frame that shows the skin at rest; None for the one that the sensor file names.
+    named_by_spacing
+        Whether a texture that is a number is the spacing of its bumps, mm: the published layout
+        says so, and no other.
     """
 
     name: str
@@ -149,6 +152,7 @@ class Recording:
     conditions: Mapping[str, str | float] = field(default_factory=dict)
     sensor: str | None = None
     rest_frame: int | None = None
+    named_by_spacing: bool = False
 
     @property
     def fps_hz(self) -> float | None:

@@ -124,7 +124,14 @@ def labels_of(recording: Recording, kinds: str = "") -> dict[str, Any]:
         dims.TEXTURE: recording.texture,
         dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
         "conditions": json.dumps(conditions),
+        dims.NAMED_BY_SPACING: recording.named_by_spacing,
     }
+
+
+def named_by_spacing(recordings: Sequence[Responses]) -> dict[str, bool]:
+    """Return that textures are named by their bump spacing, for a summary; nothing of others."""
+    named = all(r.attrs.get(dims.NAMED_BY_SPACING, False) for r in recordings)
+    return {dims.NAMED_BY_SPACING: True} if named else {}
 
 
 def steady_s(responses: Responses) -> tuple[float, float] | None:

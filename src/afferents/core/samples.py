@@ -3,7 +3,7 @@
 A `Samples` is an `xarray.DataArray` whose first dim is `sample`, float32, with the coordinates
 `texture`, `speed_mm_s`, `recording`, `start_s`, `stop_s` on it. `start_s` to `stop_s` is
 everything a sample has seen: an RA-I image begins one frame earlier than the frame it shows.
-Its one attribute is `units`, that of the values.
+Its attributes are `units`, that of the values, and `named_by_spacing`, where textures are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -53,12 +53,14 @@ def make_samples(
         values,
         dims=(dims.SAMPLE, *sample_dims),
         coords={**{k: (dims.SAMPLE, v) for k, v in on_sample.items()}, **(coords or {})},
-        attrs={dims.UNITS: attrs[dims.UNITS]} if dims.UNITS in attrs else {},
+        attrs={
+            name: attrs[name] for name in (dims.UNITS, dims.NAMED_BY_SPACING) if attrs.get(name)
+        },
     )
 
 
 def concatenate(parts: Sequence[Samples]) -> Samples:
-    """Join the samples of several recordings; `units` stay where all have the same.
+    """Join the samples of several recordings; attributes stay where all have the same.
 
     Raises
     ------
@@ -77,7 +79,7 @@ def concatenate(parts: Sequence[Samples]) -> Samples:
                 _form(part),
                 "evaluate recordings of one sensor together, in windows of one length",
             )
-    return xr.concat(
+    joined = xr.concat(
         parts,
         dim=dims.SAMPLE,
         coords="different",
@@ -85,6 +87,9 @@ def concatenate(parts: Sequence[Samples]) -> Samples:
         join="exact",
         combine_attrs="drop_conflicts",
     )
+    if not all(dims.NAMED_BY_SPACING in part.attrs for part in parts):
+        joined.attrs.pop(dims.NAMED_BY_SPACING, None)
+    return joined
 
 
 def _form(samples: Samples) -> str:

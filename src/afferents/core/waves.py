@@ -16,7 +16,7 @@ def unseen_waves(pitch_mm: float | None, textures: Iterable[str] = ()) -> str:
     pitch_mm
         Distance of its pins, mm; None where the sensor file does not say.
     textures
-        Names, of which those with bumps closer together are named.
+        Named by the spacing of their bumps; those with bumps closer together are listed.
     """
     if pitch_mm is None:
         return "Models of waves can't see any shorter than two pins."

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents.core import dims
-from afferents.core.responses import Responses, speed_of
+from afferents.core.responses import Responses, named_by_spacing, speed_of
 
 APART = 20
 """Frames between the two images, as in the paper's Figures 8 and 10."""
@@ -62,8 +62,9 @@ def steadiness_of(recordings: Sequence[Responses]) -> list[dict[str, str | float
     Returns
     -------
     list of dict
-        ``recording``, ``texture``, ``speed_mm_s`` (None where not known), ``sa1`` and ``ra1``, the
-        correlations; recordings without markers, or too short for a number, are left out.
+        ``recording``, ``texture``, ``speed_mm_s`` (None where not known), ``named_by_spacing``
+        (where textures are), ``sa1`` and ``ra1``, the correlations; recordings without markers, or
+        too short for a number, are left out.
     """
     found: list[dict[str, str | float | None]] = []
     for responses in recordings:
@@ -77,6 +78,7 @@ def steadiness_of(recordings: Sequence[Responses]) -> list[dict[str, str | float
                     "recording": str(attributes["name"]),
                     "texture": str(attributes[dims.TEXTURE]),
                     "speed_mm_s": speed_of(responses),
+                    **named_by_spacing([responses]),
                     **values,
                 }
             )

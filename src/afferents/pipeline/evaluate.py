@@ -15,7 +15,7 @@ from afferents.core.lock import writing_alone
 from afferents.core.model import Model
 from afferents.core.progress import Progress
 from afferents.core.protocol import Protocol
-from afferents.core.responses import Responses, textures_of
+from afferents.core.responses import Responses, named_by_spacing, textures_of
 from afferents.core.split import Group, Split, key_of
 from afferents.core.steady import require_within
 from afferents.core.version import __version__
@@ -116,7 +116,8 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     recipe.split.groups_of(everything)
     if recipe.ablation.markers != 1:
         _require_images(able, recipe.encodings)
-    _note_limits(evaluation, able, textures_of(everything), progress)
+    bumps = textures_of(everything) if named_by_spacing(everything) else []
+    _note_limits(evaluation, able, bumps, progress)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
@@ -147,14 +148,14 @@ def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
 
 
 def _note_limits(
-    evaluation: Evaluation, models: Sequence[Model], textures: Sequence[str], progress: Progress
+    evaluation: Evaluation, models: Sequence[Model], bumps: Sequence[str], progress: Progress
 ) -> None:
     """Say what the fingertip keeps from models that rely on waves."""
     sources = [s for model in models for s in sources_of(model, evaluation.recipe.encodings)]
     if any(dims.ROW_WAVENUMBER in source.encoding.sample_dims for source in sources):
         sensors = [data.origin.data_set.config().get("sensor") for data in evaluation.data]
         for pitch in dict.fromkeys(sensor.get("pitch_mm") for sensor in sensors if sensor):
-            progress.note(unseen_waves(pitch, textures))
+            progress.note(unseen_waves(pitch, bumps))
 
 
 def _groups(evaluation: Evaluation, models: Sequence[Model]) -> list[list[Model]]:
@@ -354,6 +355,7 @@ def summarise_folder(
         "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
         **quality,
+        **named_by_spacing(recordings),
         **said_of_own(recipe.out),
         **recipe.choices,
     }

@@ -294,7 +294,9 @@ def _frequencies(
     lost = losses(predict, values, asked.labels, taken, values.mean(axis=0))
     middle = np.array([frequency[band].mean() for band in taken])
     found = {"frequencies": _by_texture(textures, asked, lost, {dims.FREQUENCY: middle})}
-    spacing = np.array([spacing_mm(textures[label]) or 0.0 for label in asked.labels])
+    named = asked.samples.attrs.get(dims.NAMED_BY_SPACING, False)
+    bumps = [(named and spacing_mm(texture)) or 0.0 for texture in textures]
+    spacing = np.array(bumps)[asked.labels]
     if (bumpy := spacing > 0).any():
         per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
         harmonic = middle[:, None] / per_s
@@ -316,7 +318,9 @@ def _by_texture(
     shape = [len(axis) for axis in axes.values()]
     means = [lost[:, asked.labels == k].mean(axis=1).reshape(shape) for k in there]
     asked_of = [textures[k] for k in there]
-    return xr.DataArray(np.stack(means), {dims.TEXTURE: asked_of, **axes}, (dims.TEXTURE, *axes))
+    found = np.stack(means), {dims.TEXTURE: asked_of, **axes}, (dims.TEXTURE, *axes)
+    named = asked.samples.attrs.get(dims.NAMED_BY_SPACING, False)
+    return xr.DataArray(*found, attrs={dims.NAMED_BY_SPACING: named})
 
 
 def _most(lost: xr.DataArray) -> str:

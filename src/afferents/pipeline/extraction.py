@@ -108,7 +108,7 @@ def _of_its_own(
     own = {
         "label": None if _is_named_by_label(recording) else [recording.texture, speed],
         "steady_s": recording.steady_s if recording.steady_s != declared.steady_s else None,
-        "conditions": None if conditions == {"direction": declared.direction} else conditions,
+        "conditions": None if conditions in ({}, {"direction": declared.direction}) else conditions,
         "fps_hz": getattr(recording.video, "rate_hz", None),
         "rest_frame": recording.rest_frame,
         "sensor": sensor.model_dump(mode="json") if recording.sensor and sensor else None,

@@ -1,6 +1,7 @@
 """What the figures as drawn in the paper show: of the data, the networks and the rig."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from afferents.reporting.paper import (
     shown_for,
 )
 from afferents.reporting.paper.frames import N_FRAMES, SPACINGS
-from afferents.reporting.texture_names import texture_label, texture_letter
+from afferents.reporting.texture_names import texture_labels, texture_letter
 from afferents.rig import bumped_surface
 
 FIRST_SHOWN = 2521
@@ -55,20 +56,23 @@ def paper_data(results: Results, recordings: Sequence[Responses], data: FigureDa
             if channel in r and dims.ROW in r.coords
         }
         for apart in SPACINGS if able else ():
-            rows, said = _rows(able, channel, apart)
+            rows, said = _rows(able, channel, apart, results.summary)
             frames[channel, apart] = rows
             beginnings |= said
     return PaperData(
-        frames, " or ".join(sorted(beginnings)), drums(results.textures), networks(results, data)
+        frames, " or ".join(sorted(beginnings)), drums(results), networks(results, data)
     )
 
 
 def _rows(
-    recordings: Mapping[tuple[str, float], Responses], channel: str, apart: int
+    recordings: Mapping[tuple[str, float], Responses],
+    channel: str,
+    apart: int,
+    summary: Mapping[str, Any],
 ) -> tuple[list[FrameRow], set[str]]:
     rows, beginnings = [], set()
     for panel, wanted in PANELS.items():
-        for shown in shown_for(wanted, recordings):
+        for shown in shown_for(wanted, recordings, summary):
             recording = recordings[shown.texture, shown.speed_mm_s]
             row, said = _row(panel, shown, recording, channel, apart)
             rows.append(row)
@@ -99,15 +103,15 @@ def _row(
     return FrameRow(panel, shown, values, time_s - time_s[0]), said
 
 
-def drums(textures: Sequence[str]) -> list[DrumView]:
+def drums(results: Results) -> list[DrumView]:
     """Return the rig's drums of those textures that are of the paper's series."""
-    found = []
-    for texture in textures:
+    found, summary = [], results.summary
+    for texture in results.textures:
         spacing = spacing_mm(texture)
-        if texture_letter(texture) is None or spacing is None:
+        if texture_letter(texture, summary) is None or spacing is None:
             continue
         surface = bumped_surface(spacing)
-        name = texture_label(texture)
+        name = texture_labels([texture], summary)[texture]
         found.append(DrumView(name, surface.height_mm, surface.length_mm, surface.width_mm))
     return found
 

@@ -102,7 +102,7 @@ def _write_textures(folder: Path, tables: Sequence[Table]) -> None:
 def _write_beside(path: Path, results: Results) -> None:
     """Write our numbers beside the paper's, where textures are its own."""
     tables = [beside_paper(results.summary)]
-    if are_published(results.textures):
+    if are_published(results.summary):
         tables.append(by_texture_table(results))
     if text := "\n".join(to_markdown(table) for table in tables if table is not None):
         write_text(path, text)
@@ -185,7 +185,7 @@ def _pictures(
         data = _read_data(results, recordings, progress)
         paper, notes = paper_data(results, recordings, data), []
     except _UNREADABLE as error:
-        data, paper = FigureData(), PaperData(drums=drums(results.textures))
+        data, paper = FigureData(), PaperData(drums=drums(results))
         notes = [_missing(error)]
     return draw_paper_pictures(results, data, paper), notes
 
@@ -228,8 +228,14 @@ def _read_data(results: Results, recordings: list[Responses], progress: Progress
         stretched=_stretched(example) if example else {},
         sa1_images=_middle_images(recordings, dims.SA1),
         ra1_images=_middle_images(recordings, dims.RA1),
-        sliding=str(conditions(recordings[0]).get("direction", "+x")),
+        sliding=_sliding(recordings),
     )
+
+
+def _sliding(recordings: Sequence[Responses]) -> str:
+    """Return the one sliding direction that all recordings declare; nothing where they do not."""
+    said = {str(conditions(recording).get("direction", "")) for recording in recordings}
+    return said.pop() if len(said) == 1 else ""
 
 
 def _spectra(

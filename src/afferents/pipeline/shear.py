@@ -25,7 +25,7 @@ from afferents.core.files import write_json
 from afferents.core.outputs import require_picture_folder
 from afferents.core.progress import Progress
 from afferents.core.recording import natural_order
-from afferents.core.responses import Responses, speed_of, speeds_of, textures_of
+from afferents.core.responses import Responses, named_by_spacing, speed_of, speeds_of, textures_of
 from afferents.core.samples import Samples, concatenate, labels_of
 from afferents.core.split import SPEED
 from afferents.encodings import MomentEncoding, WavenumberEncoding
@@ -232,6 +232,7 @@ def _written(
     drag: xr.DataArray,
 ) -> Explanation:  # fmt: skip
     """Draw the picture, write the numbers, and say what they mean."""
+    drag = drag.assign_attrs(named_by_spacing(data.responses))
     chance = 1 / drag.sizes[dims.TEXTURE]
     intervals = {title: bootstrap_interval(one.accuracy) for title, one in named.items()}
     accuracies = {

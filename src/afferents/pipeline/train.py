@@ -21,6 +21,7 @@ from afferents.core.model import MODELS, Model
 from afferents.core.outputs import require_free
 from afferents.core.own import reference_of
 from afferents.core.progress import Progress
+from afferents.core.responses import named_by_spacing
 from afferents.core.results import load_results
 from afferents.core.samples import Samples, textures_of
 from afferents.core.split import SPEED, Split, order, split_of
@@ -152,6 +153,7 @@ def train(training: Training, out: Path, progress: Progress, force: bool = False
         own=MODELS.get(model.name) is not model,
         sample_dims=tuple(map(str, samples.dims[1:])),
         textures=tuple(textures_of(samples)),
+        **named_by_spacing(recordings),
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
         preset=training.preset if learns_in_a_loop(model) else None,

@@ -107,7 +107,8 @@ def _file(entry: ListedRecording) -> str:
 
 def _recording(root: Path, entry: ListedRecording, declared: SessionFile) -> Recording:
     repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
-    direction = {"direction": declared.direction}
+    said = "direction" in declared.model_fields_set
+    direction = {"direction": declared.direction} if said else {}
     given = entry.video or entry.audio or ""
     return Recording(
         name=entry.name,

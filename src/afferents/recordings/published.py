@@ -101,6 +101,7 @@ def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
         steady_s=declared.steady_s,
         conditions={**direction, **declared.conditions, **again},
         rest_frame=declared.rest_frame,
+        named_by_spacing=True,
     )
 
 

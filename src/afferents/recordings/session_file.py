@@ -77,7 +77,8 @@ class SessionFile(BaseModel):
     holes
         ``[texture, speed]`` of each condition of the grid that was never recorded.
     direction
-        Direction in which the texture slides in the image, ``+x``, ``-x``, ``+y`` or ``-y``.
+        Direction in which the texture slides in the image, ``+x``, ``-x``, ``+y`` or ``-y``;
+        unknown, if not given, where the files are named one by one.
     simulated
         Whether a simulation made the recordings.
     checksums

@@ -86,7 +86,7 @@ def has_published_grid(summary: Summary) -> bool:
     nearly_all = len(textures) * (len(speeds) - 1)
     return (
         split_of(summary) == SPEED
-        and are_published(summary["textures"])
+        and are_published(summary)
         and set(groups_in(summary)) <= set(speeds)
         and all(data["n_recordings"] > nearly_all for data in summary["data"])
     )

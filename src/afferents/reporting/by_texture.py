@@ -62,7 +62,7 @@ def by_texture_table(results: Results) -> Table | None:
     if not rows:
         return None
     split, textures = results.split, results.textures
-    names = texture_names(textures)
+    names = texture_names(textures, results.summary)
     smooth_and_end = _ends(results)
     claim = (
         f"The paper tells the smooth texture and the one at the end of the series "
@@ -85,9 +85,9 @@ def by_texture_table(results: Results) -> Table | None:
 
 def _ends(results: Results) -> tuple[str, ...]:
     """Return what the smooth texture and the end of the series are called; none of others."""
-    if results.split != SPEED or not are_published(results.textures):
+    if results.split != SPEED or not are_published(results.summary):
         return ()
-    names = texture_names(results.textures)
+    names = texture_names(results.textures, results.summary)
     return names[results.textures[0]], names[results.textures[-1]]
 
 
@@ -125,7 +125,8 @@ def by_texture_figure(results: Results) -> Figure:
     )
     for axes, model in zip(grid.flat, models, strict=False):
         _draw_model(axes, results, model)
-    finish_panels(heading, grid, len(models), texture_axis(results.textures), "accuracy (%)")
+    axis = texture_axis(results.textures, summary)
+    finish_panels(heading, grid, len(models), axis, "accuracy (%)")
     return figure
 
 
@@ -147,4 +148,4 @@ def _draw_model(axes: Axes, results: Results, model: str) -> None:
             marker="x", markersize=4, label="paper, its own recordings",
         )  # fmt: skip
     draw_chance(axes, summary["chance"])
-    name_textures(axes, textures, MOST_NAMES)
+    name_textures(axes, texture_names(textures, summary).values(), MOST_NAMES)

@@ -1,6 +1,7 @@
 """Which textures and speeds a figure shows where it cannot show all of them."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -24,7 +25,8 @@ def speeds_of(samples: Samples) -> list[float]:
 def example_textures(samples: Samples) -> list[str]:
     """Return a, e, i, m of the paper where they are there, else four spread over the rest."""
     textures = textures_of(samples)
-    known = [texture for texture in textures if texture_letter(texture) in EXAMPLE_LETTERS]
+    letter = partial(texture_letter, about=samples.attrs)
+    known = [texture for texture in textures if letter(texture) in EXAMPLE_LETTERS]
     return known if len(known) == len(EXAMPLE_LETTERS) else spread(textures, 4)
 
 

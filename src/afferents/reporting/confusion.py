@@ -28,7 +28,7 @@ from afferents.reporting.published import (
     published_families,
 )
 from afferents.reporting.style import GREY, INK, MISSING, PERCENT, frame_all, new_figure, styled
-from afferents.reporting.texture_names import are_published, texture_axis, texture_names
+from afferents.reporting.texture_names import About, are_published, texture_axis, texture_names
 
 FIGURE_OF = {
     "sa-se": "Figure 9A",
@@ -101,7 +101,7 @@ def confusion_figure(results: Results, model: str, protocol: str) -> Figure | No
     summary = results.summary
     title, source = confusion_title(model, protocol, summary), source_line(summary)
     figure = new_figure(_WIDTH_INCH, height, title, source)
-    _draw_grid(figure, panels, textures, (n_rows, n_columns))
+    _draw_grid(figure, panels, textures, summary, (n_rows, n_columns))
     return figure
 
 
@@ -127,7 +127,7 @@ def _own_panels(rows: pd.DataFrame, results: Results) -> list[Panel]:
 
 
 def _paper_panel(model: str, results: Results) -> list[Panel]:
-    same = results.split == SPEED and are_published(results.textures)
+    same = results.split == SPEED and are_published(results.summary)
     if model not in published_families() or not same:
         return []
     mean = published_families()[model].mean_percent
@@ -146,7 +146,7 @@ def _columns(n_panels: int, n_textures: int) -> int:
 
 
 def _draw_grid(
-    figure: Figure, panels: list[Panel], textures: list[str], shape: tuple[int, int]
+    figure: Figure, panels: list[Panel], textures: list[str], about: About, shape: tuple[int, int]
 ) -> None:
     grid = figure.subplots(*shape, squeeze=False)
     cells = list(grid.flat)
@@ -155,7 +155,7 @@ def _draw_grid(
         write_numbers(axes, panel, _PANELS_INCH / shape[1])
     for axes in cells[len(panels) :]:
         axes.set_visible(False)
-    label_edges(grid, textures)
+    label_edges(grid, textures, about)
     bar = figure.colorbar(image, ax=cells, fraction=0.02, pad=0.015, aspect=30)
     bar.set_label(OF_TRUE)
     bar.outline.set_visible(False)
@@ -184,11 +184,11 @@ def write_numbers(axes: Axes, panel: Panel, width_inch: float) -> None:
         )
 
 
-def label_edges(grid: NDArray[Any], textures: list[str]) -> None:
+def label_edges(grid: NDArray[Any], textures: list[str], about: About) -> None:
     """Name the textures on every axis of the left column, and on the lowest of each column."""
     step = -(-len(textures) // MOST_TICKS)
     ticks = list(range(0, len(textures), step))
-    named = texture_names(textures)
+    named, axis = texture_names(textures, about), texture_axis(textures, about)
     names = [named[textures[index]] for index in ticks]
     turned = 90 if max(map(len, names)) > 3 else 0
     for axes in grid.flat:
@@ -197,7 +197,7 @@ def label_edges(grid: NDArray[Any], textures: list[str]) -> None:
         axes.tick_params(length=2, color=GREY)
     for axes in (column[[one.get_visible() for one in column]][-1] for column in grid.T):
         axes.set_xticks(ticks, names, rotation=turned, fontsize=6)
-        axes.set_xlabel(f"true {texture_axis(textures)}", fontsize=7)
+        axes.set_xlabel(f"true {axis}", fontsize=7)
     for axes in grid[:, 0]:
         axes.set_yticks(ticks, names, fontsize=6)
-        axes.set_ylabel(f"predicted {texture_axis(textures)}", fontsize=7)
+        axes.set_ylabel(f"predicted {axis}", fontsize=7)

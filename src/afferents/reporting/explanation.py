@@ -101,7 +101,8 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
 
 
 def _labels(lost: xr.DataArray) -> list[str]:
-    return list(texture_labels([str(texture) for texture in lost[dims.TEXTURE].values]).values())
+    textures = [str(texture) for texture in lost[dims.TEXTURE].values]
+    return list(texture_labels(textures, lost.attrs).values())
 
 
 def _most(lost: xr.DataArray) -> float:

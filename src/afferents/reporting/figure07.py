@@ -60,7 +60,7 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
     -------
     None where no texture has a speed together with its half and its double.
     """
-    names = texture_names(textures_of(spectra))
+    names = texture_names(textures_of(spectra), spectra.attrs)
     # Of many recordings, looking for each in all samples would take longer than all the rest.
     recorded = set(zip(spectra[dims.TEXTURE].values, spectra[dims.SPEED].values, strict=True))
     candidates = [

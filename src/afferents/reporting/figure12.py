@@ -33,7 +33,7 @@ def figure12(spectra: Samples, source: str) -> Figure:
         The line that says what the spectra were made from.
     """
     textures, speeds = example_textures(spectra), _speeds(spectra)
-    names = texture_names(textures_of(spectra))
+    names = texture_names(textures_of(spectra), spectra.attrs)
     figure = new_figure(
         1.85 * len(speeds) + 1, 1.25 * len(textures) + 0.9, "Figure 12. Vibration spectra", source
     )

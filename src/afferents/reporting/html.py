@@ -137,7 +137,7 @@ def template(name: str) -> Template:
 
 def facts(summary: Summary) -> list[tuple[str, str]]:
     """Return what was evaluated, as pairs of name and value."""
-    textures, split = summary["textures"], split_of(summary)
+    split = split_of(summary)
     groups = [key_of(group) for group in groups_in(summary)]
     title = "Speeds" if split == SPEED else f"Held out: {split.name}"
     steady = summary.get("steady_s")
@@ -145,7 +145,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     protocols = [name for name in PROTOCOL_TITLES if name in run]
     return [
         ("Data", data_line(summary)),
-        ("Textures", textures_line(textures)),
+        ("Textures", textures_line(summary)),
         (title, f"{len(groups)}: {shortened(groups)}{split.unit}"),
         ("Models", ", ".join(model_title(name, summary) for name in model_order(summary))),
         ("Protocol", " and ".join(protocols) or "none"),
@@ -157,9 +157,10 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     ]
 
 
-def textures_line(textures: Sequence[str]) -> str:
+def textures_line(summary: Summary) -> str:
     """Return how many textures there are, their names and, once, what letters stand for."""
-    names = list(texture_names(textures).values())
+    textures = summary["textures"]
+    names = list(texture_names(textures, summary).values())
     line = f"{len(names)}: {shortened(names)}"
     if names == list(textures):
         return line

@@ -46,21 +46,21 @@ class TactileImage:
 
 
 @styled
-def figure08(sa1_images: Samples, source: str, sliding: str = "+x") -> Figure:
+def figure08(sa1_images: Samples, source: str, sliding: str = "") -> Figure:
     """Draw the displacement of every marker from rest, px; see `tactile_image_figure`."""
     title = "Figure 8. SA-I tactile images: displacement from rest"
     return tactile_image_figure(sa1_images, title, f"SA-I ({PIXELS})", source, sliding)
 
 
 @styled
-def figure10(ra1_images: Samples, source: str, sliding: str = "+x") -> Figure:
+def figure10(ra1_images: Samples, source: str, sliding: str = "") -> Figure:
     """Draw the change of SA-I of every marker, px a frame; see `tactile_image_figure`."""
     title = "Figure 10. RA-I tactile images: change of SA-I from frame to frame"
     return tactile_image_figure(ra1_images, title, f"RA-I ({PIXELS_PER_FRAME})", source, sliding)
 
 
 def tactile_image_figure(
-    images: Samples, title: str, unit: str, source: str, sliding: str = "+x"
+    images: Samples, title: str, unit: str, source: str, sliding: str = ""
 ) -> Figure:
     """Draw panel A, four textures at every speed, and panel B, consecutive frames.
 
@@ -73,8 +73,8 @@ def tactile_image_figure(
     source
         The line that says what the images were made from.
     sliding
-        Direction in which the surface slides under the skin, `+x` unless the session says
-        otherwise; x is to the right, y downwards.
+        Direction in which the surface slides under the skin, such as `+x`; x is to the right, y
+        downwards. Empty where nothing declares it: no arrow is drawn.
     """
     by_texture, consecutive = textures_by_speed(images), consecutive_frames(images)
     shape_a = len(by_texture), len(by_texture[0])
@@ -106,7 +106,7 @@ def textures_by_speed(images: Samples) -> list[list[TactileImage]]:
     A condition that was not recorded is an image of NaN.
     """
     textures, speeds = example_textures(images), spread(speeds_of(images), MOST_SPEEDS)
-    names = texture_names(textures_of(images))
+    names = texture_names(textures_of(images), images.attrs)
     return [
         [
             TactileImage(
@@ -132,7 +132,7 @@ def consecutive_frames(images: Samples) -> list[TactileImage]:
     speed = min(speeds_of(of_texture), key=lambda value: abs(value - SPEED))
     run = _middle_run(in_condition(of_texture, texture, speed))
     elapsed_ms = 1000 * (run[dims.START].values - run[dims.START].values[0])
-    beside = f"{texture_names(textures)[texture]}\n{speed_key(speed)} mm/s"
+    beside = f"{texture_names(textures, images.attrs)[texture]}\n{speed_key(speed)} mm/s"
     return [
         TactileImage(image, f"{time:+.0f} ms", beside)
         for image, time in zip(run.values, elapsed_ms, strict=True)
@@ -212,8 +212,9 @@ def draw_image(axes: Axes, image: TactileImage, low: float, high: float) -> Axes
 
 
 def name_axes(axes: Axes, sliding: str) -> None:
-    """Say on one image what the axes are, and draw the sliding direction over it."""
-    axes.set_xlabel(f"column (x) →\nsliding {sliding}", fontsize=7)
+    """Say on one image what the axes are, and draw the sliding direction, if known, over it."""
+    slides = f"\nsliding {sliding}" if sliding else ""
+    axes.set_xlabel(f"column (x) →{slides}", fontsize=7)
     axes.yaxis.set_label_position("right")
     axes.set_ylabel("← row (y)", fontsize=7)
     if sliding in _ARROWS:

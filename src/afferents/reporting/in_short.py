@@ -221,7 +221,7 @@ def _mistake(summary: Summary, won: Winner) -> str:
     true, taken = np.unravel_index(share.argmax(), share.shape)
     if share[true, taken] == 0:
         return ""
-    names = list(texture_names(textures).values())
+    names = list(texture_names(textures, summary).values())
     return (
         f"Its most frequent mistake is to take {names[true]} for {names[taken]}: "
         f"{percent(share[true, taken])} % of the samples of {names[true]}."
@@ -299,10 +299,10 @@ def _use_it(summary: Summary, won: Winner) -> Step | None:
     if any(data["kind"] != STORE for data in summary["data"]):
         return Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)
     simulated = any(data["simulated"] for data in summary["data"])
-    if MODELS[name].channel == RA2:
-        given = ["--audio", "rig" if simulated else "mic:default"]
-    else:
+    if MODELS[name].channel != RA2:
         given = ["--video", "rig" if simulated else "camera:0"]
+    else:
+        given = ["--audio", "rig" if simulated else "mic:default"]
     live = shlex.join(["afferents", "live", "--model", "model.onnx", *given, "--web"])
     return Step(
         f"{why}Train it on all speeds, and feel with it live (docs/live.md). The figures above are "

@@ -71,7 +71,7 @@ def source_line(summary: Summary) -> str:
     return " · ".join(
         (
             f"Data: {data_line(summary)}",
-            *([note] if (note := spacing_note(summary["textures"])) else []),
+            *([note] if (note := spacing_note(summary)) else []),
             f"cut {summary['cut']}",
             *choices(summary),
             f"preset {summary['preset']}{recipe_note(summary)}",

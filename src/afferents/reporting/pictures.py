@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from afferents.core.dims import NAMED_BY_SPACING
 from afferents.core.files import write_aside
 from afferents.core.results import Results
 from afferents.core.samples import Samples
@@ -42,7 +43,7 @@ class FigureData:
     sa1_images, ra1_images
         Tactile images, dims (sample, row, column): Figures 8 and 10.
     sliding
-        Sliding direction in the camera's view.
+        Sliding direction in the camera's view; empty where nothing declares one.
     """
 
     spectra: Samples | None = None
@@ -50,7 +51,7 @@ class FigureData:
     stretched: Mapping[float, NDArray[np.float32]] = field(default_factory=dict)
     sa1_images: Samples | None = None
     ra1_images: Samples | None = None
-    sliding: str = "+x"
+    sliding: str = ""
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def _number_in_paper(picture: ReportFigure) -> tuple[float, str]:
 
 def _speed_picture(results: Results) -> Iterator[ReportFigure]:
     split = results.split
-    crosses = split == SPEED and are_published(results.textures)
+    crosses = split == SPEED and are_published(results.summary)
     bars = any(found.get(split.ci95_by) for _, _, found in outcomes(results.summary))
     yield ReportFigure(
         f"accuracy-by-{split.leaks}",
@@ -155,7 +156,7 @@ def _lengths_picture(results: Results) -> Iterator[ReportFigure]:
 
 
 def _texture_picture(results: Results) -> Iterator[ReportFigure]:
-    crosses = results.split == SPEED and are_published(results.textures)
+    crosses = results.split == SPEED and are_published(results.summary)
     yield ReportFigure(
         "accuracy-by-texture",
         "Accuracy by texture",
@@ -223,23 +224,26 @@ def stretch_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
 
 def _spectrum_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
     if data.spectra is not None:
+        misprint = (
+            " Frequency and speed are those of the recordings: the paper's own figure has its "
+            "frequency axis off by a factor of two and four of its five speeds mislabelled."
+        ) * bool(data.spectra.attrs.get(NAMED_BY_SPACING))
         yield ReportFigure(
             "figure12",
             "Figure 12. Vibration spectra",
-            "Rows are textures, columns speeds; mean over windows and channels. Frequency and "
-            "speed are those of the recordings: the paper's own figure has its frequency axis "
-            "off by a factor of two and four of its five speeds mislabelled.",
+            f"Rows are textures, columns speeds; mean over windows and channels.{misprint}",
             "Grid of vibration spectra, amplitude against frequency in hertz.",
             figure12(data.spectra, source),
         )
 
 
 def _image_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    arrow = "; the arrow is the sliding direction" if data.sliding else ""
     layout = (
         "First: textures by speed, the middle frame of each. Then consecutive frames of one "
-        "recording. Row is the rank of a marker in y, column its rank in x; the arrow is the "
-        "sliding direction. Each texture has a colour scale of its own, to the right of its row, "
-        "as have the consecutive frames: compare colours along a row, not between rows."
+        f"recording. Row is the rank of a marker in y, column its rank in x{arrow}. Each texture "
+        "has a colour scale of its own, to the right of its row, as have the consecutive frames: "
+        "compare colours along a row, not between rows."
     )
     if data.sa1_images is not None:
         yield ReportFigure(

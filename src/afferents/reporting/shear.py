@@ -118,7 +118,7 @@ def _draw_drag(axes: Axes, figure: Figure, drag_px: xr.DataArray) -> None:
     speeds = drag_px[dims.SPEED].values
     drawn = axes.imshow(drag_px.values, cmap="cividis", aspect="auto", interpolation="nearest")
     axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
-    axes.set_yticks(range(len(textures)), texture_labels(textures).values())
+    axes.set_yticks(range(len(textures)), texture_labels(textures, drag_px.attrs).values())
     axes.set_ylabel("texture")
     axes.set_xlabel("speed (mm/s)")
     axes.set_title("how far the skin is dragged", loc="left")

@@ -49,7 +49,7 @@ def _draw_model(axes: Axes, summary: Summary, model: str) -> None:
     split = split_of(summary)
     if split != SPEED:
         _name_groups(axes, summary)
-    elif are_published(summary["textures"]):
+    elif are_published(summary):
         _draw_paper(axes, summary, model)
     for protocol, title in PROTOCOL_TITLES.items():
         found = outcome(summary, model, protocol)

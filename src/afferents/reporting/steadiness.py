@@ -20,7 +20,7 @@ from afferents.reporting.style import (
     new_figure,
     styled,
 )
-from afferents.reporting.texture_names import texture_axis, texture_letter
+from afferents.reporting.texture_names import About, texture_axis, texture_letter, texture_names
 
 PUBLISHED = {
     "sa1": {("a", 50.0): 0.98, ("g", 10.0): 0.86, ("g", 50.0): 0.60, ("g", 100.0): 0.67},
@@ -68,17 +68,17 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
     figure = new_figure(max(5.6, min(0.42 * len(textures) + 2.6, 11)), 3.9, title, source)
     axes = figure.subplots()
     speeds = sorted({float(row["speed_mm_s"]) for row in rows if row["speed_mm_s"] is not None})
-    place = _Places(textures, speeds)
+    place, about = _Places(textures, speeds), rows[0]
     for name in _TITLES:
         _draw(axes, rows, place, name)
-    _draw_published(axes, place)
-    name_textures(axes, textures, MOST_NAMES)
+    _draw_published(axes, place, about)
+    name_textures(axes, texture_names(textures, about).values(), MOST_NAMES)
     axes.set_xlim(-0.6, len(textures) - 0.4)
     axes.set_ylim(min(-0.05, *(float(row[name]) - 0.05 for row in rows for name in _TITLES)), 1.03)
     axes.axhline(0, color=GREY, lw=0.7)
     axes.grid(axis="y", color=LINE, lw=0.4)
     within = "; of each, slow to the left, fast to the right" if len(speeds) > 1 else ""
-    axes.set(xlabel=f"{texture_axis(textures)}{within}", ylabel="correlation over markers")
+    axes.set(xlabel=f"{texture_axis(textures, about)}{within}", ylabel="correlation over markers")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     return figure
 
@@ -93,8 +93,8 @@ def _draw(axes: Axes, rows: Sequence[Mapping[str, Any]], place: "_Places", name:
     )  # fmt: skip
 
 
-def _draw_published(axes: Axes, place: "_Places") -> None:
-    letters = [texture_letter(texture) for texture in place.textures]
+def _draw_published(axes: Axes, place: "_Places", about: About) -> None:
+    letters = [texture_letter(texture, about) for texture in place.textures]
     shown = [
         (place.of(letters.index(letter), speed), value)
         for of_channel in PUBLISHED.values()

@@ -7,7 +7,7 @@ which colour-blind readers can tell apart.
 """
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from afferents.core.files import write_aside
 from afferents.core.outputs import MARK
 from afferents.core.streams import printable
-from afferents.reporting.texture_names import texture_names
 
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (
     "#0072B2",
@@ -144,9 +143,9 @@ def draw_chance(axes: Axes, chance: float) -> None:
     axes.axhline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
-def name_textures(axes: Axes, textures: Sequence[str], most: int) -> None:
-    """Name textures that lie at 0, 1, 2, ...: all, or where there are more than `most`, some."""
-    names = [texture_names(textures)[texture] for texture in textures]
+def name_textures(axes: Axes, textures: Iterable[str], most: int) -> None:
+    """Write names at 0, 1, 2, ...: all, or where there are more than `most`, some."""
+    names = list(textures)
     every = -(-len(names) // most)
     turned = 90 if max(map(len, names)) > 3 else 0
     axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned)

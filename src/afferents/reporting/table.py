@@ -202,7 +202,7 @@ def comparison_note(summary: Summary) -> str:
     if split != SPEED:
         return f"The paper holds out speeds: its figures are not comparable with {split.many}."
     same_speeds = tuple(groups_in(summary)) == tuple(published_speeds())
-    same_grid = are_published(summary["textures"]) and same_speeds
+    same_grid = are_published(summary) and same_speeds
     simulated = any(data["simulated"] for data in summary["data"])
     return SAME_GRID if same_grid and not simulated else OTHER_RECORDINGS
 
@@ -260,7 +260,7 @@ def _own_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
 
 def _paper_speed_row(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
     paper, groups = published_families().get(name), groups_in(summary)
-    if paper is None or split_of(summary) != SPEED or not are_published(summary["textures"]):
+    if paper is None or split_of(summary) != SPEED or not are_published(summary):
         return []
     if not set(groups) & set(paper.by_speed):
         return []

@@ -63,7 +63,7 @@ def _facts(summary: Summary) -> list[tuple[str, str]]:
     speeds = shortened([speed_key(v) for v in summary["speeds_mm_s"]])
     return [
         ("Data", data_line(summary)),
-        ("Textures", textures_line(summary["textures"])),
+        ("Textures", textures_line(summary)),
         ("Speeds", f"{len(summary['speeds_mm_s'])}: {speeds} mm/s"),
         ("Models", ", ".join(model_title(name, summary) for name in summary["models"])),
         ("Protocol", "nested"),

@@ -53,7 +53,7 @@ def unknown_table(summary: dict[str, Any]) -> Table:
 
 def unknown_by_texture(summary: dict[str, Any]) -> Table:
     """Return, for each texture, how often it is called unknown: left out, and learnt from."""
-    note = spacing_note(summary["textures"])
+    note = spacing_note(summary)
     rows = [
         (
             Cell(model_title(model, summary)),
@@ -67,7 +67,7 @@ def unknown_by_texture(summary: dict[str, Any]) -> Table:
         "Called unknown, by texture",
         "Percent of samples. Never felt: few where a texture is hidden between its neighbours, "
         f"which it is taken for. Felt: false alarms. {note[:1].upper()}{note[1:]}".rstrip(),
-        ("Model", "Texture was", *texture_names(summary["textures"]).values()),
+        ("Model", "Texture was", *texture_names(summary["textures"], summary).values()),
         tuple(rows),
         n_headers=2,
     )

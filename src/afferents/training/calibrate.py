@@ -32,6 +32,7 @@ class Calibration(NamedTuple):
     temperature: float
     evidence_per_s: float
     validation_accuracy: float
+    validation_ci95: tuple[float, float]
     most_sure: float
 
 
@@ -54,15 +55,17 @@ def calibrate_model(
     stop_s = samples[dims.STOP].values[fold.validation]
     per_s, right_when_sure = best_evidence(probabilities, labels, recording, stop_s)
     accuracy = float((probabilities.argmax(1) == labels).mean())
-    most_sure = min(right_when_sure, upper_end(accuracy, len(np.unique(recording))))
-    return Calibration(temperature, per_s, accuracy, most_sure)
+    interval = interval_of(accuracy, len(np.unique(recording)))
+    most_sure = min(right_when_sure, interval[1])
+    return Calibration(temperature, per_s, accuracy, interval, most_sure)
 
 
-def upper_end(share: float, n: int) -> float:
-    """Return the upper end of the 95% interval of a share of n recordings (Wilson, 1927)."""
+def interval_of(share: float, n: int) -> tuple[float, float]:
+    """Return the 95% interval of a share of n recordings (Wilson, 1927)."""
     z = 1.96
     middle, spread = share + z**2 / (2 * n), share * (1 - share) / n + (z / (2 * n)) ** 2
-    return min(1.0, (middle + z * math.sqrt(spread)) / (1 + z**2 / n))
+    low, high = ((middle + way * z * math.sqrt(spread)) / (1 + z**2 / n) for way in (-1, 1))
+    return max(0.0, low), min(1.0, high)
 
 
 def _last_features(deployed: Deployed, values: Tensor, index: Tensor) -> Tensor:

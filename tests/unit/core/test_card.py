@@ -89,3 +89,32 @@ def test_a_card_that_lacks_something_is_named(name):
 def test_a_card_of_data_whose_name_is_no_text_is_written_and_read():
     card = Card(**CONTENT)
     assert parse_card(card.to_json(), "m.onnx").data[0].source == "Z?"
+
+
+SCORE = {
+    "protocol": "nested", "preset": "fast", "seeds": [0], "mean_accuracy": 0.9,
+    "worst_accuracy": 0.8, "worst_mm_s": 40, "same_data": True,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("validation", "score", "said"),
+    [
+        ((0.34, 1.0), None, "guessing (50.0%): the 95% interval is [34.0, 100.0]."),
+        ((0.6, 0.9), None, ""),
+        (None, None, ""),  # an earlier card, 75% right
+        ((0.34, 1.0), (0.7, 1.0), ""),  # an evaluation says more than one speed
+        ((0.6, 0.9), (0.0, 1.0), "guessing (50.0%): the 95% interval is [0.0, 100.0]."),
+    ],
+)
+def test_a_card_says_that_nothing_was_learnt_if_an_interval_holds_chance(validation, score, said):
+    scores = [{**SCORE, "ci95": score}] if score else []
+    text = " ".join(Card(**CONTENT, validation_ci95=validation, scores=scores).describe())
+    assert ("Nothing was learnt that can be told from guessing" in text) == bool(said)
+    assert said in text
+
+
+def test_only_textures_named_by_their_spacing_have_bumps():
+    content = CONTENT | {"sensor": {"pitch_mm": 2.0}}
+    assert "bumps of 3" in " ".join(Card(**content, named_by_spacing=True).describe())
+    assert "bumps" not in " ".join(Card(**content).describe())

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from afferents.live.model_session import no_surer
-from afferents.training.calibrate import best_evidence, upper_end
+from afferents.training.calibrate import best_evidence, interval_of
 
 
 @given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.51, 1))
@@ -19,10 +19,10 @@ def test_probabilities_are_capped_in_their_order(weights, most):
     assert (np.diff(capped[order]) >= -1e-12).all()
 
 
-def test_the_upper_end_is_wilson_s():
-    assert upper_end(0.5, 13) == pytest.approx(0.7388, abs=1e-3)  # by hand
-    assert upper_end(1.0, 13) == pytest.approx(1.0)
-    assert upper_end(0.0, 13) < 0.25
+def test_the_interval_is_wilson_s():
+    assert interval_of(0.5, 13) == pytest.approx((0.2612, 0.7388), abs=1e-3)  # by hand
+    assert interval_of(1.0, 13)[1] == pytest.approx(1.0)
+    assert interval_of(0.0, 13)[1] < 0.25
 
 
 def test_evidence_that_is_sure_and_wrong_is_found_out():

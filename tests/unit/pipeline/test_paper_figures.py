@@ -11,7 +11,9 @@ from afferents.core.results import Results
 from afferents.pipeline.paper_figures import drums, paper_data
 from afferents.reporting import FigureData
 
-EVALUATED = Results(Path("r"), {}, {"textures": ["0", "linen"]}, pd.DataFrame())
+
+def evaluated(*textures, named=True):
+    return Results(Path("r"), {}, {"textures": textures, "named_by_spacing": named}, pd.DataFrame())
 
 
 def recording(n_frames):
@@ -36,7 +38,7 @@ def recording(n_frames):
     ],
 )
 def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, said):
-    paper = paper_data(EVALUATED, [recording(n_frames)], FigureData())
+    paper = paper_data(evaluated("0", "linen"), [recording(n_frames)], FigureData())
     row = paper.frames["sa1", apart][0]
     expected = first + apart * np.arange(10)[:, None, None] + np.array([[0, 0.1], [0.2, 0.3]])
     np.testing.assert_allclose(row.images, expected, rtol=1e-6)
@@ -46,7 +48,8 @@ def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, sa
 
 
 def test_drums_are_those_of_the_papers_series():
-    (smooth,) = drums(["0", "linen"])
+    (smooth,) = drums(evaluated("0", "linen"))
     assert smooth.name == "a (0 mm)"
     assert smooth.height_mm.max() == 0
-    assert drums(["linen"]) == []
+    assert drums(evaluated("linen")) == []
+    assert drums(evaluated("0", named=False)) == []

@@ -38,7 +38,7 @@ def test_data_as_evaluated_are_drawn(results):
     data, notes = writing.figure_data(results, QUIET)
     assert notes == []
     assert data.spectra.sizes["sample"] == 12 * 4
-    assert data.spectra.attrs == {"units": "full scale"}
+    assert data.spectra.attrs == {"units": "full scale", "named_by_spacing": True}
 
 
 def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path, monkeypatch):
@@ -50,7 +50,13 @@ def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path, monkeypatc
         **Encodings(wanted={"window_s": 0.2, "stride_s": 0.1}).describe(),
     }
     textures = sorted({str(r.attrs["texture"]) for data in opened for r in data.responses})
-    about = {"skipped": [], "textures": textures, "speeds_mm_s": [20.0, 40.0, 60.0], "models": {}}
+    about = {
+        "skipped": [],
+        "textures": textures,
+        "named_by_spacing": True,
+        "speeds_mm_s": [20.0, 40.0, 60.0],
+        "models": {},
+    }
     results = Results(tmp_path / "r", config, about, pd.DataFrame())
     monkeypatch.setattr(writing, "draw_paper_pictures", lambda *given: given)
     (_, _, paper), notes = writing._pictures(results, QUIET, "paper")

@@ -68,7 +68,7 @@ def test_clips_without_speeds_come_to_a_store(lab, run, tmp_path):
     assert [r.attrs["name"] for r in (first, second)] == ["felt/1", "felt/2"]
     assert np.isnan(first.attrs["speed_mm_s"])
     assert attributes(store, "felt/1")["speed_mm_s"] is None  # JSON has no NaN
-    assert json.loads(first.attrs["conditions"]) == {"direction": "+x", "trial": "1"}
+    assert json.loads(first.attrs["conditions"]) == {"trial": "1"}
     assert first.attrs["steady_s"] == "[0.15, 0.4]"
     assert first.attrs["rest_frame"] == 2
     assert float(second.sa1.max()) == pytest.approx(8, abs=0.5)

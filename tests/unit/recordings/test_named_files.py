@@ -74,7 +74,7 @@ def test_a_pattern_gives_ids_speeds_and_conditions(empty):
     assert names == ["felt/20/1", "felt/20/2", "silk/20/1", "silk/20/2"]
     second = session.recordings[1]
     assert (second.texture, second.speed_mm_s, second.steady_s) == ("felt", 20.0, (0.5, 2.0))
-    assert second.conditions == {"direction": "+x", "trial": "2"}
+    assert second.conditions == {"trial": "2"}
     assert [path.name for path in session.unused] == ["notes.avi"]
 
 
@@ -144,7 +144,7 @@ def test_a_list_says_all_of_each(empty):
     (root / "session.json").write_text(json.dumps({**LIST, "program": "mine"}))
     first, second, third = afferents.read_session(root).recordings
     assert (first.name, first.texture, first.speed_mm_s) == ("3/20/1", "3", 20.0)
-    assert first.conditions == {"direction": "+x", "robot": "ur5", "repetition": "1"}
+    assert first.conditions == {"robot": "ur5", "repetition": "1"}
     assert (first.sensor, first.rest_frame, first.steady_s) == (None, 3, None)
     assert second.video == VideoFile(root / "b.avi", 30)
     assert second.conditions["pressure"] == 4.5
@@ -301,7 +301,7 @@ class TestTable:
         session = afferents.Session.from_table(table, root, steady_s=(0.5, 2.0), sensor="hex127")
         three, felt = session.recordings
         assert [r.name for r in session.recordings] == ["3", "felt/20"]
-        assert felt.conditions == {"direction": "+x", "pressure": 1.5, "operator": "kim"}
+        assert felt.conditions == {"pressure": 1.5, "operator": "kim"}
         assert (felt.rest_frame, felt.steady_s) == (5, (0.5, 2.0))
         assert (three.speed_mm_s, three.rest_frame) == (None, None)
         assert session.declared.sensor == "hex127"

@@ -10,6 +10,7 @@ import pytest
 from afferents.core.results import Results
 from afferents.core.samples import Samples, concatenate, make_samples
 
+NAMED = {"named_by_spacing": True}
 TEXTURES = ["0", "0.5", "Linen"]
 SPEEDS = [10.0, 20.0, 40.0]
 BY_SPEED = {"10": 0.25, "20": 0.5, "40": 0.75}
@@ -68,6 +69,7 @@ def summary() -> dict[str, Any]:
             }
         ],
         "textures": list(TEXTURES),
+        "named_by_spacing": True,
         "speeds_mm_s": list(SPEEDS),
         "chance": 1 / 3,
         "skipped": [],
@@ -105,7 +107,7 @@ def spectra() -> Samples:
                 ("channel", "frequency"),
                 np.array([0.0, 0.5]),
                 np.array([1.0, 1.5]),
-                {"texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
+                {**NAMED, "texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
                 coords={"frequency": frequency},
             )
             for texture in ("3", "4")
@@ -126,7 +128,7 @@ def images() -> Samples:
                 ("row", "column"),
                 time,
                 time,
-                {"texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
+                {**NAMED, "texture": texture, "speed_mm_s": speed, "name": f"{texture}/{speed:g}"},
             )
             for offset, (texture, speed) in enumerate([("2", 10.0), ("2", 50.0), ("3", 50.0)])
         ]

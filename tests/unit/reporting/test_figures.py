@@ -254,3 +254,28 @@ def test_figures_are_saved_as_png(results, tmp_path):
 @pytest.mark.parametrize(("most", "chosen"), [(9, [1, 2, 3, 4]), (2, [1, 4]), (3, [1, 3, 4])])
 def test_spread_keeps_both_ends(most, chosen):
     assert spread([1, 2, 3, 4], most) == chosen
+
+
+def captions(results, spectra, images, sliding):
+    data = FigureData(spectra=spectra, sa1_images=images, ra1_images=images, sliding=sliding)
+    drawn = {one.name: one for one in draw_pictures(results, data)}
+    return {name: drawn[name].caption for name in ("figure08", "figure10", "figure12")}
+
+
+def test_an_arrow_only_where_a_direction_is_declared(results, spectra, images):
+    assert "the arrow is the sliding" in captions(results, spectra, images, "-y")["figure08"]
+    assert "arrow" not in captions(results, spectra, images, "")["figure10"]
+    for sliding, said in (("", []), ("+x", ["sliding +x"])):
+        figure = figure08(images, "somewhere", sliding)
+        labels = "\n".join(axes.get_xlabel() for axes in figure.axes)
+        assert [line for line in labels.splitlines() if "sliding" in line] == said
+        arrows = [t for axes in figure.axes for t in axes.texts if getattr(t, "arrow_patch", None)]
+        assert len(arrows) == len(said)
+
+
+def test_the_papers_misprint_is_of_no_matter_to_other_textures(results, spectra, images):
+    assert "mislabelled" in captions(results, spectra, images, "")["figure12"]
+    del spectra.attrs["named_by_spacing"]
+    assert "paper" not in captions(results, spectra, images, "")["figure12"]
+    names = [axes.get_ylabel() for axes in figure12(spectra, "x").axes]
+    assert [name for name in names if name] == ["3", "4"]

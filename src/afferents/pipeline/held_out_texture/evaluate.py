@@ -1,8 +1,8 @@
 """`--split texture`: what is said of a texture never felt, at a speed never felt.
 
-Two questions: is it recognised as unknown (`unknown.py`), and, where textures are named by their
-bump spacing, how coarse is it in mm (`roughness.py`). The `nested` protocol alone: nothing of the
-speed or the texture held out is seen before it is asked about.
+Two questions: is it recognised as unknown (`unknown.py`), and, where the session names textures by
+their bump spacing, how coarse is it in mm (`roughness.py`). The `nested` protocol alone: nothing of
+the speed or the texture held out is seen before it is asked about.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from afferents.core.files import write_aside, write_json
 from afferents.core.model import MODELS, Model
 from afferents.core.progress import Progress
 from afferents.core.replicate import replicate_of
-from afferents.core.responses import Responses, speeds_of, textures_of
+from afferents.core.responses import Responses, named_by_spacing, speeds_of, textures_of
 from afferents.core.results import ROUGHNESS, SCHEMA, UNKNOWN
 from afferents.core.split import SPEED
 from afferents.core.version import __version__
@@ -70,7 +70,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
         source = sources_of(model, recipe.encodings)[0]
         samples = encode_all(recordings, source, recipe.cut, progress, recipe.ablation)
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
-        if can_ask_mm(textures):
+        if named_by_spacing(recordings) and can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))
     about = _about(evaluation, recordings, skipped) | {"textures": textures}
     if not mm:  # of an earlier run, which this one replaces
@@ -98,6 +98,7 @@ def _about(
         "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
         **data_quality(recordings),
+        **named_by_spacing(recordings),
         **evaluation.recipe.choices,
     }
 

@@ -45,7 +45,7 @@ Condition = tuple[float, float]
 
 
 def can_ask_mm(textures: Collection[str]) -> bool:
-    """Tell whether textures are named by their spacing in mm, and are enough to lie between."""
+    """Tell whether textures named by their spacing are all numbers, and enough to lie between."""
     spacings = [spacing_mm(texture) for texture in textures]
     return None not in spacings and sum(bool(spacing) for spacing in spacings) >= LEAST_TEXTURES
 

@@ -5,7 +5,6 @@ from matplotlib.figure import Figure
 
 from afferents.reporting.neural.style import CLASS_COLOURS
 from afferents.reporting.style import new_figure, styled
-from afferents.reporting.texture_names import texture_names
 from afferents.spikes.population import Spikes
 
 
@@ -16,14 +15,14 @@ def raster_figure(spikes: Spikes, source: str) -> Figure:
     figure = new_figure(2.9 * spikes.n_trials + 1.0, height, "Spikes", source)
     panels = figure.subplots(1, spikes.n_trials, sharey=True, squeeze=False)[0]
     classes = spikes.units["class"].to_numpy(str)
-    names = texture_names(sorted(spikes.trials["texture"].unique()))
     for trial, axes in enumerate(panels):
         trains = [1e3 * spikes.train(trial, unit) for unit in range(spikes.n_units)]
         colours = [CLASS_COLOURS[name] for name in classes]
         axes.eventplot(trains, colors=colours, linewidths=0.6, linelengths=0.8)
         row = spikes.trials.iloc[trial]
-        name = names[row["texture"]]
-        axes.set_title(f"{name}, {row['speed_mm_s']:g} mm/s", loc="left", fontweight="bold")
+        axes.set_title(
+            f"{row['texture']}, {row['speed_mm_s']:g} mm/s", loc="left", fontweight="bold"
+        )
         axes.set_xlim(0, 1e3 * row["duration_s"])
         axes.set_xlabel("time (ms)")
     middles = [float(np.mean(np.flatnonzero(classes == name))) for name in dict.fromkeys(classes)]

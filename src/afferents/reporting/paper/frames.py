@@ -47,7 +47,7 @@ class FrameRow:
 
 @styled
 def frames_figure(
-    rows: Sequence[FrameRow], title: str, unit: str, source: str, sliding: str = "+x"
+    rows: Sequence[FrameRow], title: str, unit: str, source: str, sliding: str = ""
 ) -> Figure:
     """Draw rows of tactile images on one colour scale.
 
@@ -62,7 +62,7 @@ def frames_figure(
     source
         The line that says what the images were made from.
     sliding
-        Direction in which the surface slides under the skin.
+        Direction in which the surface slides under the skin; empty where nothing declares it.
     """
     n_columns = max(len(row.images) for row in rows)
     figure = new_figure(0.86 * n_columns + 1.5, 0.97 * len(rows) + 0.95, title, source)

@@ -59,7 +59,7 @@ def matrices_figure(results: Results, model: str, protocol: str) -> Figure | Non
             _small(axes)
         for axes in list(grid.flat)[len(shown) :]:
             axes.set_visible(False)
-        label_edges(grid, results.textures)
+        label_edges(grid, results.textures, results.summary)
         bar = part.colorbar(image, ax=grid, fraction=0.02, pad=0.012, aspect=26)
         bar.set_label("as printed" if said.startswith("as printed") else OF_TRUE, fontsize=7)
         bar.ax.tick_params(labelsize=7)

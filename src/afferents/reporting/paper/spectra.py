@@ -32,7 +32,10 @@ def shown_spectra(spectra: Samples) -> list[list[Shown]]:
     """Choose the panels: a row for each texture, a column for each speed."""
     pairs = zip(spectra[dims.TEXTURE].values.tolist(), spectra[dims.SPEED].values, strict=True)
     recorded = sorted({(texture, float(speed)) for texture, speed in pairs})
-    return [shown_for([(letter, speed) for speed in SPEEDS], recorded) for letter in LETTERS_SHOWN]
+    return [
+        shown_for([(letter, speed) for speed in SPEEDS], recorded, spectra.attrs)
+        for letter in LETTERS_SHOWN
+    ]
 
 
 @styled

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from afferents.core.recording import LETTERS, natural_order
 from afferents.reporting.labels import speed_key
-from afferents.reporting.texture_names import texture_letter, texture_names
+from afferents.reporting.texture_names import About, texture_letter, texture_names
 
 PANELS: Mapping[str, tuple[tuple[str, float], ...]] = {
     "A": (("a", 50.0), ("g", 50.0), ("m", 50.0)),
@@ -25,6 +25,8 @@ class Shown(NamedTuple):
         What the report calls its texture.
     letter, paper_mm_s
         What the paper shows: a letter, and a speed in mm/s.
+    is_letter
+        Whether the texture is the one that the paper shows.
     """
 
     texture: str
@@ -32,6 +34,7 @@ class Shown(NamedTuple):
     name: str
     letter: str
     paper_mm_s: float
+    is_letter: bool
 
     @property
     def label(self) -> str:
@@ -55,14 +58,9 @@ class Shown(NamedTuple):
         letter = "" if self.is_letter else f"{self.letter} at "
         return f"{here} for {letter}{speed_key(self.paper_mm_s)} mm/s"
 
-    @property
-    def is_letter(self) -> bool:
-        """Tell whether the texture is the one that the paper shows."""
-        return texture_letter(self.texture) == self.letter
-
 
 def shown_for(
-    wanted: Iterable[tuple[str, float]], recorded: Iterable[tuple[str, float]]
+    wanted: Iterable[tuple[str, float]], recorded: Iterable[tuple[str, float]], about: About
 ) -> list[Shown]:
     """Choose a recording for each that the paper shows.
 
@@ -72,6 +70,8 @@ def shown_for(
         Letter and speed (mm/s) of each.
     recorded
         Texture and speed (mm/s) of every recording there is; at least one.
+    about
+        Says how textures are named; see `texture_names`.
 
     Returns
     -------
@@ -82,19 +82,18 @@ def shown_for(
     for texture, speed in sorted(recorded, key=lambda one: (natural_order(one[0]), one[1])):
         speeds.setdefault(texture, []).append(speed)
     textures = list(speeds)
-    names = texture_names(textures)
+    names = texture_names(textures, about)
     found = []
     for letter, paper_mm_s in wanted:
-        texture = _texture_for(letter, textures)
+        of_letter = {texture_letter(one, about): one for one in reversed(textures)}
+        texture = of_letter.get(letter) or _in_place_of(letter, textures)
         speed = min(speeds[texture], key=lambda one: (abs(one - paper_mm_s), one))
-        found.append(Shown(texture, speed, names[texture], letter, paper_mm_s))
+        its_own = letter in of_letter
+        found.append(Shown(texture, speed, names[texture], letter, paper_mm_s, its_own))
     return found
 
 
-def _texture_for(letter: str, textures: Sequence[str]) -> str:
-    for texture in textures:
-        if texture_letter(texture) == letter:
-            return texture
+def _in_place_of(letter: str, textures: Sequence[str]) -> str:
     along = LETTERS.index(letter) / (len(LETTERS) - 1)
     return textures[round(along * (len(textures) - 1))]
 

@@ -16,7 +16,7 @@ from afferents.reporting.labels import speed_key
 from afferents.reporting.plot.basics import COLOURS, axes_of, kind_of
 from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
 from afferents.reporting.style import BLUE, GREEN, frame_all, styled
-from afferents.reporting.texture_names import texture_label, texture_labels
+from afferents.reporting.texture_names import texture_labels
 
 _NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I", dims.RA2: "RA-II"}
 
@@ -57,7 +57,8 @@ def tactile_image(
         found = _frame_at(response, time_s)
         title.append(f"{float(found[dims.TIME]):.2f} s")
     if dims.TEXTURE in found.coords and not found[dims.TEXTURE].dims:
-        title.append(f"texture {texture_label(found[dims.TEXTURE].item())}")
+        texture = str(found[dims.TEXTURE].item())
+        title.append(f"texture {texture_labels([texture], response.attrs)[texture]}")
     if dims.SPEED in found.coords and not found[dims.SPEED].dims:
         title.append(f"{speed_key(found[dims.SPEED].item())} mm/s")
     image = TactileImage(_grid(found), ", ".join(title))
@@ -282,7 +283,7 @@ def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
         return [("", data)]
     return [
         (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
-        for name, label in texture_labels(textures_of(data)).items()
+        for name, label in texture_labels(textures_of(data), data.attrs).items()
     ]
 
 

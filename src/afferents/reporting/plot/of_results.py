@@ -84,7 +84,7 @@ def confusion(
     panel = Panel(", ".join([*title, f"{accuracy:.0f} %"]), percent_of_true(counts))
     image = draw_panel(ax, panel)
     write_numbers(ax, panel, ax.bbox.width / ax.figure.dpi)
-    label_edges(np.array([[ax]]), textures)
+    label_edges(np.array([[ax]]), textures, summary)
     ax.figure.colorbar(image, ax=ax, label=OF_TRUE).outline.set_visible(False)
     return ax
 
