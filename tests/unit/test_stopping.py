@@ -44,7 +44,7 @@ def test_a_signal_stops_a_training_and_is_no_failure_of_it(training, number, wor
     _, said = running.communicate()
     assert said == "afferents: stopped; what is finished is kept\n"
     assert running.returncode == 128 + number
-    psutil.wait_procs(children, timeout=10)
+    psutil.wait_procs(children, timeout=60)
     assert not [child for child in children if child.is_running()]
     assert not list(results.rglob("*.failed"))
     assert status(results).facts["counts"]["failed"] == 0

@@ -26,8 +26,8 @@ KINDS = {
     "dynamixel": (Dynamixel, {"kind": "dynamixel"} | WHEEL),
 }
 WATCHED = [name for name in KINDS if name != "simplefoc"]
-GONE_S = 3.0
-"""Nothing takes longer than this; nothing here measures time."""
+GONE_S = 60.0
+"""Nothing should take a tenth of it; nothing here measures time."""
 
 
 def drive_of(drum, table, **more):
@@ -77,11 +77,18 @@ def test_it_reaches_its_speed_and_says_where_it_is(drive, drum):
     begin = drive.read()
     assert begin.speed_mm_s == pytest.approx(0, abs=0.1)
     drive.start(50.0)
-    said = reads(drive, 1.2)
-    late = said[len(said) // 2 :]
-    assert np.mean([s.speed_mm_s for s in late]) == pytest.approx(50, rel=0.03)
-    slope = np.polyfit([s.time_s for s in late], [s.position_mm for s in late], 1)[0]
-    assert slope == pytest.approx(50, rel=0.03)
+    said = []
+
+    def holds():
+        said.append(drive.read())
+        late = said[-50:]  # half a second and more
+        if len(late) < 50:
+            return False
+        slope = np.polyfit([s.time_s for s in late], [s.position_mm for s in late], 1)[0]
+        mean = np.mean([s.speed_mm_s for s in late])
+        return max(abs(slope - 50), abs(mean - 50)) < 1.5
+
+    assert until(holds)
     assert (np.diff([s.time_s for s in said]) > 0).all()
     assert {s.fault for s in said} == {None}
     before, now, after = drum.now()[0], drive.read().position_mm, drum.now()[0]
@@ -95,15 +102,14 @@ def test_stop_stops_it_and_it_can_be_started_again(drive, drum):
     assert until(stands(drum))
     assert drive.read().fault is None
     drive.start(30.0)
-    assert reads(drive, 0.4)[-1].speed_mm_s > 15
+    assert until(lambda: drive.read().speed_mm_s > 15)
 
 
 def test_another_speed_is_taken_as_it_turns(drive, drum):
     drive.start(20.0)
     reads(drive, 0.3)
     drive.start(80.0)
-    reads(drive, 0.6)
-    assert drum.now()[1] == pytest.approx(80, rel=0.1)
+    assert until(lambda: drive.read() and abs(drum.now()[1] - 80) < 8)
 
 
 def test_it_is_stopped_while_another_thread_reads_it(drive, drum):
@@ -155,7 +161,7 @@ def test_a_cable_that_is_pulled_is_said_and_stop_never_raises(drive, drum):
     reads(drive, 0.1)
     drum.unplug()
     with pytest.raises(DeviceError, match="lost"):
-        reads(drive, 1)
+        reads(drive, GONE_S)
     drive.stop()
 
 
@@ -182,9 +188,8 @@ def test_it_turns_the_other_way(kind, drum):
         pytest.skip("it has but one way")
     with drive_of(drum, kind[1], reversed=True) as drive:
         drive.start(50.0)
-        said = reads(drive, 0.6)[-1]
-        assert said.speed_mm_s == pytest.approx(50, rel=0.15)
-        assert drum.now()[1] == pytest.approx(-50, rel=0.15)
+        assert until(lambda: abs(drive.read().speed_mm_s - 50) < 7)
+        assert until(lambda: drive.read() and abs(drum.now()[1] + 50) < 7)
 
 
 @pytest.mark.parametrize("name", WATCHED)
@@ -200,16 +205,17 @@ def test_a_drive_with_a_watchdog_stops_when_it_hears_nothing(name):
         assert until(stands(drum))
         assert drive.read().fault is not None
         drive.start(50.0)
-        assert reads(drive, 0.3)[-1].fault is None
+        assert drive.read().fault is None
 
 
 KILLED = """
 import sys, time
 from afferents.devices import DRIVES, device_of
+from afferents.devices.drives import guard
+guard.PATIENCE_S = {patience_s}
 with device_of(DRIVES, {table!r}, "[drive]") as drive:
     drive.start(50.0)
-    for _ in range(20):
-        drive.read()
+    while drive.read().speed_mm_s < 40:
         time.sleep(0.01)
     print("turning", flush=True)
     {then}
@@ -224,7 +230,9 @@ def test_a_drum_never_goes_on_without_this_program(ending):
     )
     with SimpleFoc() as drum:
         table = KINDS["simplefoc"][1] | {"port": drum.port}
-        code = KILLED.format(table=table, then=then)
+        # One that hangs is found out by its silence; of the others only their end may stop it.
+        patience_s = 3 if ending == "hang" else 30
+        code = KILLED.format(table=table, then=then, patience_s=patience_s)
         if ending == "terminate":
             code = "from afferents.core.stopping import *\nstop_on_signals()" + code
         process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)

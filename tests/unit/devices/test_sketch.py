@@ -11,8 +11,18 @@ import pytest
 from afferents.devices import SerialDrive
 
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
+PATIENCE_S = 60
+"""Nothing here should take a tenth of it, on a machine that has nothing else to do."""
 HERE = Path(__file__).parent
 SKETCH = HERE.parents[2] / "docs" / "arduino" / "drum" / "drum.ino"
+
+
+def until(true):
+    """Wait for something to be true, and tell whether it was."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not true() and time.monotonic() < end_s:
+        time.sleep(0.01)
+    return true()
 
 
 class Board:
@@ -60,32 +70,33 @@ def drive(request, board):
 def test_it_holds_its_speed_and_stops(board, drive):
     drive.start(50.0)
     said = []
-    for _ in range(60):
+
+    def holds():
         said.append(drive.read())
-        time.sleep(0.02)
-    late = said[len(said) // 2 :]
-    slope = np.polyfit([s.time_s for s in late], [s.position_mm for s in late], 1)[0]
-    assert slope == pytest.approx(50, rel=0.05)
-    assert board.speed_mm_s == pytest.approx(50, rel=0.1)
+        late = said[-60:]  # half a second and more
+        if len(late) < 60:
+            return False
+        slope = np.polyfit([s.time_s for s in late], [s.position_mm for s in late], 1)[0]
+        return abs(slope - 50) < 2.5
+
+    assert until(holds)
+    assert until(lambda: drive.read() and abs(board.speed_mm_s - 50) < 5)
     assert {s.fault for s in said} == {None}
     drive.stop()
-    time.sleep(0.6)
-    assert abs(board.speed_mm_s) < 1
+    assert until(lambda: board.speed_mm_s == 0)
     assert drive.read().position_mm == pytest.approx(board.position_mm, abs=0.2)
 
 
 def test_its_watchdog_stops_it(board, drive):
     drive._guard.close()  # so that nothing but the sketch itself can stop it
     drive.start(50.0)
-    time.sleep(1.5)
-    assert abs(board.speed_mm_s) < 1
+    assert until(lambda: board.speed_mm_s > 10)
+    assert until(lambda: abs(board.speed_mm_s) < 1)
     assert drive.read().fault == "watchdog"
 
 
 def test_a_drum_that_is_held_is_given_up(board, drive):
     drive.start(50.0)
     board.stall()
-    end_s = time.monotonic() + 5
-    while (state := drive.read()).fault is None and time.monotonic() < end_s:
-        time.sleep(0.05)
-    assert state.fault == "stalled"
+    assert until(lambda: drive.read().fault is not None)
+    assert drive.read().fault == "stalled"

@@ -162,11 +162,20 @@ def test_it_ends_when_told_from_another_thread_and_streams_again(with_driver):
 import threading
 from afferents.devices import V4l2Camera
 path = "/x/fakecam/video0?stall=3"
+def seen(camera):
+    # Frames until another thread ends it, once three have come.
+    three, found = threading.Event(), []
+    def end():
+        three.wait()
+        camera.end()
+    threading.Thread(target=end).start()
+    for frame in camera.frames():
+        found.append(frame.sequence)
+        if len(found) == 3:
+            threading.Timer(0.2, three.set).start()  # it is waiting for a fourth by then
+    return found
 with V4l2Camera(V4l2Camera.Options(device=path)) as camera:
-    threading.Timer(0.2, camera.end).start()
-    first = [frame.sequence for frame in camera.frames()]
-    threading.Timer(0.2, camera.end).start()
-    again = [frame.sequence for frame in camera.frames()]
+    first, again = seen(camera), seen(camera)
 camera.close()
 print(json.dumps([first, again]))
 """)

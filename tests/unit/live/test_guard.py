@@ -17,6 +17,7 @@ from contextlib import ExitStack, closing, suppress
 from http.client import HTTPException
 from pathlib import Path
 
+import psutil
 import pytest
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import connect
@@ -50,7 +51,7 @@ class Served:
         self.url = self.describe().removeprefix("Page: ").strip()
         self.address = ("127.0.0.1", int(self.url.rpartition(":")[2]))
         self.count()
-        time.sleep(1)  # until that visitor's files are closed
+        until(lambda: self.visitors() == 0)
         self.files_at_rest = self.files()
 
     def describe(self):
@@ -58,6 +59,11 @@ class Served:
 
     def files(self):
         return len(list(Path(f"/proc/{self.process.pid}/fd").iterdir()))
+
+    def visitors(self):
+        """Return how many connections are open."""
+        there = psutil.Process(self.process.pid).net_connections("tcp")
+        return sum(one.status != psutil.CONN_LISTEN for one in there)
 
     def memory_mb(self):
         status = Path(f"/proc/{self.process.pid}/status").read_text()
@@ -273,8 +279,8 @@ def test_a_web_socket_that_shouts(served):
     assert served.is_as_before()
 
 
-def press(served, over):
-    """Come and go, mostly with nothing to say, else with rubbish."""
+def press(served, over, visits):
+    """Come and go, mostly with nothing to say, else with rubbish; count each visit."""
     said = list(rubbish().values())
     with ExitStack() as held:
         for n in range(10_000):
@@ -282,33 +288,34 @@ def press(served, over):
                 return
             with suppress(OSError):
                 held.enter_context(served.visit(b"" if n % 3 else said[n % len(said)]))
+                visits.append(n)
             if n % 50 == 49:
                 held.close()
 
 
-def counted(visitor, seconds):
-    """Return how far the stream came in so many seconds, as a visitor hears."""
-    counts, end_s = [], time.monotonic() + seconds
-    while time.monotonic() < end_s or len(counts) < 2:
+def hear(visitor, enough):
+    """Listen until the stream has come far `enough`, which is told how far."""
+    counts, end_s = [], time.monotonic() + PATIENCE_S
+    while not (counts and enough(counts[-1] - counts[0])):
+        assert time.monotonic() < end_s, counts[-1:]
         message = visitor.recv(timeout=PATIENCE_S)
         found = {} if isinstance(message, bytes) else json.loads(message)
         counts += [percept["time_s"] for percept in found.get("percepts", [])]
-    return counts[-1] - counts[0]
 
 
 def test_under_all_of_it_the_stream_goes_on_and_little_is_taken(served):
-    """A third of the rate is asked for, as who presses needs the machine as well."""
-    memory_mb, over = served.memory_mb(), threading.Event()
+    """How fast depends on the machine; that it goes on while hundreds press in does not."""
+    memory_mb, over, visits = served.memory_mb(), threading.Event(), []
     with served.onlooker() as good:
-        at_rest = counted(good, 3)
-        pressing = [threading.Thread(target=press, args=(served, over)) for _ in range(3)]
+        pressing = [threading.Thread(target=press, args=(served, over, visits)) for _ in range(3)]
         for thread in pressing:
             thread.start()
-        pressed = counted(good, 9)
-        over.set()
-        for thread in pressing:
-            thread.join()
-    assert pressed > at_rest
+        try:
+            hear(good, lambda counts: len(visits) > 300 and counts > 100)
+        finally:
+            over.set()
+            for thread in pressing:
+                thread.join()
     assert served.is_as_before()
     assert served.memory_mb() < memory_mb + 50
     assert served.describe().count("\n") == 1
@@ -325,7 +332,7 @@ def test_places_are_taken_and_given_up(tmp_path):
         assert served.is_as_before()
         # The end waits neither for who asks nothing nor for who takes nothing.
         with served.visit(HEAD), served.visit(UPGRADE):
-            time.sleep(1)
+            assert until(lambda: served.visitors() == 2)
             served.process.send_signal(signal.SIGINT)
             assert served.process.wait(PATIENCE_S) == 130
         assert served.describe().count("\n") == 1

@@ -25,20 +25,20 @@ def test_another_program_gets_probabilities_and_percepts(models):
     next(stream)  # opens the outlets
     inlets = {}
     for kind in ("Touch", "Markers"):
-        (info,) = pylsl.resolve_byprop("type", kind, timeout=10)
+        (info,) = pylsl.resolve_byprop("type", kind, timeout=60)
         inlets[kind] = pylsl.StreamInlet(info)
-        inlets[kind].open_stream(timeout=10)
-    channel = inlets["Touch"].info(timeout=10).desc().child("channels").child("channel")
+        inlets[kind].open_stream(timeout=60)
+    channel = inlets["Touch"].info(timeout=60).desc().child("channels").child("channel")
     assert channel.child_value("label") == "1"
     assert next(stream) is percepts[0]
-    numbers, _ = inlets["Touch"].pull_sample(timeout=10)
+    numbers, _ = inlets["Touch"].pull_sample(timeout=60)
     assert [round(n, 4) for n in numbers] == [0.7, 0.2, 0.1]
-    words, _ = inlets["Markers"].pull_sample(timeout=10)
+    words, _ = inlets["Markers"].pull_sample(timeout=60)
     assert json.loads(words[0])["texture"] == "1"
     assert next(stream) is percepts[1]
-    numbers, _ = inlets["Touch"].pull_sample(timeout=10)
+    numbers, _ = inlets["Touch"].pull_sample(timeout=60)
     assert all(math.isnan(n) for n in numbers)
-    words, _ = inlets["Markers"].pull_sample(timeout=10)
+    words, _ = inlets["Markers"].pull_sample(timeout=60)
     assert json.loads(words[0])["fresh"] is False
 
 
@@ -46,10 +46,10 @@ def test_who_looks_without_a_model_gives_percepts_and_no_probabilities():
     looked = Percept("camera", "looking", 1.0, markers_found=1.0)
     stream = published(iter([looked, looked]), {"camera": ()})
     next(stream)
-    (info,) = pylsl.resolve_byprop("source_id", "afferents-camera-json", timeout=10)
+    (info,) = pylsl.resolve_byprop("source_id", "afferents-camera-json", timeout=60)
     inlet = pylsl.StreamInlet(info)
-    inlet.open_stream(timeout=10)
+    inlet.open_stream(timeout=60)
     assert next(stream) is looked
-    words, _ = inlet.pull_sample(timeout=10)
+    words, _ = inlet.pull_sample(timeout=60)
     assert json.loads(words[0])["markers_found"] == 1
     assert not pylsl.resolve_byprop("source_id", "afferents-camera", timeout=0.2)
