@@ -5,17 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from .flat import flat
+
 HERE = Path(__file__).parent
-
-
-def flat(content, name=""):
-    if isinstance(content, dict):
-        return {
-            k: v for key, part in content.items() for k, v in flat(part, f"{name}/{key}").items()
-        }
-    if isinstance(content, list):
-        return {k: v for i, p in enumerate(content) for k, v in flat(p, f"{name}/{i}").items()}
-    return {name: content}
 
 
 def test_golden_numbers_stand(load):
