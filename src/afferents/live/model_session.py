@@ -38,6 +38,8 @@ class ModelSession(Session):
             "model": self.name,
             "title": self.card.title,
             "textures": self.card.textures,
+            "named_by_spacing": self.card.named_by_spacing,
+            "most_sure": self.card.most_sure,
             "description": self.card.describe(),
         }
 

@@ -33,6 +33,7 @@ class Perceiver(Senses):
         check_offset(audio_offset_s)
         if not networks:
             raise InputError("--model", "at least one model", "none")
+        self._networks = networks
         names = [network.card.model for network in networks]
         for name in names:
             if names.count(name) > 1:
@@ -58,4 +59,5 @@ class Perceiver(Senses):
 
     def screen(self) -> Screen:
         """Return what draws percepts in a terminal: bars of every model."""
-        return Bars()
+        networks = self._networks
+        return Bars({network.card.model: network.card.most_sure for network in networks})

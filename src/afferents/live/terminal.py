@@ -1,5 +1,7 @@
 """Percepts in the terminal: for every model what it feels, as bars."""
 
+from collections.abc import Mapping
+
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -15,10 +17,17 @@ _MOST = 13
 
 
 class Bars:
-    """Draws the evidence of every model as bars."""
+    """Draws the evidence of every model as bars.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    most_sure
+        Of models by name: no texture is shown with a higher probability; see `Card`.
+    """
+
+    def __init__(self, most_sure: Mapping[str, float]) -> None:
         """Nothing is felt yet."""
+        self._most_sure = most_sure
         self._latest: dict[str, Percept] = {}
 
     def take(self, percept: Percept) -> None:
@@ -27,17 +36,17 @@ class Bars:
 
     def drawn(self, console: Console) -> RenderableType:
         """Return the picture as it is now."""
-        return Group(*map(_drawn, self._latest.values()))
+        return Group(*(_drawn(one, self._most_sure[name]) for name, one in self._latest.items()))
 
 
-def _drawn(percept: Percept) -> RenderableType:
+def _drawn(percept: Percept, most_sure: float) -> RenderableType:
     table = Table(box=None, show_header=False, title=Text(_title(percept)), title_justify="left")
     likeliest = sorted(percept.evidence, key=percept.evidence.__getitem__, reverse=True)[:_MOST]
     for texture in percept.evidence:
         if texture not in likeliest:
             continue
         now, all_in_all = percept.probabilities.get(texture), percept.evidence[texture]
-        said = "" if now is None else f"{100 * now:3.0f}% now"
+        said = "" if now is None else f"{100 * min(now, most_sure):3.0f}% now"
         bar = "█" * round(_BAR * all_in_all)
         table.add_row(texture, f"{bar:<{_BAR}}", f"{100 * all_in_all:3.0f}%", said)
     return Group(table, Text(counted(percept), style="dim"))

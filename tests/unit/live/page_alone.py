@@ -12,12 +12,19 @@ TEXTURES = [f"{i / 2:g}" for i in range(13)]
 EVIDENCE = {texture: 0.7 if texture == "3" else 0.025 for texture in TEXTURES}
 
 
-def hello(*models):
+def hello(*models, named_by_spacing=True, most_sure=1.0):
     """A greeting: models by name, each of the paper's 13 textures, or none."""
     return {
         "type": "hello",
         "models": [
-            {"model": m, "title": m, "textures": TEXTURES, "description": ["It is a test."]}
+            {
+                "model": m,
+                "title": m,
+                "textures": TEXTURES,
+                "description": ["It is a test."],
+                "named_by_spacing": named_by_spacing,
+                "most_sure": most_sure,
+            }
             for m in models
         ],
     }

@@ -1,11 +1,19 @@
 """How sure a model may seem live: no surer than it was found to be right."""
 
+import io
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
-from afferents.live.model_session import no_surer
+from afferents.live.audio_quality import AudioQuality
+from afferents.live.model_session import ModelSession, no_surer
+from afferents.live.network import Outcome
+from afferents.live.percept import Counters
+from afferents.live.terminal import Bars
 from afferents.training.calibrate import best_evidence, interval_of
 
 
@@ -17,6 +25,22 @@ def test_probabilities_are_capped_in_their_order(weights, most):
     assert capped.sum() == pytest.approx(1)
     order = np.argsort(given)
     assert (np.diff(capped[order]) >= -1e-12).all()
+
+
+@pytest.mark.parametrize(("most", "sure"), [(0.8, False), (0.97, True)])
+def test_a_touch_is_no_surer_however_long_it_lasts(most, sure):
+    """Of two textures each sample says 96%; after a second the sum of them says all but 100."""
+    card = SimpleNamespace(model="m", textures=("a", "b"), evidence_per_s=10.0, most_sure=most)
+    says = Outcome(np.array([0.96, 0.04], np.float32), 0.0)
+    network = SimpleNamespace(card=card, feel=lambda _: says)
+    session = ModelSession(network, Counters(), AudioQuality(44100))
+    percepts = [session.feel(np.zeros(1, np.float32), 0.1 * n, 0.1, 0.0) for n in range(30)]
+    assert max(p.evidence["a"] for p in percepts) == pytest.approx(most)
+    assert (percepts[-1].sure_after_s is not None) == sure
+    bars, shown = Bars({"m": most}), Console(file=io.StringIO(), width=80)
+    bars.take(percepts[-1])
+    shown.print(bars.drawn(shown))
+    assert f"{100 * min(most, 0.96):.0f}% now" in shown.file.getvalue()
 
 
 def test_the_interval_is_wilson_s():

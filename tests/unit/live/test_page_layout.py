@@ -59,6 +59,22 @@ def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
     page.close()
 
 
+@pytest.mark.parametrize(("named", "name"), [(True, "3 mm"), (False, "3")])
+def test_numbers_are_spacings_only_where_a_model_says_so(browser, named, name):  # noqa: F811
+    page = opened(browser, (1280, 800), hello("m", named_by_spacing=named), state("m"))
+    assert page.locator(".felt").text_content() == f"{name} 70%, sure after 1.2 s"
+    assert name in page.locator(".bars span").all_text_contents()
+    page.close()
+
+
+def test_no_bar_is_longer_than_a_model_was_found_right(browser):  # noqa: F811
+    """Here one sample says 70%; what the touch says comes capped (`ModelSession`)."""
+    page = opened(browser, (1280, 800), hello("m", most_sure=0.6), state("m"))
+    widths = page.evaluate("[...document.querySelectorAll('.now')].map(e => e.style.width)")
+    assert max(float(width.removesuffix("%")) for width in widths) == pytest.approx(60)
+    page.close()
+
+
 def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  # noqa: F811
     """A column of the image holds one value; the bar shows its colour where its numbers say."""
     sa1 = np.tile(np.linspace(0, 6.4, 19), (15, 1))  # a layout that is wider than high

@@ -41,7 +41,7 @@ function modelView(model) {
   view.faulty = make("details", { className: "faults", hidden: true });
   view.bars = make("div", { className: "bars", role: "list", tabIndex: 0 });
   view.bars.setAttribute("aria-label", `Textures by ${model.title}`);
-  for (const texture of model.textures) view.rows.set(texture, row(texture));
+  for (const texture of model.textures) view.rows.set(texture, row(called(model, texture)));
   view.history = make("canvas", { className: "history", width: HISTORY, height: model.textures.length });
   view.history.setAttribute("role", "img");
   view.history.setAttribute("aria-label", `Evidence of ${model.title} over the last half minute`);
@@ -62,7 +62,7 @@ function modelView(model) {
     ...model.description.map((sentence) => make("p", { textContent: sentence })));
   const [first, last] = [model.textures[0], model.textures.at(-1)];
   const time = make("p", { className: "legend axis" }, make("span", { textContent: "half a minute ago" }),
-    make("span", { textContent: `evidence, ${called(first)} at the top to ${called(last)}` }),
+    make("span", { textContent: `evidence, ${called(model, first)} at the top to ${called(model, last)}` }),
     make("span", { textContent: "now" }));
   const head = make("div", { className: "head" }, heading, view.felt);
   view.article = make("article", {}, head, view.trouble, view.bars, legend,
@@ -70,12 +70,13 @@ function modelView(model) {
   return view;
 }
 
-function called(texture) {
-  return Number.isFinite(Number(texture)) ? `${texture} mm` : texture; // a spacing of bumps, or a name
+function called(model, texture) {
+  const spacing = model.named_by_spacing && Number.isFinite(Number(texture)); // of bumps; else a name
+  return spacing ? `${texture} mm` : texture;
 }
 
-function row(texture) {
-  const parts = { name: make("span", { textContent: called(texture) }), all: make("div", { className: "all" }),
+function row(name) {
+  const parts = { name: make("span", { textContent: name }), all: make("div", { className: "all" }),
     now: make("div", { className: "now" }), share: make("span", { className: "share" }) };
   parts.track = make("div", { className: "track" }, parts.all, parts.now);
   parts.cells = [parts.name, parts.track, parts.share];
@@ -94,7 +95,7 @@ function showModel(view, percept) {
   let felt = `${leader}`, how = `${share}%${sure}`;
   if (!fresh) [felt, how] = [percept.state === "waiting" ? "waiting" : "nothing fresh", ""];
   else if (unknown) [felt, how] = ["unknown", "like nothing it has learnt"];
-  view.felt.replaceChildren(felt === leader ? called(felt) : felt, " ", make("small", { textContent: how }));
+  view.felt.replaceChildren(felt === leader ? called(view.model, felt) : felt, " ", make("small", { textContent: how }));
   view.felt.dataset.felt = felt;
   if (percept.troubles.length) view.trouble.textContent = percept.troubles.at(-1);
   else if (fresh) view.trouble.textContent = "";
@@ -102,7 +103,7 @@ function showModel(view, percept) {
   const cells = [];
   for (const [texture, parts] of view.rows) {
     if (!shown.has(texture)) continue;
-    const now = percept.probabilities[texture] ?? 0;
+    const now = Math.min(percept.probabilities[texture] ?? 0, view.model.most_sure); // no surer than it was found right
     parts.all.style.width = `${100 * percept.evidence[texture]}%`;
     parts.now.style.width = `${100 * now}%`;
     parts.share.textContent = `${Math.round(100 * percept.evidence[texture])}%`;
