@@ -18,7 +18,7 @@ import rig_measures as measure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rig_constants import constants_table
+from rig_constants import constants_table, friction_table
 
 from afferents.channels import ra1, sa1
 from afferents.core import dims
@@ -277,6 +277,7 @@ def main() -> None:
     """Simulate, compare, draw, and write the tables into the page."""
     page = DOCS / "rig.md"
     insert(page, "constants", constants_table())
+    insert(page, "friction", friction_table())
     panels = spectra(json.loads((PUBLISHED / "spectra.json").read_text(encoding="utf-8")))
     insert(page, "spectra", spectra_table(panels))
     draw_spectra(panels)

@@ -1,6 +1,7 @@
-"""Every constant of the rig, its value and where it comes from."""
+"""Every constant of the rig, its value and where it comes from; the friction of each drum."""
 
-from afferents.rig import Rig
+from afferents.core.recording import LETTERS, folder_of
+from afferents.rig import Rig, bumped_surface
 
 SOURCES = {
     "drum.diameter_mm": "paper, 2.2",
@@ -97,3 +98,11 @@ def constants_table() -> str:
         raise SystemExit(f"no source for, or no longer there: {set(constants) ^ set(SOURCES)}")
     rows += [f"| `{name}` | {value} | {SOURCES[name]} |" for name, value in constants.items()]
     return "\n".join(rows)
+
+
+def friction_table() -> str:
+    """Return the factor on the friction of each of the paper's drums, as markdown."""
+    drums = [bumped_surface(float(folder_of(letter)), Rig().drum) for letter in LETTERS]
+    factors = [f"{drum.friction_factor:.2f}" for drum in drums]
+    rows = (list(LETTERS), ["---"] * len(drums), factors)
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -2,6 +2,7 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
 from afferents.core.progress import Progress
@@ -76,3 +77,15 @@ def test_a_video_is_described_as_a_sessions_are(look, session):
     found = look(session / "1/20/video.mp4")
     assert found.facts["video"]["n_frames"] == 45
     assert found.facts["n_markers"] == 361
+
+
+def test_a_run_that_does_not_begin_at_rest_is_named_as_extract_does(
+    look, session, make_video, fails, tmp_path
+):
+    """Something presses on the skin from the first frame on, and hides a third of the markers."""
+    pressed = shutil.copytree(session, tmp_path / "session")
+    make_video(pressed / "2/40/video.mp4", np.sin(np.arange(45)), [range(120)] * 45)
+    (problem,) = look(pressed).problems
+    assert "2/40/video.mp4: expected" in problem
+    assert "a run must begin with the skin at rest" in problem
+    assert problem in fails("extract", pressed, tmp_path / "s.zarr", "--workers", 1, "--quiet")

@@ -3,7 +3,8 @@
 import re
 from pathlib import Path
 
-from afferents.rig import NUISANCES, Rig
+from afferents.core.recording import LETTERS, folder_of
+from afferents.rig import NUISANCES, Rig, bumped_surface
 
 PAGE = (Path(__file__).parents[3] / "docs" / "rig.md").read_text(encoding="utf-8")
 
@@ -23,3 +24,11 @@ def test_every_constant_stands_there_with_its_value_and_source():
 
 def test_every_nuisance_stands_there():
     assert set(NUISANCES) <= set(re.findall(r"`([\w-]+)`", PAGE))
+
+
+def test_the_friction_of_all_thirteen_drums_stands_there():
+    table = PAGE.partition("<!-- friction -->\n")[2].partition("<!-- /friction -->")[0]
+    drums, _, factors = ([c.strip() for c in row.split("|")[1:-1]] for row in table.splitlines())
+    assert drums == list(LETTERS)
+    surfaces = [bumped_surface(float(folder_of(letter)), Rig().drum) for letter in drums]
+    assert factors == [f"{surface.friction_factor:.2f}" for surface in surfaces]
