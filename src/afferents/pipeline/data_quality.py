@@ -1,9 +1,10 @@
 """What a summary says of the recordings: what was accepted, how many markers were lost."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from afferents.core import dims
 from afferents.core.responses import Responses, doubts_in
@@ -31,15 +32,32 @@ def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
         if (found := doubts_in(r.attrs))
     ]
     lost = {
-        str(r.attrs["name"]): 1 - float(read_whole(r, dims.DETECTED).mean())
+        str(r.attrs["name"]): share_lost(read_whole(r, dims.DETECTED), r.attrs)
         for r in recordings
         if dims.DETECTED in r
     }
-    said: dict[str, Any] = {"accepted": accepted} if accepted else {}
-    if lost:
-        worst = max(lost, key=lambda name: lost[name])
-        median = float(np.median(list(lost.values())))
-        said["lost"] = {
-            "median": median, "worst": lost[worst], "recording": worst, "n": len(lost),
-        }  # fmt: skip
-    return said
+    return ({"accepted": accepted} if accepted else {}) | lost_of(lost)
+
+
+def share_lost(detected: xr.DataArray, about: Mapping[Any, Any]) -> float:
+    """Return the share of marker positions lost from the rest frame on; before, none is looked for.
+
+    Parameters
+    ----------
+    detected
+        `(time, marker)`.
+    about
+        Attributes of the responses, which name the rest frame.
+    """
+    return 1 - float(detected[int(about.get("rest_frame", 0)) :].mean())
+
+
+def lost_of(shares: Mapping[str, float]) -> dict[str, Any]:
+    """Return `lost` of `data_quality`, from each recording's share; nothing of no recordings."""
+    if not shares:
+        return {}
+    worst = max(shares, key=lambda name: shares[name])
+    median = float(np.median(list(shares.values())))
+    return {
+        "lost": {"median": median, "worst": shares[worst], "recording": worst, "n": len(shares)}
+    }

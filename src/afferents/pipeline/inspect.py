@@ -17,6 +17,7 @@ from afferents.evaluation import APART, steadiness_of
 from afferents.execution.local import side_by_side
 from afferents.markers import Sensor, rest_positions
 from afferents.pipeline.copies import notes_in
+from afferents.pipeline.data_quality import lost_of, share_lost
 from afferents.pipeline.doubts import doubts_of, doubts_without_tracking, watched
 from afferents.pipeline.extract import responses_of
 from afferents.pipeline.inspect_files import (
@@ -37,6 +38,7 @@ from afferents.reporting import (
     save_figure,
     steadiness_figure,
     steadiness_sentence,
+    what_was_lost,
 )
 
 STEADINESS = "steadiness.png"
@@ -98,10 +100,14 @@ def inspect(
 
 @dataclass(frozen=True)
 class Look:
-    """What there is of one recording, None if it can't be read; and what is wrong with it."""
+    """What there is of one recording, None if it can't be read; and what is wrong with it.
+
+    `lost` is the share of marker positions that were lost; None where none were followed.
+    """
 
     row: dict[str, Any] | None
     problems: list[str]
+    lost: float | None = None
 
 
 def look_at(
@@ -118,7 +124,7 @@ def look_at(
     sensor
         Whose markers a video shows; None for data sets without sensors.
     """
-    row = None
+    row, lost = None, None
     try:
         with in_a_sentence(recording.name):
             doubts = data_set.check(recording)
@@ -127,10 +133,12 @@ def look_at(
                 doubts = doubts + doubts_without_tracking(recording)
             else:
                 seen = watched(recording)
-                doubts = doubts + doubts_of(seen, responses_of(seen, sensor))
+                responses = responses_of(seen, sensor)
+                doubts = doubts + doubts_of(seen, responses)
+                lost = share_lost(responses[dims.DETECTED], responses.attrs)
     except AfferentsError as error:
         return number, Look(row, [str(error)])
-    return number, Look(row, [str(doubt.error) for doubt in doubts])
+    return number, Look(row, [str(doubt.error) for doubt in doubts], lost)
 
 
 def inspect_recordings(
@@ -162,7 +170,10 @@ def inspect_recordings(
     found.problems += [problem for look in in_order for problem in look.problems]
     if not found.problems and isinstance(session, FolderSession):
         require_rates_that_agree(session, session.declared)
-    found.sentences += [*length_sentences(rows), *too_short_sentences(rows)]
+    names = [recording.name for recording in session.recordings]
+    lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
+    found.sentences += [*length_sentences(rows), *lost_sentences(lost_of(lost))]
+    found.sentences += too_short_sentences(rows)
     try:
         found.sentences += clock_sentences(session)
     except InputError as error:
@@ -210,6 +221,12 @@ def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
     return sentences
 
 
+def lost_sentences(quality: dict[str, Any]) -> list[str]:
+    """Say how many markers were lost, and what models are given in their place; of any."""
+    said = what_was_lost(quality)
+    return [said] if said else []
+
+
 def too_short_sentences(rows: list[dict[str, Any]]) -> list[str]:
     """Say which videos and audio are too short for the cut 'published', if any."""
     frames = [row["video"]["n_frames"] for row in rows if row["video"]]
@@ -235,12 +252,17 @@ def inspect_responses(
         f"{data_set.title} of {len(recordings)} recordings with {', '.join(names)}."
     )
     found.sentences += notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences
-    for responses in recordings:
-        if dims.DETECTED in responses:
-            lost = 1 - float(responses[dims.DETECTED].mean())
-            if lost > MOST_LOST:
-                name = responses.attrs["name"]
-                found.problems.append(f"{name}: {100 * lost:.1f}% of marker positions are lost.")
+    lost = {
+        str(responses.attrs["name"]): share_lost(responses[dims.DETECTED], responses.attrs)
+        for responses in recordings
+        if dims.DETECTED in responses
+    }
+    found.sentences += lost_sentences(lost_of(lost))
+    found.problems += [
+        f"{name}: {100 * share:.1f}% of marker positions are lost."
+        for name, share in lost.items()
+        if share > MOST_LOST
+    ]
     if rows := steadiness_of(recordings):
         found.facts["steadiness"] = rows
         found.sentences.append(steadiness_sentence(rows, APART))

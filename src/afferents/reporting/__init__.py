@@ -11,7 +11,7 @@ from afferents.reporting.figure12 import figure12
 from afferents.reporting.formats import to_markdown
 from afferents.reporting.html import write_report
 from afferents.reporting.images import figure08, figure10
-from afferents.reporting.in_short import headline
+from afferents.reporting.in_short import headline, what_was_lost
 from afferents.reporting.inspection import markers_figure, responses_figure, vibration_figure
 from afferents.reporting.lengths import lengths_table
 from afferents.reporting.overlay import draw_overlay, is_overlay, write_overlay
@@ -84,6 +84,7 @@ __all__ = [
     "unknown_by_texture",
     "unknown_table",
     "vibration_figure",
+    "what_was_lost",
     "write_overlay",
     "write_report",
     "write_texture_page",
