@@ -1,5 +1,6 @@
 """Sensors nobody has described: radial layouts, fish-eye lenses, reflections."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -7,11 +8,14 @@ import cv2
 import numpy as np
 import pytest
 
+from afferents.commands import calibrate
 from afferents.core import dims
 from afferents.core.recording import Frame
 from afferents.markers import describe, detect, estimate_detector, recognise_sensor, track
 
-VIDEOS = Path(__file__).resolve().parents[3] / "../shared/datasets/tactip_videos"
+ROOT = Path(__file__).resolve().parents[3]
+VIDEOS = ROOT / "../shared/datasets/tactip_videos"
+ONE_FINGERTIP = ("north-east", "north", "south-west", "lego", "concrete")
 
 pytestmark = pytest.mark.skipif(
     not VIDEOS.is_dir(), reason="the TacTip videos are not beside the project"
@@ -49,6 +53,16 @@ def test_an_unseen_radial_layout_is_found_and_followed(name):
 def test_a_clean_round_layout_is_found_whole():
     image = cv2.imread(str(VIDEOS / "raw_tactile_image.png"), cv2.IMREAD_GRAYSCALE)
     assert len(detect(image, estimate_detector(image))) == pytest.approx(331, abs=3)
+
+
+@pytest.mark.slow
+def test_one_fingertip_has_as_many_markers_as_the_docs_say(tmp_path):
+    page = (ROOT / "docs/start.md").read_text(encoding="utf-8")
+    said = re.search(r"fingertip gave ([\d, and]+) markers, all together (\d+),", page)
+    clips = [VIDEOS / f"{name}.avi" for name in ONE_FINGERTIP]
+    found = [calibrate(clip, tmp_path / f"{clip.stem}.toml").n_markers for clip in clips]
+    assert sorted(found) == [int(n) for n in re.findall(r"\d+", said[1])]
+    assert calibrate(clips, tmp_path / "all.toml").n_markers == int(said[2])
 
 
 @pytest.mark.slow
