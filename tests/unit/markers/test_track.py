@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from afferents.channels import fill, sa1
 from afferents.core import dims
 from afferents.core.errors import InputError
 from afferents.core.recording import Frame
@@ -86,6 +87,19 @@ def test_a_tracker_finds_the_markers_in_its_first_frame(draw, video, square, met
     assert all(found.detected.all() for found in stepped)
     with pytest.raises(InputError, match=r"the first frame: expected 12 markers .* found 0"):
         Tracker(square, method=method).step(draw([]))
+
+
+def test_the_published_tracker_keeps_a_lost_marker_where_it_was(draw, video, square):
+    """So nothing is left to be filled from its neighbours, as in the published code."""
+    images = [draw(grid_3x4((max(0, t - 2), 0))) for t in range(5)]
+    images.append(draw(np.delete(grid_3x4((3, 0)), 5, axis=0)))
+    published, ours = (track(video(images), square, how) for how in ("published", "windowed"))
+    (lost,) = np.flatnonzero(~published[dims.DETECTED].values[5])
+    felt = sa1(published[dims.POSITION], published[dims.REST_POSITION])
+    assert felt.values[5, lost] == felt.values[4, lost] == pytest.approx(2, abs=0.1)
+    np.testing.assert_array_equal(fill(felt)[5], felt[5])
+    filled = fill(sa1(ours[dims.POSITION], ours[dims.REST_POSITION]))
+    assert filled.values[5, 5] == pytest.approx(3, abs=0.1)
 
 
 def test_a_single_marker_is_tracked(draw, video, free):
