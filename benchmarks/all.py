@@ -14,8 +14,8 @@ import time
 from pathlib import Path
 
 from afferents import __version__
-from afferents.core.files import write_text
-from afferents.pipeline.doctor import diagnose
+from afferents.doctor import diagnose
+from afferents.files import write_text
 
 HERE = Path(__file__).parent
 SHORT = {

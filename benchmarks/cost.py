@@ -17,18 +17,15 @@ import xarray as xr
 from training_speed import machine
 
 import afferents
-from afferents.core import dims
-from afferents.core.model import TABLE1
-from afferents.core.protocol import PROTOCOLS
-from afferents.encodings import Encodings
-from afferents.pipeline.estimate.amount import Amount
-from afferents.pipeline.estimate.estimate import Estimate
-from afferents.pipeline.estimate.measure import measure_recording
-from afferents.pipeline.estimate.trainings import Trainings
-from afferents.pipeline.estimate.words import authors_gpu_s, duration
-from afferents.pipeline.recipe import Recipe
-from afferents.pipeline.sensors import sensors_of
-from afferents.training import Compute
+from afferents import dims
+from afferents.encodings.settings import Encodings
+from afferents.evaluation.recipe import Recipe
+from afferents.folds.protocol import PROTOCOLS
+from afferents.markers.sensor import sensors_of
+from afferents.models.config import Compute
+from afferents.models.model import TABLE1
+from afferents.reproduction.estimate import Amount, Estimate, authors_gpu_s, duration
+from afferents.reproduction.measure import Trainings, measure_recording
 
 RECORDINGS, FRAMES, AUDIO_S, SPEEDS = 130, 5850, 65, 10
 GROUPS = tuple(float(10 * (i + 1)) for i in range(SPEEDS))

@@ -18,8 +18,7 @@ from distributed import LocalCluster
 from joblib import cpu_count
 from training_speed import CASES, loop_rate, machine
 
-from afferents.execution.dask import on_cluster
-from afferents.execution.local import side_by_side
+from afferents.parallel import on_cluster, side_by_side
 
 Job = tuple[object, ...]
 

@@ -20,10 +20,10 @@ import numpy as np
 import psutil
 import xarray as xr
 
-from afferents.core.model import TABLE1
-from afferents.core.recording import Recording
-from afferents.core.responses import label
-from afferents.core.store import create_store, has_responses, write_responses
+from afferents.models.model import TABLE1
+from afferents.store.recording import Recording
+from afferents.store.responses import label
+from afferents.store.zarr_store import create_store, has_responses, write_responses
 
 TEXTURES, SPEEDS = [f"{x / 2:g}" for x in range(13)], range(10, 101, 10)
 FRAMES, MARKERS, FPS_HZ, RATE_HZ = 5000, 361, 90.0, 44100

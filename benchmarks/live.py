@@ -27,13 +27,10 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
+from afferents import dims
 from afferents.channels import CHANNELS
-from afferents.core import dims
-from afferents.core.card import CARD, WEIGHTS, Card
-from afferents.core.model import MODELS, TABLE1
-from afferents.core.store import open_responses
-from afferents.core.version import __version__
-from afferents.encodings import Encodings, encoding_of
+from afferents.encodings.settings import Encodings, encoding_of
+from afferents.evaluation.encode import Source, encode
 from afferents.live import (
     CameraFrame,
     Images,
@@ -46,13 +43,18 @@ from afferents.live import (
     run,
     stream,
 )
-from afferents.markers import Tracker, load_sensor
-from afferents.models import Deployed, build
-from afferents.pipeline.encode import Source, encode
-from afferents.pipeline.export import export_model
-from afferents.recordings import WavFile, open_video
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import Tracker
+from afferents.models.card import CARD, WEIGHTS, Card
+from afferents.models.export import export_model
+from afferents.models.folder import Deployed, load_model, save_weights
+from afferents.models.model import MODELS, TABLE1
+from afferents.models.table import build
+from afferents.recordings.audio import WavFile
+from afferents.recordings.video import open_video
 from afferents.rig import Rig, bumped_surface, record
-from afferents.training import load_model, save_weights
+from afferents.store.zarr_store import open_responses
+from afferents.version import __version__
 
 MEASURED = (*TABLE1, "sa-wave-vector", "ra-wave-vector")
 SECONDS = 20.0

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import pandas as pd
 import psutil
 
-from afferents.recordings import SESSION_FILE
+from afferents.recordings.session_file import SESSION_FILE
 
 MOST, SPEEDS = 2000, 50
 """Recordings of the largest session, and the speeds of each of its textures."""

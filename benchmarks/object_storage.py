@@ -23,7 +23,7 @@ import xarray as xr
 import zarr
 from zarr.storage import FsspecStore
 
-from afferents.core.store import open_responses
+from afferents.store.zarr_store import open_responses
 
 PORT, BUCKET = 15555, "afferents"
 OPTIONS = {

@@ -29,14 +29,13 @@ from afferents.devices import (
     Microphone,
     MicrophoneSettings,
 )
-from afferents.live.recording_page import RecordingPage
-from afferents.markers import load_sensor
-from afferents.pipeline.record.bench import Bench
-from afferents.pipeline.record.clock import Clock
-from afferents.pipeline.record.devices import opened, simulated_devices
-from afferents.pipeline.record.plan import Plan, read_plan
-from afferents.pipeline.record.run import Devices, Run
-from afferents.pipeline.record.watch import Watch
+from afferents.markers.sensor import load_sensor
+from afferents.recorder.devices import opened, simulated_devices
+from afferents.recorder.page import RecordingPage
+from afferents.recorder.plan import Clock, Plan, read_plan
+from afferents.recorder.rehearsal import Bench
+from afferents.recorder.run import Devices, Run
+from afferents.recorder.watch import Watch
 from afferents.rig import Rig
 
 PLAN = """

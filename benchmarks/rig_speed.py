@@ -18,15 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from afferents.core.recording import GreyImage
 from afferents.rig import Rig, bumped_surface, project, record
 from afferents.rig import draw as draw_run
-from afferents.rig.camera import Points
+from afferents.rig.camera import Points, Renderer
 from afferents.rig.drive import turn
-from afferents.rig.film import write_film
-from afferents.rig.render import Renderer
-from afferents.rig.run import press, simulate
+from afferents.rig.record import write_film
+from afferents.rig.run import press, simulate_run
 from afferents.rig.skin import PHYSICS_RATE_HZ
+from afferents.store.recording import GreyImage
 
 SECONDS = 8.0
 N_IMAGES = 90
@@ -55,7 +54,7 @@ def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> di
     """Return how many times faster than real time each part of a recording is."""
     rig, name, surface = Rig(), f"{spacing_mm:g}", bumped_surface(spacing_mm)
     run_of = (name, surface, speed_mm_s, SECONDS, seed)
-    whole, run = timed(simulate, rig, *run_of)
+    whole, run = timed(simulate_run, rig, *run_of)
     drawn = draw_run(rig, name, speed_mm_s, seed)
     turning = turn(
         speed_mm_s, SECONDS, rig.drive, rig.drum.diameter_mm / 2, 0.0, False, PHYSICS_RATE_HZ,
@@ -75,7 +74,7 @@ def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> di
 
 def main(rounds: int) -> None:
     """Measure and print."""
-    simulate(Rig(), "3", bumped_surface(3.0), 50.0, 1.6, 0)  # compiles
+    simulate_run(Rig(), "3", bumped_surface(3.0), 50.0, 1.6, 0)  # compiles
     found = []
     for n in range(rounds):
         with tempfile.TemporaryDirectory() as folder:

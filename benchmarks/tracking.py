@@ -21,14 +21,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.core import dims
-from afferents.core.recording import Frame, GreyImage
-from afferents.execution.local import side_by_side
-from afferents.markers import Method, Tracker, load_sensor, track
-from afferents.recordings import open_video
+from afferents import dims
+from afferents.choices import Method
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import Tracker, track_markers
+from afferents.parallel import side_by_side
+from afferents.recordings.video import open_video
 from afferents.rig import Camera, Rig, bumped_surface, project
-from afferents.rig.render import Renderer
-from afferents.rig.run import simulate
+from afferents.rig.camera import Renderer
+from afferents.rig.run import simulate_run
+from afferents.store.recording import Frame, GreyImage
 
 TIP_B = load_sensor("tip_b")
 REST = TIP_B.rest_frame
@@ -70,7 +72,7 @@ class Drawn:
 def slid(seconds: float) -> Positions:
     """Return the marker positions of a run of g at 50 mm/s, px."""
     rig = Rig()
-    run = simulate(rig, "3", bumped_surface(3.0), 50.0, seconds, 0)
+    run = simulate_run(rig, "3", bumped_surface(3.0), 50.0, seconds, 0)
     return project(run.position_mm, rig.camera)
 
 
@@ -140,7 +142,7 @@ def speed_and_error(folder: Path, position: Positions, rounds: int) -> None:
             alone, whole, published = [], [], []
             for _ in range(rounds):
                 alone.append(n / seconds(lambda p=path: decode(p)))
-                whole.append(n / seconds(lambda p=path: track(open_video(p), TIP_B)))
+                whole.append(n / seconds(lambda p=path: track_markers(open_video(p), TIP_B)))
                 spent = seconds(lambda s=some: follow(s, position[REST], "published"))
                 published.append(1 / (spent / (len(some) - 1) + 1 / alone[-1]))
             ratio = median(w / a for w, a in zip(whole, alone, strict=True))
@@ -149,7 +151,7 @@ def speed_and_error(folder: Path, position: Positions, rounds: int) -> None:
                   f"{median(whole):.0f} | {ratio:.2f} | {median(published):.0f} | {times:.0f} | "
                   f"{rms(ours - truth):.3f} | {rms(theirs - truth):.3f} |", flush=True)  # fmt: skip
     plain = Drawn(position[:JUDGED_FRAMES], Camera(noise_grey=0, blur_px=0, falloff=0))
-    found = track(plain, TIP_B)[dims.POSITION].values[REST:]
+    found = track_markers(plain, TIP_B)[dims.POSITION].values[REST:]
     print(f"\nUncompressed, without nuisances: {rms(found - plain.position[REST:]):.3f} px.")
 
 
@@ -191,7 +193,9 @@ def identities(rest: Positions) -> None:
     rng = np.random.default_rng(0)
 
     def tracked(video: Drawn) -> Positions:
-        return track(video, TIP_B.model_copy(update={"rest_frame": 0}))[dims.POSITION].values
+        return track_markers(video, TIP_B.model_copy(update={"rest_frame": 0}))[
+            dims.POSITION
+        ].values
 
     still = np.repeat(rest[None], 121, axis=0)
     away = np.zeros((121, 361), bool)
@@ -236,7 +240,7 @@ def _walk(rng: np.random.Generator, n: int, most: float) -> NDArray[np.float64]:
 
 
 def _track_file(path: Path) -> float:
-    track(open_video(path), TIP_B)
+    track_markers(open_video(path), TIP_B)
     return 0.0
 
 

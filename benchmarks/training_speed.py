@@ -26,11 +26,13 @@ import torch.nn.functional as F  # noqa: N812
 from joblib import cpu_count
 from torch.utils.flop_counter import FlopCounterMode
 
-from afferents.execution.local import keep_freed_memory, side_by_side
-from afferents.models import build, l2_penalty
-from afferents.training import TrainingConfig, train
-from afferents.training.config import Precision
-from afferents.training.hardware import has_bfloat16, to_channels_last
+from afferents.choices import Precision
+from afferents.models.config import TrainingConfig
+from afferents.models.hardware import has_bfloat16, to_channels_last
+from afferents.models.layers import l2_penalty
+from afferents.models.loop import train
+from afferents.models.table import build
+from afferents.parallel import keep_freed_memory, side_by_side
 
 BATCH, TEXTURES, EPOCHS = 64, 13, 4
 

@@ -6,6 +6,7 @@ and pages include them.
 
 import ast
 import inspect
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -24,8 +25,9 @@ def first_sentence(text: str | None) -> str:
 
 def said_of(package: str) -> str:
     """Return what a package's docstring says first, without importing it."""
-    folder = SOURCE / package.removeprefix("afferents.")
-    return first_sentence(ast.get_docstring(ast.parse((folder / "__init__.py").read_text())))
+    place = SOURCE / package.removeprefix("afferents.")
+    file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+    return first_sentence(ast.get_docstring(ast.parse(file.read_text())))
 
 
 def layers() -> list[list[str]]:
@@ -33,7 +35,7 @@ def layers() -> list[list[str]]:
     project = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())
     contracts = project["tool"]["importlinter"]["contracts"]
     (contract,) = (each for each in contracts if each["type"] == "layers")
-    return [[name.strip() for name in layer.split("|")] for layer in contract["layers"]]
+    return [re.split(r" [|:] ", layer) for layer in contract["layers"]]
 
 
 def architecture() -> str:

@@ -25,10 +25,11 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from afferents.core.progress import Progress
-from afferents.execution.local import side_by_side
-from afferents.recordings import open_video, read_session
-from afferents.recordings.published import AUDIO, REFERENCE, VIDEO
+from afferents.parallel import side_by_side
+from afferents.progress import Progress
+from afferents.recordings.layouts import AUDIO, REFERENCE, VIDEO
+from afferents.recordings.session import read_session
+from afferents.recordings.video import open_video
 
 Picture = NDArray[np.uint8]
 

@@ -20,14 +20,16 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from rig_constants import constants_table, friction_table
 
+from afferents import dims
 from afferents.channels import ra1, sa1
-from afferents.core import dims
-from afferents.encodings import amplitude_spectrum
-from afferents.markers import load_sensor, track
-from afferents.recordings import open_video
+from afferents.encodings.spectra import amplitude_spectrum
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import track_markers
+from afferents.recordings.video import open_video
 from afferents.reporting.style import SEQUENTIAL
-from afferents.rig import STEADY_S, VIDEO, Rig, bumped_surface, record, simulate
+from afferents.rig import STEADY_S, VIDEO, Rig, bumped_surface, record
 from afferents.rig.microphone import SAMPLE_RATE_HZ
+from afferents.rig.run import simulate_run
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PUBLISHED = Path(__file__).parent / "published"
@@ -68,7 +70,7 @@ def spectra(published: dict[str, Any]) -> list[Panel]:
 def heard(spacing_mm: float, speed_mm_s: float, seed: int) -> NDArray[np.float64]:
     """Return the spectra of four windows of 1 s, shape (4, 400)."""
     surface = bumped_surface(spacing_mm, RIG.drum)
-    run = simulate(RIG, f"{spacing_mm:g}", surface, speed_mm_s, STEADY_S + 4, seed)
+    run = simulate_run(RIG, f"{spacing_mm:g}", surface, speed_mm_s, STEADY_S + 4, seed)
     steady = run.sensor[-4 * SAMPLE_RATE_HZ :].reshape(4, -1)
     return amplitude_spectrum(steady, SAMPLE_RATE_HZ, 400).astype(float)
 
@@ -158,7 +160,7 @@ def filmed_images(spacing_mm: float, speed_mm_s: float, seed: int) -> Images:
         target = Path(folder) / "run"
         surface = bumped_surface(spacing_mm, rig.drum)
         record(rig, target, f"{spacing_mm:g}", surface, speed_mm_s, STEADY_S + FILMED_S, seed)
-        tracks = track(open_video(target / VIDEO), load_sensor("tip_b"), "one-to-one")
+        tracks = track_markers(open_video(target / VIDEO), load_sensor("tip_b"), "one-to-one")
     slow = sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
     first = round(STEADY_S * 90)
     return Images(

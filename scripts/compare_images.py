@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CloughTocher2DInterpolator, RBFInterpolator, RectBivariateSpline
 from scipy.spatial import Delaunay, cKDTree
 
-from afferents.core.pixels import image_shape
-from afferents.markers import load_sensor
-from afferents.markers.places import image_places
-from afferents.pipeline.sensor_rig import rig_of
-from afferents.rig import Rig, Skin, bumped_surface, simulate
+from afferents.markers.places import image_places, image_shape
+from afferents.markers.sensor import load_sensor
+from afferents.rig import Rig, Skin, bumped_surface
+from afferents.rig.run import simulate_run
+from afferents.rig.sensor_rig import rig_of
 
 Floats = NDArray[np.float64]
 Operator = Callable[[Floats, Floats], Floats]
@@ -107,7 +107,7 @@ def sheet() -> tuple[Rig, Floats]:
 def displacement_px(texture: float, speed: float, px_per_mm: float) -> NDArray[np.float64]:
     """Return how far each node of the sheet is from rest, (frame, y, x, 2), px."""
     rig, _ = sheet()
-    run = simulate(rig, f"{texture:g}", bumped_surface(texture), speed, SECONDS, seed=1)
+    run = simulate_run(rig, f"{texture:g}", bumped_surface(texture), speed, SECONDS, seed=1)
     moved = (run.position_mm - rig.skin.rest_mm()) * px_per_mm
     return moved[FIRST:].reshape(-1, SIDE, SIDE, 2)
 

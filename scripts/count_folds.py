@@ -20,10 +20,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.core.files import write_aside
-from afferents.core.model import MODELS, TABLE1
-from afferents.evaluation import finished_keys
-from afferents.evaluation.bootstrap import (
+from afferents.evaluation.fold_files import finished_keys, load_fold
+from afferents.evaluation.intervals import (
     Accuracy,
     Difference,
     Interval,
@@ -32,7 +30,8 @@ from afferents.evaluation.bootstrap import (
     interval_of,
     paired_difference,
 )
-from afferents.evaluation.folds import load_fold
+from afferents.files import write_aside
+from afferents.models.model import MODELS, TABLE1
 from afferents.reporting.published import published_families
 
 NAMES = ("model", "protocol", "seed", "held_out_mm_s")

@@ -15,9 +15,10 @@ import sys
 import numpy as np
 from scipy.optimize import brentq
 
-from afferents.core.store import open_responses
+from afferents.spikes.afferents import AfferentClass, afferent_classes
 from afferents.spikes.artificial import stretch_of
-from afferents.spikes.units import UNIT_MODELS, AfferentClass, Drive, afferent_classes
+from afferents.spikes.units import UNIT_MODELS, Drive
+from afferents.store.zarr_store import open_responses
 
 AIMED = {"SA": 25.0, "RA": 40.0, "PC": 100.0}
 """Mean spikes/s of a unit, over textures and speeds."""

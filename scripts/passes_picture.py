@@ -18,7 +18,7 @@ from count_folds import Line, accuracy_of, in_both, read, those_of
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from afferents.core.model import MODELS, TABLE1
+from afferents.models.model import MODELS, TABLE1
 from afferents.reporting.style import BLUE, VERMILION, styled
 
 

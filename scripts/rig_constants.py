@@ -1,7 +1,7 @@
 """Every constant of the rig, its value and where it comes from; the friction of each drum."""
 
-from afferents.core.recording import LETTERS, folder_of
 from afferents.rig import Rig, bumped_surface
+from afferents.store.recording import LETTERS, folder_of
 
 SOURCES = {
     "drum.diameter_mm": "paper, 2.2",

@@ -9,8 +9,9 @@ import numpy as np
 import rig_measures as measure
 from rig_quickly import SECONDS, changed, images
 
-from afferents.rig import STEADY_S, Rig, bumped_surface, simulate
+from afferents.rig import STEADY_S, Rig, bumped_surface
 from afferents.rig.microphone import SAMPLE_RATE_HZ
+from afferents.rig.run import simulate_run
 
 SPACINGS, SPEEDS, SEEDS = (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0), (20.0, 50.0, 100.0), range(3)
 WAYS = {
@@ -26,7 +27,7 @@ def loudness(rig: Rig, spacing_mm: float) -> float:
     surface = bumped_surface(spacing_mm, rig.drum)
     quiet = rig.with_nuisances({"start-angle": 1.0, "eccentricity": 0.15, "going-back": 1.0})
     found = [
-        simulate(quiet, f"{spacing_mm:g}", surface, v, STEADY_S + 3, seed)
+        simulate_run(quiet, f"{spacing_mm:g}", surface, v, STEADY_S + 3, seed)
         .sensor[round(STEADY_S * SAMPLE_RATE_HZ) :]
         .std()
         for v in SPEEDS

@@ -17,10 +17,11 @@ import numpy as np
 import rig_measures as measure
 from numpy.typing import NDArray
 
-from afferents.encodings import amplitude_spectrum
-from afferents.rig import STEADY_S, Rig, bumped_surface, simulate
+from afferents.encodings.spectra import amplitude_spectrum
+from afferents.rig import STEADY_S, Rig, bumped_surface
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.record import filmed_positions
+from afferents.rig.run import simulate_run
 
 PUBLISHED = Path(__file__).parent / "published"
 IMAGES = (("a", 0.0, 50), ("g", 3.0, 10), ("g", 3.0, 50), ("g", 3.0, 100))
@@ -45,7 +46,7 @@ def images(rig: Rig, spacing_mm: float, speed: float, seed: int) -> tuple[Values
     """Return SA-I and RA-I of the steady part, (frame, row, column), px."""
     surface = bumped_surface(spacing_mm, rig.drum)
     name = f"{spacing_mm:g}"
-    run = simulate(rig, name, surface, speed, STEADY_S + SECONDS, seed)
+    run = simulate_run(rig, name, surface, speed, STEADY_S + SECONDS, seed)
     seen = filmed_positions(rig, run.position_mm, name, speed, seed)
     slow = np.linalg.norm(seen - seen[REST_FRAME], axis=-1).reshape(-1, 19, 19)
     rapid = np.abs(np.diff(slow, axis=0, prepend=slow[:1]))
@@ -56,7 +57,7 @@ def images(rig: Rig, spacing_mm: float, speed: float, seed: int) -> tuple[Values
 def heard(rig: Rig, spacing_mm: float, speed: float, seed: int) -> Values:
     """Return the spectra of four windows of 1 s, (4, 400)."""
     surface = bumped_surface(spacing_mm, rig.drum)
-    run = simulate(rig, f"{spacing_mm:g}", surface, speed, STEADY_S + 4, seed)
+    run = simulate_run(rig, f"{spacing_mm:g}", surface, speed, STEADY_S + 4, seed)
     steady = run.sensor[-4 * SAMPLE_RATE_HZ :].reshape(4, -1)
     return np.asarray(amplitude_spectrum(steady, SAMPLE_RATE_HZ, 400), float)
 

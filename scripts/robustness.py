@@ -2,7 +2,7 @@
 
     python scripts/robustness.py S.zarr [T.zarr ...] --out OUT --models ra-wave-vector,fusion
 
-Each fold is trained once, and tested under every disturbance (`afferents.evaluation.disturbance`):
+Each fold is trained once, and tested under every disturbance (`afferents.folds.corruption`):
 marker noise in px, noise of the microphone, dropped frames, lost markers. Each store is a session
 of its own: models learn from one alone, and figures are means over sessions. Of a model that only
 sees, nothing is asked about sound, and the other way round.
@@ -27,26 +27,25 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from afferents.core.files import write_aside, write_text
-from afferents.core.model import models_named
-from afferents.core.progress import Progress
-from afferents.core.protocol import protocols
-from afferents.core.responses import textures_of
-from afferents.core.samples import Samples
-from afferents.evaluation import FoldKey, digest_of
-from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval, count_right
-from afferents.evaluation.disturbance import Disturbance, Disturbances
-from afferents.evaluation.touches import TOUCHES_S, name_touches
-from afferents.execution.local import side_by_side
-from afferents.pipeline.choice import encodings_for
-from afferents.pipeline.data import open_data, origins_of
-from afferents.pipeline.encode import require_support, sources_of
-from afferents.pipeline.evaluate import Evaluation, planned
-from afferents.pipeline.job import encoded, train_and_test
-from afferents.pipeline.recipe import Recipe
-from afferents.reporting import save_figure
+from afferents.encodings.samples import Samples
+from afferents.evaluation.choice import encodings_for
+from afferents.evaluation.data import open_data, origins_of
+from afferents.evaluation.encode import require_support, sources_of
+from afferents.evaluation.fold_files import FoldKey, digest_of
+from afferents.evaluation.intervals import Accuracy, bootstrap_interval, count_right
+from afferents.evaluation.job import encoded, train_and_test
+from afferents.evaluation.metrics import TOUCHES_S, name_touches
+from afferents.evaluation.recipe import Recipe
+from afferents.evaluation.run import Evaluation, planned
+from afferents.files import write_aside, write_text
+from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.protocol import protocols
+from afferents.models.model import models_named
+from afferents.parallel import side_by_side
+from afferents.progress import Progress
 from afferents.reporting.labels import percent
-from afferents.reporting.style import GREY, LINE, new_figure, styled
+from afferents.reporting.style import GREY, LINE, new_figure, save_figure, styled
+from afferents.store.responses import textures_of
 
 AMOUNTS = {
     "markers": "0.02,0.05,0.1,0.2,0.4",

@@ -10,10 +10,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from afferents.channels import CHANNELS
-from afferents.core.progress import Progress
-from afferents.core.store import open_responses
-from afferents.encodings import Encodings, Lines
-from afferents.pipeline.encode import Source, encode_all
+from afferents.encodings.settings import Encodings
+from afferents.encodings.spectra import Lines
+from afferents.evaluation.encode import Source, encode_all
+from afferents.progress import Progress
+from afferents.store.zarr_store import open_responses
 
 SPEEDS, SPACINGS = (30.0, 50.0, 70.0, 90.0), ("2", "3", "4")
 

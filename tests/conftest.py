@@ -107,7 +107,7 @@ def launch():
 @contextmanager
 def few_epochs():
     """Let the `quick` preset train networks for two epochs, where nothing is asked of accuracy."""
-    from afferents.training import config
+    from afferents.models import config
 
     with pytest.MonkeyPatch.context() as patch:
         for recipe in ("cnn-lstm", "vibration-net"):
@@ -182,8 +182,8 @@ def forked_workers():
 
     with dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}):
         get_mp_context()  # names what Dask needs itself; the next line's list takes its place
-        needed = ["distributed", "pytest", "afferents.cli", "afferents.pipeline.evaluate"]
-        needed += ["afferents.pipeline.extract", "afferents.pipeline.simulate"]
+        needed = ["distributed", "pytest", "afferents.cli", "afferents.evaluation.run"]
+        needed += ["afferents.extraction.extract", "afferents.rig.simulate"]
         multiprocessing.get_context("forkserver").set_forkserver_preload(needed)
         yield
 

@@ -1,6 +1,6 @@
 """The command `afferents`, also as `python -m afferents`."""
 
-from afferents.core.stopping import stop_on_signals
+from afferents.stopping import stop_on_signals
 
 
 def main() -> None:

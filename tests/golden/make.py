@@ -12,11 +12,13 @@ import pandas as pd
 import xarray as xr
 
 from afferents import LeaveOneSpeedOut, load_sensor, sa1, stretch_spectrum
-from afferents.core.protocol import PROTOCOLS
-from afferents.encodings import amplitude_spectrum, stretched_copies
-from afferents.evaluation.bootstrap import Accuracy, bootstrap_interval
-from afferents.evaluation.splits import number_in_recording
-from afferents.markers import assign_grid, detect
+from afferents.encodings.augment import stretched_copies
+from afferents.encodings.spectra import amplitude_spectrum
+from afferents.evaluation.intervals import Accuracy, bootstrap_interval
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import number_in_recording
+from afferents.markers.detect import detect
+from afferents.markers.grid import assign_grid
 
 HERE = Path(__file__).parent
 NUMBERS = HERE / "numbers.json"

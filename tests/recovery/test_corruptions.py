@@ -12,15 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.core.errors import AfferentsError
-from afferents.core.progress import Progress
-from afferents.core.results import load_results
-from afferents.markers import load_sensor
-from afferents.pipeline.data import open_data, recordings_in
-from afferents.pipeline.reading import read_whole
-from afferents.pipeline.status import status
-from afferents.recordings import WavFile, data_set_of, open_video, read_session
-from afferents.training import load_model
+from afferents.errors import AfferentsError
+from afferents.evaluation.data import open_data, recordings_in
+from afferents.evaluation.results import load_results
+from afferents.markers.sensor import load_sensor
+from afferents.models.folder import load_model
+from afferents.progress import Progress
+from afferents.recordings.audio import WavFile
+from afferents.recordings.data_sets import data_set_of
+from afferents.recordings.session import read_session
+from afferents.recordings.video import open_video
+from afferents.reproduction.folder import status
+from afferents.store.responses import read_whole
 
 CASES_A_KIND = 20
 QUIET = Progress(quiet=True)

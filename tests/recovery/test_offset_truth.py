@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import butter, sosfilt
 
-from afferents.channels.offset import measure_offset
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.extraction.align import measure_offset
 from afferents.rig import AUDIO, VIDEO, Rig, project, tap
-from afferents.rig.film import write_film
+from afferents.rig.camera import Renderer
 from afferents.rig.microphone import write_wav
-from afferents.rig.render import Renderer
+from afferents.rig.record import write_film
 
 RATE_HZ = 8000
 

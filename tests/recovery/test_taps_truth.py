@@ -4,12 +4,12 @@ import json
 
 import pytest
 
-from afferents.core.progress import Progress
-from afferents.markers import load_sensor
-from afferents.pipeline.record.bench import Bench
-from afferents.pipeline.record.devices import simulated_devices
-from afferents.pipeline.record.plan import read_plan
-from afferents.pipeline.record.record import Recording, record
+from afferents.markers.sensor import load_sensor
+from afferents.progress import Progress
+from afferents.recorder.devices import simulated_devices
+from afferents.recorder.plan import read_plan
+from afferents.recorder.plan_run import Recording, record
+from afferents.recorder.rehearsal import Bench
 from afferents.rig import Rig
 
 PLAN = """

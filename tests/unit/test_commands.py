@@ -7,7 +7,7 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 
 import afferents
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 
 NAMES = [
     "calibrate",

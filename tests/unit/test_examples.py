@@ -10,7 +10,7 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 from matplotlib import pyplot
 
-from afferents import commands
+import afferents
 from afferents.rig.simulation import simulation_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +27,7 @@ def python_in(page):
 
 @pytest.mark.parametrize("module", WITH_EXAMPLES)
 def test_examples_of_docstrings_say_what_comes_out(module, request):
-    if module == "afferents.pipeline.example":
+    if module == "afferents.examples":
         request.getfixturevalue("example_cache")
     found = doctest.testmod(import_module(module))
     assert found.attempted > 0
@@ -40,7 +40,7 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
     get_reusable_executor().shutdown()  # processes of an earlier test are in its folder still
     shutil.copytree(session, "session")
     shutil.copytree(session / "1/20", "clips")
-    names = {name: getattr(commands, name) for name in commands.__all__}
+    names = {name: getattr(afferents, name) for name in afferents.__all__}
     failed = []
     finder = doctest.DocTestFinder(recurse=False)
     shown = [
@@ -63,7 +63,7 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
 
 
 def test_the_base_classes_show_a_whole_one():
-    assert {"afferents.channels.base", "afferents.encodings.base"} <= set(WITH_EXAMPLES)
+    assert {"afferents.channels", "afferents.encodings.base"} <= set(WITH_EXAMPLES)
 
 
 def test_the_readme_s_example_runs(session):
@@ -97,7 +97,7 @@ def test_the_page_on_python_runs_from_top_to_bottom(
         asked.append(simulation_of(Path(folder), "quick", **options))
         shutil.copytree(session, folder)
 
-    monkeypatch.setattr("afferents.commands.simulate", simulate)
+    monkeypatch.setattr("afferents.rig.simulate.simulate", simulate)
     monkeypatch.chdir(tmp_path)
     get_reusable_executor().shutdown()  # processes of an earlier test are in its folder still
     names = {}

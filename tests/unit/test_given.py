@@ -2,9 +2,8 @@
 
 import pytest
 
-from afferents.commands.given import models_in, names_in
-from afferents.core.errors import InputError
-from afferents.core.model import MODELS, TABLE1
+from afferents.errors import InputError
+from afferents.models.model import MODELS, TABLE1, models_in, names_in
 
 
 def test_all_and_best_may_stand_among_other_names():

@@ -6,8 +6,9 @@ import sys
 
 import pytest
 
-from afferents.core.files import write_json
-from afferents.evaluation import FoldKey, plan
+from afferents.evaluation.fold_files import FoldKey
+from afferents.evaluation.job_status import plan
+from afferents.files import write_json
 
 ASCII = {"LC_ALL": "C", "LANG": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 

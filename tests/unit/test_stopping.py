@@ -7,7 +7,7 @@ import time
 import psutil
 import pytest
 
-from afferents.pipeline.status import status
+from afferents.reproduction.folder import status
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def training(launch, stores, tmp_path):
     def start(workers):
         command = ["evaluate", store, "--out", results, "--workers", workers, "--quiet"]
         command += ["--models", "vib-te-aug", "--preset", "paper", "--keep-going"]
-        running = launch(command, imports=["afferents.pipeline.evaluate"], session=True)
+        running = launch(command, imports=["afferents.evaluation.run"], session=True)
         while len(list(results.rglob("*.running"))) < workers:
             assert running.poll() is None
             time.sleep(0.02)
@@ -56,6 +56,6 @@ def test_memory_that_is_short_is_one_sentence_of_any_command(run, monkeypatch, t
     def short(*_):
         raise MemoryError
 
-    monkeypatch.setattr("afferents.pipeline.status.status", short)
+    monkeypatch.setattr("afferents.reproduction.folder.status", short)
     code, _, said = run("status", tmp_path)
     assert (code, said.startswith("afferents: out of memory; ")) == (2, True)

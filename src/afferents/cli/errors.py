@@ -9,8 +9,8 @@ import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
-from afferents.core.errors import AfferentsError, PartialFailureError, Stopped
-from afferents.core.stopping import stopped_by
+from afferents.errors import AfferentsError, PartialFailureError, Stopped
+from afferents.stopping import stopped_by
 
 STOPPED = "stopped; what is finished is kept"
 
@@ -67,7 +67,7 @@ def _failed(error: Exception, debug: bool) -> int:
     if isinstance(error, UnicodeEncodeError):  # several libraries take no other names of files
         return _ended(_no_letters(error), debug)
     if isinstance(error, MemoryError | RuntimeError):
-        from afferents.training import is_out_of_memory
+        from afferents.models.hardware import is_out_of_memory
 
         if is_out_of_memory(error):
             do = "run it again with less data, or where there is more"

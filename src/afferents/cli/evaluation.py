@@ -6,9 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.cli.encodings import takes_encodings
+from afferents.choices import MODELS_ASKED, PRESET_ASKED, Figures, Penalty
 from afferents.cli.errors import fail_if_skipped
-from afferents.cli.printing import say
+from afferents.cli.options import takes_encodings
+from afferents.cli.printing import TerminalTable, say
 from afferents.cli.shared import (
     SEED,
     ClusterName,
@@ -25,11 +26,11 @@ from afferents.cli.shared import (
     SteadyPart,
     Workers,
 )
-from afferents.cli.tables import TerminalTable
-from afferents.core.choices import MODELS_ASKED, PRESET_ASKED, Figures, Penalty
-from afferents.core.model import TABLE1
+from afferents.models.model import TABLE1
 
 LESS = "Less of the data (to see what it costs)"
+
+
 SPOILT = "Worse data (to see what it costs)"
 
 
@@ -152,8 +153,8 @@ def evaluate(
     Each speed is held out in turn (a fold): the model trains on the others and is tested on it.
     With --split it is each trial, or each value of another condition, instead of each speed.
     """
-    from afferents import commands
-    from afferents.core.split import TEXTURE
+    import afferents
+    from afferents.folds.held_out import TEXTURE
 
     asked = as_function_takes_it({
         "data": data,
@@ -188,10 +189,10 @@ def evaluate(
     })  # fmt: skip
     if split == TEXTURE:
         del asked["split"]
-        found: dict[str, Any] = commands.evaluate_textures(**asked)
+        found: dict[str, Any] = afferents.evaluate_textures(**asked)
         tables, skipped = _texture_tables(found), next(iter(found.values()))["skipped"]
     else:
-        found = commands.evaluate(**asked).summary
+        found = afferents.evaluate(**asked).summary
         tables, skipped = _tables(found), found["skipped"]
     say(as_json, found, *tables, f"Results: {out}")
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})
@@ -202,10 +203,10 @@ def as_function_takes_it(options: Mapping[str, Any]) -> dict[str, Any]:
 
     Those that are not there are left to the function, and so are their defaults.
     """
-    from afferents.commands.given import conditions_in
-    from afferents.core.split import SPEED, TEXTURE
-    from afferents.core.steady import parse_steady
-    from afferents.evaluation.ablation import Ablation, parse_speeds
+    from afferents.choices import conditions_in
+    from afferents.folds.ablation import Ablation, parse_speeds
+    from afferents.folds.held_out import SPEED, TEXTURE
+    from afferents.store.trimming import parse_steady
 
     given = {name: value for name, value in options.items() if value is not None}
     seed, n_seeds = given.pop("seed", 0), given.pop("seeds", 1)
@@ -246,10 +247,10 @@ def report(
 
     With several folders, their accuracies are also put side by side in one table.
     """
-    from afferents import commands
-    from afferents.pipeline.report import compare_runs
+    import afferents
+    from afferents.reporting.report import compare_runs
 
-    pages = [commands.report(folder, quiet or as_json, figures) for folder in results]
+    pages = [afferents.report(folder, quiet or as_json, figures) for folder in results]
     table, written = compare_runs(results)
     found = {"reports": [str(page) for page in pages], "table": str(written)}
     lines = [f"Report: {page}" for page in pages]
@@ -264,8 +265,8 @@ def status(
     as_json: Json = False,
 ) -> None:
     """Show how far an evaluation is, or a reproduction: done, running, failed, and when it ends."""
-    from afferents.pipeline.status import STATES
-    from afferents.pipeline.status import status as look
+    from afferents.reproduction.folder import STATES
+    from afferents.reproduction.folder import status as look
 
     found = look(results)
     table = TerminalTable(("model", "protocol", *STATES), found.rows, n_headers=2)
@@ -278,7 +279,9 @@ def _names(text: str | None) -> tuple[str, ...]:
 
 def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting import by_touch_table, lengths_table, table1, touches_table
+    from afferents.reporting.accuracy_figures import lengths_table
+    from afferents.reporting.comparisons import by_touch_table, touches_table
+    from afferents.reporting.tables import table1
 
     evaluated = set(summary["models"])
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
@@ -288,6 +291,6 @@ def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
 
 
 def _texture_tables(summaries: dict[str, Any]) -> list[TerminalTable]:
-    from afferents.reporting import texture_tables
+    from afferents.reporting.textures import texture_tables
 
     return [TerminalTable.of(table) for table in texture_tables(summaries)]

@@ -5,7 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.cli.encodings import takes_encodings
+from afferents.choices import PRESET_ASKED
+from afferents.cli.options import takes_encodings
 from afferents.cli.printing import say
 from afferents.cli.shared import (
     SEED,
@@ -22,7 +23,6 @@ from afferents.cli.shared import (
     StatisticsName,
     SteadyPart,
 )
-from afferents.core.choices import PRESET_ASKED
 
 
 @takes_encodings
@@ -72,10 +72,10 @@ def train(
 
     It learns from all speeds but one, which calibrates its probabilities.
     """
-    from afferents import commands
-    from afferents.core.steady import parse_steady
+    import afferents
+    from afferents.store.trimming import parse_steady
 
-    card = commands.train(
+    card = afferents.train(
         data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
         split, parse_steady(steady), disturb_training, recipe, statistics, **encoding,
     )  # fmt: skip
@@ -108,18 +108,18 @@ def explain(
 
     With --shear, and DATA in place of MODEL: whether the texture is in the skin's global shear.
     """
-    from afferents import commands
-    from afferents.cli.tables import TerminalTable
-    from afferents.core.errors import InputError
+    import afferents
+    from afferents.cli.printing import TerminalTable
+    from afferents.errors import InputError
 
     if shear and data is not None:
         raise InputError("--shear", "DATA alone, without a model", f"'{model}' before '{data}'")
     if shear:
-        found = commands.explain_shear(model, out, cut, quiet or as_json)
+        found = afferents.explain_shear(model, out, cut, quiet or as_json)
     elif data is None:
         raise InputError("DATA", "a store beside the model", "none", "or --shear for data alone")
     else:
-        found = commands.explain(model, data, out, cut, quiet or as_json)
+        found = afferents.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
     tables = [TerminalTable.of(table) for table in found.tables]
     say(as_json, found.facts, *tables, *found.sentences, *pictures)
@@ -132,7 +132,7 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a trained model, with its card, as one ONNX file: what 'live' takes."""
-    from afferents.pipeline.export import export_model
+    from afferents.models.export import export_model
 
     card = export_model(model, out, force)
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"ONNX: {out}")

@@ -1,4 +1,4 @@
-"""Commands of recordings: look at them, calibrate a sensor, track markers, extract responses."""
+"""The command that brings public data sets here."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from afferents.choices import Rest
 from afferents.cli.errors import fail_if_skipped
 from afferents.cli.printing import once_a_kind, say
 from afferents.cli.shared import (
@@ -22,8 +23,49 @@ from afferents.cli.shared import (
     TrackerName,
     Workers,
 )
-from afferents.core.choices import Rest
-from afferents.core.progress import Progress
+from afferents.progress import Progress
+
+
+def fetch(
+    name: Annotated[str, typer.Argument(help="Data set: pestell2022 or fabricslide.")],
+    folder: Annotated[Path, typer.Argument(help="Folder that it goes into.")],
+    url: Annotated[
+        str | None,
+        typer.Option(
+            help="Another place where it is: a page or folder that lists its files, one archive "
+            "of them, or what the paths of --manifest count from."
+        ),
+    ] = None,
+    manifest: Annotated[
+        Path | None,
+        typer.Option(help="List of its files: PATH SHA-256 BYTES a line, or as sha256sum writes."),
+    ] = None,
+    keep_archive: Annotated[
+        bool,
+        typer.Option("--keep-archive", help="Keep a .zip or .tar of all of it, once unpacked."),
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fetch a public data set, with its size and licence said before it begins.
+
+    Run it again to go on from where it was stopped.
+    """
+    import afferents
+    from afferents.recordings.fetch.fetch import archive_named
+
+    found = afferents.fetch(name, folder, url, manifest, keep_archive, quiet or as_json)
+    outcome = {**vars(found), "folder": str(found.folder)}
+    then = archive_named(name).next_step.format(folder=folder)
+    say(
+        as_json,
+        outcome,
+        f"{found.fetched} files fetched, {found.kept} were here: {folder}",
+        f"Next: {then}",
+    )
+
+
+# Commands of recordings: look at them, calibrate a sensor, track markers, extract responses.
 
 
 def init(
@@ -34,9 +76,9 @@ def init(
     as_json: Json = False,
 ) -> None:
     """Write a first session.toml, or dataset.toml for tables, and say what was guessed."""
-    from afferents import commands
+    import afferents
 
-    made = commands.init_session(folder, force)
+    made = afferents.init_session(folder, force)
     found = {"session_file": str(made.path), "said": made.sentences}
     what = "Session file" if made.path.name == "session.toml" else "Description"
     say(as_json, found, *made.sentences, f"{what} to check: {made.path}")
@@ -65,9 +107,9 @@ def inspect(
     quiet: Quiet = False,
 ) -> None:
     """Check a file or a session: what it holds, whether it is sound, and a picture of it."""
-    from afferents import commands
+    import afferents
 
-    found = commands.inspect(source, out, sensor, overlay, force, quiet or as_json, fps)
+    found = afferents.inspect(source, out, sensor, overlay, force, quiet or as_json, fps)
     say(
         as_json,
         vars(found),
@@ -98,7 +140,7 @@ def calibrate(
 
     Writes the sensor file that the other commands take.
     """
-    from afferents.pipeline.calibrate import calibrate_sensor
+    from afferents.inspection.calibrate import calibrate_sensor
 
     said, picture = calibrate_sensor(videos, out, pitch_mm, force)
     found = {"sensor": str(out), "picture": str(picture), "said": said}
@@ -127,8 +169,8 @@ def track(
 
     Writes their positions, SA-I and RA-I.
     """
-    from afferents.markers import load_sensor
-    from afferents.pipeline.track import track_into
+    from afferents.extraction.track import track_into
+    from afferents.markers.sensor import load_sensor
 
     with Progress(quiet or as_json) as progress:
         given = load_sensor(sensor) if sensor else None
@@ -166,10 +208,10 @@ def extract(
 
     Recordings that the store holds already are kept.
     """
-    from afferents import commands
-    from afferents.pipeline.copies import notes_of
+    import afferents
+    from afferents.extraction.copies import notes_of
 
-    skipped = commands.extract(
+    skipped = afferents.extract(
         session,
         out,
         sensor,
@@ -197,8 +239,8 @@ def align(
     quiet: Quiet = False,
 ) -> None:
     """Measure the time offset between microphone and camera, for 'live --audio-offset-ms'."""
-    from afferents.markers import load_sensor
-    from afferents.pipeline.align import align as measure
+    from afferents.extraction.align import align as measure
+    from afferents.markers.sensor import load_sensor
 
     with Progress(quiet or as_json) as progress:
         found = measure(recordings, load_sensor(sensor), progress)

@@ -1,20 +1,38 @@
-"""Command of the whole way: from a session to its report."""
+"""The command that looks at this machine."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.table import Table
 
-from afferents.cli.encodings import takes_encodings
+from afferents.choices import Like, Size
 from afferents.cli.errors import fail_if_skipped
 from afferents.cli.evaluation import as_function_takes_it, evaluate
-from afferents.cli.printing import say
+from afferents.cli.options import takes_encodings, takes_options_of
+from afferents.cli.printing import TerminalTable, say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
-from afferents.cli.stages import takes_options_of
-from afferents.cli.tables import TerminalTable
-from afferents.core.choices import Like, Size
-from afferents.core.like import CHOICES, written
+from afferents.reproduction.presets import CHOICES, written
+
+
+def doctor(as_json: Json = False) -> None:
+    """Check this machine: versions, cores, accelerator, codecs, and what is missing."""
+    from afferents.doctor import diagnose
+
+    rows, missing = diagnose()
+    table = Table(show_header=False, box=None)
+    for row in rows:
+        table.add_row(*row)
+    verdict = [f"Missing: {line}" for line in missing] or [
+        "Nothing is missing that every command needs. The extras are for single commands."
+    ]
+    say(as_json, {"found": dict(rows), "missing": missing}, table, *verdict)
+    if missing:
+        raise typer.Exit(2)
+
+
+# Command of the whole way: from a session to its report.
 
 
 def _list_discrepancies(wanted: bool) -> None:
@@ -80,12 +98,13 @@ def reproduce(
     Without --like it evaluates the six models of Table 1 as we recommend, and the one that we
     recommend beside them.
     """
-    from afferents import commands
-    from afferents.core.results import Results
-    from afferents.reporting import headline, table1
+    import afferents
+    from afferents.evaluation.results import Results
+    from afferents.reporting.in_short import headline
+    from afferents.reporting.tables import table1
 
     given = as_function_takes_it(options)
-    results = commands.reproduce(out, session, like, size, estimate, quiet or as_json, **given)
+    results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **given)
     if not isinstance(results, Results):
         if as_json:
             say(True, results.describe())

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from afferents.choices import Nodules, Remount, Size
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
-from afferents.core.choices import Nodules, Remount, Size
 
 
 def simulate(
@@ -81,10 +81,10 @@ def simulate(
 
     Writes raw mp4 and wav files, as a real rig would.
     """
-    from afferents import commands
-    from afferents.commands.given import numbers_in
+    import afferents
+    from afferents.choices import numbers_in
 
-    commands.simulate(
+    afferents.simulate(
         session,
         preset,
         textures.split(","),

@@ -12,8 +12,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
 
-from afferents.core.errors import AfferentsError
+from afferents.errors import AfferentsError
 
 
 class DeviceError(AfferentsError):
@@ -265,3 +266,12 @@ class Drive(Device):
     @abstractmethod
     def stop(self) -> None:
         """Stop the drum; never raises. Called on any way out."""
+
+
+# What may be said of a device in a plan: each kind has a form of its own.
+
+
+class Options(BaseModel):
+    """Base of the options of all kinds: frozen, and no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")

@@ -4,7 +4,7 @@ A device's time runs at its own rate from its own zero. What it stamps arrives s
 many arrivals the quickest was delayed least, so the least difference of arrival and stamp turns
 one clock into the other, up to that least delay (exposure and transfer of a camera, a few ms).
 Camera and microphone are both read on the monotonic clock, and so on one. What constant delay is
-left between them is measured from a recording (`channels.offset`), and given to the stream.
+left between them is measured from a recording (`extraction.align`), and given to the stream.
 """
 
 DRIFT = 1e-4
@@ -39,6 +39,8 @@ class HostClock:
 
 LOST_S = 0.02
 """A clock that is off by more than this from the count tells of lost samples."""
+
+
 FOLLOW = 0.01
 """Share by which the count of samples follows the clock of the converter, a chunk."""
 

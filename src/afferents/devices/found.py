@@ -6,11 +6,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from afferents.core.errors import AfferentsError, InputError
-from afferents.devices.drives.template import presets
+from afferents.devices.drives.line import presets
 from afferents.devices.portaudio import import_portaudio
-from afferents.devices.v4l2.modes import Mode, modes
-from afferents.devices.v4l2.node import Node
+from afferents.devices.v4l2.node import Mode, Node, modes
+from afferents.errors import AfferentsError, InputError
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from afferents.devices.base import CameraSettings
 
 Luma = NDArray[np.uint8]
 
+
 LIMITED = np.clip((np.arange(256) - 16) * 255 / 219, 0, 255).round().astype(np.uint8)
 """Grey level of each luma value from 16 to 235, as cameras give YUYV."""
 
@@ -26,7 +27,7 @@ def picture_of(data: bytes, settings: CameraSettings) -> tuple[Luma, Luma | None
     -------
     tuple
         Luma, (height, width), and the grey level of each luma value (None where they are the
-        same), as `afferents.core.recording.Frame` has them. None where the data are no picture
+        same), as `afferents.store.recording.Frame` has them. None where the data are no picture
         of that size.
     """
     shape = (settings.height, settings.width)

@@ -13,15 +13,18 @@ import av
 from av.container import InputContainer
 from pydantic import Field
 
-from afferents.core.errors import InputError, reason_of
-from afferents.devices.base import Camera, CameraSettings, DeviceError, Frame
+from afferents.devices.base import Camera, CameraSettings, DeviceError, Frame, Options
 from afferents.devices.clock import HostClock
-from afferents.devices.options import Options
+from afferents.errors import InputError, reason_of
 
 DRIVERS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 """FFmpeg's readers of cameras, by system."""
+
+
 RAW = {"rawvideo gray": "GREY", "rawvideo yuyv422": "YUYV"}
 """Raw formats that are kept as they come; others are turned into grey."""
+
+
 UNKNOWN = (
     "how many frames were lost (they are numbered here, as they arrive)",
     "when a frame was captured (FFmpeg's stamp, less the least delay)",

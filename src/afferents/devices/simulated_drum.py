@@ -16,8 +16,8 @@ from random import Random
 from types import TracebackType
 from typing import Self
 
-from afferents.core.errors import InputError
 from afferents.devices.drives.line import framed, unframed
+from afferents.errors import InputError
 
 STEP_S = 0.002
 

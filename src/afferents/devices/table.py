@@ -3,16 +3,15 @@
 from collections.abc import Mapping
 from typing import Any, Protocol, TypeVar
 
-from afferents.core.documents import as_form
-from afferents.core.errors import InputError
-from afferents.devices.base import Camera, Device, Drive, Microphone
+from afferents.devices.base import Camera, Device, Drive, Microphone, Options
 from afferents.devices.drives.by_hand import ByHand
 from afferents.devices.drives.dynamixel import DynamixelDrive
 from afferents.devices.drives.serial_drive import SerialDrive
-from afferents.devices.options import Options
 from afferents.devices.portable import PortableCamera
 from afferents.devices.portaudio import PortAudioMicrophone
 from afferents.devices.v4l2.camera import V4l2Camera
+from afferents.documents import as_form
+from afferents.errors import InputError
 
 Made = TypeVar("Made", bound=Device, covariant=True)
 
@@ -31,7 +30,11 @@ class Kind(Protocol[Made]):
 
 
 CAMERAS: dict[str, Kind[Camera]] = {"v4l2": V4l2Camera, "portable": PortableCamera}
+
+
 MICROPHONES: dict[str, Kind[Microphone]] = {"portaudio": PortAudioMicrophone}
+
+
 DRIVES: dict[str, Kind[Drive]] = {
     "serial": SerialDrive,
     "dynamixel": DynamixelDrive,

@@ -1,33 +1,107 @@
-"""What an encoding is: how a response becomes the samples that a classifier learns from."""
+"""What is known of vibration before it is encoded, for encodings to choose their options by."""
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from afferents.core import dims
-from afferents.core.cut import Cut, cut_audio, cut_frames
-from afferents.core.errors import InputError
-from afferents.core.responses import Responses, steady_s
-from afferents.core.samples import Samples
+from afferents import dims
+from afferents.choices import Cut
 from afferents.encodings.augment import Stretch
-from afferents.encodings.known import Known
-from afferents.encodings.streams import ImageStream, VibrationStream
+from afferents.encodings.samples import Samples
 from afferents.encodings.tactile_image import image_runs
+from afferents.errors import InputError
+from afferents.store.responses import Responses, steady_s
+from afferents.store.trimming import cut_audio, cut_frames
+
+
+class Known(NamedTuple):
+    """A data set's vibration.
+
+    Attributes
+    ----------
+    rate_hz
+        Sample rate, Hz.
+    shortest_s, longest_s
+        Lengths of what the cut leaves of recordings, s.
+    slowest_mm_s, fastest_mm_s
+        Sliding speeds, mm/s.
+    least_mm
+        Way that was slid in the recording that slides the least, mm.
+    n_channels
+        Vibration channels.
+    is_sound
+        Whether samples are those of a sound file, without an offset.
+    """
+
+    rate_hz: float
+    shortest_s: float
+    longest_s: float
+    slowest_mm_s: float
+    fastest_mm_s: float
+    least_mm: float
+    n_channels: int
+    is_sound: bool
+
+    def samples_within(self, seconds: float) -> float:
+        """Return a time that is a whole number of samples, and no longer than any recording, s."""
+        return int(min(seconds, self.shortest_s) * self.rate_hz + 1e-6) / self.rate_hz
+
+
+# Samples made live: from images or vibration as they come.
 
 Floats = NDArray[np.float32]
+
+
+class ImageStream(Protocol):
+    """An encoding of images that come one after the other."""
+
+    def skip(self) -> None:
+        """Begin anew: images are missing before the next, and no sample may hold both sides."""
+
+    def feed(self, image: Floats) -> Floats | None:
+        """Return the sample that an image ends, if it ends one."""
+
+
+class Ready(NamedTuple):
+    """A sample of vibration that is complete.
+
+    Attributes
+    ----------
+    values
+        As the model takes it.
+    end_s
+        When its last value was taken, plus one period, s.
+    """
+
+    values: Floats
+    end_s: float
+
+
+class VibrationStream(Protocol):
+    """An encoding of vibration that comes in pieces."""
+
+    def skip(self) -> None:
+        """Begin anew: values are missing before the next, and no sample may hold both sides."""
+
+    def feed(self, time_s: float, samples: Floats) -> list[Ready]:
+        """Take in values (n, channel), the first taken at `time_s`; return what is ready."""
+
+
+# What an encoding is: how a response becomes the samples that a classifier learns from.
+
 Indices = NDArray[np.int64]
 
 
 class Option(NamedTuple):
     """A field of an encoding that the command line offers; stands in the field's annotation.
 
-    Commands that encode offer it without further code: `cli.encodings` reads it from the class.
+    Commands that encode offer it without further code: `cli.options` reads it from the class.
 
     Attributes
     ----------
@@ -49,10 +123,10 @@ class Encoding(BaseModel, ABC):
 
     To add one, subclass `ImageEncoding` (of markers) or `VibrationEncoding`, say the dims of a
     sample, and write `samples`. Give it as ``encoding=`` to `afferents.Model`, or name its class
-    in `encodings.ENCODINGS`.
+    in `encodings.settings.ENCODINGS`.
 
-    >>> from afferents.core.samples import make_samples
-    >>> from afferents.encodings.spatial import frame_extents
+    >>> from afferents.encodings.samples import make_samples
+    >>> from afferents.encodings.images import frame_extents
     >>> class Mean(ImageEncoding):
     ...     '''Every marker's mean over runs of frames.'''
     ...
@@ -124,7 +198,7 @@ class Encoding(BaseModel, ABC):
 
     @abstractmethod
     def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
-        """Return the samples of one recording, as `core.samples.make_samples` labels them.
+        """Return the samples of one recording, as `encodings.samples.make_samples` labels them.
 
         Parameters
         ----------

@@ -12,19 +12,25 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import NonNegativeInt, PositiveInt
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.extras import import_extra
-from afferents.core.samples import Samples, make_samples
-from afferents.encodings.lines import Lines
+from afferents import dims
+from afferents.encodings.samples import Samples, make_samples
+from afferents.encodings.spectra import Lines
 from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows, decimation
+from afferents.errors import InputError
+from afferents.plugins import import_extra
 
 _LONGEST = 11
 """Values that the longest kernels span, undilated."""
+
+
 _DENSITY = 3
 """Frequencies of those waves to one of the transform."""
+
+
 _LEAST_POWER = 1e-8
 """Share of the strongest mixture of waves below which a mixture is of no use: rounding, nearly."""
+
+
 _LEAST_LEFT = 1e-6
 """Share of a window's standard deviation below which what the cut leaves of it is rounding."""
 

@@ -1,9 +1,4 @@
-"""Moments: where a response stands during a run of frames, and how far it swings.
-
-The mean over a run is the level that friction holds the skin at; it is a force, and says nothing
-of how fast the texture went by. The spread is what the texture and stick-slip add; at another
-speed it grows or shrinks by a factor, so its logarithm is taken.
-"""
+"""What each marker shows, and where a response stands during a run and how far it swings."""
 
 from typing import Annotated
 
@@ -11,13 +6,73 @@ import numpy as np
 import xarray as xr
 from pydantic import PositiveInt
 
-from afferents.core import dims
-from afferents.core.responses import Responses
-from afferents.core.samples import Samples, make_samples
+from afferents import dims
 from afferents.encodings.base import Floats, ImageEncoding, require_run
-from afferents.encodings.markers import component_series
-from afferents.encodings.spatial import frame_extents
-from afferents.encodings.spatiotemporal import FRAMES, FRAMES_OPTION, LastRun
+from afferents.encodings.images import FRAMES, FRAMES_OPTION, LastRun, OneByOne, frame_extents
+from afferents.encodings.samples import Samples, make_samples
+from afferents.encodings.tactile_image import require_filled
+from afferents.store.responses import Responses
+
+
+class MarkersEncoding(ImageEncoding):
+    """Every frame is a sample (component, marker); it has no options.
+
+    For estimators of one's own, which need no rows and columns, and for any layout. Markers stand
+    in the order of the layout: of a square one by row, then column, else as the sensor file lists
+    them. A length has one component, a vector two (x, y).
+    """
+
+    name, sample_dims = "markers", (dims.COMPONENT, dims.MARKER)
+    of_pixels = False
+
+    def suits(self, responses: Responses) -> bool:
+        """Tell that markers are there."""
+        return dims.REST_POSITION in responses
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
+        """Return samples `(sample, component, marker)`, in the response's unit.
+
+        Raises
+        ------
+        InputError
+            If lost markers (NaN) were not filled before.
+        """
+        start_s, stop_s = frame_extents(response[dims.TIME].values, kept, lookback)
+        values = self.runs(response, kept)[:, 0]
+        return make_samples(values, self.sample_dims, start_s, stop_s, response.attrs)
+
+    def runs(self, response: xr.DataArray, kept: slice) -> Floats:
+        """Return runs of one frame, (run, 1, component, marker)."""
+        return component_series(response.isel({dims.TIME: kept}))[:, None]
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the frames of runs of one."""
+        return runs[:, 0]
+
+    def stream(self, lookback: int) -> OneByOne:
+        """Return what takes the markers of a frame, (component, marker), for a sample."""
+        return OneByOne()
+
+
+def component_series(response: xr.DataArray) -> Floats:
+    """Return what markers show, or what all feel together, (time, component, marker or part).
+
+    Raises
+    ------
+    InputError
+        If lost markers (NaN) were not filled before.
+    """
+    require_filled(response)
+    if dims.SPACE not in response.dims:
+        response = response.expand_dims(dims.SPACE)
+    return np.asarray(response.transpose(dims.TIME, dims.SPACE, ...).values, np.float32)
+
+
+# Moments: where a response stands during a run of frames, and how far it swings.
+#
+# The mean over a run is the level that friction holds the skin at; it is a force, and says nothing
+# of how fast the texture went by. The spread is what the texture and stick-slip add; at another
+# speed it grows or shrinks by a factor, so its logarithm is taken.
 
 _LEAST_SPREAD = 1e-3
 """In px: what is still to better than that is no stiller for a model."""

@@ -19,20 +19,28 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.samples import Samples, make_samples
-from afferents.encodings.known import Known
-from afferents.encodings.lines import bridge
+from afferents import dims
+from afferents.encodings.base import Known
+from afferents.encodings.samples import Samples, make_samples
+from afferents.encodings.spectra import bridge
 from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, audible_hz, cut_windows
+from afferents.errors import InputError
 
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
+
+
 _LEAST_POWER = 1e-20
+
+
 _OCTAVES = 9
 """Octaves below the highest frequency that whole recordings of a low rate are looked at."""
+
+
 _PERIODS = 2
 """Of a wave that a recording must hold for it to count as heard."""
+
+
 _COARSE = 8
 """Frequencies in a factor of 2, where several channels bring cross-spectra as well."""
 

@@ -4,21 +4,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from afferents.core.documents import as_form
-from afferents.core.errors import InputError
-from afferents.core.own import imported, reference_of
-from afferents.encodings.base import Encoding, Option
+from afferents.documents import as_form
+from afferents.encodings.base import Encoding, Known, Option
+from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
 from afferents.encodings.kernels import KernelEncoding
-from afferents.encodings.known import Known
-from afferents.encodings.markers import MarkersEncoding
-from afferents.encodings.moments import MomentEncoding
+from afferents.encodings.moments import MarkersEncoding, MomentEncoding
 from afferents.encodings.orders import OrderEncoding
-from afferents.encodings.spatial import SpatialEncoding
-from afferents.encodings.spatiotemporal import SpatiotemporalEncoding
-from afferents.encodings.spectral import SpectralEncoding
-from afferents.encodings.spike_rate import SpikeRateEncoding
-from afferents.encodings.spike_timing import SpikeTimingEncoding
+from afferents.encodings.spectra import SpectralEncoding
+from afferents.encodings.spikes import SpikeRateEncoding, SpikeTimingEncoding
 from afferents.encodings.wavenumbers import WavenumberEncoding
+from afferents.errors import InputError
+from afferents.plugins import imported, reference_of
 
 ENCODINGS: dict[str, type[Encoding]] = {
     kind.name: kind

@@ -4,9 +4,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.pixels import images_of
+from afferents import dims
+from afferents.errors import InputError
+from afferents.markers.places import images_of
 
 
 def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
@@ -21,7 +21,7 @@ def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
     -------
     Array of shape (time, row, column), float32, in the response's unit. On a square grid row is
     the rank of a marker in y, column its rank in x; the published arrays are the transpose. Of
-    other layouts pixels are interpolated between markers; see `core.pixels`.
+    other layouts pixels are interpolated between markers; see `markers.places`.
 
     Raises
     ------

@@ -1,11 +1,7 @@
-"""Wavenumbers: which waves stand in tactile images, in their lengths and not in their places.
-
-A texture presses its own pattern into the skin, and the length of the pattern's waves does not
-depend on how fast it slides by. So the power of a tactile image over wavenumbers (its
-two-dimensional Fourier transform, without the phases) is the same at any speed, up to a factor.
-"""
+"""What pins can't show of a texture's waves."""
 
 from collections import deque
+from collections.abc import Iterable
 from typing import Annotated
 
 import numpy as np
@@ -13,12 +9,39 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import PositiveInt
 
-from afferents.core import dims
-from afferents.core.samples import Samples, make_samples
+from afferents import dims
 from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
-from afferents.encodings.spatial import frame_extents
-from afferents.encodings.spatiotemporal import FRAMES, FRAMES_OPTION
+from afferents.encodings.images import FRAMES, FRAMES_OPTION, frame_extents
+from afferents.encodings.samples import Samples, make_samples
 from afferents.encodings.tactile_image import image_runs
+from afferents.store.recording import spacing_mm
+
+
+def unseen_waves(pitch_mm: float | None, textures: Iterable[str] = ()) -> str:
+    """Say which waves a fingertip can't show: at least two pins must fall on one.
+
+    Shannon, Communication in the presence of noise, Proc. IRE 1949: shorter ones look like longer
+    ones, or like none.
+
+    Parameters
+    ----------
+    pitch_mm
+        Distance of its pins, mm; None where the sensor file does not say.
+    textures
+        Named by the spacing of their bumps; those with bumps closer together are listed.
+    """
+    if pitch_mm is None:
+        return "Models of waves can't see any shorter than two pins."
+    finer = [t for t in textures if 0 < (spacing_mm(t) or 0.0) < 2 * pitch_mm]
+    named = f" (here the bumps of {', '.join(finer)})" if finer else ""
+    return f"Models of waves can't see any shorter than two pins, {2 * pitch_mm:g} mm{named}."
+
+
+# Wavenumbers: which waves stand in tactile images, in their lengths and not in their places.
+#
+# A texture presses its own pattern into the skin, and the length of the pattern's waves does not
+# depend on how fast it slides by. So the power of a tactile image over wavenumbers (its
+# two-dimensional Fourier transform, without the phases) is the same at any speed, up to a factor.
 
 _LEAST_POWER = 1e-6
 """In px squared: an error of 0.001 px a marker has less."""

@@ -8,25 +8,30 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt, field_validator
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.encodings.base import Option, VibrationEncoding
-from afferents.encodings.known import Known
-from afferents.encodings.lines import Lines
-from afferents.encodings.spectral import (
+from afferents import dims
+from afferents.encodings.base import Known, Option, VibrationEncoding
+from afferents.encodings.spectra import (
     STRIDE_OPTION,
     WINDOW_OPTION,
+    Lines,
     by_stride,
     require_stride,
     window_starts,
 )
+from afferents.errors import InputError
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
+
+
 _FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
+
+
 _HEARD = 0.95
 """Share of half the sample rate up to which frequencies are heard."""
+
+
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 

@@ -15,14 +15,15 @@ from pathlib import Path
 from statistics import mean
 from typing import Any, Literal
 
-from afferents.core.documents import read_checked
-from afferents.core.errors import InputError
-from afferents.core.files import write_json
-from afferents.core.forms import Failed, Plan, Running
-from afferents.core.results import CONFIG
-from afferents.evaluation.folds import FOLD, PLAN, FoldKey, finished, read_facts
+from afferents.documents import read_checked
+from afferents.errors import InputError
+from afferents.evaluation.fold_files import FOLD, PLAN, FoldKey, finished, read_facts
+from afferents.evaluation.results import CONFIG
+from afferents.evaluation.schemas import Failed, Plan, Running
+from afferents.files import write_json
 
 _REMOVE = "remove it: it is only shown"
+
 
 State = Literal["done", "running", "failed", "stopped", "to do"]
 

@@ -1,10 +1,14 @@
-"""Accuracy by group held out (by default a speed), confusion and macro-F1, from predictions."""
+"""Accuracy by group held out and of whole touches, confusion, and calibration."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents.core.split import Group, column_of, group_in, order
+from afferents.evaluation.results import PROBABILITY
+from afferents.folds.held_out import SPEED, Group, column_of, group_in, order
 
 
 def accuracy_by_group(predictions: pd.DataFrame) -> dict[Group, float]:
@@ -41,3 +45,220 @@ def macro_f1(predictions: pd.DataFrame, textures: list[str]) -> float:
             zero_division=0.0,
         )
     )
+
+
+# What all samples of one touch say together: of a whole recording, or of a stated length.
+
+_LEAST = 1e-12
+
+
+TOUCHES_S = (0.11, 1.0, 4.0)
+"""Lengths of touch at which models are compared, s: ten frames of the paper's camera, and more."""
+
+
+_NEAR = 0.25
+"""A touch of so many whole samples may differ from the length asked for by this share."""
+
+
+_GAP, _PART = 1.5, "_passage"
+
+
+_TOUCHED = ("recording", "true_texture")
+
+
+class Touches(NamedTuple):
+    """Touches of one length.
+
+    Attributes
+    ----------
+    named
+        One row a touch, as `name_recordings` has a row a recording.
+    seconds, samples
+        How long they are and of how many samples, median.
+    """
+
+    named: pd.DataFrame
+    seconds: float
+    samples: int
+
+
+def name_recordings(predictions: pd.DataFrame, textures: list[str]) -> pd.DataFrame:
+    """Name each recording by the sum of its samples' log-probabilities.
+
+    Neighbouring samples say nearly the same, so the sum is far too sure of itself; which texture
+    leads does not depend on that.
+
+    Parameters
+    ----------
+    predictions
+        One row a test sample, as `predictions_table` makes them.
+
+    Returns
+    -------
+    DataFrame
+        One row a recording and seed: seed, held_out_speed_mm_s (or held_out_group), recording,
+        true_texture, predicted_texture.
+    """
+    return _named(predictions, textures, ["seed", column_of(predictions), *_TOUCHED])
+
+
+def name_touches(
+    predictions: pd.DataFrame, textures: list[str], length_s: float, whole: bool = True
+) -> Touches | None:
+    """Name touches of one length by the mean of their samples' log-probabilities.
+
+    A touch is made of as many consecutive samples of a recording as come nearest to its length,
+    and shares none with the next. Samples may overlap; what a touch lasts is from the beginning of
+    its first to the end of its last sample.
+
+    Parameters
+    ----------
+    predictions
+        One row a test sample, as `predictions_table` makes them.
+    length_s
+        Of a touch, s.
+    whole
+        Whether whole recordings were tested; of parts of them, no touch goes over a gap.
+
+    Returns
+    -------
+    Touches, or None if at some group held out no recording has a touch of about that length:
+    samples are longer, or recordings shorter.
+    """
+    of_recording = ["seed", column_of(predictions), *_TOUCHED]
+    if not whole:
+        predictions, of_recording = _by_passage(predictions, of_recording), [*of_recording, _PART]
+    rows = predictions.sort_values([*of_recording, "start_s"], kind="stable")
+    recordings = [rows[name] for name in of_recording]
+    stride = _median(rows.groupby(of_recording)["start_s"].diff(), recordings)
+    lasting = _median(rows["stop_s"] - rows["start_s"], recordings)
+    more = ((length_s - lasting) / stride).round().clip(lower=0).fillna(0)
+    seconds = lasting + more * stride.fillna(0)
+    rows = rows.assign(_n=more + 1, _seconds=seconds)
+    rows = rows[(seconds - length_s).abs() <= _NEAR * length_s]
+    number = rows.groupby(of_recording).cumcount()
+    rows = rows.assign(_touch=number // rows["_n"])
+    of_touch = [*of_recording, "_touch"]
+    rows = rows[rows.groupby(of_touch)["_n"].transform("size") == rows["_n"]]
+    held_out = column_of(predictions)
+    if set(rows[held_out]) != set(predictions[held_out]):
+        return None
+    named = _named(rows, textures, of_touch).drop(columns=["_touch", _PART], errors="ignore")
+    return Touches(named, float(rows["_seconds"].median()), int(rows["_n"].median()))
+
+
+def _by_passage(predictions: pd.DataFrame, of_recording: list[str]) -> pd.DataFrame:
+    """Return predictions in order of time, with the number of the passage that each is of.
+
+    A recording's next passage begins where samples are farther apart than they mostly are.
+    """
+    rows = predictions.sort_values([*of_recording, "start_s"], kind="stable")
+    apart = rows.groupby(of_recording)["start_s"].diff()
+    usual = _median(apart, [rows[name] for name in of_recording])
+    return rows.assign(**{_PART: (apart > _GAP * usual).cumsum()})
+
+
+def _median(values: "pd.Series[float]", by: "list[pd.Series[str]]") -> "pd.Series[float]":
+    """Return the median of each recording, in every row of it."""
+    return values.groupby(by).transform("median")
+
+
+def _named(predictions: pd.DataFrame, textures: list[str], by: list[str]) -> pd.DataFrame:
+    """Return one row for all samples that share what `by` names, named by them together."""
+    columns = [f"{PROBABILITY}{texture}" for texture in textures]
+    logs = predictions[[*by, *columns]].copy()
+    logs[columns] = np.log(logs[columns].clip(lower=_LEAST))
+    sums = logs.groupby(by, sort=True)[columns].sum()
+    named = pd.DataFrame(sums.index.to_frame(index=False))
+    named["predicted_texture"] = np.array(textures)[sums.to_numpy().argmax(axis=1)]
+    return named
+
+
+def outside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the slowest and the fastest held-out speed; see `inside_speeds`."""
+    outer: pd.DataFrame = predictions.drop(index=inside_speeds(predictions).index)
+    return outer
+
+
+def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows whose held-out speed lies between others: neither slowest nor fastest.
+
+    To hold out an end of the range is to extrapolate, a harder question than the other speeds'.
+    Of groups that lie on no scale none lies between others.
+    """
+    if SPEED.column not in predictions:
+        return predictions.iloc[:0]
+    speed = predictions[SPEED.column]
+    inner: pd.DataFrame = predictions.loc[(speed > speed.min()) & (speed < speed.max())]
+    return inner
+
+
+# Is a model right as often as it says? Confidence against accuracy (Guo et al., ICML 2017).
+
+N_BINS = 15
+"""Of equal width, from 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Reliability:
+    """Samples gathered by confidence, the probability of what they are named.
+
+    Attributes
+    ----------
+    count
+        Samples in each bin, (bin,).
+    confidence, accuracy
+        Their mean confidence and the share named rightly, (bin,); 0 where there are none.
+    """
+
+    count: NDArray[np.int64]
+    confidence: NDArray[np.float64]
+    accuracy: NDArray[np.float64]
+
+    @property
+    def ece(self) -> float:
+        """Expected calibration error: the mean over samples of their bin's difference, 0 to 1."""
+        return float(self.count @ np.abs(self.accuracy - self.confidence) / self.count.sum())
+
+    def describe(self) -> dict[str, Any]:
+        """Return it as the summary holds it."""
+        return {
+            "ece": self.ece,
+            "count": self.count.tolist(),
+            "confidence": self.confidence.tolist(),
+            "accuracy": self.accuracy.tolist(),
+        }
+
+
+def reliability(
+    confidence: NDArray[np.floating], right: NDArray[np.bool_], n_bins: int = N_BINS
+) -> Reliability:
+    """Gather samples, at least one, by their confidence.
+
+    Parameters
+    ----------
+    confidence
+        Probability of what each sample is named, 0 to 1, (n,).
+    right
+        Whether that is what it is, (n,).
+    n_bins
+        A bin's upper edge belongs to it.
+    """
+    exact = np.clip(np.asarray(confidence, dtype=np.float64), 0, 1)
+    number = np.clip(np.ceil(exact * n_bins).astype(np.int64) - 1, 0, n_bins - 1)
+    count = np.bincount(number, minlength=n_bins)
+    some = np.maximum(count, 1)
+    return Reliability(
+        count.astype(np.int64),
+        np.bincount(number, exact, n_bins) / some,
+        np.bincount(number, right, n_bins) / some,
+    )
+
+
+def reliability_of(predictions: pd.DataFrame) -> Reliability | None:
+    """Return that of a table of predictions; None where it holds no probabilities."""
+    columns = [name for name in predictions.columns if name.startswith(PROBABILITY)]
+    if not columns or predictions.empty:
+        return None
+    right = predictions["true_texture"] == predictions["predicted_texture"]
+    return reliability(predictions[columns].max(axis=1).to_numpy(), right.to_numpy())

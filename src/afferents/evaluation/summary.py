@@ -1,27 +1,93 @@
-"""The summary of a results folder; its schema is documented in docs/results-format.md."""
+"""What a summary says of the recordings: what was accepted, how many markers were lost."""
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+import xarray as xr
 
-from afferents.core.files import write_aside, write_json
-from afferents.core.replicate import replicate_of
-from afferents.core.results import PREDICTIONS, SCHEMA, SUMMARY
-from afferents.core.split import SPEED, Split, key_of
-from afferents.evaluation.bootstrap import (
+from afferents import dims
+from afferents.evaluation.fold_files import FoldKey, course_of, load_fold
+from afferents.evaluation.intervals import (
     Accuracy,
     bootstrap_interval,
     intervals_by_group,
     paired_difference,
+    replicate_of,
 )
-from afferents.evaluation.course import course_of
-from afferents.evaluation.folds import FoldKey, load_fold
-from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
-from afferents.evaluation.reliability import reliability_of
-from afferents.evaluation.touches import TOUCHES_S, inside_speeds, name_recordings, name_touches
+from afferents.evaluation.metrics import (
+    TOUCHES_S,
+    accuracy_by_group,
+    confusion,
+    inside_speeds,
+    macro_f1,
+    name_recordings,
+    name_touches,
+    reliability_of,
+)
+from afferents.evaluation.results import PREDICTIONS, SUMMARY
+from afferents.evaluation.schemas import SCHEMA
+from afferents.files import write_aside, write_json
+from afferents.folds.held_out import SPEED, Split, key_of
+from afferents.store.responses import Responses, doubts_in, read_whole
+
+
+def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
+    """Return what of the recordings whoever reads the numbers must know, ready for JSON.
+
+    Returns
+    -------
+    dict
+        `accepted`, of each recording that was kept with ``--accept`` what is wrong with it;
+        `lost`, the share of marker positions (time, marker) that were lost, from 0 to 1: median
+        over recordings, worst, and in which. Each is left out where there is none.
+
+    Raises
+    ------
+    InputError
+        If what a store says of lost markers can't be read.
+    """
+    accepted = [
+        {"recording": str(r.attrs["name"]), "found": found}
+        for r in recordings
+        if (found := doubts_in(r.attrs))
+    ]
+    lost = {
+        str(r.attrs["name"]): share_lost(read_whole(r, dims.DETECTED), r.attrs)
+        for r in recordings
+        if dims.DETECTED in r
+    }
+    return ({"accepted": accepted} if accepted else {}) | lost_of(lost)
+
+
+def share_lost(detected: xr.DataArray, about: Mapping[Any, Any]) -> float:
+    """Return the share of marker positions lost from the rest frame on; before, none is looked for.
+
+    Parameters
+    ----------
+    detected
+        `(time, marker)`.
+    about
+        Attributes of the responses, which name the rest frame.
+    """
+    return 1 - float(detected[int(about.get("rest_frame", 0)) :].mean())
+
+
+def lost_of(shares: Mapping[str, float]) -> dict[str, Any]:
+    """Return `lost` of `data_quality`, from each recording's share; nothing of no recordings."""
+    if not shares:
+        return {}
+    worst = max(shares, key=lambda name: shares[name])
+    median = float(np.median(list(shares.values())))
+    return {
+        "lost": {"median": median, "worst": shares[worst], "recording": worst, "n": len(shares)}
+    }
+
+
+# The summary of a results folder; its schema is documented in docs/results-format.md.
 
 Accuracies = Mapping[tuple[str, str], Accuracy]
 """By model and protocol."""

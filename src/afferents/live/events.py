@@ -1,13 +1,19 @@
-"""What sources give: pictures, sound, and what went wrong with them."""
+"""What sources give: pictures, sound, and what went wrong; where they wait for who takes them."""
 
+import threading
+import time
+from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from queue import Full, Queue
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.core.recording import Frame
+from afferents.markers.sensor import Sensor
+from afferents.store.recording import Frame
 
 Channel = Literal["video", "audio"]
 
@@ -117,3 +123,150 @@ def let_go(sources: Iterable[Source]) -> Iterator[None]:
     finally:
         for source in sources:
             source.close()
+
+
+# Where the threads of sources leave events, and the stream takes them: bounded, newest first.
+
+WAITING_FRAMES = 4
+"""More frames than that are not kept waiting: who is too slow skips the oldest."""
+
+
+WAITING_SOUNDS = 100
+
+
+class Mailbox:
+    """Events of several sources, in the order of their arrival."""
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self._events: deque[Event] = deque()
+        self._changed = threading.Condition()
+        self._open = 0
+        self._errors: list[BaseException] = []
+        self.last_s: dict[Channel, float] = {}
+        """When each channel's last event came."""
+
+    def take_from(self, source: Source) -> None:
+        """Let a thread of its own take what a source gives."""
+        self._open += 1
+        name = f"afferents-{source.channel}"
+        threading.Thread(target=self._pump, args=(source,), name=name, daemon=True).start()
+
+    def get(self, timeout_s: float) -> Event | None:
+        """Return the next event, or None where none came in time.
+
+        Raises
+        ------
+        EOFError
+            If all sources have ended and nothing is left.
+        """
+        with self._changed:
+            until_s = time.monotonic() + timeout_s
+            while not self._events:
+                if self._errors:
+                    raise self._errors.pop()
+                if not self._open:
+                    raise EOFError
+                if (left_s := until_s - time.monotonic()) <= 0:
+                    return None
+                self._changed.wait(left_s)
+            return self._events.popleft()
+
+    def _pump(self, source: Source) -> None:
+        try:
+            for event in source.events():
+                self._put(event)
+        except BaseException as error:  # noqa: BLE001  passed on to who takes the events
+            with self._changed:
+                self._errors.append(error)
+        with self._changed:
+            self._open -= 1
+            self._changed.notify()
+
+    def _put(self, event: Event) -> None:
+        with self._changed:
+            same = [i for i, e in enumerate(self._events) if type(e) is type(event)]
+            most = WAITING_FRAMES if isinstance(event, CameraFrame) else WAITING_SOUNDS
+            if len(same) >= most:
+                del self._events[same[0]]
+            self._events.append(event)
+            self.last_s[event.channel] = time.monotonic()
+            self._changed.notify()
+
+
+# Events taken a little ahead by a thread: decoding on one core, feeling on another.
+
+AHEAD = 32
+
+
+_PATIENCE_S = 0.1
+
+
+_Item = Event | BaseException | None
+
+
+@contextmanager
+def read_ahead(events: Iterator[Event]) -> Iterator[Iterator[Event]]:
+    """Yield the same events in the same order; the thread ends with the block."""
+    taken: Queue[_Item] = Queue(AHEAD)
+    enough = threading.Event()
+
+    def give(item: _Item) -> None:
+        while not enough.is_set():
+            try:
+                taken.put(item, timeout=_PATIENCE_S)
+            except Full:
+                continue
+            return
+
+    def read() -> None:
+        try:
+            for event in events:
+                give(event)
+                if enough.is_set():
+                    return
+            give(None)
+        except BaseException as error:  # noqa: BLE001  raised where the events are taken
+            give(error)
+
+    def in_order() -> Iterator[Event]:
+        while (item := taken.get()) is not None:
+            if isinstance(item, BaseException):
+                raise item
+            yield item
+
+    thread = threading.Thread(target=read, name="afferents-ahead", daemon=True)
+    thread.start()
+    try:
+        yield in_order()
+    finally:
+        enough.set()
+        thread.join()
+
+
+# What is asked of sources before they are opened.
+
+BOTH: frozenset[Channel] = frozenset({"video", "audio"})
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a camera and a microphone are to give.
+
+    Attributes
+    ----------
+    channels
+        Which are opened; others are not needed.
+    sensor
+        That the camera looks at; None where nobody has described it.
+    fps_hz
+        Frames a second; None for the camera's own.
+    sample_rate_hz, n_channels
+        Of the microphone.
+    """
+
+    channels: frozenset[Channel] = BOTH
+    sensor: Sensor | None = None
+    fps_hz: float | None = None
+    sample_rate_hz: float = 44100.0
+    n_channels: int = 1

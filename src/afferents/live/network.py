@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from afferents.channels import channel_of
-from afferents.core.card import METADATA, Card, names_of, parse_card
-from afferents.core.documents import as_form
-from afferents.core.errors import InputError
-from afferents.core.extras import import_extra
-from afferents.encodings import ImageEncoding, ImageStream, encoding_of
+from afferents.documents import as_form
+from afferents.encodings.base import ImageEncoding, ImageStream
+from afferents.encodings.settings import encoding_of
+from afferents.errors import InputError
+from afferents.models.card import METADATA, Card, names_of, parse_card
+from afferents.plugins import import_extra
 
 Part = TypeVar("Part", bound=BaseModel)
 

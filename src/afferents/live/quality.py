@@ -1,11 +1,29 @@
-"""How good what a sense takes in is, over its last second: by what `inspect` asks of recordings."""
+"""How good pictures and sound are over the last second, by what `inspect` asks of recordings."""
 
+import math
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.live.events import CameraFrame, Sound
+from afferents.live.images import FrameImages
+from afferents.markers.image_quality import (
+    ImageQuality,
+    doubts_of_light,
+    image_quality,
+    repeated_frames,
+)
+from afferents.markers.kernel import sampled
+from afferents.quality.sound import clipped_share
+
 EVERY_S = 0.5
 """Figures are worked out anew this often, s of the source's time."""
+
+
 SPAN_S = 1.0
 """They are of so many seconds."""
 
@@ -48,3 +66,198 @@ class Quality(ABC):
             return False
         self._due_s += EVERY_S
         return True
+
+
+# How good a microphone's sound is: its level, and whether it is clipped or silent.
+
+
+class AudioQuality(Quality):
+    """Figures of a microphone.
+
+    Its numbers are ``peak`` and ``rms`` of the loudest channel, as shares of full scale, and
+    ``clipped``, the largest share of samples that is cut off in any channel.
+
+    Parameters
+    ----------
+    rate_hz
+        Samples a second.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        """Nothing has come yet."""
+        super().__init__()
+        self._rate_hz = rate_hz
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget all: another recording begins."""
+        self.numbers = {}
+        self._due_s = None
+        self._pieces: deque[NDArray[np.float32]] = deque()
+        self._n = 0
+
+    def take(self, sound: Sound) -> None:
+        """Take in some samples."""
+        self._pieces.append(sound.samples)
+        self._n += len(sound.samples)
+        while self._n - len(self._pieces[0]) >= SPAN_S * self._rate_hz:
+            self._n -= len(self._pieces.popleft())
+        if self._is_due(sound.time_s):
+            samples = np.concatenate(self._pieces).astype(float)
+            self.numbers = {
+                "peak": float(np.abs(samples).max()),
+                "rms": float(np.sqrt((samples**2).mean(axis=0)).max()),
+                "clipped": max(clipped_share(channel) for channel in samples.T),
+            }
+
+    def figures(self) -> list[Figure]:
+        """Return them in words, for people."""
+        if not self.numbers:
+            return []
+        peak, rms, clipped = (self.numbers[name] for name in ("peak", "rms", "clipped"))
+        silent = "It is silent: look at the microphone and its cable." if peak == 0 else ""
+        loud = "Samples are clipped: lower the gain." if clipped > 0 else ""
+        return [
+            Figure("sound level", _decibels(rms), silent),
+            Figure("loudest", _decibels(peak)),
+            Figure("clipped", f"{100 * clipped:.3g}% of samples", loud),
+        ]
+
+
+def _decibels(share: float) -> str:
+    """Return a share of full scale in dB."""
+    return f"{20 * math.log10(share):.0f} dBFS" if share > 0 else "silent"
+
+
+# How good a camera's pictures are: rate, markers lost, frames that repeat, light and focus.
+
+SLOW = 0.9
+"""A frame rate below this share of what the source says is named;"""
+
+
+MANY_LOST = 0.05
+"""so is a larger share of markers lost,"""
+
+
+MANY_REPEATED = 0.01
+"""and a larger share of frames that repeat the one before."""
+
+
+REPEATS = 180
+"""Frames in a row that are looked at for repeats."""
+
+
+class _Seen(NamedTuple):
+    """One frame: its time, s, and which markers were found (none before the rest frame)."""
+
+    time_s: float
+    detected: NDArray[np.bool_] | None
+
+
+class VideoQuality(Quality):
+    """Figures of a camera.
+
+    Its numbers are ``fps_hz`` (frames a second, by their own times), ``n_markers``, ``lost`` (share
+    of marker positions), ``n_lost`` (markers lost for more than half of the second), ``repeated``
+    (share of the last 180 frames), ``disc_grey``, ``skin_grey``, ``saturated`` and ``edge_px`` (as
+    of `ImageQuality`, of the newest frame).
+
+    Parameters
+    ----------
+    rate_hz
+        Frames a second that the source says it gives.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        """Nothing has come yet."""
+        super().__init__()
+        self._rate_hz = rate_hz
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget all: another recording begins."""
+        self.numbers = {}
+        self._due_s = None
+        self._seen: deque[_Seen] = deque()
+        self._change: deque[float] = deque(maxlen=REPEATS)
+        self._sample: NDArray[np.int16] | None = None
+        self._light: ImageQuality | None = None
+
+    def take(self, picture: CameraFrame, felt: FrameImages | None) -> None:
+        """Take in a frame and what was found in it; None before the rest frame."""
+        sample = sampled(picture.frame.luma).astype(np.int16)
+        if self._sample is not None and self._sample.shape == sample.shape:
+            self._change.append(float(np.abs(sample - self._sample).mean()))
+        self._sample = sample
+        self._seen.append(_Seen(picture.time_s, None if felt is None else felt.detected))
+        while self._seen[0].time_s < picture.time_s - SPAN_S:
+            self._seen.popleft()
+        if self._is_due(picture.time_s):
+            self._light = None
+            if felt is not None and felt.detected.any():
+                self._light = image_quality(picture.frame.image, felt.position[felt.detected])
+            self.numbers = {k: v for k, v in self._measured().items() if math.isfinite(v)}
+
+    def _measured(self) -> dict[str, float]:
+        span_s = self._seen[-1].time_s - self._seen[0].time_s
+        numbers = {"fps_hz": (len(self._seen) - 1) / span_s if span_s > 0 else math.nan}
+        detected = [seen.detected for seen in self._seen if seen.detected is not None]
+        newest = [one for one in detected if one.shape == detected[-1].shape]  # of one sensor
+        if newest:
+            share = np.mean(newest, axis=0)
+            numbers["n_markers"] = float(len(share))
+            numbers["lost"] = float(1 - share.mean())
+            numbers["n_lost"] = float((share < 0.5).sum())
+        if len(self._change) == REPEATS:
+            numbers["repeated"] = float(repeated_frames(np.array(self._change)).mean())
+        return numbers | (vars(self._light) if self._light else {})
+
+    def figures(self) -> list[Figure]:
+        """Return them in words, for people."""
+        said = [*self._rate(), *self._markers(), *self._repeats()]
+        return said + ([] if self._light is None else _lit(self._light))
+
+    def _rate(self) -> list[Figure]:
+        if (rate_hz := self.numbers.get("fps_hz")) is None:
+            return []
+        slow = rate_hz < SLOW * self._rate_hz
+        doubt = f"Frames come more slowly than the {self._rate_hz:g} a second that were expected."
+        return [Figure("frame rate", f"{rate_hz:.1f} frames/s", doubt if slow else "")]
+
+    def _markers(self) -> list[Figure]:
+        numbers = self.numbers
+        if "lost" not in numbers:
+            return []
+        n, gone, lost = int(numbers["n_markers"]), int(numbers["n_lost"]), numbers["lost"]
+        doubt = (
+            f"Markers lost for more than half of the last second: {gone} of {n} (hidden, cut by "
+            "the rim, or no markers)."
+        )
+        return [
+            Figure("markers", f"{n - gone} of {n}"),
+            Figure("lost", f"{lost:.1%} of positions", doubt if lost > MANY_LOST else ""),
+        ]
+
+    def _repeats(self) -> list[Figure]:
+        if (share := self.numbers.get("repeated")) is None:
+            return []
+        doubt = (
+            "Frames seem to repeat the one before: RA-I is near 0 there, and too large in the next."
+        )
+        return [Figure("repeated frames", f"{share:.0%}", doubt if share > MANY_REPEATED else "")]
+
+
+def _lit(light: ImageQuality) -> list[Figure]:
+    """Return light and focus in words."""
+    doubts = doubts_of_light(light)
+    figures = [
+        Figure(
+            "grey levels",
+            f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}",
+            doubts.get("faint", ""),
+        ),
+        Figure("overexposed", f"{light.saturated:.0%}", doubts.get("overexposed", "")),
+    ]
+    if math.isfinite(light.edge_px):
+        figures.append(Figure("edges", f"{light.edge_px:.1f} px wide", doubts.get("blurred", "")))
+    return figures

@@ -7,17 +7,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.core import dims
+from afferents import dims
 from afferents.live.images import FrameImages
-from afferents.spikes.units import UNIT_MODELS, afferent_classes
-from afferents.spikes.units.base import Fired
-from afferents.spikes.units.inputs import held
-from afferents.spikes.units.stream import MarkerUnits, VibrationUnits
+from afferents.spikes.afferents import afferent_classes, held
+from afferents.spikes.stream import MarkerUnits, VibrationUnits
+from afferents.spikes.units import UNIT_MODELS, Fired
 
 SPAN_S = 1.0
 """Spikes older than that are forgotten."""
+
+
 SHOWN = 30
 """About so many units of a class are simulated, evenly among the markers."""
+
+
 _MODEL = UNIT_MODELS["izhikevich"]
 
 

@@ -3,25 +3,37 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from afferents.core.errors import InputError
-from afferents.core.recording import Video
-from afferents.live.camera import Camera
-from afferents.live.events import Source, let_go
-from afferents.live.found_images import FoundImages, found_in
-from afferents.live.images import FrameByFrame, Images
-from afferents.live.microphone import Microphone
-from afferents.live.replay import Pace, ReplayedSound, ReplayedVideo, recorded
-from afferents.live.rig import RigShow, RigSound, RigVideo
-from afferents.live.wanted import Wanted
-from afferents.markers import Sensor, load_sensor, ordered_rest
-from afferents.pipeline.sensor_rig import rig_of
-from afferents.recordings import WavFile, open_video
-from afferents.recordings.published import AUDIO, VIDEO
-from afferents.rig import Rig
+from afferents.errors import InputError
+from afferents.live.events import Source, Wanted, let_go
+from afferents.live.images import FoundImages, FrameByFrame, Images, found_in
+from afferents.live.replay import (
+    Pace,
+    ReplayedSound,
+    ReplayedVideo,
+    RigShow,
+    RigSound,
+    RigVideo,
+    recorded,
+)
+from afferents.live.sensors import Camera, Microphone
+from afferents.markers.sensor import Sensor, load_sensor
+from afferents.markers.track import ordered_rest
+from afferents.recordings.audio import WavFile
+from afferents.recordings.layouts import AUDIO, VIDEO
+from afferents.recordings.video import open_video
+from afferents.rig.config import Rig
+from afferents.rig.sensor_rig import rig_of
+from afferents.store.recording import Video
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file or rig"
+
+
 AUDIO_SOURCES = "mic:default, replay:SESSION/3/50, a sound file or rig"
+
+
 KINDS = ("camera", "mic", "replay", "rig")
+
+
 RIG_SENSOR = "tip_b"
 """The rig's own fingertip."""
 

@@ -8,18 +8,17 @@ from contextlib import ExitStack
 from operator import attrgetter
 from pathlib import Path
 
-from afferents.core.errors import InputError
-from afferents.live.ahead import read_ahead
-from afferents.live.events import Channel, Source, Trouble, let_go
-from afferents.live.mailbox import Mailbox
+from afferents.errors import InputError
+from afferents.live.events import Channel, Mailbox, Source, Trouble, let_go, read_ahead
 from afferents.live.network import Network
-from afferents.live.perceiver import Perceiver
 from afferents.live.percept import Percept
 from afferents.live.sense import Sense
-from afferents.live.senses import Senses
+from afferents.live.senses import Perceiver, Senses
 
 SILENT_S = 0.5
 """A source that says nothing for so long is stalled; and nobody waits longer for a message."""
+
+
 RATE_TOLERANCE = 0.1
 """How far a source's frame rate may lie from what the model learnt from, as a share of it."""
 

@@ -1,17 +1,30 @@
 """Percepts in the terminal: for every model what it feels, as bars."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rich.color import Color
 from rich.console import Console, Group, RenderableType
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 
-from afferents.live.percept import Percept
-from afferents.live.screen import counted
+from afferents.dims import RA1, SA1
+from afferents.live.percept import Percept, counted
+from afferents.live.quality import Quality
+from afferents.live.sense import AudioSense, VideoSense
 
 _BAR = 24
+
+
 _AT_ONCE_S = 0.05
 """What would be printed as 0.0 s."""
+
+
 _MOST = 13
 """Textures shown, the likeliest."""
 
@@ -63,3 +76,172 @@ def _title(percept: Percept) -> str:
     sure = _sure(percept.sure_after_s)
     truth = f" (it is {percept.truth})" if percept.truth else ""
     return f"{percept.model}: {felt}{sure}{truth}"
+
+
+# What comes in, in the terminal: camera, SA-I, RA-I and spectrum in characters, and figures.
+
+Pixels = NDArray[np.uint8]
+
+
+_MOST_COLUMNS, _FEWEST_COLUMNS = 64, 16
+"""Widths that a picture of the camera may have, in characters."""
+
+
+_HEIGHT_SHARE = 0.55
+
+
+_WORDS = 13
+"""Of the terminal's lines that pictures take at most, and how many they leave to words."""
+
+
+_BARS = " ▁▂▃▄▅▆▇█"
+
+
+_AMBER = (255, 176, 0)
+
+
+_EDGE_PX = 32
+"""The camera's picture is cut off round the markers, at multiples of this, px."""
+
+
+_LEAST_PX = 0.5
+"""Maps are drawn from 0 to their largest value, but to this at least."""
+
+
+_CIVIDIS = np.array([
+    (0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109),
+    (112, 113, 115), (138, 134, 120), (190, 174, 105), (254, 232, 56),
+])  # fmt: skip
+"""Cividis at eight places, as on the page (Nuñez et al., PLoS ONE 2018)."""
+
+
+class Pictures:
+    """Draws what the senses have in hand.
+
+    Parameters
+    ----------
+    video, audio
+        Fed by whoever gives the percepts; None for one that is not there.
+    """
+
+    def __init__(self, video: VideoSense | None, audio: AudioSense | None) -> None:
+        """Nothing has come yet."""
+        self._video, self._audio = video, audio
+        self._latest: dict[str, Percept] = {}
+
+    def take(self, percept: Percept) -> None:
+        """Keep a percept until the next of its sense."""
+        self._latest[percept.model] = percept
+
+    def drawn(self, console: Console) -> RenderableType:
+        """Return the picture as it is now; without colours, in words alone."""
+        parts: list[RenderableType] = []
+        video, audio = self._video, self._audio
+        if video is not None:
+            if console.color_system is not None:
+                parts.append(_views(video, console))
+            parts.append(Text(video.images.describe()))
+        if audio is not None:
+            parts.append(_spectrum(audio, console.width))
+        parts.append(_figures([sense.quality for sense in (video, audio) if sense is not None]))
+        parts += [Text(_line(percept), style="dim") for percept in self._latest.values()]
+        return Group(*parts)
+
+
+def _line(percept: Percept) -> str:
+    truth = f" (it is {percept.truth})" if percept.truth else ""
+    said = counted(percept)
+    return f"{percept.model}: {percept.state}{truth}{f', {said}' if said else ''}"
+
+
+def _views(video: VideoSense, console: Console) -> RenderableType:
+    """Return camera, SA-I and RA-I side by side, as large as fits."""
+    views = Table(box=None, show_header=True, header_style="dim", padding=(0, 2, 0, 0))
+    cells: list[RenderableType] = []
+    lines = max(6, min(int(_HEIGHT_SHARE * console.height), console.height - _WORDS))
+    left = console.width - 2
+    for title, name in (("SA-I", SA1), ("RA-I", RA1)):
+        image = None if video.felt is None else video.felt.images.get(name)
+        if image is not None:
+            scaled, most = _map(image, 2 * lines)
+            views.add_column(f"{title}, 0-{most:.1f} px")
+            cells.append(_blocks(scaled))
+            left -= max(scaled.shape[1], 14) + 2
+    if video.picture is not None and left >= _FEWEST_COLUMNS:
+        picture = _camera(video, min(left, _MOST_COLUMNS), 2 * lines)
+        views.add_column("camera")
+        cells.append(_blocks(picture))
+    views.add_row(*cells)
+    return views
+
+
+def _camera(video: VideoSense, columns: int, lines: int) -> Pixels:
+    """Return where the camera sees markers, small, with those found on it: (line, column, 3)."""
+    assert video.picture is not None
+    grey = video.picture.frame.image
+    found = np.empty((0, 2)) if video.felt is None else video.felt.position[video.felt.detected]
+    if len(found):
+        corner = np.maximum(found.min(axis=0).astype(int) // _EDGE_PX - 1, 0) * _EDGE_PX
+        far = (found.max(axis=0).astype(int) // _EDGE_PX + 2) * _EDGE_PX
+        grey, found = grey[corner[1] : far[1], corner[0] : far[0]], found - corner
+    scale = min(columns / grey.shape[1], lines / grey.shape[0])
+    size = max(1, round(scale * grey.shape[1])), max(2, round(scale * grey.shape[0]))
+    small = np.repeat(cv2.resize(grey, size, interpolation=cv2.INTER_AREA)[..., None], 3, axis=2)
+    at = np.rint((found + 0.5) * scale - 0.5).astype(int)
+    x, y = np.clip(at, 0, np.array(size) - 1).T
+    small[y, x] = 0.4 * small[y, x] + 0.6 * np.array(_AMBER)
+    return np.asarray(small, np.uint8)
+
+
+def _map(image: NDArray[np.floating[Any]], most_lines: int) -> tuple[Pixels, float]:
+    """Return a tactile image in colours, (row, column, 3), and the value of the brightest."""
+    most = max(float(image.max()), _LEAST_PX)
+    step = -(-image.shape[0] // most_lines)  # rows left out where there are too many for a screen
+    share = np.clip(image[::step, ::step] / most, 0, 1) * (len(_CIVIDIS) - 1)
+    low = np.minimum(share.astype(int), len(_CIVIDIS) - 2)
+    part = (share - low)[..., None]
+    return np.asarray((1 - part) * _CIVIDIS[low] + part * _CIVIDIS[low + 1], np.uint8), most
+
+
+def _blocks(pixels: Pixels) -> Text:
+    """Return pixels as half blocks, two of them a character."""
+    if len(pixels) % 2:
+        pixels = np.concatenate([pixels, np.zeros_like(pixels[:1])])
+    text = Text(no_wrap=True)
+    coarse = pixels & 0xF8  # fewer colours, so that styles are found again
+    for upper, lower in zip(coarse[::2].tolist(), coarse[1::2].tolist(), strict=True):
+        for above, below in zip(upper, lower, strict=True):
+            text.append("▀", _style(tuple(above), tuple(below)))
+        text.append("\n")
+    text.rstrip()
+    return text
+
+
+@lru_cache(maxsize=1 << 14)
+def _style(above: tuple[int, int, int], below: tuple[int, int, int]) -> Style:
+    return Style(color=Color.from_rgb(*above), bgcolor=Color.from_rgb(*below))
+
+
+def _spectrum(audio: AudioSense, width: int) -> RenderableType:
+    """Return the newest spectrum as a row of bars."""
+    spectrum = audio.spectrum()
+    if spectrum is None:
+        return Text("spectrum: a window is not full yet", style="dim")
+    amplitude, step_hz = spectrum
+    columns = max(8, min(width - 2, 78, len(amplitude)))
+    heights = [float(part.max()) for part in np.array_split(amplitude[1:], columns)]
+    most = max(max(heights), 1e-12)
+    bars = "".join(_BARS[round((len(_BARS) - 1) * height / most)] for height in heights)
+    end = f"{(len(amplitude) - 1) * step_hz:.0f} Hz"
+    return Group(
+        Text("spectrum of the last window", style="dim"),
+        Text(bars, no_wrap=True),
+        Text(f"0{end:>{columns - 1}}", style="dim", no_wrap=True),
+    )
+
+
+def _figures(qualities: Sequence[Quality]) -> RenderableType:
+    """Return figures of quality, and what is wrong."""
+    figures = [figure for quality in qualities for figure in quality.figures()]
+    said = Text(" · ").join(Text(f"{f.name} {f.value}", "bold" if f.doubt else "") for f in figures)
+    return Group(said, *(Text(f.doubt, style="yellow") for f in figures if f.doubt))

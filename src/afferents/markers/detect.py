@@ -1,15 +1,117 @@
-"""Where the markers are in one image: by OpenCV's SimpleBlobDetector, or as discs."""
+"""Where the markers are in one image, as blobs or as discs, without the lens's distortion."""
 
 from functools import lru_cache
 
 import cv2
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from afferents.core.recording import GreyImage
-from afferents.markers.discs import find_discs
-from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor
+from afferents import dims
+from afferents.markers import kernel
+from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Lens, Sensor
+from afferents.store.recording import GreyImage
+
+# Where discs are in one image, by their correlation with a drawn one.
+#
+# The correlation knows neither brightness nor contrast: the light of an LED that falls off, a pool
+# of light on the skin or a reflection beside a marker change it little, where cutting the image at
+# grey levels runs the marker together with what is bright around it.
+
+SURROUND = 0.4
+"""Width of the skin round a disc that is looked at, as a share of its radius; 2 px at least."""
+
+
+FAINTEST = 6.0
+"""A disc that stands out by fewer grey levels is noise."""
+
+
+TYPICAL = 0.8
+"""Discs that correlate so well say what contrast is typical."""
+
+
+Image = NDArray[np.float32]
+
+
+def find_discs(
+    image: GreyImage, parameters: DiscDetector
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Find discs: their centres, shape (n, 2), px, and their areas, shape (n,), px^2.
+
+    Peaks of the normalised cross-correlation (Lewis 1995), and the centroids there.
+
+    Parameters
+    ----------
+    image
+        Grey image, shape (height, width), uint8.
+    """
+    disc, ring = _template(parameters.radius_px)
+    if min(image.shape) < len(disc):
+        return np.zeros((0, 2)), np.zeros(0)
+    sign = np.float32(1 if parameters.blob_colour else -1)
+    grey = sign * image.astype(np.float32)
+    correlation = np.asarray(cv2.matchTemplate(grey, disc, cv2.TM_CCOEFF_NORMED), np.float32)
+    match = _padded(correlation, image.shape)
+    contrast = cv2.filter2D(grey, -1, disc / disc.sum() - ring / ring.sum())
+    row, column = _peaks(match, parameters)
+    height, score = contrast[row, column], match[row, column]
+    typical = np.median(height[score > TYPICAL]) if (score > TYPICAL).any() else 0.0
+    stands_out = height > max(FAINTEST, parameters.min_contrast * typical)
+    peak = np.stack([column, row], axis=1)[stands_out].astype(float)
+    centre = _refined(image, peak, parameters.radius_px)
+    apart = _best_only(centre, score[stands_out], parameters.radius_px)
+    return centre[apart], np.full(int(apart.sum()), np.pi * parameters.radius_px**2)
+
+
+def _template(radius: float) -> tuple[Image, Image]:
+    """Return a disc in the middle of its surroundings, and the surroundings."""
+    half = int(np.ceil(radius + max(2.0, SURROUND * radius)))
+    y, x = np.mgrid[-half : half + 1, -half : half + 1]
+    from_middle = np.hypot(x, y)
+    disc = np.clip(radius + 0.5 - from_middle, 0, 1).astype(np.float32)
+    return disc, (from_middle > radius + 1).astype(np.float32)
+
+
+def _padded(match: Image, shape: tuple[int, ...]) -> Image:
+    """Return the correlation at the image's own pixels; none where the template does not fit."""
+    padded = np.full(shape, -1, np.float32)
+    top, left = (shape[0] - match.shape[0]) // 2, (shape[1] - match.shape[1]) // 2
+    padded[top : top + match.shape[0], left : left + match.shape[1]] = match
+    return padded
+
+
+def _peaks(match: Image, parameters: DiscDetector) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return row and column of the pixels that correlate best within a disc's radius."""
+    side = 2 * int(np.ceil(parameters.radius_px)) + 1
+    best = cv2.dilate(match, np.ones((side, side), np.uint8))
+    row, column = np.nonzero((match == best) & (match > parameters.min_correlation))
+    return row, column
+
+
+def _refined(image: GreyImage, peak: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    """Return the centroid of each disc; its peak, where that is not on it."""
+    n = len(peak)
+    half = np.full(n, round(radius + 1), np.int64)
+    dark, bright, mass, centre = np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
+    kernel.levels(image, peak, half, dark, bright)
+    kernel.weigh(image, peak, dark, bright, half, mass, kernel.working_room(half), centre)
+    off = np.abs(centre - peak).max(axis=1) > 1
+    return np.where(off[:, None], peak, centre)
+
+
+def _best_only(
+    centre: NDArray[np.float64], score: NDArray[np.float32], radius: float
+) -> NDArray[np.bool_]:
+    """Say which discs are not on a better one: two pixels of one top may correlate alike."""
+    keep = np.ones(len(centre), dtype=bool)
+    for a, b in sorted(cKDTree(centre).query_pairs(radius)) if len(centre) else ():
+        if keep[a] and keep[b]:
+            keep[b if score[a] >= score[b] else a] = False
+    return keep
+
+
+# Where the markers are in one image: by OpenCV's SimpleBlobDetector, or as discs.
 
 Positions = NDArray[np.float64]
 """Shape (n, 2): x right and y down, px, pixel centres at integers."""
@@ -74,3 +176,52 @@ def _detector(parameters: BlobDetector) -> cv2.SimpleBlobDetector:
     cv.filterByConvexity, cv.minConvexity = True, parameters.min_convexity
     cv.filterByInertia, cv.minInertiaRatio = True, parameters.min_inertia_ratio
     return cv2.SimpleBlobDetector.create(cv)
+
+
+# Taking a lens's distortion out of marker positions.
+
+
+def undistorted(tracks: xr.Dataset, lens: Lens | None) -> xr.Dataset:
+    """Return tracks as a lens without distortion would have shown them, in the same px.
+
+    Only the positions change, after tracking: the pictures stay as they are, which costs nothing
+    and blurs nothing.
+
+    Parameters
+    ----------
+    tracks
+        What `track` returns.
+    lens
+        None leaves them as they are.
+    """
+    if lens is None:
+        return tracks
+    return tracks.assign(
+        {
+            name: tracks[name].copy(data=undistort(tracks[name].values, lens))
+            for name in (dims.POSITION, dims.REST_POSITION)
+        }
+    )
+
+
+def undistort(position: Positions, lens: Lens) -> Positions:
+    """Return where points would be without distortion, shape (..., 2), px; NaN stays NaN.
+
+    The models are OpenCV's: Brown's radial and tangential one, or the fish-eye one of Kannala
+    and Brandt (2006).
+    """
+    camera = np.array(
+        [
+            [lens.focal_px[0], 0, lens.centre_px[0]],
+            [0, lens.focal_px[1], lens.centre_px[1]],
+            [0, 0, 1],
+        ]
+    )
+    straight = np.full(position.shape, np.nan)
+    seen = ~np.isnan(position).any(axis=-1)
+    if seen.any():
+        points = np.asarray(position[seen], np.float64)[:, None]
+        undo = cv2.fisheye.undistortPoints if lens.fish_eye else cv2.undistortPoints
+        distortion = np.array(lens.distortion)
+        straight[seen] = undo(points, camera, distortion, R=np.eye(3), P=camera)[:, 0]
+    return straight

@@ -4,31 +4,49 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.core.errors import InputError
-from afferents.core.recording import GreyImage, Video
-from afferents.markers.detect import Positions, detect, find_blobs, find_markers, spacing_px
-from afferents.markers.discs import find_discs
-from afferents.markers.false_markers import MOST_FALSE, without_false_markers
+from afferents.errors import InputError
+from afferents.markers.detect import (
+    Positions,
+    detect,
+    find_blobs,
+    find_discs,
+    find_markers,
+    spacing_px,
+)
 from afferents.markers.grid import find_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.rest import rest_images
 from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
+from afferents.markers.suspects import MOST_FALSE, without_false_markers
+from afferents.store.recording import GreyImage, Video
 
 FEWEST = 6
 """Fewer blobs of like size than this are no marker layout."""
+
+
 SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 150
 """Areas that a marker may have: least in px^2, most as a share of the image."""
+
+
 LIKE_SIZE = (0.25, 3.0)
 """Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
 towards the rim, reflections are larger."""
+
+
 MOST_DISCS = 0.8
 """Markers are described as discs where so many discs are found for the blobs."""
+
+
 FEWEST_BY_GREY, MORE = 400, 1.3
 """Where fewer blobs are found by grey level, they are looked for in an evened picture too, which is
 taken if it shows so many times more."""
+
+
 EVEN_SHARE, EVEN_GREY, LEAST_SPREAD = 30.0, 50.0, 3.0
 """Evened are parts of this share of the picture's height, to a spread of so many grey levels; less
 spread than the last is noise."""
+
+
 GATE_SHARE = 0.65
 """Gate as a share of the spacing. More than half of it, because one-to-one assignment keeps
 neighbours apart."""

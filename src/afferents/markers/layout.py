@@ -1,7 +1,13 @@
-"""The layout that markers form, and which marker of a known layout each one is."""
+"""A layout that shear has drawn out of shape: markers are looked for where their neighbours went.
+
+One turn, shift and scale places a layout whose skin is at rest. Skin that a drum has held back is
+stretched here and squeezed there, by as much as the distance between markers where these are close.
+It is so alike from one marker to the next, though, that each is found by what those around it did.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,27 +15,132 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from afferents.core.choices import Layout
-from afferents.core.errors import InputError
+from afferents.choices import Layout
+from afferents.errors import InputError
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
-from afferents.markers.sheared import follow_shear
+from afferents.markers.link import NO_BLOB, link_one_to_one
+
+_NEIGHBOURS = 13
+"""A marker is expected where the mean of so many, itself among them, went."""
+
+
+_ROUNDS = 10
+
+
+_BESIDE = 6
+"""The layout is also tried on the places of so many neighbours of its middle marker."""
+
+
+class Followed(NamedTuple):
+    """Where a layout's markers are expected, given what those around them did.
+
+    Attributes
+    ----------
+    expected
+        Shape (n, 2), px.
+    blob
+        Index of each marker's blob, shape (n,), `NO_BLOB` for none.
+    off
+        How far linked blobs lie from where they are expected, in the median, px.
+    """
+
+    expected: Positions
+    blob: NDArray[np.intp]
+    off: float
+
+    @property
+    def worth(self) -> tuple[int, float]:
+        """How well the layout fits, to compare: blobs with a place, then how near these lie."""
+        return int((self.blob != NO_BLOB).sum()), -self.off
+
+
+def follow_shear(placed: Positions, blobs: Positions, gate_px: float) -> Positions:
+    """Move a layout's places to where the skin has carried them.
+
+    A lattice fits nearly as well one step aside, all but its edge, so it is tried there too, as
+    long as more blobs get a place by it.
+
+    Parameters
+    ----------
+    placed
+        The layout under its best turn, shift and scale, shape (n, 2), px.
+    blobs
+        Shape (m, 2), px.
+    gate_px
+        A blob farther than this from where a marker is expected is not this marker.
+
+    Returns
+    -------
+    Positions
+        Where the markers are expected, shape (n, 2), px.
+    """
+    around = cKDTree(placed).query(placed, k=min(_NEIGHBOURS, len(placed)))[1]
+    middle = int(((placed - placed.mean(axis=0)) ** 2).sum(axis=1).argmin())
+    beside = cKDTree(placed).query(placed[middle], k=min(1 + _BESIDE, len(placed)))[1][1:]
+    aside = np.zeros(2)
+    best = _follow(placed, blobs, gate_px, around)
+    while True:
+        tried = [
+            (_follow(placed + aside + step, blobs, gate_px, around), aside + step)
+            for step in placed[beside] - placed[middle]
+        ]
+        now, there = max(tried, key=lambda one: one[0].worth)
+        if now.worth <= best.worth:
+            return best.expected
+        best, aside = now, there
+
+
+def _follow(
+    placed: Positions, blobs: Positions, gate_px: float, around: NDArray[np.intp]
+) -> Followed:
+    """Link blobs and move each place by the mean of what those `around` it moved, by turns."""
+    expected = placed
+    for _ in range(_ROUNDS):
+        blob = link_one_to_one(expected, blobs, gate_px)
+        linked = (blob != NO_BLOB)[:, None]
+        moved = np.where(linked, blobs[blob] - placed, 0.0)
+        n_linked = np.maximum(linked[around].sum(axis=1), 1)
+        expected = placed + moved[around].sum(axis=1) / n_linked
+    blob = link_one_to_one(expected, blobs, gate_px)
+    own = blob != NO_BLOB
+    off = np.hypot(*(expected[own] - blobs[blob[own]]).T)
+    return Followed(expected, blob, float(np.median(off)) if own.any() else np.inf)
+
+
+# The layout that markers form, and which marker of a known layout each one is.
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
+
+
 _ANGLE_STEP_DEG = 2.0
+
+
 _ICP_ROUNDS = 8
+
+
 _TRIED = 10
 """Turns that fit best at first, each of which is then fitted closely."""
+
+
 _GOOD, _ASIDE = 0.8, 2.0
 """With a fit below this the layout is also looked for so many spacings from the middle."""
+
+
 GATE_SHARE = 0.4
 """A marker is one of the layout's if it lies within this share of the spacing of its place."""
+
+
 _ANOTHER = 0.12
 """Of another layout, markers lie off their places by more than this share of their spacing, in the
 median: at least 0.14 measured, at most 0.05 of a layout's own (fish-eye lens, other clips)."""
+
+
 _ANOTHER_FOLLOWED = 0.1
 """The same once each marker is looked for where those around it went: 0.12 and 0.08 measured."""
+
+
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
 

@@ -1,15 +1,18 @@
-"""Where the markers of any layout stand in a tactile image, in rows and columns."""
+"""Where markers of any layout stand in a tactile image, and the pixels made of what they show."""
 
-from typing import NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, Delaunay, QhullError
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.markers.detect import Positions
 
 FEWEST = 4
+
+
 _STEPS = 1024
 """Places are whole multiples of 1 / 1024 of a pixel, so that float32 holds them exactly."""
 
@@ -59,3 +62,150 @@ def image_places(position: Positions, size: tuple[int, int] | None = None) -> Im
     place = (position - (low + high) / 2) / pitch + (shape - 1) / 2
     column, row = (np.rint(place * _STEPS) / _STEPS).T
     return ImagePlaces(row, column)
+
+
+# Tactile images: the operator that makes pixels of what the markers of a layout show.
+#
+# A marker that was lost is filled from its neighbours first (`fill_frames`).
+#
+# It is linear, made once for a layout, sparse, and applied to a whole recording by one product. A
+# pixel within the markers' hull is interpolated linearly between the three markers of the Delaunay
+# triangle that it lies in (Lawson, Software for C1 surface interpolation, in Mathematical Software
+# III, 1977); a pixel outside is 0. A marker that stands on a pixel is that pixel, so on a square
+# grid the operator is the identity; there nothing is computed at all, markers are put where they
+# belong.
+#
+# Linear, since splines and natural neighbours come no nearer to what the rig's skin does where
+# markers are as noisy as tracking leaves them (`docs/layouts.md`, by `scripts/compare_images.py`).
+
+Floats = NDArray[np.float32]
+
+
+Places = NDArray[np.generic]
+"""Rows or columns of markers: whole numbers on a square grid, any on other layouts."""
+
+
+_INSIDE = 1e-6
+"""Pixels may lie this far outside a triangle, in its own coordinates: places are rounded."""
+
+
+_LEAST_WEIGHT = 1e-5
+
+
+_NEIGHBOURS, _REACH = 8, 1.6
+"""A marker has at most so many neighbours, up to so many times as far as its third nearest."""
+
+
+def images_of(values: NDArray[np.floating], row: Places, column: Places) -> Floats:
+    """Make images of what markers show.
+
+    Parameters
+    ----------
+    values
+        Shape (n, marker), without NaN, in any unit.
+    row, column
+        Where each marker stands in the image, (marker,): integers on a square grid, pixels and
+        parts of pixels on other layouts.
+
+    Returns
+    -------
+    Shape (n, row, column), float32, in the values' unit.
+    """
+    shape = image_shape(row, column)
+    if _is_grid(row):
+        images = np.zeros((len(values), *shape), dtype=np.float32)
+        images[:, row, column] = values
+        return images
+    operator = _operator(row.tobytes(), column.tobytes())
+    flat = operator @ np.asarray(values, np.float32).T
+    return np.ascontiguousarray(flat.T).reshape(len(values), *shape)
+
+
+def fill_frames(values: NDArray[np.floating], places: NDArray[np.generic]) -> NDArray[np.floating]:
+    """Return values (time, marker, ...) whose NaN are filled from neighbours in the same frame.
+
+    Each frame is filled by itself, with the same operations in the same order whatever the number
+    of frames. NaN stay in a frame in which no marker is seen that others could be filled from.
+
+    Parameters
+    ----------
+    places
+        Of the markers, (marker, 2), in any unit of length.
+    """
+    lost = np.isnan(values)
+    (frames,) = np.nonzero(lost.any(axis=tuple(range(1, values.ndim))))
+    if not len(frames):
+        return values
+    neighbour, weight = _neighbours(np.asarray(places, np.float64).tobytes())
+    weight = weight.astype(values.dtype).reshape(*weight.shape, *[1] * (values.ndim - 2))
+    some = values[frames]
+    while True:
+        total, seen = np.zeros_like(some), np.zeros_like(some)
+        for rank in range(neighbour.shape[1]):
+            beside, by = some[:, neighbour[:, rank]], weight[:, rank]
+            there = ~np.isnan(beside)
+            total += np.where(there, beside * by, 0)
+            seen += there * by
+        found = np.isnan(some) & (seen > 0)
+        if not found.any():
+            break
+        some[found] = total[found] / seen[found]
+    filled = values.copy()
+    filled[frames] = some
+    return filled
+
+
+@lru_cache(maxsize=8)
+def _neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return which markers are beside each, (marker, rank), and weights; 0 for those too far."""
+    from scipy.spatial import cKDTree
+
+    points = np.frombuffer(places).reshape(-1, 2)
+    n = min(_NEIGHBOURS, len(points) - 1)
+    if n < 1:
+        return np.zeros((len(points), 0), np.intp), np.zeros((len(points), 0))
+    distance, neighbour = (found[:, 1:] for found in cKDTree(points).query(points, n + 1))
+    near = distance <= _REACH * distance[:, : min(3, n)].max(axis=1, keepdims=True)
+    return neighbour, np.where(near, distance**-2.0, 0.0)
+
+
+def image_shape(row: Places, column: Places) -> tuple[int, int]:
+    """Return rows and columns of the image that markers at these places make."""
+    if _is_grid(row):
+        return int(row.max()) + 1, int(column.max()) + 1
+    # The middle of the markers is that of the image.
+    rows, columns = (round(float(place.min()) + float(place.max())) + 1 for place in (row, column))
+    return rows, columns
+
+
+def covered(row: Places, column: Places) -> NDArray[np.bool_]:
+    """Return which pixels (row, column) show markers; the others are always 0."""
+    return np.asarray(images_of(np.ones((1, len(row))), row, column)[0] > 0)
+
+
+def _is_grid(row: Places) -> bool:
+    return np.issubdtype(row.dtype, np.integer)
+
+
+@lru_cache(maxsize=8)
+def _operator(row: bytes, column: bytes) -> Any:
+    """Return the operator (pixel, marker), sparse float32, from places as bytes of float64."""
+    from scipy.sparse import csr_array
+    from scipy.spatial import Delaunay
+
+    places = np.stack([np.frombuffer(row), np.frombuffer(column)], axis=1)
+    shape = image_shape(*places.T)
+    pixels = np.indices(shape).reshape(2, -1).T.astype(np.float64)
+    mesh = Delaunay(places)
+    at = mesh.find_simplex(pixels, tol=_INSIDE)
+    (pixel,) = np.nonzero(at >= 0)
+    frame = mesh.transform[at[pixel]]
+    two = np.einsum("nij,nj->ni", frame[:, :2], pixels[pixel] - frame[:, 2])
+    weight = np.concatenate([two, 1 - two.sum(axis=1, keepdims=True)], axis=1)
+    weight = np.where(weight < _LEAST_WEIGHT, 0, weight)
+    weight /= weight.sum(axis=1, keepdims=True)
+    marker = mesh.simplices[at[pixel]]
+    entries = (weight.ravel().astype(np.float32), (np.repeat(pixel, 3), marker.ravel()))
+    operator = csr_array(entries, shape=(len(pixels), len(places)))
+    operator.eliminate_zeros()
+    return operator

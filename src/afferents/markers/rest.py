@@ -1,8 +1,8 @@
 """The rest frame: which markers a recording has, and in which order they are kept."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,23 +10,22 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from afferents.core.choices import Method
-from afferents.core.errors import InputError
-from afferents.core.recording import GreyImage, Video
+from afferents.choices import Method
+from afferents.errors import InputError
 from afferents.markers.detect import Positions, detect, find_markers
-from afferents.markers.false_markers import MOST_FALSE, without_false_markers
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
 from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
 from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
-from afferents.markers.suspects import beyond_layout
-
-"""How markers are followed; see `Tracker`."""
+from afferents.markers.suspects import MOST_FALSE, beyond_layout, without_false_markers
+from afferents.store.recording import GreyImage, Video
 
 N_FRAMES = 9
 """The picture at rest is the median of so many frames: without noise, without what flickers."""
+
+
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
@@ -334,3 +333,69 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
             if size == declared[::-1]
             else "give a sensor file for this size",
         )
+
+
+# What a rest frame showed that is to be said: blobs too many or too few, and whose place it took.
+#
+# It stands in the attributes of a recording's tracks, and so in those of its responses.
+
+BLOBS, MARKERS, REPLACED = "rest_blobs", "rest_markers", "rest_replaced"
+
+
+NAMED = 3
+"""So many recordings are named in a sentence."""
+
+
+def rest_seen(at_rest: AtRest, rest: RestMarkers) -> dict[str, int]:
+    """Return, as attributes, how many blobs and markers there were, and how many are missing.
+
+    `rest_replaced` counts markers that were not found, and stand where the others (or, under
+    ``published``, the reference) say that they should.
+    """
+    return {
+        BLOBS: len(at_rest.found),
+        MARKERS: len(rest.position),
+        REPLACED: int((~rest.present).sum()),
+    }
+
+
+def rest_sentences(attributes: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Say of recordings, by the attributes of their tracks, what was amiss in their rest frames.
+
+    Nothing is said of those in which every blob was one marker.
+    """
+    known = {name: one for name, one in attributes.items() if BLOBS in one}
+    published = {name: one for name, one in known.items() if one.get("method") == "published"}
+    others = {name: one for name, one in known.items() if name not in published}
+    return [
+        *_said(
+            {n: f"{o[BLOBS]} blobs" for n, o in published.items() if o[BLOBS] != o[MARKERS]},
+            "the rest frame shows another number of blobs than markers; each marker took the "
+            "nearest, as the published code does",
+        ),
+        *_said(
+            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in published.items() if o[REPLACED]},
+            "markers farther from the reference clip's than the gate were put where those are, as "
+            "the published code does; their SA-I counts from where they are not (the other "
+            "trackers don't do so)",
+        ),
+        *_said(
+            {n: f"{o[BLOBS]} for {o[MARKERS]}" for n, o in others.items() if o[BLOBS] > o[MARKERS]},
+            "the rest frame shows blobs that the sensor's layout has no place for; they were left "
+            "out",
+        ),
+        *_said(
+            {n: f"{o[REPLACED]} of {o[MARKERS]}" for n, o in others.items() if o[REPLACED]},
+            "the rest frame lacks markers, which count as lost until they are seen",
+        ),
+    ]
+
+
+def _said(found: Mapping[str, str], what: str) -> list[str]:
+    """Say something of the recordings that it is true of, or nothing."""
+    if not found:
+        return []
+    named = ", ".join(f"{name} ({how})" for name, how in list(found.items())[:NAMED])
+    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    many = f"{len(found)} recording{'s' if len(found) > 1 else ''}"
+    return [f"{many}, {named}{more}: {what}."]

@@ -1,6 +1,6 @@
-"""Following every marker through a video."""
+"""Tracks as they leave the tracker: with names, units, and a place for every frame."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain, islice
 from typing import NamedTuple
 
@@ -8,16 +8,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from afferents.core import dims
-from afferents.core.choices import Method
-from afferents.core.errors import AfferentsError, InputError
-from afferents.core.recording import Frame, GreyImage, Video, as_grey
+from afferents import dims
+from afferents.choices import Method
+from afferents.errors import AfferentsError, InputError
 from afferents.markers import kernel
-from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, detect
 from afferents.markers.grid import Grid
 from afferents.markers.image_quality import image_quality
-from afferents.markers.labelled import labelled
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
     N_FRAMES,
@@ -26,11 +23,54 @@ from afferents.markers.rest import (
     median_picture,
     order_markers,
     rest_images,
+    rest_seen,
     too_short,
 )
-from afferents.markers.rest_notes import rest_seen
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Windowed, nearest_markers
+from afferents.markers.windowed import Audit, Found, Renamed, Windowed, nearest_markers
+from afferents.store.recording import Frame, GreyImage, Video, as_grey
+
+
+def labelled(
+    time_s: list[float], tracked: Sequence[Found], rest: Positions, grid: Grid | None
+) -> xr.Dataset:
+    """Put names, units and the untracked frames at the start to the arrays.
+
+    Parameters
+    ----------
+    time_s
+        Of every frame of the video, s.
+    tracked
+        The markers in its last frames, from the rest frame on.
+    rest
+        Where displacement counts from, shape (n, 2), px.
+    grid
+        Places of the markers; None for layouts without.
+    """
+    shape = (len(time_s), len(rest))
+    position, detected = np.full((*shape, 2), np.nan), np.zeros(shape, dtype=bool)
+    for index, frame in enumerate(tracked, start=len(time_s) - len(tracked)):
+        position[index], detected[index] = frame.position, frame.detected
+    px = {dims.UNITS: dims.PIXELS}
+    tracks = xr.Dataset(
+        {
+            dims.POSITION: ((dims.TIME, dims.MARKER, dims.SPACE), position, px),
+            dims.DETECTED: ((dims.TIME, dims.MARKER), detected),
+            dims.REST_POSITION: ((dims.MARKER, dims.SPACE), rest, px),
+        },
+        coords={
+            dims.TIME: (dims.TIME, np.asarray(time_s), {dims.UNITS: dims.SECONDS}),
+            dims.SPACE: (dims.SPACE, ["x", "y"]),
+        },
+    )
+    if grid is None:
+        return tracks
+    places = {dims.ROW: (dims.MARKER, grid.row), dims.COLUMN: (dims.MARKER, grid.column)}
+    roll = {"roll_deg": grid.roll_deg} if np.isfinite(grid.roll_deg) else {}
+    return tracks.assign_coords(places).assign_attrs(roll)
+
+
+# Following every marker through a video.
 
 KNOCK_PX = 5.0
 """A common step beyond this within a frame is told: something was knocked, or let go."""
@@ -218,7 +258,7 @@ def ordered_rest(video: Video, sensor: Sensor) -> Positions:
     return Tracker(sensor, rest.position, "windowed", still, None, rest.present).rest_position
 
 
-def track(
+def track_markers(
     video: Video,
     sensor: Sensor,
     method: Method = "windowed",

@@ -1,49 +1,132 @@
-"""Following markers by centroids in windows round where they are expected.
+"""Following markers by centroids in windows, and what is noticed on the way."""
 
-A marker is looked for where it was plus its last step. If the discs are not there, the common
-shift of all markers is searched, over more than the distance of two markers; if most are still
-not found, the whole picture is searched for blobs. So a frame costs a fraction of a millisecond
-(the blob detector takes ten), and a jump costs no identity. The grey levels of skin and disc are
-kept for each marker and follow the light.
-"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from afferents.core.errors import InputError
-from afferents.core.recording import GreyImage, as_grey
+from afferents.errors import InputError
 from afferents.markers import kernel
-from afferents.markers.audit import Audit, Renamed
 from afferents.markers.detect import Positions, find_markers
-from afferents.markers.link import NO_BLOB, link_one_to_one
+from afferents.markers.link import NO_BLOB, SlipCheck, link_one_to_one
 from afferents.markers.sensor import Sensor
-from afferents.markers.slip import SlipCheck
+from afferents.store.recording import GreyImage, as_grey
+
+
+class Found(Protocol):
+    """Where markers are in a frame."""
+
+    @property
+    def position(self) -> Positions:
+        """Shape (n, 2), px; NaN where a marker is lost."""
+        ...
+
+    @property
+    def detected(self) -> NDArray[np.bool_]:
+        """Which were seen, shape (n,)."""
+        ...
+
+
+@dataclass
+class Audit:
+    """How often identities were in danger.
+
+    Attributes
+    ----------
+    shared
+        Two markers held one blob; the one farther from its expected place was lost.
+    strangers
+        A marker did not move with its neighbours and was lost.
+    jumps
+        Frames whose common shift had to be searched.
+    searches
+        Frames in which the whole picture was searched for blobs.
+    checks
+        Frames in which names were in doubt and were checked by the layout's order.
+    slips
+        Of these, those in which markers had slipped to their neighbours' blobs, and were put right.
+    """
+
+    shared: int = 0
+    strangers: int = 0
+    jumps: int = 0
+    searches: int = 0
+    checks: int = 0
+    slips: int = 0
+
+
+class Renamed(NamedTuple):
+    """Markers that had slipped: which, (n,), and since at most how many frames."""
+
+    which: NDArray[np.bool_]
+    n_frames: int
+
+    def lose(self, tracked: Sequence[Found]) -> None:
+        """Lose them in the frames before they were found slipped, back to the last check."""
+        for frame in tracked[-self.n_frames : -1]:
+            frame.position[self.which] = np.nan
+            frame.detected[self.which] = False
+
+
+# Following markers by centroids in windows round where they are expected.
+#
+# A marker is looked for where it was plus its last step. If the discs are not there, the common
+# shift of all markers is searched, over more than the distance of two markers; if most are still
+# not found, the whole picture is searched for blobs. So a frame costs a fraction of a millisecond
+# (the blob detector takes ten), and a jump costs no identity. The grey levels of skin and disc are
+# kept for each marker and follow the light.
 
 N_NEIGHBOURS = 8
 """Markers around a marker that say where it must be when it is lost."""
+
+
 EDGE_PX = 1.0
 """A window is this much larger than the disc to every side, px."""
+
+
 WINDOW = 0.45
 """Half a window is at most this share of the distance to the nearest marker, so that no two
 windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
+
+
 SAME_BLOB = 0.4
 """Two markers nearer than this share of their distance at rest are on one blob."""
+
+
 SEARCH = 1.2
 """The common shift is searched up to this multiple of the distance of markers."""
+
+
 SEARCH_STEP_PX = 2.5
+
+
 FAR = 0.15
 """A common step beyond this share of the search is not believed without one."""
+
+
 WINDOWS = 3
 """A marker's window is moved to its centroid at most this often."""
+
+
 FOLLOW_LIGHT = 0.1
 """Share of a new grey level in the running mean."""
+
+
 FAINT = 0.3
 """A lost marker is there if it stands out by this share of what markers stand out by."""
+
+
 _FAR_RADII = 8.0
 """Markers farther apart than this many radii are as good as alone."""
+
+
 _ENOUGH = 0.5
 """Below this share of markers found the whole picture is searched."""
+
+
 _CHECK, _LONGEST = 4, 64
 """Frames between two checks of names in doubt: at first, and at most while they prove right."""
 
@@ -61,7 +144,7 @@ class Windowed:
     rest_image
         The frame in which the markers are there.
     levels
-        Grey level of each value in the images, see `core.recording.Frame`; only the blob
+        Grey level of each value in the images, see `store.recording.Frame`; only the blob
         detector needs to know.
     present
         Which markers the rest frame shows, shape (n,); the others are taken to look like the

@@ -8,8 +8,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from afferents.core.errors import InputError
-from afferents.core.model import SpeedFrom
+from afferents.errors import InputError
+from afferents.models.model import SpeedFrom
 
 
 class Task(NamedTuple):
@@ -22,7 +22,7 @@ class Task(NamedTuple):
     sample_shape, sample_dims
         Of one sample, and the names of its dims.
     encoding
-        That makes the samples; see `encodings.Encoding`.
+        That makes the samples; see `encodings.base.Encoding`.
     frequency_hz
         Of samples over frequency, the axis.
     speed_from
@@ -60,8 +60,8 @@ class FitData(NamedTuple):
 class Classifier(nn.Module, ABC):
     """Tells textures apart, once it has learnt to.
 
-    A `Network` learns in a loop (`training.loop`), a `Solved` one at once. To add one, subclass
-    either and name it in `models.CLASSIFIERS`. For one of your own no subclass is needed: see
+    A `Network` learns in a loop (`models.loop`), a `Solved` one at once. To add one, subclass
+    either and name it in `models.table.CLASSIFIERS`. For one of your own no subclass is needed: see
     ``classifier`` of `afferents.Model`.
 
     Attributes
@@ -125,7 +125,7 @@ class Network(Classifier):
     Attributes
     ----------
     recipe
-        How it is trained, a name in `training.RECIPES`.
+        How it is trained, a name in `models.config.RECIPES`.
     dense
         Its last layers, a linear one at the end.
     """
@@ -169,8 +169,8 @@ class Solved(Classifier):
         The same of one that has a single penalty, where a user asks that it be chosen; none for
         what has nothing to choose.
     learns_from_sums
-        Whether `models.Gram` sums of the samples are all that it learns from, so that samples can
-        be left out without going through the others again.
+        Whether `Gram` sums of the samples are all that it learns from, so that samples
+        can be left out without going through the others again.
     """
 
     penalties: ClassVar[tuple[float, ...]]

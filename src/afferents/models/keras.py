@@ -1,13 +1,10 @@
-"""Weights of the paper's networks as Keras wrote them, put into ours.
+"""Weights of the paper's networks as Keras wrote them, read without it and put into ours."""
 
-Keras' arrays and PyTorch's differ in the order of their dims. Beside that the published images are
-the transpose of ours (axis 0 is the rank in x), and so are the kernels that learnt from them, and
-the order in which the first layer after Flatten takes its inputs.
-"""
-
-from collections.abc import Sequence
+import json
+from collections.abc import Iterator, Sequence
 from math import isqrt
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -15,8 +12,13 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.modules.batchnorm import _BatchNorm
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.models.base import Network
+from afferents.plugins import import_extra
+
+# Keras' arrays and PyTorch's differ in the order of their dims. Beside that the published images
+# are the transpose of ours (axis 0 is the rank in x), and so are the kernels that learnt from
+# them, and the order in which the first layer after Flatten takes its inputs.
 
 Floats = NDArray[np.float32]
 
@@ -146,3 +148,105 @@ def _put_lstm(lstm: nn.LSTM, taken: _Taken, flattened: _Flattened) -> None:
         taken.put(lstm.get_parameter(f"weight_hh_l{layer}"), taken.next("recurrent_kernel").T)
         taken.put(lstm.get_parameter(f"bias_ih_l{layer}"), taken.next("bias"))
         lstm.get_parameter(f"bias_hh_l{layer}").zero_()
+
+
+# Networks that Keras saved as HDF5 (.hdf5, .h5): their weights, read without Keras.
+#
+# Such a file is data: arrays, names, and the layers' settings as JSON. Nothing in it is run, which
+# cannot be said of a pickle.
+
+_WEIGHTS = "model_weights"
+
+
+_WHAT = "a network that Keras saved as HDF5"
+
+
+_LARGEST = 10_000_000
+"""Values of one array: those of the paper's networks have at most 147,456."""
+
+
+_SETTINGS: dict[str, dict[str, str | float]] = {
+    "LSTM": {"activation": "tanh", "recurrent_activation": "sigmoid"},
+    "BatchNormalization": {"epsilon": 0.001},
+}
+"""What our layers do; a file that says otherwise of its own would give other outputs."""
+
+
+def load_keras_weights(network: Network, path: Path) -> None:
+    """Read the weights of one of the paper's networks into ours, in place; needs `h5py`.
+
+    Parameters
+    ----------
+    network
+        For as many textures and samples of the same shape: `models.table.build`.
+    path
+        As ``model.save`` or ``model.save_weights`` of Keras 2 writes it. Its network learnt from
+        transposed images, as published; ours takes images (row, column).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, none of Keras', of another network, or its layers are set otherwise
+        than ours (LSTMs with hard sigmoid gates).
+    """
+    put_keras_weights(network, read_keras_weights(path), path)
+
+
+def read_keras_weights(path: Path) -> list[KerasArray]:
+    """Return the arrays of all layers of a network that Keras saved, in the layers' order.
+
+    Raises
+    ------
+    InputError
+        As `load_keras_weights`.
+    """
+    h5py = import_extra("hdf5", str(path), "h5py")
+    if not path.is_file():
+        raise InputError(path, _WHAT, "no such file")
+    try:
+        with h5py.File(path, "r") as file:
+            _require_settings(path, file.attrs.get("model_config"))
+            return list(_arrays(path, file.get(_WEIGHTS, file)))
+    except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise InputError(path, _WHAT, str(error)) from error
+
+
+def _arrays(path: Path, weights: Any) -> Iterator[KerasArray]:
+    if "layer_names" not in weights.attrs:
+        raise InputError(path, _WHAT, "no list of layers")
+    for layer in map(_text, weights.attrs["layer_names"]):
+        group = weights[layer]
+        for name in map(_text, group.attrs["weight_names"]):
+            role = name.rpartition("/")[2].partition(":")[0]
+            if group[name].size > _LARGEST:
+                found = f"an array of {group[name].size:,} values"
+                raise InputError(path, "a network as small as the paper's", found)
+            yield KerasArray(role, np.asarray(group[name][()], dtype=np.float32))
+
+
+def _require_settings(path: Path, config: Any) -> None:
+    """Refuse layers that do something else than ours, where the file says what they do."""
+    for layer in _layers(json.loads(_text(config))) if config is not None else ():
+        settings = layer.get("config", {})
+        for name, ours in _SETTINGS.get(layer["class_name"], {}).items():
+            theirs = settings.get(name, ours)
+            same = np.isclose(theirs, ours) if isinstance(ours, float) else theirs == ours
+            if not same:
+                expected = f"{layer['class_name']} with {name} = {ours}, as our networks have it"
+                raise InputError(path, expected, f"{theirs}")
+
+
+def _layers(config: Any) -> Iterator[dict[str, Any]]:
+    """Yield the layers in a description of a network, those in wrappers and networks within too."""
+    if isinstance(config, dict):
+        if isinstance(config.get("class_name"), str):
+            yield config
+        for part in config.values():
+            yield from _layers(part)
+    elif isinstance(config, list):
+        for part in config:
+            yield from _layers(part)
+
+
+def _text(name: Any) -> str:
+    return name.decode() if isinstance(name, bytes) else str(name)

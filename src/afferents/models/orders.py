@@ -21,22 +21,32 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.model import SpeedFrom
+from afferents import dims
+from afferents.errors import InputError
 from afferents.models.base import FitData, Solved, Task
-from afferents.models.ridge import SEARCHED, Gram, log_probabilities
+from afferents.models.model import SpeedFrom
+from afferents.models.solved import SEARCHED, Gram, log_probabilities
 
 WRONG_SPEEDS = 8
 """Wrong speeds that every spectrum is learnt at."""
+
+
 _WRONG_FROM = 0.12
 """A speed that is wrong by fewer octaves is nearly right, and nothing is learnt from it."""
+
+
 _BEYOND = 2.5
 """Speeds are searched for up to this factor beyond those learnt from."""
+
+
 _PER_OCTAVE = 12
 """Speeds supposed in a factor of 2."""
+
+
 _FLOOR = 0.1
 """Share of all powers learnt from that count as no more than the floor."""
+
+
 _LEAST_SD = 0.1
 """Of a logarithm of power that hardly varies: it is not trusted to the last digit."""
 
@@ -50,7 +60,7 @@ class OrderSearch(Solved):
         Number of textures.
     n_channels
         Of the vibration: features are their powers, then, for more than one, 2 n_channels parts
-        of cross-spectra (`encodings.order_samples`).
+        of cross-spectra (`encodings.orders.order_samples`).
     frequencies
         Geometric, Hz.
     per_mm
@@ -80,7 +90,7 @@ class OrderSearch(Solved):
 
     @classmethod
     def built_for(cls, task: Task) -> Self:
-        """Return one for samples (feature, frequency) of `encodings.OrderEncoding`."""
+        """Return one for samples (feature, frequency) of `encodings.orders.OrderEncoding`."""
         n_features = task.sample_shape[0]
         n_channels = 1 if n_features == 1 else n_features // 3
         assert task.frequency_hz is not None

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import torch
 from torch import Tensor, nn
 
-from afferents.core import dims
+from afferents import dims
 from afferents.models.base import Classifier
 from afferents.models.layers import FlattenChannelsLast, RegularisedLinear, count_parameters
 

@@ -2,17 +2,19 @@
 
 from typing import Any
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.models.base import Classifier, Task, build_for
-from afferents.models.cnn_lstm import CnnLstm
-from afferents.models.discriminant import Discriminant
-from afferents.models.fusion import JointFusion, LateFusion, MeanFusion
+from afferents.models.networks import CnnLstm, SpatialNet, ThreeStems, VibrationNet
 from afferents.models.orders import OrderSearch
 from afferents.models.own import own_classifier
-from afferents.models.ridge import Ridge, SearchedRidge
-from afferents.models.spatial import SpatialNet
-from afferents.models.stems import ThreeStems
-from afferents.models.vibration import VibrationNet
+from afferents.models.solved import (
+    Discriminant,
+    JointFusion,
+    LateFusion,
+    MeanFusion,
+    Ridge,
+    SearchedRidge,
+)
 
 CLASSIFIERS: dict[str, type[Classifier]] = {
     kind.name: kind

@@ -1,36 +1,43 @@
-"""Whether the files of a session folder are what its `session.json` declares, and each its own."""
+"""Whether a recording's files are what their headers and its session declare."""
 
 import hashlib
 import json
 from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 
-from afferents.core.doubt import Doubt, Kind, accepted
-from afferents.core.errors import InputError
-from afferents.core.files import checksum, size_of
-from afferents.core.recording import EDGE_S, Recording, Session
+from afferents.errors import InputError
+from afferents.files import checksum, size_of
+from afferents.quality.issues import Doubt, Kind, accepted
+from afferents.quality.lasting import EDGE_S
 from afferents.recordings.audio import WavFile
-from afferents.recordings.frame_rate import rate_doubted, wrong_rate
-from afferents.recordings.images import ImageFolder
-from afferents.recordings.session_file import SessionFile
+from afferents.recordings.media import ImageFolder
+from afferents.recordings.session_file import FPS, SessionFile
 from afferents.recordings.video import VideoFile
+from afferents.store.recording import Recording, RecordingSet, Vibration
 
 ClipFile = VideoFile | ImageFolder
 """What a camera leaves on disk."""
 
+
 SHORTER_AUDIO_S, SHORTER_AUDIO = 0.5, 0.02
 """How much shorter than the video the audio may be, s or as a share of it, whatever is cut off."""
+
+
 LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
 """How much longer, s and as a share of the video: recorders are started and stopped one after the
 other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
 
+
 SHORT = 4
 """Of a short recording, at most one part in so many is cut off at an end."""
+
+
 RATE_TOLERANCE = 0.1
 """How far a video's nominal frame rate may lie from the declared one, as a share of it."""
 
 
-def require_own_files(session: Session) -> None:
+def require_own_files(session: RecordingSet) -> None:
     """Refuse recordings that share a file: one recorded once and copied, or laid in twice.
 
     Only files of one size are read, so that a session of any size is looked at but once.
@@ -175,3 +182,143 @@ def _doubt_lengths(
     expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
     cause = rate_doubted(video.n_frames, video.fps_hz, audio, declared.file)
     return [Doubt("length", audio.path, expected, f"{audio_s:.2f} s", cause)]
+
+
+# What a recording's headers say of it, for `inspect`.
+
+
+@dataclass(frozen=True)
+class VideoFacts:
+    """Size (px), nominal rate (Hz), declared number of frames and duration (s) of a video."""
+
+    width: int
+    height: int
+    fps_hz: float
+    n_frames: int
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class VibrationFacts:
+    """Channels in the file, rate (Hz), samples in each channel and duration (s)."""
+
+    n_channels: int
+    sample_rate_hz: float
+    n_samples: int
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What there is of a recording; None where it has no video or no vibration channels."""
+
+    name: str
+    texture: str
+    speed_mm_s: float | None
+    video: VideoFacts | None
+    vibration: VibrationFacts | None
+
+
+def facts(recording: Recording) -> Facts:
+    """Describe a recording by its headers; no frame or sample is decoded.
+
+    Raises
+    ------
+    InputError
+        If one of its files is unreadable.
+    """
+    return Facts(
+        recording.name,
+        recording.texture,
+        recording.speed_mm_s,
+        video_facts(recording.video) if isinstance(recording.video, ClipFile) else None,
+        _vibration_facts(recording.audio) if recording.audio is not None else None,
+    )
+
+
+def video_facts(video: ClipFile) -> VideoFacts:
+    """Return what a video's container declares."""
+    return VideoFacts(video.width, video.height, video.fps_hz, video.n_frames, video.duration_s)
+
+
+def _vibration_facts(audio: Vibration) -> VibrationFacts:
+    duration_s = audio.n_samples / audio.sample_rate_hz
+    return VibrationFacts(audio.n_channels, audio.sample_rate_hz, audio.n_samples, duration_s)
+
+
+# Whether a video's frame rate is wrong, as its number of frames and its sound tell.
+#
+# Writers such as OpenCV's note what a script says, often 30 or 25 frames a second, whatever the
+# camera did. The sound beside the video keeps a true clock.
+
+USUAL_HZ = (24, 25, 30, 50, 60, 90, 100, 120, 150, 180, 200, 240)
+"""Frame rates of cameras."""
+
+
+NEAR = 0.05
+"""Video and sound are of one length within this share of it: they don't begin and end together."""
+
+
+def wrong_rate(
+    n_frames: int, fps_hz: float, expected_hz: float, audio: WavFile | None, file: str
+) -> str:
+    """Say what to do about a video whose frame rate is not the declared one.
+
+    Parameters
+    ----------
+    n_frames
+        Of the video.
+    fps_hz, expected_hz
+        Its rate, and the one that is declared or usual.
+    audio
+        The sound beside it, if there is any.
+    file
+        The session file.
+    """
+    true = _say(expected_hz, file)
+    seen_hz = _by_sound(n_frames, audio)
+    if seen_hz is not None and _near(seen_hz, expected_hz):
+        return (
+            f"its {n_frames} frames are as long as its sound at {expected_hz:g} a second, so the "
+            f"container's rate is wrong: {true}"
+        )
+    declare = f"declare fps_hz in {file}"
+    if seen_hz is not None and _near(seen_hz, fps_hz):
+        return f"{declare}: its {n_frames} frames are as long as its sound at {fps_hz:g} a second"
+    return f"{declare}; if the container's rate is wrong, {true}"
+
+
+def rate_doubted(n_frames: int, fps_hz: float, audio: WavFile, file: str) -> str:
+    """Say at which usual rate a video would be as long as its sound; nothing where there is none.
+
+    Parameters
+    ----------
+    n_frames, fps_hz
+        Of the video, and the rate that its times now count from.
+    audio
+        The sound beside it, of another length.
+    file
+        The session file.
+    """
+    seen_hz = _by_sound(n_frames, audio)
+    usual = [hz for hz in USUAL_HZ if seen_hz is not None and _near(seen_hz, hz)]
+    if not usual or _near(usual[0], fps_hz) or seen_hz is None:
+        return ""
+    true_hz = min(usual, key=lambda hz: abs(hz - seen_hz))
+    return (
+        f"its {n_frames} frames would be as long as the sound at {true_hz:g} a second: if the "
+        f"frame rate of {fps_hz:g} is wrong, {_say(true_hz, file)}"
+    )
+
+
+def _by_sound(n_frames: int, audio: WavFile | None) -> float | None:
+    """Return the frame rate at which a video is as long as its sound, Hz."""
+    return None if audio is None else n_frames * audio.sample_rate_hz / audio.n_samples
+
+
+def _near(one_hz: float, other_hz: float) -> bool:
+    return abs(one_hz - other_hz) <= NEAR * other_hz
+
+
+def _say(fps_hz: float, file: str) -> str:
+    return f"give {FPS} {fps_hz:g}, or write fps_hz and fps_overrules (true) into {file}"

@@ -5,20 +5,20 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, Union
 
-from afferents.core.doubt import Doubt
-from afferents.core.errors import InputError
-from afferents.core.recording import Recording, Session
-from afferents.core.responses import Responses
+from afferents.errors import InputError
+from afferents.quality.issues import Doubt
+from afferents.store.recording import Recording, RecordingSet
+from afferents.store.responses import Responses
 
 
 class DataSet(ABC):
     """Recordings as some lab keeps them; it knows all that is peculiar to their files.
 
-    To add one, subclass it and write `recordings`, whose sound (`core.recording.Vibration`) is then
+    To add one, subclass it and write `recordings`, whose sound (`Vibration`) is then
     what is learnt from. Give it to `afferents.evaluate` and the other commands in place of a path,
-    or name its class in `recordings.DATA_SETS`. On a command line it is ``my_data.py:mine``, for
+    or name its class in `DATA_SETS`. On a command line it is ``my_data.py:mine``, for
     one that is made there, or ``my_data.py:Gloves:PATH``.
 
     >>> class Gloves(DataSet):
@@ -36,7 +36,7 @@ class DataSet(ABC):
     ...         return Recording(path.stem, cloth, float(speed), path, audio=sound)
     >>> from tempfile import TemporaryDirectory
     >>> import numpy as np, soundfile
-    >>> from afferents.recordings import WavFile
+    >>> from afferents.recordings.audio import WavFile
     >>> with TemporaryDirectory() as folder:
     ...     for run in ("silk_20", "silk_40", "wool_20"):
     ...         soundfile.write(f"{folder}/{run}.wav", np.zeros(8000), 8000)
@@ -79,7 +79,7 @@ class DataSet(ABC):
         return False
 
     @abstractmethod
-    def recordings(self) -> Session:
+    def recordings(self) -> RecordingSet:
         """Return its recordings, each of a name of its own; files are opened when asked for.
 
         Raises
@@ -89,7 +89,7 @@ class DataSet(ABC):
         """
 
     def responses(self) -> Sequence[Responses] | None:
-        """Return responses as in `core.responses`, where files hold such; None where they don't.
+        """Return responses as in `store.responses`, where files hold such; None where they don't.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class DataSet(ABC):
         """
         return []
 
-    def describe(self, session: Session) -> list[str]:
+    def describe(self, session: RecordingSet) -> list[str]:
         """Return sentences that `inspect` says of its recordings beside what it says of all."""
         return []
 
@@ -135,3 +135,12 @@ class DataSet(ABC):
         found = copy(self)
         found.path = self.path.resolve()
         return found
+
+
+Data = Union[str, Path, "DataSet"]
+"""A path, ``NAME:PATH``, where a data set of one's own is, or the data set itself."""
+
+
+def sources_in(data: Data | Sequence[Data]) -> list[Data]:
+    """Return the sources of data, of which there may be one or several."""
+    return list(data) if isinstance(data, Sequence) and not isinstance(data, str) else [data]

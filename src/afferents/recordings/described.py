@@ -6,13 +6,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from afferents.core.errors import InputError
-from afferents.core.recording import Recording, Session
+from afferents.errors import InputError
 from afferents.recordings.data_set import DataSet
-from afferents.recordings.data_set_file import DataSetFile, Signal, read_data_set_file
 from afferents.recordings.series import SeriesFile, resampling_sentences, unchecked_sentences
+from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
+from afferents.store.recording import Recording, RecordingSet
 
 DATA_SET_FILE = "dataset.toml"
+
+
 PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
 """Descriptions of public data sets, by name."""
 
@@ -80,7 +82,7 @@ class Described(DataSet):
                 return found
         return []
 
-    def recordings(self) -> Session:
+    def recordings(self) -> RecordingSet:
         """Return a recording a file; a file's fault shows when it is read."""
         if not self.root.is_dir():
             raise InputError(self.root, f"a folder of {self.title}", "no such folder")
@@ -95,9 +97,9 @@ class Described(DataSet):
                     rate_hz = series.sample_rate_hz
             recordings.append(self._recording(series, match))
         self._require_distinct(recordings)
-        return Session(self.root, tuple(recordings))
+        return RecordingSet(self.root, tuple(recordings))
 
-    def describe(self, session: Session) -> list[str]:
+    def describe(self, session: RecordingSet) -> list[str]:
         """Say what the clock rests on: a resampled one, or one that no file can confirm."""
         files = [one.audio for one in session.recordings if isinstance(one.audio, SeriesFile)]
         return resampling_sentences(files) or unchecked_sentences(files)

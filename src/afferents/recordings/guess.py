@@ -1,31 +1,51 @@
-"""What the names of files say of recordings: a first guess, to be checked by a person."""
+"""What names of files say of recordings: a first guess, to be checked by a person."""
 
+import json
+import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
-from afferents.core.errors import InputError
-from afferents.recordings.media import is_sound
-from afferents.recordings.pattern import SPEED, TEXTURE, Pattern
+import numpy as np
+
+from afferents.errors import InputError
+from afferents.recordings.media import SPEED, TEXTURE, Pattern, is_sound
+from afferents.recordings.series import in_order
+from afferents.recordings.tables import Signal, Table, read_table
 
 TRIAL = "trial"
+
+
 _PATTERNS = (
     *("{texture}/{speed}/{trial}", "{texture}/{speed}_{trial}", "{texture}/{trial}/{speed}"),
     *("{texture}_{speed}_{trial}", "{texture}/{speed}", "{texture}_{speed}"),
     *("{texture}/{trial}", "{texture}_{trial}"),
 )
 """Tried in this order, with each of `_JOINTS` and, for the speed, each of `_SPEEDS`."""
+
+
 _JOINTS = "_- "
+
+
 _SAID = (
     *("{speed}mms", "{speed}mm_s", "{speed}mm-s", "{speed}mmps", "{speed} mm_s"),
     *("speed{speed}", "speed_{speed}", "Speed{speed}"),
 )
+
+
 _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 """How a speed is written. The last three say least: numbers that only count are no speeds there."""
+
+
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
+
+
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
+
+
 _MOST_TRIALS = 20
 
 
@@ -117,3 +137,149 @@ def _guess(path: str, video: str | None, audio: str | None) -> Guess:
     speed = _SPEED.search(_bare(path))
     repetition = "_".join(others) or None
     return Guess(video, audio, first, float(speed[1]) if speed else None, repetition)
+
+
+# A first `dataset.toml` for a folder of tables, guessed from names and from one file.
+
+TABLES = frozenset({".csv", ".parquet", ".npy", ".npz", ".h5", ".hdf5"})
+
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+
+
+_LABEL = re.compile(r"([A-Za-z]+)[^A-Za-z0-9/]*$")
+
+
+_TIME = re.compile(r"(?i)t|(?:time|timestamps?|seconds?)(?:[_ (\[]*(?P<unit>s|ms|us|ns)\W*)?")
+
+
+_RISES = 0.9
+
+
+_SHORT_S = 5.0
+
+
+def tables_in(folder: Path) -> list[Path]:
+    """Return the tables below a folder, of the kind that most are of; hidden ones never."""
+    there = [p for p in folder.rglob("*") if p.suffix.lower() in TABLES and p.is_file()]
+    shown = [p for p in there if not any(n.startswith(".") for n in p.relative_to(folder).parts)]
+    usual = Counter(path.suffix for path in shown).most_common(1)
+    return sorted(path for path in shown if path.suffix == usual[0][0])
+
+
+def guess_data_set(folder: Path, tables: Sequence[Path]) -> tuple[list[str], list[str]]:
+    """Return the lines of a `dataset.toml`, and sentences on what was guessed.
+
+    Raises
+    ------
+    InputError
+        If the first table can't be read.
+    """
+    names = [path.relative_to(folder).as_posix() for path in tables]
+    pattern = guess_pattern(names) or _labelled(names) or _plainest(names)
+    said = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
+    lines = ["", "[files]", f"pattern = {json.dumps(pattern, ensure_ascii=False)}"]
+    if f"{{{SPEED}}}" in pattern:
+        lines.append('# speed_unit = "mm/min"  # where it is not mm/s')
+    else:
+        said = [f"Guessed from the names: {pattern}; no name says a speed."]
+        lines.append("# speed_mm_s = 30")
+    signal, more = _signal(tables[0])
+    return [*lines, "", "[signal]", *signal], [*said, *more]
+
+
+def _labelled(names: Sequence[str]) -> str | None:
+    """Return the pattern of names that differ in their numbers alone, those after words named."""
+    end = Path(names[0]).suffix
+    stems = [name.removesuffix(end) for name in names]
+    if len({_NUMBER.sub("#", stem) for stem in stems}) > 1:
+        return None
+    texts, numbers = _NUMBER.split(stems[0]), _NUMBER.findall(stems[0])
+    words = [_LABEL.search(text) for text in texts[: len(numbers)]]
+    named = [f"{{{word[1].lower()}}}" if word else "{*}" for word in words]
+    if f"{{{TEXTURE}}}" not in named:
+        return None
+    # Of several of one name the last counts.
+    named = ["{*}" if name in named[n + 1 :] else name for n, name in enumerate(named)]
+    return "".join(a + b for a, b in zip(texts, [*named, end], strict=True))
+
+
+def _plainest(names: Sequence[str]) -> str:
+    """Return a pattern that takes the first folder, or else the name, for the texture."""
+    depth = max(name.count("/") for name in names)
+    end = Path(names[0]).suffix
+    return "/".join(["{texture}", *(f"{{run{n}}}" for n in range(1, depth + 1))]) + end
+
+
+def _signal(path: Path) -> tuple[list[str], list[str]]:
+    """Return lines and sentences on what is in a file, by the first."""
+    lines: list[str] = []
+    form = Signal()
+    if path.suffix.lower() == ".csv":
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
+            first = file.readline().strip()
+        separator = max(",;\t", key=first.count)
+        header = not all(_is_number(field) for field in first.split(separator))
+        form = Signal(separator=separator, header=header)
+        lines += [f"separator = {json.dumps(separator)}"] * (separator != ",")
+        lines += ["header = false"] * (not header)
+    table = read_table(path, form)
+    time = _time_in(table)
+    columns = ", ".join(table.columns)
+    lines += [
+        f"# Channels are all columns but the time; the file has {columns}.",
+        "# channels = []",
+    ]
+    if time is None:
+        said = "No column looks like times: fill in sample_rate_hz, which nothing can confirm."
+        return [*lines, "# sample_rate_hz = 100"], [said]
+    clock, said = _clock(table, time)
+    return [*lines, *clock], [said]
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _time_in(table: Table) -> str | None:
+    """Return the column named like a time, or else, of columns without names, one that rises."""
+    if named := [name for name in table.columns if _TIME.fullmatch(name.strip())]:
+        return named[0]
+    if len(table.values) < 2:
+        return None
+    rises = (np.diff(table.values, axis=0) > 0).mean(axis=0) > _RISES
+    unnamed = [n for n, one in zip(table.columns, rises, strict=True) if one and n.isdigit()]
+    return unnamed[0] if unnamed else None
+
+
+def _clock(table: Table, time: str) -> tuple[list[str], str]:
+    said = _TIME.fullmatch(time.strip())
+    unit = (said and said["unit"]) or "s"
+    key = time if time.isdigit() else json.dumps(time, ensure_ascii=False)
+    lines = [f"time = {key}", f'time_unit = "{unit}"']
+    times_ms = table.values[:, table.columns.index(time)] * Signal(time_unit=unit).time_ms
+    kept = times_ms[in_order(times_ms)]
+    step = np.diff(kept)
+    if not len(step):
+        return lines, f"Column {time} is taken for times in {unit}."
+    usual_ms, mean_ms = float(np.median(step)), float(step.mean())
+    sentence = f"Column {time} is taken for times in {unit}: rows {usual_ms:.3g} ms apart"
+    if len(kept) < len(times_ms) or (np.abs(step - usual_ms) > usual_ms / 2).any():
+        lines += [
+            "# Rows come unevenly: between them straight lines are drawn.",
+            f"resample_hz = {float(f'{1000 / mean_ms:.2g}'):g}",
+            f"# longest_gap_ms = {math.ceil(step.max())}  # as in the first file",
+        ]
+        sentence += f" (median), {mean_ms:.3g} in the mean, so they are resampled"
+    if kept[-1] - kept[0] < 1000 * _SHORT_S:
+        lines += ["# All of each file is used; of constant speed should be:", 'steady_s = "all"']
+    else:
+        lines += [
+            "# Of constant speed, s; else 2.5 s are left out at each end.",
+            "# steady_s = [1, 4]",
+        ]
+    return lines, f"{sentence}."

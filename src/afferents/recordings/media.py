@@ -1,14 +1,137 @@
-"""Files that hold a recording: videos of any container, folders of images, sound."""
+"""Files that hold a recording, folders of images among them, and patterns of their names."""
 
-from collections.abc import Collection, Iterator
+import glob
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
-from afferents.core.recording import natural_order
-from afferents.recordings.images import IMAGES
+import cv2
+import numpy as np
+
+from afferents.errors import InputError
+from afferents.store.recording import Frame, GreyImage, natural_order
+
+IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
+"""Endings of what is taken for an image."""
+
+
+_NUMBER = re.compile(r"\d+$")
+
+
+@dataclass(frozen=True)
+class ImageFolder:
+    """Images whose names end in numbers, such as ``frame_0001.png``: the frames of a video.
+
+    Implements `afferents.store.recording.Video`.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    fps_hz
+        Images a second, which nothing in the files says. A number that is missing is a frame that
+        was lost: the others keep their times.
+    """
+
+    path: Path
+    fps_hz: float
+
+    @cached_property
+    def numbered(self) -> dict[int, Path]:
+        """The images by their numbers, ascending.
+
+        Raises
+        ------
+        InputError
+            If there is none, or two have one number.
+        """
+        what = "a folder of numbered images"
+        if not self.path.is_dir():
+            raise InputError(self.path, what, "no such folder")
+        found: dict[int, Path] = {}
+        for path in sorted(self.path.iterdir()):
+            number = _NUMBER.search(path.stem) if path.suffix.lower() in IMAGES else None
+            if number is None or path.name.startswith("."):
+                continue
+            other = found.setdefault(int(number[0]), path)
+            if other != path:
+                raise InputError(
+                    self.path,
+                    "images with a number each",
+                    f"{other.name} and {path.name}",
+                    "move those that are not of this recording elsewhere",
+                )
+        if not found:
+            raise InputError(self.path, what, "none in it")
+        return dict(sorted(found.items()))
+
+    @cached_property
+    def _size(self) -> tuple[int, int]:
+        first = _read(next(iter(self.numbered.values())))
+        return first.shape[1], first.shape[0]
+
+    @property
+    def width(self) -> int:
+        """Width of the first image, px."""
+        return self._size[0]
+
+    @property
+    def height(self) -> int:
+        """Height of the first image, px."""
+        return self._size[1]
+
+    @property
+    def n_frames(self) -> int:
+        """How many images there are."""
+        return len(self.numbered)
+
+    @cached_property
+    def _step(self) -> int:
+        """From one number to the next, where none is missing."""
+        steps = np.diff(list(self.numbered))
+        return int(steps.min()) if len(steps) else 1
+
+    @property
+    def duration_s(self) -> float:
+        """From the first image to the end of the last, s."""
+        numbers = list(self.numbered)
+        return ((numbers[-1] - numbers[0]) / self._step + 1) / self.fps_hz
+
+    def frames(self) -> Iterator[Frame]:
+        """Read one image after the other.
+
+        Raises
+        ------
+        InputError
+            If one can't be read, or is of another size than the first.
+        """
+        first = next(iter(self.numbered))
+        for number, path in self.numbered.items():
+            image = _read(path)
+            if image.shape != (self.height, self.width):
+                found = f"{image.shape[1]}x{image.shape[0]}"
+                raise InputError(path, f"an image of {self.width}x{self.height} px", found)
+            yield Frame((number - first) / self._step / self.fps_hz, image)
+
+
+def _read(path: Path) -> GreyImage:
+    """Return an image in grey, (height, width) uint8."""
+    image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise InputError(path, "a readable image", "none in it")
+    return np.asarray(image, np.uint8)
+
+
+# Files that hold a recording: videos of any container, folders of images, sound.
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
+
+
 SOUNDS = frozenset({".wav", ".flac", ".ogg", ".aiff", ".aif", ".w64", ".rf64"})
 """Endings that are taken for videos and for sound; a file that is named may end otherwise."""
+
 
 _NAMED = 3
 
@@ -62,3 +185,106 @@ def named(root: Path, paths: Collection[Path]) -> str:
     shown = [str(path.relative_to(root)) for path in list(paths)[:_NAMED]]
     more = len(paths) - len(shown)
     return ", ".join(shown) + (f" and {more} more" if more else "")
+
+
+# Patterns of file names, such as ``{texture}/{speed}_{trial}.avi``.
+
+TEXTURE, SPEED = "texture", "speed"
+
+
+_PART = re.compile(r"\{([^{}]*)\}|(\*)")
+
+
+_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+_FORMS = {SPEED: r"\d+(?:\.\d+)?"}
+"""What may stand for a name; any part of a path for the others."""
+
+
+_HOW = "write it as {texture}/{speed}_{trial}.avi"
+
+
+class Pattern:
+    """A pattern of paths in a folder, in which names in braces stand for parts of a path.
+
+    >>> found = Pattern("{texture}_{speed}.avi").values("soft_felt_20.avi")
+    >>> found["texture"], found["speed"]
+    ('soft_felt', '20')
+
+    Raises
+    ------
+    InputError
+        If a brace is open, a name is missing or stands twice, or the path leads elsewhere.
+    """
+
+    def __init__(self, text: str, where: Path | str = "pattern") -> None:
+        self.text, self.where = text, where
+        self.names = [name for name, star in _PART.findall(text) if not star]
+        wrong = [name for name in self.names if not _NAME.fullmatch(name)]
+        parts = Path(text).parts
+        if wrong or re.search(r"[{}]", _PART.sub("", text)):
+            raise InputError(where, "a pattern with names in braces", f"'{text}'", _HOW)
+        if len(set(self.names)) < len(self.names):
+            raise InputError(where, "a pattern with each name once", f"'{text}'", _HOW)
+        if not parts or Path(text).is_absolute() or ".." in parts:
+            raise InputError(where, "a pattern of paths in the session's folder", f"'{text}'", _HOW)
+        self._short, self._long = (re.compile(self._regex(lazy)) for lazy in ("?", ""))
+
+    def _regex(self, lazy: str) -> str:
+        """Return the regular expression; names take as little as can be if `lazy`, else as much."""
+        made, end = "", 0
+        for part in _PART.finditer(self.text.rstrip("/")):
+            made += re.escape(self.text[end : part.start()])
+            form = _FORMS.get(part[1], rf"[^/]+{lazy}")
+            made += rf"[^/]*{lazy}" if part[2] else f"(?P<{part[1]}>{form})"
+            end = part.end()
+        return made + re.escape(self.text.rstrip("/")[end:])
+
+    def values(self, path: str) -> Mapping[str, str] | None:
+        """Return what the names stand for in a path; None if it is none of the pattern.
+
+        Raises
+        ------
+        InputError
+            If it can be read in two ways.
+        """
+        short, long = self._short.fullmatch(path), self._long.fullmatch(path)
+        if short is None or long is None:
+            return None
+        for name, value in short.groupdict().items():
+            if long[name] != value:
+                found = f"{path}, where {name} may be '{value}' or '{long[name]}'"
+                do = "choose a pattern with more of the names' letters in it, or list the files"
+                raise InputError(
+                    self.where, f"paths that '{self.text}' reads in one way", found, do
+                )
+        return short.groupdict()
+
+    def paths_in(self, root: Path) -> list[tuple[Path, Mapping[str, str]]]:
+        """Return the paths in a folder that it fits, with what its names stand for."""
+        is_folder = self.text.endswith("/")
+        literal = [glob.escape(text) for text in _PART.sub("\n", self.text.rstrip("/")).split("\n")]
+        found = []
+        for path in sorted(root.glob(re.sub(r"\*+", "*", "*".join(literal)))):
+            inner = path.relative_to(root)
+            if path.is_dir() != is_folder or any(part.startswith(".") for part in inner.parts):
+                continue
+            values = self.values(inner.as_posix())
+            if values is not None:
+                found.append((path, values))
+        return found
+
+    def filled(self, values: Mapping[str, str]) -> str:
+        """Return the path that names of these values give.
+
+        Raises
+        ------
+        InputError
+            If it has names that have none.
+        """
+        strange = [name for name in self.names if name not in values]
+        if strange or "*" in self.text:
+            expected = "the names of 'pattern' and no '*'"
+            raise InputError(self.where, expected, f"'{self.text}'", "use the same names in both")
+        return _PART.sub(lambda part: values[part[1]], self.text)

@@ -9,15 +9,17 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
-from afferents.core.files import write_text
-from afferents.core.results import Results
-from afferents.core.split import SPEED, key_of, split_of
-from afferents.core.spoilt import spoilt_by
-from afferents.core.steady import written
-from afferents.reporting.beside_paper import beside_paper
-from afferents.reporting.by_texture import by_texture_table
-from afferents.reporting.by_touch import by_touch_table
-from afferents.reporting.differences import differences
+from afferents.evaluation.results import Results
+from afferents.files import write_text
+from afferents.folds.corruption import spoilt_by
+from afferents.folds.held_out import SPEED, key_of, split_of
+from afferents.reporting.accuracy_figures import (
+    by_texture_table,
+    has_reliability,
+    lengths_table,
+    reliability_table,
+)
+from afferents.reporting.comparisons import beside_paper, by_touch_table, differences, touches_table
 from afferents.reporting.in_short import (
     beside_the_winner,
     headline,
@@ -35,20 +37,18 @@ from afferents.reporting.labels import (
     model_title,
     outcomes,
     percent,
+    texture_names,
 )
-from afferents.reporting.lengths import lengths_table
 from afferents.reporting.pictures import ReportFigure
 from afferents.reporting.published import CITATION
-from afferents.reporting.reliability import has_reliability, reliability_table
-from afferents.reporting.table import (
+from afferents.reporting.tables import (
     accuracy_by_speed,
     leak_sentences,
     leak_table,
     run_table,
     table1,
 )
-from afferents.reporting.texture_names import texture_names
-from afferents.reporting.touches import touches_table
+from afferents.store.trimming import written
 
 TEMPLATE = "report.html"
 

@@ -6,6 +6,7 @@ colour scale, as have the consecutive frames: on one scale the texture that drag
 would leave the others dark. A scale spans exactly the frames that it stands beside.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,22 +17,39 @@ from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from afferents.core import dims
-from afferents.core.dims import PIXELS, PIXELS_PER_FRAME
-from afferents.core.samples import Samples, textures_of
-from afferents.reporting.choice import example_textures, in_condition, speeds_of, spread
-from afferents.reporting.labels import speed_key
-from afferents.reporting.style import MISSING, SEQUENTIAL, VERMILION, frame_all, new_figure, styled
-from afferents.reporting.texture_names import texture_names
+from afferents import dims
+from afferents.dims import PIXELS, PIXELS_PER_FRAME
+from afferents.encodings.samples import Samples, textures_of
+from afferents.reporting.choice import Shown, example_textures, in_condition, speeds_of, spread
+from afferents.reporting.labels import speed_key, texture_names
+from afferents.reporting.style import (
+    INK,
+    MISSING,
+    SEQUENTIAL,
+    VERMILION,
+    frame_all,
+    new_figure,
+    styled,
+)
 
 SPEED = 50.0
 """Of the texture in panel B; the paper shows it at 10, 50 and 100 mm/s (`reporting.paper`)."""
+
+
 MOST_SPEEDS = 10
+
+
 N_CONSECUTIVE = 10
+
+
 FEW_SPEEDS = 3
 """Up to so many, panel B stands beside panel A; beneath it would leave the figure half empty."""
+
+
 _BAR = 0.11
 """Width of a colour bar, and what lies before it, as a share of an image's width."""
+
+
 _ARROWS = {"+x": (0.7, 0.0), "-x": (-0.7, 0.0), "+y": (0.0, 0.7), "-y": (0.0, -0.7)}
 """Sliding directions in the image: x to the right, y downwards."""
 
@@ -226,3 +244,92 @@ def name_axes(axes: Axes, sliding: str) -> None:
             xycoords="axes fraction",
             arrowprops={"arrowstyle": "->", "color": VERMILION, "lw": 1.6},
         )
+
+
+# Figures 8 and 10 as drawn: ten tactile images of each recording, one after the other.
+#
+# Panel A has the textures a, g and m at 50 mm/s, panel B the texture g at 10, 50 and 100 mm/s. The
+# paper speaks of ten consecutive frames; its code draws frames that are 20 apart. Both are drawn
+# here, each a figure of its own. As in the paper, all images of a figure have one colour scale;
+# here it spans just what is shown, where the paper's was taken from other frames and clips some.
+# Row is the rank of a marker in y and column that in x, as everywhere else; the paper's are the
+# transpose.
+
+N_FRAMES = 10
+
+
+SPACINGS = (20, 1)
+"""Frames from one image to the next: as the paper's code draws, and as its text says."""
+
+
+@dataclass(frozen=True)
+class FrameRow:
+    """A row of Figure 8 or 10.
+
+    Attributes
+    ----------
+    panel
+        `A` (textures) or `B` (speeds).
+    shown
+        Which recording it is of.
+    images
+        Shape (frame, row, column).
+    time_s
+        Of each frame since the first, s, (frame,).
+    """
+
+    panel: str
+    shown: Shown
+    images: NDArray[np.float32]
+    time_s: NDArray[np.float64]
+
+
+@styled
+def frames_figure(
+    rows: Sequence[FrameRow], title: str, unit: str, source: str, sliding: str = ""
+) -> Figure:
+    """Draw rows of tactile images on one colour scale.
+
+    Parameters
+    ----------
+    rows
+        Those of panel A, then those of panel B; of short recordings with fewer frames.
+    title
+        Of the figure.
+    unit
+        What the colours are, with the unit, such as `SA-I (px)`.
+    source
+        The line that says what the images were made from.
+    sliding
+        Direction in which the surface slides under the skin; empty where nothing declares it.
+    """
+    n_columns = max(len(row.images) for row in rows)
+    figure = new_figure(0.86 * n_columns + 1.5, 0.97 * len(rows) + 0.95, title, source)
+    grid = figure.subplots(len(rows), n_columns, squeeze=False)
+    images = [
+        [
+            TactileImage(image, f"{1000 * time:+.0f} ms" if number == 0 else "", row.shown.label)
+            for image, time in zip(row.images, row.time_s, strict=True)
+        ]
+        for number, row in enumerate(rows)
+    ]
+    low, high = scale_of([image for row in images for image in row])
+    for cells, row, content in zip(grid, rows, images, strict=True):
+        for axes, image in zip(cells, content, strict=False):
+            drawn = draw_image(axes, image, low, high)
+        for axes in cells[len(content) :]:
+            axes.set_axis_off()  # the recording is too short for ten frames
+        cells[0].set_ylabel(row.shown.label, rotation=0, ha="right", va="center", fontsize=8)
+    previous = ""
+    for cells, row in zip(grid, rows, strict=True):
+        if row.panel != previous:
+            cells[0].annotate(
+                row.panel, xy=(0, 1), xytext=(-46, 4), xycoords="axes fraction",
+                textcoords="offset points", fontsize=10, fontweight="bold", color=INK,
+            )  # fmt: skip
+        previous = row.panel
+    name_axes(grid[-1, len(rows[-1].images) - 1], sliding)
+    bar = figure.colorbar(drawn, ax=grid, fraction=0.016, pad=0.012, aspect=32)
+    bar.set_label(f"{unit}, one scale for all")
+    bar.outline.set_visible(False)
+    return figure

@@ -7,26 +7,30 @@ from typing import Any
 
 import numpy as np
 
-from afferents.core.dims import RA2
-from afferents.core.model import BEST, MODELS
-from afferents.core.split import key_of, split_of
+from afferents.dims import RA2
+from afferents.folds.held_out import key_of, split_of
+from afferents.models.model import BEST, MODELS
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
     groups_in,
+    interval_note,
     model_order,
     model_title,
     outcome,
     outcomes,
     percent,
+    texture_names,
 )
-from afferents.reporting.replicates import interval_note
-from afferents.reporting.table import mean_and_interval
-from afferents.reporting.texture_names import texture_names
+from afferents.reporting.tables import mean_and_interval
 
 WORST_SHOWN = 3
+
+
 STORE = "store"
 """Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
+
+
 ONLY_EVALUATED = frozenset({
     *("ridge-te", "order-te", "order-te-measured", "order-te-speed-known", "rocket-te"),
     *("spike-rate", "sa-spike-rate", "spike-timing", "spike-images", "three-stems"),

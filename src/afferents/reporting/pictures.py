@@ -11,23 +11,25 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from afferents.core.dims import NAMED_BY_SPACING
-from afferents.core.files import write_aside
-from afferents.core.results import Results
-from afferents.core.samples import Samples
-from afferents.core.split import SPEED
-from afferents.reporting.by_texture import by_texture_figure
+from afferents.dims import NAMED_BY_SPACING
+from afferents.encodings.samples import Samples
+from afferents.evaluation.results import Results
+from afferents.files import write_aside
+from afferents.folds.held_out import SPEED
+from afferents.reporting.accuracy_figures import (
+    by_texture_figure,
+    has_lengths,
+    has_reliability,
+    lengths_figure,
+    reliability_figure,
+    scaled,
+    speed_figure,
+)
 from afferents.reporting.confusion import LEAST_WRITTEN, confusion_figure, confusion_title
-from afferents.reporting.figure07 import StretchExample, figure07
-from afferents.reporting.figure12 import figure12
 from afferents.reporting.images import figure08, figure10
-from afferents.reporting.labels import outcomes, percent, source_line
-from afferents.reporting.lengths import has_lengths, lengths_figure
-from afferents.reporting.reliability import has_reliability, reliability_figure, scaled
-from afferents.reporting.replicates import drawn_over
-from afferents.reporting.speeds import speed_figure
+from afferents.reporting.labels import are_published, drawn_over, outcomes, percent, source_line
+from afferents.reporting.spectra import StretchExample, figure07, figure12
 from afferents.reporting.style import png_bytes
-from afferents.reporting.texture_names import are_published
 
 
 @dataclass(frozen=True)

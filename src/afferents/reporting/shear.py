@@ -1,17 +1,151 @@
-"""Global shear against the images without it: shares of variance, and texture told from each."""
+"""How much of the variance of tactile images is global shear, between textures and over time."""
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from afferents.core import dims
-from afferents.reporting.style import BLUE, GREY, ORANGE, SKY, new_figure, styled
-from afferents.reporting.table import Cell, Table
-from afferents.reporting.texture_names import texture_labels
+from afferents import dims
+from afferents.channels import CHANNELS, Channel
+from afferents.choices import Cut
+from afferents.encodings.moments import MomentEncoding
+from afferents.encodings.samples import Samples, concatenate, labels_of
+from afferents.encodings.wavenumbers import WavenumberEncoding
+from afferents.errors import InputError
+from afferents.evaluation.data import OpenedData
+from afferents.evaluation.encode import Source, has, kept_part, response_of
+from afferents.evaluation.intervals import (
+    Accuracy,
+    Difference,
+    bootstrap_interval,
+    paired_difference,
+)
+from afferents.files import Place, write_json
+from afferents.folds.held_out import SPEED
+from afferents.models.fit_solved import named_when_left_out
+from afferents.outputs import require_picture_folder
+from afferents.progress import Progress
+from afferents.recordings.data_set import Data
+from afferents.reporting.explain import Explanation
+from afferents.reporting.labels import texture_labels
+from afferents.reporting.style import BLUE, GREY, ORANGE, SKY, new_figure, save_figure, styled
+from afferents.reporting.tables import Cell, Table
+from afferents.store.recording import natural_order
+from afferents.store.responses import (
+    Responses,
+    named_by_spacing,
+    read_whole,
+    speed_of,
+    speeds_of,
+    textures_of,
+)
+
+Floats = NDArray[np.float64]
+
+
+class Shares(NamedTuple):
+    """Variances of the displacement, px squared, mean over markers, x and y together.
+
+    Attributes
+    ----------
+    shift, gradients
+        Of the mean displacement, and of the plane's four gradients: together the global shear.
+    local
+        Of what is left of the images without it.
+    """
+
+    shift: float
+    gradients: float
+    local: float
+
+    @property
+    def total(self) -> float:
+        """The variance of the images."""
+        return self.shift + self.gradients + self.local
+
+    @property
+    def shear(self) -> float:
+        """Share of the global shear in it, 0 to 1; NaN where nothing varies."""
+        return (self.shift + self.gradients) / self.total if self.total > 0 else float("nan")
+
+
+class Moving(NamedTuple):
+    """What a recording's displacement is on average, and how it varies over time.
+
+    Attributes
+    ----------
+    mean
+        (marker, space), px.
+    over_time
+        Its variances over the frames.
+    """
+
+    mean: Floats
+    over_time: Shares
+
+
+def plane_basis(rest: NDArray[np.floating]) -> Floats:
+    """Return an orthonormal basis (marker, 3) of planes over places (marker, space); 1 is first."""
+    places = np.column_stack([np.ones(len(rest)), rest - rest.mean(axis=0)])
+    return np.asarray(np.linalg.qr(places.astype(np.float64))[0])
+
+
+def variances(fields: NDArray[np.floating], basis: Floats) -> Shares:
+    """Return the variances of displacement fields, (n, marker, space), over the n."""
+    varying = fields - fields.mean(axis=0, dtype=np.float64)
+    power = np.square(np.einsum("mb,nms->bns", basis, varying)).sum(axis=2).mean(axis=1)
+    power /= len(basis)
+    total = float(np.square(varying).sum(axis=(1, 2)).mean() / len(basis))
+    shift, gradients = float(power[0]), float(power[1:].sum())
+    return Shares(shift, gradients, max(0.0, total - shift - gradients))
+
+
+def moving(displacement: NDArray[np.floating], basis: Floats) -> Moving:
+    """Return mean and variances over time of a recording's displacement, (time, marker, space)."""
+    mean = displacement.mean(axis=0, dtype=np.float64)
+    return Moving(np.asarray(mean), variances(displacement, basis))
+
+
+def variance_shares(
+    recordings: Mapping[tuple[str, float], list[Moving]], basis: Floats
+) -> dict[str, Shares]:
+    """Return the variances between textures, between speeds, and over time.
+
+    Between textures: of the recordings' means at one speed, mean over speeds. Between speeds: of
+    one texture. Over time: within recordings.
+
+    Parameters
+    ----------
+    recordings
+        Of every texture and speed.
+    basis
+        See `plane_basis`.
+    """
+    means = {key: np.mean([one.mean for one in found], axis=0) for key, found in recordings.items()}
+    times = [one.over_time for found in recordings.values() for one in found]
+    return {
+        "between textures": _between(means, 0, basis),
+        "between speeds": _between(means, 1, basis),
+        "over time": Shares(*np.mean(times, axis=0).tolist()),
+    }
+
+
+def _between(means: Mapping[tuple[str, float], Floats], which: int, basis: Floats) -> Shares:
+    """Return the variances between keys that differ in one place alone, mean over the other."""
+    others = dict.fromkeys(key[1 - which] for key in means)
+    fields = [np.stack([m for key, m in means.items() if key[1 - which] == one]) for one in others]
+    return Shares(*np.mean([variances(f, basis) for f in fields if len(f) > 1], axis=0).tolist())
+
+
+# Global shear against the images without it: shares of variance, and texture told from each.
 
 _PARTS = (("mean displacement", BLUE), ("its gradients", SKY), ("the rest", ORANGE))
 
@@ -123,3 +257,323 @@ def _draw_drag(axes: Axes, figure: Figure, drag_px: xr.DataArray) -> None:
     axes.set_xlabel("speed (mm/s)")
     axes.set_title("how far the skin is dragged", loc="left")
     figure.colorbar(drawn, ax=axes, label="mean displacement (px)")
+
+
+# Whether texture is in the global shear, or in the images without it: `explain --shear`.
+#
+# The paper says that its images are dominated by global shear, a cue of friction, and that this
+# tells textures (Pestell & Lepora 2022, Discussion). Two questions ask it of any store: how much
+# of the images' variance is global shear, and how well texture is told, at speeds not learnt from,
+# by the shear alone, by the images without it, and by both.
+
+FACTS = "shear.json"
+
+
+MOST_RUNS = 200
+"""Of a recording, spread evenly, that are learnt from: as many as it takes to be quick."""
+
+
+ENCODED = {
+    "shear": Source(CHANNELS[dims.SHEAR], MomentEncoding()),
+    "markers": Source(CHANNELS[dims.SA1_LOCAL], MomentEncoding()),
+    "waves": Source(CHANNELS[dims.SA1_LOCAL], WavenumberEncoding()),
+}
+"""What samples of ten frames are made of: the shear, and twice the images without it."""
+
+
+SHEAR, WITHOUT, BOTH = "global shear alone", "images without it", "both"
+
+
+ASKED = {
+    SHEAR: ("shear",),
+    WITHOUT: ("markers", "waves"),
+    "... marker by marker": ("markers",),
+    "... as waves": ("waves",),
+    BOTH: ("shear", "markers", "waves"),
+}
+"""What texture is asked of."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What one recording shows.
+
+    Attributes
+    ----------
+    samples
+        By the names of `ENCODED`, of the same runs of frames.
+    moved
+        How its displacement varies.
+    drag_px
+        Mean length of the mean displacement.
+    """
+
+    samples: Mapping[str, Samples]
+    moved: Moving
+    drag_px: float
+
+
+class Named(NamedTuple):
+    """What came out of one of `ASKED`: its accuracy, and what it took each sample for."""
+
+    accuracy: Accuracy
+    by_speed: dict[str, float]
+
+
+def explain_shear_of(data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
+    """Say how much of the images is global shear, and how well texture is told with and without it.
+
+    Parameters
+    ----------
+    out
+        Folder for the picture and `shear.json`.
+
+    Raises
+    ------
+    InputError
+        If the data have no markers, recordings without a speed, fewer than two textures or speeds,
+        or a texture at one speed alone.
+    """
+    require_picture_folder(out, FACTS)
+    recordings, where = list(data.responses), data.origin.source
+    _require_enough(recordings, where)
+    asked = {name: source for name, source in ENCODED.items() if has(recordings[0], source)}
+    basis = plane_basis(recordings[0][dims.REST_POSITION].values)
+    felt = [
+        _felt(responses, asked, basis, cut, where)
+        for responses in progress.track(recordings, "shear", len(recordings))
+    ]
+    shares = variance_shares(_by_texture_and_speed(recordings, [one.moved for one in felt]), basis)
+    with progress.task("learning", 1) as mark:
+        named = _named([one.samples for one in felt])
+        mark(1)
+    drag = _drag(recordings, [one.drag_px for one in felt])
+    return _written(data, out, shares, named, drag)
+
+
+def _require_enough(recordings: Sequence[Responses], where: str) -> None:
+    """Refuse data that can't be asked."""
+    for responses in recordings:
+        name = responses.attrs["name"]
+        if not {dims.POSITION, dims.REST_POSITION} <= set(responses.variables):
+            raise InputError(where, "recordings of markers", f"none in {name}")
+        if speed_of(responses) is None:
+            raise InputError(where, "the speed of every recording", f"none of {name}")
+    for what, there in (("textures", textures_of(recordings)), ("speeds", speeds_of(recordings))):
+        if len(there) < 2:
+            raise InputError(where, f"at least 2 {what}", f"{len(there)}")
+    n_speeds = Counter(
+        texture for texture, _ in {(str(r.attrs[dims.TEXTURE]), speed_of(r)) for r in recordings}
+    )
+    for texture, n in n_speeds.items():
+        if n < 2:
+            raise InputError(where, "each texture at 2 speeds or more", f"{texture} at one")
+
+
+def _felt(
+    responses: Responses, asked: Mapping[str, Source], basis: NDArray[np.float64], cut: Cut,
+    where: str,
+) -> Felt:  # fmt: skip
+    """Return what a recording shows; its markers are read once."""
+    if responses.sizes[dims.MARKER] != len(basis):
+        found = f"{responses.sizes[dims.MARKER]} in {responses.attrs['name']}"
+        raise InputError(where, f"{len(basis)} markers in every recording", found)
+    read = responses.assign({dims.POSITION: read_whole(responses, dims.POSITION)})
+    shear = asked["shear"]
+    kept = kept_part(read, shear, cut)
+
+    def of(channel: Channel) -> xr.DataArray:
+        return response_of(read, shear._replace(channel=channel))
+
+    moved = of(CHANNELS[dims.SA1_VECTOR]).isel({dims.TIME: kept})
+    responses_of = {name: of(source.channel) for name, source in asked.items()}
+    drag = responses_of["shear"].isel({dims.TIME: kept}).sel({dims.SHEAR: ["shift_x", "shift_y"]})
+    return Felt(
+        {name: _some(responses_of[name], source, kept) for name, source in asked.items()},
+        moving(moved.transpose(dims.TIME, dims.MARKER, dims.SPACE).values, basis),
+        float(np.linalg.norm(drag.mean(dims.TIME).values)),
+    )
+
+
+def _some(response: xr.DataArray, source: Source, kept: slice) -> Samples:
+    """Return up to `MOST_RUNS` samples of a recording, evenly spread, their dims flattened."""
+    samples = source.encoding.samples(response, kept, source.channel.lookback)
+    n = min(MOST_RUNS, len(samples))
+    some = samples.isel({dims.SAMPLE: np.linspace(0, len(samples) - 1, n).round().astype(int)})
+    coords = {name: some[name] for name in dims.SAMPLE_COORDS}
+    return xr.DataArray(some.values.reshape(n, -1), coords, (dims.SAMPLE, dims.FEATURE))
+
+
+def _by_texture_and_speed(
+    recordings: Sequence[Responses], found: Sequence[Any]
+) -> dict[tuple[str, float], list[Any]]:
+    """Return what was found of recordings by their texture and speed."""
+    by: dict[tuple[str, float], list[Any]] = {}
+    for responses, one in zip(recordings, found, strict=True):
+        key = (str(responses.attrs[dims.TEXTURE]), float(responses.attrs[dims.SPEED]))
+        by.setdefault(key, []).append(one)
+    return by
+
+
+def _named(felt: Sequence[Mapping[str, Samples]]) -> dict[str, Named]:
+    """Return what textures are taken for, each speed held out in turn, by what is asked."""
+    samples = {name: concatenate([one[name] for one in felt]) for name in felt[0]}
+    stops = np.cumsum([0, *(part.shape[1] for part in samples.values())])
+    columns = {name: np.arange(*stops[i : i + 2]) for i, name in enumerate(samples)}
+    asked = {title: names for title, names in ASKED.items() if set(names) <= set(samples)}
+    if WITHOUT not in asked:  # markers that stand in no image
+        asked |= {WITHOUT: ("markers",), BOTH: ("shear", "markers")}
+        del asked["... marker by marker"]
+    labelled = samples["shear"]
+    speeds, labels = labelled[dims.SPEED].values, labels_of(labelled)
+    found = named_when_left_out(
+        np.concatenate([part.values for part in samples.values()], axis=1),
+        labels,
+        np.unique(speeds, return_inverse=True)[1],
+        [np.concatenate([columns[name] for name in names]) for names in asked.values()],
+    )
+    given = {SPEED.column: speeds, dims.RECORDING: labelled[dims.RECORDING].values}
+    return {
+        title: _outcome(pd.DataFrame({**given, "true_texture": labels, "predicted_texture": one}))
+        for title, one in zip(asked, found, strict=True)
+    }
+
+
+def _outcome(table: pd.DataFrame) -> Named:
+    right = (table["true_texture"] == table["predicted_texture"]).groupby(table[SPEED.column])
+    return Named(Accuracy(table), {f"{v:g}": float(share) for v, share in right.mean().items()})
+
+
+def _drag(recordings: Sequence[Responses], drag_px: Sequence[float]) -> xr.DataArray:
+    """Return how far each texture drags the skin, (texture, speed), px; NaN where not recorded."""
+    found = {k: np.mean(v) for k, v in _by_texture_and_speed(recordings, drag_px).items()}
+    textures = sorted({texture for texture, _ in found}, key=natural_order)
+    speeds = speeds_of(recordings)
+    values = [[found.get((texture, v), np.nan) for v in speeds] for texture in textures]
+    return xr.DataArray(values, {dims.TEXTURE: textures, dims.SPEED: speeds})
+
+
+def _written(
+    data: OpenedData, out: Path, shares: dict[str, Shares], named: dict[str, Named],
+    drag: xr.DataArray,
+) -> Explanation:  # fmt: skip
+    """Draw the picture, write the numbers, and say what they mean."""
+    drag = drag.assign_attrs(named_by_spacing(data.responses))
+    chance = 1 / drag.sizes[dims.TEXTURE]
+    intervals = {title: bootstrap_interval(one.accuracy) for title, one in named.items()}
+    accuracies = {
+        title: (one.accuracy.mean(), intervals[title].low, intervals[title].high)
+        for title, one in named.items()
+    }
+    losses = {
+        title: paired_difference(named[BOTH].accuracy, named[other].accuracy)
+        for title, other in (("without the shear", WITHOUT), ("with the shear alone", SHEAR))
+    }
+    n = len(data.responses)
+    kind = "simulated " if data.origin.simulated else ""
+    source = (
+        f"{kind}{data.origin.data_set.path.name}: {n} recordings, {drag.sizes[dims.TEXTURE]} "
+        f"textures, {drag.sizes[dims.SPEED]} speeds, each held out in turn"
+    )
+    shown = ShearFigure(
+        {name: tuple(100 * np.array(found) / found.total) for name, found in shares.items()},
+        {name: found.total**0.5 for name, found in shares.items()},
+        accuracies, chance, drag, source,
+    )  # fmt: skip
+    picture = save_figure(shear_figure(shown), out / "shear.png")
+    facts = {
+        "data": data.origin.describe(),
+        "chance": chance,
+        "variances_px2": {name: found._asdict() for name, found in shares.items()},
+        "accuracy": {
+            title: {"mean": mean, "ci95": [low, high], "by_speed": named[title].by_speed}
+            for title, (mean, low, high) in accuracies.items()
+        },
+        "lost": {title: found.describe() for title, found in losses.items()},
+        "drag_px": {str(one[dims.TEXTURE].item()): one.values.tolist() for one in drag},
+        "speeds_mm_s": drag[dims.SPEED].values.tolist(),
+    }
+    write_json(out / FACTS, facts)
+    between = shares["between textures"].shear
+    sentences = [
+        f"Of what differs between textures in the images, {100 * between:.0f}% of the variance is "
+        f"global shear; over time, {100 * shares['over time'].shear:.0f}%.",
+        meaning(accuracies, chance, *losses.values()),
+    ]
+    return Explanation(sentences, [picture], facts, list(shear_tables(shown)))
+
+
+def meaning(
+    accuracies: Mapping[str, tuple[float, float, float]],
+    chance: float,
+    without_shear: Difference,
+    shear_alone: Difference,
+) -> str:
+    """Say in a sentence what carries the texture.
+
+    Parameters
+    ----------
+    accuracies
+        Mean, and the ends of its interval, of what is asked.
+    without_shear, shear_alone
+        How much more accurate both together are than the images without shear, and than the shear.
+    """
+    if all(accuracies[title][1] <= chance for title in (SHEAR, WITHOUT, BOTH)):
+        return "Texture is not told from chance here, with the global shear or without it."
+    shear_adds, rest_adds = without_shear.low > 0, shear_alone.low > 0
+    if shear_adds and rest_adds:
+        points = 100 * without_shear.mean, 100 * shear_alone.mean
+        return (
+            "Texture is told from both: {:.1f} points are lost without the global shear, {:.1f} "
+            "without the rest of the images.".format(*points)
+        )
+    if shear_adds:
+        return (
+            "The global shear carries the texture: the rest of the images adds nothing to it that "
+            "these data show."
+        )
+    if rest_adds:
+        return (
+            "The images carry the texture without the global shear: it adds nothing to them that "
+            "these data show."
+        )
+    return "The global shear alone and the images without it tell texture as well as both together."
+
+
+def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> "Explanation":
+    """Say whether texture is in the global shear of the skin, or in the images without it.
+
+    No model is needed: small ones are learnt, at all speeds but one in turn. It is what
+    ``explain --shear`` does at the command line.
+
+    Parameters
+    ----------
+    data
+        An extracted store.
+    out
+        Folder for the picture and ``shear.json``.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Explanation
+        Sentences, a picture, tables, and numbers.
+
+    Raises
+    ------
+    InputError
+        If the data have no markers, unknown speeds, or fewer than two textures or speeds.
+
+    Examples
+    --------
+    >>> explain_shear("responses.zarr", "shear").pictures
+    [PosixPath('shear/shear.png')]
+    """
+    from afferents.evaluation.data import open_data
+
+    with Progress(quiet) as progress:
+        (opened,) = open_data([data], progress=progress)
+        return explain_shear_of(opened, Path(out), cut, progress)

@@ -5,8 +5,8 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from afferents.core.choices import Remount
-from afferents.core.errors import InputError
+from afferents.choices import Remount
+from afferents.errors import InputError
 from afferents.rig.camera import Camera
 from afferents.rig.drive import Drive
 from afferents.rig.microphone import Microphone
@@ -100,6 +100,7 @@ NUISANCES = {
     "roll": ("camera", "roll_deg"),
 }
 """Each nuisance's strength: section and field of `Rig`; 0 is off."""
+
 
 HARD = {
     "indentation": 0.25,

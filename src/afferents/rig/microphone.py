@@ -15,11 +15,15 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.signal import butter, resample_poly, sosfilt
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 
 SAMPLE_RATE_HZ = 44100
 """Paper, section 2.1."""
+
+
 _FULL_SCALE = 32767
+
+
 _MOTOR_LINES = 8
 
 

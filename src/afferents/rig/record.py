@@ -1,31 +1,79 @@
-"""Recording the rig: a run becomes a folder with its video, sound, drive's log and truth."""
+"""Videos: JPEGs in mp4, as cameras give them, with the times at which the frames were taken.
 
-from collections.abc import Iterator
+A frame is coded by itself. So no motion is held back, as by encoders that skip what hardly changed,
+and the marker noise of the camera arrives as it was drawn.
+"""
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
+import av
+import cv2
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from afferents.core.drum import DRIVE, Drum, write_drive
-from afferents.core.errors import InputError
-from afferents.core.files import holds_only, write_aside
-from afferents.core.recording import GreyImage
-from afferents.rig.camera import project
+from afferents.errors import InputError
+from afferents.files import holds_only, write_aside
+from afferents.rig.camera import Camera, Renderer, project
 from afferents.rig.config import Rig
 from afferents.rig.drive import STEADY_S
-from afferents.rig.film import write_film
 from afferents.rig.microphone import write_wav
-from afferents.rig.render import Renderer
-from afferents.rig.run import CAMERA, MARKERS, Simulated, random_of, simulate
+from afferents.rig.run import CAMERA, MARKERS, Simulated, random_of, simulate_run
 from afferents.rig.surface import Surface
+from afferents.store.drum_path import DRIVE, Drum, write_drive
+from afferents.store.recording import GreyImage
+
+_TICKS_HZ = 90_000
+
+
+_TIME_BASE = Fraction(1, _TICKS_HZ)
+
+
+def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Camera) -> None:
+    """Write a video.
+
+    Parameters
+    ----------
+    frames
+        Time in s (kept to 1/90000 s, ascending) and grey image (height, width) of each frame.
+
+    Raises
+    ------
+    OSError
+        If the disk is full.
+    """
+    options = dict.fromkeys(("video_track_timescale", "movie_timescale"), str(_TICKS_HZ))
+    quality = [cv2.IMWRITE_JPEG_QUALITY, camera.jpeg_quality]
+    with av.open(f"file:{path}", "w", format="mp4", options=options) as container:
+        stream = container.add_mux_stream(
+            "mjpeg", rate=round(camera.fps_hz), width=camera.width, height=camera.height
+        )
+        stream.time_base = _TIME_BASE
+        for time_s, image in frames:
+            _, data = cv2.imencode(".jpg", image, quality)
+            packet = av.Packet(data.tobytes())
+            packet.stream, packet.time_base = stream, _TIME_BASE
+            packet.pts = packet.dts = round(time_s * _TICKS_HZ)
+            packet.is_keyframe = True
+            container.mux(packet)
+
+
+# Recording the rig: a run becomes a folder with its video, sound, drive's log and truth.
 
 VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
+
+
 RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE)
 """Says which folder is an earlier recording, that may be replaced."""
+
+
 _TIP = 361
 """There is one fingertip: how its markers look is drawn from this seed, and no other."""
+
+
 REFERENCE_S = 0.5
 """Length of the reference clip of the skin at rest, s."""
 
@@ -61,7 +109,7 @@ def record(
         raise InputError(
             "--seconds", f"more than {STEADY_S:g}, when the speed is steady", f"{seconds:g}"
         )
-    run = simulate(rig, texture, surface, speed_mm_s, seconds, seed)
+    run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed)
     position_px = project(run.position_mm, rig.camera)
     _require_inside(position_px, rig, folder)
     filmed_px = filmed_positions(rig, run.position_mm, texture, speed_mm_s, seed)

@@ -8,24 +8,30 @@ from typing import Any
 
 import numpy as np
 
-from afferents.core.choices import Nodules, Remount, Size
-from afferents.core.errors import InputError
-from afferents.core.recording import LETTERS, natural_order
-from afferents.core.version import __version__
+from afferents.choices import Nodules, Remount, Size
+from afferents.errors import InputError
 from afferents.rig.config import DEEPEST_MM, HARD, NUISANCES, Rig
 from afferents.rig.drive import STEADY_S
 from afferents.rig.drums import height_map, texture_name
 from afferents.rig.run import draw
 from afferents.rig.surface import Surface
+from afferents.store.recording import LETTERS, natural_order
+from afferents.version import __version__
 
 _SPEEDS: dict[Size, tuple[float, ...]] = {
     # No two neighbours more than a factor 2 apart, which stretching spectra can bridge.
     "quick": (10, 20, 40, 70, 100),
     "paper": tuple(range(10, 101, 10)),
 }
+
+
 _SECONDS: dict[Size, float] = {"quick": 7.5, "paper": 65.0}
+
+
 RIGS_OWN = "tip_b"
 """Sensor whose pins the rig has if no other is asked for."""
+
+
 RUNS = "runs"
 """Key of what was drawn for each run; it follows from the rest of the configuration."""
 

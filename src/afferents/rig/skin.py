@@ -1,50 +1,150 @@
-"""The skin: a lattice of pins, pressed on a drum and dragged along by friction.
+"""Any layout of pins as a mesh: which are neighbours, and how strongly each acts on the other.
 
-Each node is a pin with its share of skin: 19 x 19 in a square lattice, or any others (`mesh`). In
-the normal direction it is
-penetrated by the drum, and a standard linear solid turns penetration into pressure. In its
-plane it is a damped mass on a spring, coupled to its neighbours, pushed outwards where the
-pressure falls off, and dragged by friction with a bristle model. Stick and slip are not put
-in; they come out.
-
-    penetration  d_i = depth - x_i^2 / 2R - y_i^2 / 2R_tip - tilt - recess_i + h(x_i + u_i - s)
-    pressure     p_i = k_n max(0, d_i + a (d_i - q_i)),   dq_i/dt = (d_i - q_i) / tau
-    bristles     dz/dt = w - s0 |w| z / g(|w|),           w = drum velocity - du_i/dt
-                 g(w) = m_k + (m_s - m_k) / (1 + (w / w_s)^2)
-    tangential   F_i = p_i (s0 z + s1 dz/dt + s2 w - grad h)
-    motion       m d2u_i/dt2 = F_i - k u_i - c du_i/dt + k_c sum_j (u_j - u_i) - b grad p_i
-
-with s the slide of the drum in mm, h what a nodule feels of the surface, R the radius of drum
-and tip together, and sums over the
-four neighbours. The last term of F is the slope of the surface, whose normal force does not
-point straight up. The friction law is that of Canudas de Wit,
-Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), with the Stribeck curve as
-a rational function, which costs no exponential.
+The square lattice's equations (see `skin`) are those of a sheet, with the constants of a node that
+has 1.2 x 1.2 mm of it. Here the same sheet is cut into the pins' Voronoi cells (finite volumes;
+Eymard, Gallouet & Herbin, Handbook of Numerical Analysis VII, 2000): an edge of length l between
+nodes at the distance d couples them by k_c l / d, and the mean pressure of both pushes through it.
+On a square lattice l = d, and these are the lattice's equations again. What a node has by itself
+(mass, springs, contact) grows with its cell, so its motion does not depend on that.
 """
 
 import math
 from functools import lru_cache
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from scipy.spatial import ConvexHull, Voronoi, cKDTree
 
 from afferents.rig.kernel import N_SIDE
-from afferents.rig.mesh import Mesh, mesh_of
 from afferents.rig.surface import WIDTH_MM
+
+_RIM, _RIM_REACH = 0.8, 4.0
+"""From where to where imagined pins surround a layout, in distances between neighbours."""
+
+
+_NO_EDGE_MM = 1e-6
+
+
+class Mesh(NamedTuple):
+    """Pins and their neighbours; where a pin has fewer than others, it is its own with factors 0.
+
+    Attributes
+    ----------
+    neighbour
+        Index of each, (n_nodes, most_neighbours).
+    coupling
+        Factor on the stiffness to each, (n_nodes, most_neighbours); 1 on the square lattice.
+    push
+        Factor on the push by each, along x and y, (n_nodes, most_neighbours, 2); there a unit
+        vector.
+    share
+        Area of a node's cell over that of the lattice's nodes, (n_nodes,).
+    """
+
+    neighbour: NDArray[np.int32]
+    coupling: NDArray[np.float32]
+    push: NDArray[np.float32]
+    share: NDArray[np.float64]
+
+
+def mesh_of(pins_mm: NDArray[np.float64], pitch_mm: float) -> Mesh:
+    """Return the mesh of pins; nothing pulls at the outermost from outside.
+
+    Parameters
+    ----------
+    pins_mm
+        Shape (n, 2), mm.
+    pitch_mm
+        Of the square lattice whose nodes the constants are for, mm.
+    """
+    n = len(pins_mm)
+    # Imagined pins all round, so that the outermost have cells like those of the others.
+    cells = Voronoi(np.concatenate([pins_mm, _rim(pins_mm)]))
+    corners = (cells.vertices[cells.regions[region]] for region in cells.point_region[:n])
+    area = np.array([ConvexHull(corner).volume for corner in corners])
+    pairs, length = _edges(cells, n)
+    pin, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+    order = np.argsort(pin, kind="stable")
+    pin, other = pin[order], other[order]
+    place = np.arange(len(pin)) - np.searchsorted(pin, pin)
+    way = pins_mm[pin] - pins_mm[other]
+    weight = np.tile(length, 2)[order] / np.hypot(*way.T) / area[pin]
+    shape = (n, int(place.max()) + 1)
+    neighbour = np.repeat(np.arange(n, dtype=np.int32)[:, None], shape[1], axis=1)
+    coupling, push = np.zeros(shape, np.float32), np.zeros((*shape, 2), np.float32)
+    neighbour[pin, place] = other
+    coupling[pin, place] = weight * pitch_mm**2
+    push[pin, place] = weight[:, None] * way * pitch_mm
+    return Mesh(neighbour, coupling, push, area / pitch_mm**2)
+
+
+def _rim(pins_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return imagined pins round a layout, (n, 2), mm, about as far apart as its own."""
+    tree = cKDTree(pins_mm)
+    pitch = float(np.median(tree.query(pins_mm, k=2)[0][:, 1]))
+    reach = _RIM_REACH * pitch
+    low, high = pins_mm.min(axis=0) - reach, pins_mm.max(axis=0) + reach
+    x, y = (np.arange(a, b, pitch) for a, b in zip(low, high, strict=True))
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return np.asarray(places[tree.query(places)[0] > _RIM * pitch])
+
+
+def _edges(cells: Voronoi, n: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return which of the first n points are neighbours, (edge, 2), and the edges' lengths, mm."""
+    pairs = np.asarray(cells.ridge_points)
+    inner = np.asarray((pairs < n).all(axis=1))
+    ends = np.array(
+        [ends for ends, its in zip(cells.ridge_vertices, inner.tolist(), strict=True) if its]
+    )
+    length = np.hypot(*(cells.vertices[ends[:, 0]] - cells.vertices[ends[:, 1]]).T)
+    there = length > _NO_EDGE_MM
+    return pairs[inner][there], length[there]
+
+
+# The skin: a lattice of pins, pressed on a drum and dragged along by friction.
+#
+# Each node is a pin with its share of skin: 19 x 19 in a square lattice, or any others (`mesh`). In
+# the normal direction it is
+# penetrated by the drum, and a standard linear solid turns penetration into pressure. In its
+# plane it is a damped mass on a spring, coupled to its neighbours, pushed outwards where the
+# pressure falls off, and dragged by friction with a bristle model. Stick and slip are not put
+# in; they come out.
+#
+#     penetration  d_i = depth - x_i^2 / 2R - y_i^2 / 2R_tip - tilt - recess_i + h(x_i + u_i - s)
+#     pressure     p_i = k_n max(0, d_i + a (d_i - q_i)),   dq_i/dt = (d_i - q_i) / tau
+#     bristles     dz/dt = w - s0 |w| z / g(|w|),           w = drum velocity - du_i/dt
+#                  g(w) = m_k + (m_s - m_k) / (1 + (w / w_s)^2)
+#     tangential   F_i = p_i (s0 z + s1 dz/dt + s2 w - grad h)
+#     motion       m d2u_i/dt2 = F_i - k u_i - c du_i/dt + k_c sum_j (u_j - u_i) - b grad p_i
+#
+# with s the slide of the drum in mm, h what a nodule feels of the surface, R the radius of drum
+# and tip together, and sums over the
+# four neighbours. The last term of F is the slope of the surface, whose normal force does not
+# point straight up. The friction law is that of Canudas de Wit,
+# Olsson, Astrom & Lischinsky (IEEE Trans. Autom. Control 40:419, 1995), with the Stribeck curve as
+# a rational function, which costs no exponential.
 
 PHYSICS_RATE_HZ = 8820.0
 """Steps a second: a fifth of the microphone's sample rate, 98 to a frame at 90 fps."""
+
+
 _OUTERMOST_MM = WIDTH_MM / 2 - 4
 """Pins farther out would leave the drum where it stands off."""
+
+
 FEWEST_PINS = 4
+
+
 _TIP = 21
 """There is one fingertip: what its pins are like is drawn from this seed, and no other.
 
 The first whose draw is level at the bumps' wavelengths (x = 2 to 6 mm), so that the tip's own grain
 is not taken for a pattern.
 """
+
+
 MN_PER_MG = 1e6
 """1 mN accelerates 1 mg by 1e6 mm/s^2."""
 

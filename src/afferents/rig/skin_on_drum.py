@@ -9,22 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.rig.kernel import (
-    FIRST,
-    N_SIDE,
-    ROW,
-    SPAN,
-    STATES,
-    Constants,
-    advance,
-    advance_mesh,
-)
+from afferents.rig.kernel import FIRST, N_SIDE, ROW, SPAN, STATES, Constants, advance, advance_mesh
 from afferents.rig.skin import MN_PER_MG, PHYSICS_RATE_HZ, Skin
 from afferents.rig.surface import WIDTH_MM, Surface
 
 Floats = NDArray[np.float32]
 
+
 _MARGIN_MM = WIDTH_MM / 2
+
+
 _NO_CONTACT_MM = 1e3
 
 

@@ -1,7 +1,5 @@
-"""Spikes of artificial and natural afferents: units that fire, and what is asked of them."""
+"""Spikes of artificial afferents: units that fire, and what drives them."""
 
-from afferents.spikes.artificial import artificial_spikes
-from afferents.spikes.neo import from_neo, to_neo
-from afferents.spikes.population import Spikes
+import lazy_loader
 
-__all__ = ["Spikes", "artificial_spikes", "from_neo", "to_neo"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

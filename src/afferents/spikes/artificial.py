@@ -5,13 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pandas as pd
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.responses import Responses, steady_s
+from afferents import dims
+from afferents.errors import InputError
+from afferents.spikes.afferents import AfferentClass, Input, afferent_classes
 from afferents.spikes.population import Spikes, joined
-from afferents.spikes.units import UNIT_MODELS, AfferentClass, Drive, afferent_classes
-from afferents.spikes.units.base import Fired
-from afferents.spikes.units.inputs import Input
+from afferents.spikes.units import UNIT_MODELS, Drive, Fired
+from afferents.store.responses import Responses, steady_s
 
 _SHORTEST_S = 0.1
 
@@ -36,7 +35,7 @@ def artificial_spikes(
     Parameters
     ----------
     recordings
-        Responses as `core.store.open_responses` yields them.
+        Responses as `store.zarr_store.open_responses` yields them.
     model
         Of a unit: ``izhikevich`` or ``lif``; see `spikes.units`.
     seed

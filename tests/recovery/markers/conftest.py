@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.core.recording import Frame, GreyImage
+from afferents.store.recording import Frame, GreyImage
 
 WIDTH, HEIGHT = 640, 480
 RADIUS = 6.3

@@ -8,10 +8,13 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.commands import calibrate
-from afferents.core import dims
-from afferents.core.recording import Frame
-from afferents.markers import describe, detect, estimate_detector, recognise_sensor, track
+from afferents import dims
+from afferents.inspection.calibrate import calibrate
+from afferents.markers.detect import detect
+from afferents.markers.estimate import estimate_detector, recognise_sensor
+from afferents.markers.quality import describe
+from afferents.markers.track import track_markers
+from afferents.store.recording import Frame
 
 ROOT = Path(__file__).resolve().parents[3]
 VIDEOS = ROOT / "../shared/datasets/tactip_videos"
@@ -44,7 +47,7 @@ def test_an_unseen_radial_layout_is_found_and_followed(name):
     sensor, why = recognise_sensor(video)
     assert sensor.layout == "free"
     assert "another sensor" in why
-    tracks = track(video, sensor)
+    tracks = track_markers(video, sensor)
     assert 100 <= tracks.sizes[dims.MARKER] <= 165
     assert tracks[dims.DETECTED][10:].mean() > 0.85
     assert any("back within half a spacing of rest" in sentence for sentence in describe(tracks))
@@ -68,7 +71,7 @@ def test_one_fingertip_has_as_many_markers_as_the_docs_say(tmp_path):
 @pytest.mark.slow
 def test_markers_return_to_rest_where_the_run_ends_where_it_began():
     video = RealVideo("Movement4.avi", n_frames=635)
-    tracks = track(video, recognise_sensor(video)[0])
+    tracks = track_markers(video, recognise_sensor(video)[0])
     away = tracks[dims.POSITION].values[-5:] - tracks[dims.REST_POSITION].values
     seen = ~np.isnan(away[..., 0]).all(axis=0)
     distance = np.nanmedian(np.hypot(away[:, seen, 0], away[:, seen, 1]), axis=0)

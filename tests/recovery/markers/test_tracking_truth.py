@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from afferents.core import dims
-from afferents.markers import detect, load_sensor, track
+from afferents import dims
+from afferents.markers.detect import detect
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import track_markers
 
 REST = 1
 """Rest frame; that of `tip_b` would only make the drawings longer."""
@@ -39,7 +41,7 @@ def test_markers_at_rest_are_found_to_a_tenth_of_a_pixel(draw, rest, tip_b):
 def test_moving_markers_keep_their_names_to_a_tenth_of_a_pixel(video, rest, tip_b, method):
     truth = slide(rest, most_px=2.5)
     assert np.hypot(*(truth[-1] - rest).T).max() > 30
-    tracks = track(video(truth), tip_b, method, reference=rest)
+    tracks = track_markers(video(truth), tip_b, method, reference=rest)
     error = tracks[dims.POSITION].values[REST:] - truth[REST:]
     assert np.sqrt((error**2).sum(axis=-1).mean()) < 0.1
     assert np.abs(error).max() < 0.5
@@ -54,7 +56,7 @@ def test_covered_markers_are_lost_and_come_back_under_their_own_names(video, res
     covered = [180, 181, 199]
     shown = truth.copy()
     shown[REST + 3 : REST + 10, covered] = np.nan
-    tracks = track(video(shown), tip_b)
+    tracks = track_markers(video(shown), tip_b)
     detected = tracks[dims.DETECTED].values
     assert not detected[REST + 3 : REST + 10, covered].any()
     assert np.isnan(tracks[dims.POSITION].values[REST + 3 : REST + 10, covered]).all()
@@ -70,7 +72,7 @@ def test_covered_markers_are_lost_and_come_back_under_their_own_names(video, res
 def test_one_to_one_never_shares_a_blob(video, rest, tip_b):
     shown = slide(rest, most_px=9)
     shown[REST + 4 : REST + 7, ::7] = np.nan
-    tracks = track(video(shown), tip_b)
+    tracks = track_markers(video(shown), tip_b)
     for frame in tracks[dims.POSITION].values[REST:]:
         seen = frame[~np.isnan(frame[:, 0])]
         assert len(np.unique(seen, axis=0)) == len(seen)
@@ -80,7 +82,7 @@ def test_published_keeps_a_stale_position(video, rest, tip_b):
     """A covered marker with no other blob within 10 px stays where it was, and is not found."""
     shown = np.repeat(rest[None], REST + 4, axis=0)
     shown[REST + 1 :, 180] = np.nan
-    tracks = track(video(shown), tip_b, "published", reference=rest)
+    tracks = track_markers(video(shown), tip_b, "published", reference=rest)
     position = tracks[dims.POSITION].values[:, 180]
     np.testing.assert_array_equal(
         position[REST + 1 :], np.repeat(position[REST : REST + 1], 3, axis=0)
@@ -97,12 +99,12 @@ def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
     truth[:, :, 0] += np.array([0.0] * (REST + 1) + [7.0] + [14.0] * 4)[:, None]
     shown = truth.copy()
     shown[REST + 1 : REST + 3, 185] = np.nan
-    tracks = track(video(shown), tip_b, "published", reference=rest)
+    tracks = track_markers(video(shown), tip_b, "published", reference=rest)
     position = tracks[dims.POSITION].values
     np.testing.assert_array_equal(position[-1, 185], position[-1, 184])
     assert tracks[dims.DETECTED].values[-1, 185]
 
-    ours = track(video(shown), tip_b)[dims.POSITION].values
+    ours = track_markers(video(shown), tip_b)[dims.POSITION].values
     np.testing.assert_allclose(ours[-1], truth[-1], atol=0.5)
 
 
@@ -118,7 +120,7 @@ def test_jerks_of_all_markers_together_cost_no_identity(video, rest, tip_b, most
     """The way goes another direction every frame, so that no prediction helps."""
     truth = np.concatenate([rest[None], rest + walk(80, most_px)[:, None]])
     truth[REST] = rest
-    found = track(video(truth), tip_b)[dims.POSITION].values[REST:]
+    found = track_markers(video(truth), tip_b)[dims.POSITION].values[REST:]
     assert np.hypot(*np.moveaxis(found - truth[REST:], -1, 0)).max() < 2
 
 
@@ -127,7 +129,7 @@ def test_markers_dropped_at_random_in_jerks_cost_no_identity(video, rest, tip_b)
     hidden = np.random.default_rng(1).random(truth.shape[:2]) < 0.05
     hidden[: REST + 1] = False
     shown = np.where(hidden[..., None], np.nan, truth)
-    tracks = track(video(shown), tip_b)
+    tracks = track_markers(video(shown), tip_b)
     position, detected = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
     off = np.hypot(*np.moveaxis(position - truth, -1, 0))[REST:]
     assert np.nanmax(off) < 2
@@ -136,7 +138,7 @@ def test_markers_dropped_at_random_in_jerks_cost_no_identity(video, rest, tip_b)
 
 
 def test_failing_light_costs_no_marker(draw, video, rest, tip_b):
-    from afferents.core.recording import Frame
+    from afferents.store.recording import Frame
 
     class Dimming:
         path, fps_hz, width, height = video(rest[None]).path, 90.0, 640, 480
@@ -146,6 +148,6 @@ def test_failing_light_costs_no_marker(draw, video, rest, tip_b):
             for index, light in enumerate(np.linspace(1, 0.35, 60)):
                 yield Frame(index / 90, np.rint(light * image).astype(np.uint8))
 
-    tracks = track(Dimming(), tip_b)
+    tracks = track_markers(Dimming(), tip_b)
     assert tracks[dims.DETECTED].values[REST:].all()
     assert np.abs(tracks[dims.POSITION].values[REST:] - rest).max() < 0.3

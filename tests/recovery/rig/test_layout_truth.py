@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from afferents.core import dims
-from afferents.markers import load_sensor, track
-from afferents.pipeline.sensor_rig import rig_of
-from afferents.recordings import open_video
+from afferents import dims
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import track_markers
+from afferents.recordings.video import open_video
 from afferents.rig import TRUTH, VIDEO, bumped_surface, record
+from afferents.rig.sensor_rig import rig_of
 
 
 @pytest.mark.parametrize("name", ["hex127", "hex331", "radial127"])
@@ -16,7 +17,7 @@ def test_all_markers_are_recovered_within_015_px(name, tmp_path):
     sensor = load_sensor(name)
     record(rig_of(sensor), tmp_path / "3" / "50", "3", bumped_surface(3.0), 50.0, 1.7, seed=3)
     truth = np.load(tmp_path / "3" / "50" / TRUTH)["position"].astype(float)
-    tracks = track(open_video(tmp_path / "3" / "50" / VIDEO), sensor)
+    tracks = track_markers(open_video(tmp_path / "3" / "50" / VIDEO), sensor)
     after = slice(sensor.rest_frame, None)
     assert tracks.sizes[dims.MARKER] == sensor.n_markers
     # Of dense pins two may touch in the picture now and then.

@@ -6,12 +6,15 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from afferents import dims
 from afferents.channels import sa1
-from afferents.core import dims
-from afferents.encodings import amplitude_spectrum
-from afferents.markers import detect, load_sensor, track
-from afferents.recordings import open_video
-from afferents.rig import NUISANCES, TRUTH, VIDEO, Drum, Rig, bumped_surface, record, simulate
+from afferents.encodings.spectra import amplitude_spectrum
+from afferents.markers.detect import detect
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import track_markers
+from afferents.recordings.video import open_video
+from afferents.rig import NUISANCES, TRUTH, VIDEO, Drum, Rig, bumped_surface, record
+from afferents.rig.run import simulate_run
 
 TIP_B = load_sensor("tip_b")
 REST = TIP_B.rest_frame
@@ -35,7 +38,7 @@ def truth(recording):
 
 @pytest.fixture(scope="module")
 def tracks(recording):
-    return track(open_video(recording / VIDEO), TIP_B)
+    return track_markers(open_video(recording / VIDEO), TIP_B)
 
 
 def test_positions_are_recovered_within_015_px(tracks, truth):
@@ -82,7 +85,7 @@ def test_lines_lie_where_the_bumps_pass(letter, speed):
     rig, spacing = Rig(), LETTERS.index(letter) / 2
     starts = np.arange(1.5, 5.6, 0.5)
     runs = [
-        simulate(rig, f"{spacing:g}", surface_of(spacing), speed, 6.5, seed).sensor
+        simulate_run(rig, f"{spacing:g}", surface_of(spacing), speed, 6.5, seed).sensor
         for seed in range(3)
     ]
     windows = np.stack([run[round(s * 44100) :][:44100] for run in runs for s in starts])
@@ -107,7 +110,7 @@ def test_ra1_misses_what_is_faster_than_half_the_frame_rate():
     def way(speed, fps_hz):
         camera = calm.camera.model_copy(update={"fps_hz": fps_hz})
         rig = calm.model_copy(update={"camera": camera})
-        run = simulate(rig, "2", surface_of(2.0), speed, 3.5, seed=0)
+        run = simulate_run(rig, "2", surface_of(2.0), speed, 3.5, seed=0)
         moved = np.diff(run.position_mm[round(1.5 * fps_hz) :], axis=0)
         return np.abs(moved).mean() * fps_hz
 

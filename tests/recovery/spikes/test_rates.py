@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from afferents import cli
-from afferents.pipeline.spikes import spikes_of_store
+from afferents.neuro.neural import spikes_of_store
 from afferents.spikes.units import UNIT_MODELS
 
 REPORTED_HZ = {"SA": (10, 100), "RA": (10, 100), "PC": (50, 400)}

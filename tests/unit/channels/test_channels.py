@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from afferents.channels import hold, marker_speed, ra1, ra2, sa1
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 
 NAN = np.nan
 

@@ -8,13 +8,13 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from afferents import dims
 from afferents.channels import fill, hold, ra1, sa1
-from afferents.core import dims
-from afferents.core.pixels import fill_frames
-from afferents.markers import load_sensor
-from afferents.markers.places import image_places
-from afferents.rig import Rig, bumped_surface, simulate
+from afferents.markers.places import fill_frames, image_places
+from afferents.markers.sensor import load_sensor
+from afferents.rig import Rig, bumped_surface
 from afferents.rig.camera import project
+from afferents.rig.run import simulate_run
 
 CLIPS = Path(__file__).parents[4] / "shared" / "datasets" / "tactip_videos"
 GRID = np.stack(np.divmod(np.arange(361), 19), axis=1)
@@ -86,7 +86,7 @@ def errors(true, hidden, places=GRID):
 def felt():
     """SA-I and RA-I of the rig's truth, four seconds of the smooth drum at 50 mm/s, px."""
     rig = Rig()
-    run = simulate(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 4.0, 0)
+    run = simulate_run(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 4.0, 0)
     position = project(run.position_mm, rig.camera)
     coords = {dims.TIME: run.time_s}
     tracks = xr.DataArray(position, dims=(dims.TIME, dims.MARKER, dims.SPACE), coords=coords)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from afferents.channels import CHANNELS, PARTS, Skin, global_shear, hold, sa1_local, sa1_vector
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 
 SQUARE = np.stack([i.ravel() for i in np.indices((19, 19))], axis=1) * 22.0 + [120, 40]
 ANGLE = np.arange(60) * 2.4

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from afferents.channels import ra1, ra1_circumferential, ra1_signed, ra1_vector, sa1, sa1_vector
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 
 
 def path(places):

@@ -6,7 +6,7 @@ from pydantic import PositiveFloat
 from sklearn.linear_model import LogisticRegression
 
 from afferents import Model, SpatialEncoding
-from afferents.encodings import Option
+from afferents.encodings.base import Option
 
 
 class Powers(SpatialEncoding):

@@ -4,8 +4,8 @@ import inspect
 
 import pytest
 
-from afferents import commands
-from afferents.cli import evaluation, models, neural, recordings, reproduction, rig
+import afferents
+from afferents.cli import evaluation, models, neuro, recordings, reproduction, rig
 
 SHELL = {
     "evaluate": evaluation.evaluate,
@@ -15,7 +15,7 @@ SHELL = {
     "extract": recordings.extract,
     "inspect": recordings.inspect,
     "simulate": rig.simulate,
-    "neural": neural.neural,
+    "neural": neuro.neural,
     "reproduce": reproduction.reproduce,
 }
 SAID_OTHERWISE = {
@@ -42,12 +42,12 @@ def plain(value):
 
 @pytest.mark.parametrize("command", SHELL)
 def test_defaults_are_the_same_in_the_shell_and_in_python(command):
-    shell, python = defaults(SHELL[command]), defaults(getattr(commands, command))
+    shell, python = defaults(SHELL[command]), defaults(getattr(afferents, command))
     both = set(shell) & set(python) - SAID_OTHERWISE.get(command, set())
     assert {n: plain(shell[n]) for n in both} == {n: plain(python[n]) for n in both}
 
 
 def test_the_paper_s_models_and_what_we_recommend_are_evaluated_so_that_numbers_hold():
-    for function in (evaluation.evaluate, commands.evaluate):
+    for function in (evaluation.evaluate, afferents.evaluate):
         found = defaults(function)
         assert (found["models"], found["preset"]) == ("best,all", "fast")

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import pytest
 
-from afferents.encodings import ENCODINGS, Option, options
+from afferents.encodings.base import Option
+from afferents.encodings.settings import ENCODINGS, options
 
 OWN = f"{Path(__file__).with_name('own_encoding.py')}:powers"
 

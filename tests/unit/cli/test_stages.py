@@ -3,7 +3,7 @@
 import pytest
 import typer
 
-from afferents.cli.app import app
+from afferents.cli import app
 
 COMMANDS = typer.main.get_command(app).commands
 SET_BY_IT = {"--json", "--quiet", "--out"}

@@ -6,7 +6,7 @@ import sys
 HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
 HEAVY |= {"importlib.metadata"}
 ASK = (
-    "import sys; from afferents.cli.app import app\n"
+    "import sys; from afferents.cli import app\n"
     "try: app(['--help'], prog_name='afferents')\n"
     "except SystemExit: pass\n"
     "print(*sys.modules)"

@@ -5,7 +5,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from afferents.cli.tables import TerminalTable
+from afferents.cli.printing import TerminalTable
 
 COLUMNS = ("Model", "Protocol", *(f"run-number-{n}" for n in range(4)), "Worst speed here")
 VALUE, WORST = "50.1 [40.2, 60.3]", "10 mm/s: 25.0"

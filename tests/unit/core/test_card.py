@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from afferents.core.card import Card, parse_card, read_card
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.models.card import Card, parse_card, read_card
 
 CONTENT = {
     "model": "ra-wave-vector",

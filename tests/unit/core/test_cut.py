@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from afferents.core.cut import cut_audio, cut_frames
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.store.trimming import cut_audio, cut_frames
 
 
 def test_published_frames_are_510_to_5509():

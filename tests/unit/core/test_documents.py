@@ -6,9 +6,9 @@ import os
 import pytest
 from pydantic import BaseModel, Field
 
-from afferents.core import documents
-from afferents.core.documents import as_form, parse_json, read_checked, read_json, read_toml
-from afferents.core.errors import InputError
+from afferents import documents
+from afferents.documents import as_form, parse_json, read_checked, read_json, read_toml
+from afferents.errors import InputError
 
 
 class Inner(BaseModel):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from afferents.core.doubt import Doubt, accepted, kinds_named
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.quality.issues import Doubt, accepted, kinds_named
 
 FROZEN = Doubt("frozen", "v.mp4", "a picture that changes", "the same one")
 LOUD = Doubt("loud", "a.wav", "samples within full scale", "3 beyond it")

@@ -4,16 +4,16 @@ import time
 
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.files import (
+from afferents.errors import InputError
+from afferents.files import (
     ABANDONED_S,
     PARTIAL_PREFIX,
     holds_only,
     remove_partials,
+    this_process,
     write_aside,
     write_json,
 )
-from afferents.core.owner import this_process
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path):

@@ -9,7 +9,7 @@ import scipy.signal
 import soundfile
 import xarray as xr
 
-from afferents.core.fingerprint import KINDS, find_copies, fingerprint, likeness, read, written
+from afferents.store.fingerprint import KINDS, find_copies, fingerprint, likeness, read, written
 
 RATE, FPS, SECONDS = 8000, 90.0, 8.0
 SHIFTS = range(-20, 21)

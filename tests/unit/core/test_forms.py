@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.results import texture_summaries
+from afferents.errors import InputError
+from afferents.evaluation.results import texture_summaries
 
 SHARES = {"mean": 0.5, "ci95": [0.4, 0.6]}
 UNIT = {**SHARES, "inside": SHARES, "by_speed": {"10": 0.4, "12.5": 0.5, "20": 0.6}}

@@ -2,10 +2,10 @@
 
 from typing import get_args
 
-from afferents.core import choices
-from afferents.core.cut import Cut
-from afferents.core.like import CHOICES, chosen, otherwise
-from afferents.core.protocol import PROTOCOLS
+from afferents import choices
+from afferents.choices import Cut
+from afferents.folds.protocol import PROTOCOLS
+from afferents.reproduction.presets import CHOICES, chosen, otherwise
 
 MAY_BE = {
     "method": get_args(choices.Method),

@@ -9,10 +9,10 @@ import time
 
 import pytest
 
-from afferents.core import lock as locks
-from afferents.core.errors import InputError
-from afferents.core.lock import LOCK, is_locked, is_locked_by, writing_alone
-from afferents.core.owner import Owner, tagged, this_process
+from afferents import outputs as locks
+from afferents.errors import InputError
+from afferents.files import Owner, tagged, this_process
+from afferents.outputs import LOCK, is_locked, is_locked_by, writing_alone
 
 
 def content_of(owner, **changed):

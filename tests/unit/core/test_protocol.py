@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from afferents.core.errors import InputError
-from afferents.core.protocol import PROTOCOLS, Protocol, protocols
+from afferents.errors import InputError
+from afferents.folds.protocol import PROTOCOLS, Protocol, protocols
 
 NESTED = PROTOCOLS["nested"]
 TEN = tuple(float(v) for v in range(10, 101, 10))

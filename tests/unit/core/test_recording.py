@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from afferents.core.recording import Recording, Session, natural_order
+from afferents.store.recording import Recording, RecordingSet, natural_order
 
 
 class Sound:
@@ -23,7 +23,7 @@ def test_a_session_lists_textures_and_speeds(tmp_path):
     recordings = tuple(
         Recording(f"{t}/{v}", t, v, tmp_path) for t in ("10", "2") for v in (20.0, 10.0)
     )
-    session = Session(tmp_path, recordings)
+    session = RecordingSet(tmp_path, recordings)
     assert session.textures == ("2", "10")
     assert session.speeds_mm_s == (10.0, 20.0)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.samples import Samples, concatenate, make_samples, textures_of
+from afferents.encodings.samples import Samples, concatenate, make_samples, textures_of
+from afferents.errors import InputError
 
 
 def spectra(texture: str, units: str | None = "counts", spacing_hz: float = 1.0) -> Samples:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from afferents.core.sliding import lasting, sliding_part, span_text
+from afferents.quality.lasting import lasting, sliding_part, span_text
 
 TIME_S = np.arange(1000) / 100
 

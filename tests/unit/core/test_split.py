@@ -7,16 +7,9 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
-from afferents.core.samples import make_samples
-from afferents.core.split import (
-    SPEED,
-    column_of,
-    folder_name,
-    order,
-    split_named,
-    split_of,
-)
+from afferents.encodings.samples import make_samples
+from afferents.errors import InputError
+from afferents.folds.held_out import SPEED, column_of, folder_name, order, split_named, split_of
 
 
 def recording(name, speed=20.0, **conditions):

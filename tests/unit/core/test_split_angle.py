@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.drum import CONTACT_MM, MARK, Drum, Way
-from afferents.core.errors import InputError
-from afferents.core.protocol import PROTOCOLS
-from afferents.core.samples import concatenate, make_samples
-from afferents.core.split import split_named, split_of
-from afferents.evaluation import LeaveOneGroupOut, find_leaks, refuse_leaks
+from afferents.encodings.samples import concatenate, make_samples
+from afferents.errors import InputError
+from afferents.folds.held_out import split_named, split_of
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import LeaveOneGroupOut, find_leaks, refuse_leaks
+from afferents.store.drum_path import CONTACT_MM, MARK, Drum, Way
 
 ROUND_MM = 250.0
 ANGLE = split_named("angle")

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
-from afferents.core.responses import steady_s
-from afferents.core.steady import parse_steady, require_within, steady_in, with_steady, written
+from afferents.errors import InputError
+from afferents.store.responses import steady_s
+from afferents.store.trimming import parse_steady, require_within, steady_in, with_steady, written
 
 ONE = xr.Dataset(
     {

@@ -9,7 +9,7 @@ import pytest
 
 BEGIN = """
 import signal, sys, time
-from afferents.core.stopping import stop_on_signals
+from afferents.stopping import stop_on_signals
 def say(text): print(text, flush=True)
 stop_on_signals()
 """
@@ -80,7 +80,7 @@ def test_who_insists_ends_it_at_once(process):
 
 LATER = """
 from threading import Event
-from afferents.core.stopping import stop_later
+from afferents.stopping import stop_later
 wanted = Event()
 with stop_later(wanted.set):
     say('ready')
@@ -99,7 +99,7 @@ def test_what_must_not_be_left_at_any_line_ends_by_itself_first(process, number)
 
 
 SWALLOWED = """
-from afferents.core.stopping import stop_later
+from afferents.stopping import stop_later
 class Removed:
     def __del__(self):
         say('ready')
@@ -123,7 +123,7 @@ def test_a_signal_that_was_swallowed_is_not_forgotten(process):
 
 LEAVE = """
 import atexit, threading
-from afferents.core.stopping import leave
+from afferents.stopping import leave
 class Late:
     def __del__(self): print('the interpreter ends')
 late = Late()

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.digest import sealed
-from afferents.core.errors import InputError
-from afferents.core.store import create_store, has_responses, open_responses, write_responses
+from afferents.errors import InputError
+from afferents.store.integrity import sealed
+from afferents.store.zarr_store import create_store, has_responses, open_responses, write_responses
 
 
 def responses(name: str = "3/50", texture: str = "3", speed: float = 50.0) -> xr.Dataset:

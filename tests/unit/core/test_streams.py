@@ -7,8 +7,7 @@ import sys
 
 import pytest
 
-from afferents.core.progress import Progress
-from afferents.core.streams import flush_streams, prepare_streams, printable
+from afferents.progress import Progress, flush_streams, prepare_streams, printable
 
 
 class Full(io.StringIO):
@@ -62,7 +61,7 @@ def test_names_that_are_no_text_can_be_written():
 def test_what_is_started_has_a_stream_for_a_closed_one():
     script = (
         "import subprocess, sys\n"
-        "from afferents.core.streams import prepare_streams\n"
+        "from afferents.progress import prepare_streams\n"
         "prepare_streams()\n"
         "sys.exit(subprocess.call([sys.executable, '-c', 'import os; os.fstat(2)']))"
     )

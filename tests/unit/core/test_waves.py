@@ -1,6 +1,6 @@
 """Which waves pins can't show is said, with the textures that it concerns."""
 
-from afferents.core.waves import unseen_waves
+from afferents.encodings.wavenumbers import unseen_waves
 
 
 def test_textures_finer_than_two_pins_are_named_and_smooth_or_worded_ones_are_not():

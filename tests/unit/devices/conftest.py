@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 sys.path.append(str(HERE))  # for `dialects`
 CAMERA = """
 import json, sys
-from afferents.core.errors import AfferentsError
+from afferents.errors import AfferentsError
 from afferents.devices import CAMERAS, Tally, device_of
 
 def run(path, n=30, keep=(), **options):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from dialects import Dynamixel, ODrive, SimpleFoc, Slack
 
-from afferents.core.errors import InputError
 from afferents.devices import DRIVES, ByHand, DeviceError, device_of
+from afferents.errors import InputError
 
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")
@@ -234,7 +234,7 @@ def test_a_drum_never_goes_on_without_this_program(ending):
         patience_s = 3 if ending == "hang" else 30
         code = KILLED.format(table=table, then=then, patience_s=patience_s)
         if ending == "terminate":
-            code = "from afferents.core.stopping import *\nstop_on_signals()" + code
+            code = "from afferents.stopping import *\nstop_on_signals()" + code
         process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
         assert process.stdout.readline() == b"turning\n"
         if ending in ("kill", "terminate"):

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
 from afferents.devices import MICROPHONES, DeviceError, PortAudioMicrophone, device_of
-from afferents.devices.ring import Ring
+from afferents.devices.portaudio import Ring
+from afferents.errors import InputError
 from afferents.live import Microphone, Sound, Trouble
 
 LATENCY_S = 0.012
@@ -163,7 +163,7 @@ def test_options_are_checked():
 
 def test_live_hears_by_the_same_source(monkeypatch):
     monkeypatch.setattr("afferents.devices.portaudio.SILENT_S", 1.0)
-    monkeypatch.setattr("afferents.live.microphone.AGAIN_S", 0.01)
+    monkeypatch.setattr("afferents.live.sensors.AGAIN_S", 0.01)
     portaudio = PortAudio()
     options = PortAudioMicrophone.Options(rate_hz=10_000.0, channels=1, settle_s=0.0)
     live = Microphone("default", 10_000, 1, PortAudioMicrophone(options, portaudio))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
 from afferents.devices import CAMERAS, CameraSettings, DeviceError, device_of, is_torn, picture_of
+from afferents.errors import InputError
 
 VIRTUAL = {"kind": "portable", "driver": "lavfi", "fps_hz": 30.0}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.recordings import read_session
+from afferents.recordings.session import read_session
 
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 
@@ -28,9 +28,9 @@ template = "arduino"
 """
 RECORD = """
 from pathlib import Path
-from afferents.core.progress import Progress
+from afferents.progress import Progress
 from afferents.devices import SimulatedDrum
-from afferents.pipeline.record.record import record, recording_of
+from afferents.recorder.plan_run import record, recording_of
 found = {{}}
 for name in {names!r}:
     asked, path = [], Path({folder!r}, name + ".toml")

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from dialects import ODrive
 
-from afferents.core.errors import InputError
 from afferents.devices import SerialDrive, SimulatedDrum
-from afferents.devices.drives.line import framed, unframed
-from afferents.devices.drives.loop import SpeedFromPosition, SpeedLoop
-from afferents.devices.drives.template import presets, read_template
+from afferents.devices.drives.line import framed, presets, read_template, unframed
+from afferents.devices.drives.serial_drive import SpeedFromPosition, SpeedLoop
 from afferents.devices.simulated_drum import Drum
+from afferents.errors import InputError
 
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")

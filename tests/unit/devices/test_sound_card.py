@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.pipeline.record.log import BlockRow
-from afferents.pipeline.record.sound_clock import sound_clock
+from afferents.recordings.run_log import BlockRow, sound_clock
 
 RATE_HZ, TONE_HZ, SECONDS = 44_100, 1234.0, 1.0
 NEEDED = ("pulseaudio", "pactl", "paplay")

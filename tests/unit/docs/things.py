@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from afferents import cli
-from afferents.pipeline.record.plan import EXAMPLE
+from afferents.recorder.plan import EXAMPLE
 
 from ...conftest import contents, few_epochs
 from .printed import DOCS, ROOT, blocks

@@ -4,8 +4,8 @@ import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
-from afferents.encodings import stretch_spectrum, stretched_copies
+from afferents.encodings.augment import stretch_spectrum, stretched_copies
+from afferents.errors import InputError
 
 
 def line(at: int, bins: int = 400) -> np.ndarray:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
-from afferents.core.protocol import PROTOCOLS
-from afferents.core.samples import concatenate, make_samples
-from afferents.encodings import SpatialEncoding, SpatiotemporalEncoding
-from afferents.encodings.faster import RANGES, faster_runs
+from afferents.encodings.augment import RANGES, faster_runs
+from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
+from afferents.encodings.samples import concatenate, make_samples
+from afferents.errors import InputError
+from afferents.folds.protocol import PROTOCOLS
 
 N_FRAMES, SIDE = 10, 2
 
@@ -88,8 +88,9 @@ def test_single_images_of_ra1_are_scaled_and_of_sa1_the_same():
 
 @pytest.mark.parametrize("protocol", ["nested", "published"])
 def test_what_is_learnt_from_holds_copies(protocol):
-    from afferents.core.fold import Fold
-    from afferents.training import learning_set, training_config
+    from afferents.folds.protocol import Fold
+    from afferents.models.config import training_config
+    from afferents.models.learning_set import learning_set
 
     samples = concatenate(
         [runs(t + np.arange(40.0), "px", f"{t}/20").assign_coords(

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
-from afferents.core.samples import concatenate
-from afferents.encodings import Encodings, KernelEncoding, Lines, kernel_samples
+from afferents.encodings.kernels import KernelEncoding, kernel_samples
+from afferents.encodings.samples import concatenate
+from afferents.encodings.settings import Encodings
+from afferents.encodings.spectra import Lines
+from afferents.errors import InputError
 
 RATE_HZ = 1000.0
 HOW = KernelEncoding(window_s=1.0, stride_s=0.5, n_kernels=40)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
-from afferents.encodings import MomentEncoding
+from afferents.encodings.moments import MomentEncoding
+from afferents.errors import InputError
 
 LABELS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0, "units": "px"}
 HOW = MomentEncoding(frames=2)

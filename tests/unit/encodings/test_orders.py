@@ -6,9 +6,9 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
-from afferents.encodings import Lines, OrderEncoding, order_samples
-from afferents.encodings.lines import bridge
+from afferents.encodings.orders import OrderEncoding, order_samples
+from afferents.encodings.spectra import Lines, bridge
+from afferents.errors import InputError
 
 RATE_HZ = 1000.0
 PER_MM = (0.2, 0.5, 0.9)

@@ -4,8 +4,8 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
-from afferents.encodings import SpectralEncoding, amplitude_spectrum, spectral_samples
+from afferents.encodings.spectra import SpectralEncoding, amplitude_spectrum, spectral_samples
+from afferents.errors import InputError
 
 
 def vibration(signal: np.ndarray, rate: float) -> xr.DataArray:

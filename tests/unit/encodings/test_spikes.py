@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
-from afferents.encodings import SpikeRateEncoding, SpikeTimingEncoding, interval_histograms
-from afferents.encodings.spike_timing import BINS, interval_edges_s
+from afferents.encodings.spikes import (
+    BINS,
+    SpikeRateEncoding,
+    SpikeTimingEncoding,
+    interval_edges_s,
+    interval_histograms,
+)
+from afferents.errors import InputError
 
 ATTRS = {"name": "g/50", "texture": "g", "speed_mm_s": 50.0, "units": "spikes"}
 

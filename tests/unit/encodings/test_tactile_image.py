@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
-from afferents.core.pixels import image_shape
-from afferents.encodings import MarkersEncoding, covered, images_of, tactile_images
-from afferents.encodings.tactile_image import component_images
-from afferents.markers import load_sensor
-from afferents.markers.places import image_places
+from afferents.encodings.moments import MarkersEncoding
+from afferents.encodings.tactile_image import component_images, tactile_images
+from afferents.errors import InputError
+from afferents.markers.places import covered, image_places, image_shape, images_of
+from afferents.markers.sensor import load_sensor
 
 LAYOUTS = ("hex127", "hex331", "radial127")
 

@@ -6,8 +6,8 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
-from afferents.encodings import WavenumberEncoding, wavenumber_samples
+from afferents.encodings.wavenumbers import WavenumberEncoding, wavenumber_samples
+from afferents.errors import InputError
 
 HOW = WavenumberEncoding(frames=20)
 

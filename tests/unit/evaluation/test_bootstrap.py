@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.replicate import SESSION, TEXTURE
-from afferents.evaluation.bootstrap import (
+from afferents.errors import InputError
+from afferents.evaluation.intervals import (
+    SESSION,
+    TEXTURE,
     Accuracy,
     bootstrap_interval,
     intervals_by_group,

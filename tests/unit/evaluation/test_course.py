@@ -2,8 +2,8 @@
 
 import json
 
-from afferents.core.split import SPEED
-from afferents.evaluation.course import course_of, read_course
+from afferents.evaluation.fold_files import course_of, read_course
+from afferents.folds.held_out import SPEED
 
 EPOCHS = [
     {"accuracy": 0.5, "validation_accuracy": 0.4},

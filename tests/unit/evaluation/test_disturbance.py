@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.evaluation.disturbance import Disturbance, Disturbances
+from afferents.errors import InputError
+from afferents.folds.corruption import Disturbance, Disturbances
 
 
 def test_text_names_and_objects_say_the_same():

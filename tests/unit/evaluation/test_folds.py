@@ -6,13 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.replicate import numbered
-from afferents.core.results import load_results
-from afferents.evaluation import (
+from afferents.errors import InputError
+from afferents.evaluation.fold_files import (
     FoldKey,
-    Leaks,
-    LeaveOneSpeedOut,
     check_results_folder,
     claim_results_folder,
     digest_of,
@@ -20,8 +16,11 @@ from afferents.evaluation import (
     finished_keys,
     predictions_table,
     save_fold,
-    summarise,
 )
+from afferents.evaluation.intervals import numbered
+from afferents.evaluation.results import load_results
+from afferents.evaluation.summary import summarise
+from afferents.folds.splits import Leaks, LeaveOneSpeedOut
 
 SOURCE = {
     "source": "s",
@@ -129,7 +128,7 @@ def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
     def fail(path, content):
         raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr("afferents.evaluation.folds.write_json", fail)
+    monkeypatch.setattr("afferents.evaluation.fold_files.write_json", fail)
     with pytest.raises(InputError, match="no space left on the disk"):
         save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, b"w")
     assert not finished(tmp_path, key)

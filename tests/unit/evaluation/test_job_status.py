@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.files import write_json
-from afferents.evaluation import FoldKey, at_work, job_statuses, plan, seconds_left
+from afferents.errors import InputError
+from afferents.evaluation.fold_files import FoldKey
+from afferents.evaluation.job_status import at_work, job_statuses, plan, seconds_left
+from afferents.files import write_json
 
 FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
 FOLDER = "folds/vib-te/nested/seed-0"
@@ -44,7 +45,9 @@ def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
 def test_a_killed_process_leaves_a_stopped_job(tmp_path):
     plan(tmp_path, KEYS, workers=1)
     code = (
-        "import os, sys; from pathlib import Path; from afferents.evaluation import *\n"
+        "import os, sys; from pathlib import Path\n"
+        "from afferents.evaluation.fold_files import FoldKey\n"
+        "from afferents.evaluation.job_status import at_work\n"
         "with at_work(Path(sys.argv[1]), FoldKey('vib-te', 'nested', 0, 10.0)): os.kill("
         "os.getpid(), 9)"
     )

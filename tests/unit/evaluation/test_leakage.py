@@ -5,10 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.core.errors import LeakageError
-from afferents.core.protocol import PROTOCOLS
-from afferents.evaluation import LeaveOneSpeedOut, find_leaks, refuse_leaks
-from afferents.evaluation.leakage import _overlaps, overlapping
+from afferents.errors import LeakageError
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import (
+    LeaveOneSpeedOut,
+    _overlaps,
+    find_leaks,
+    overlapping,
+    refuse_leaks,
+)
 
 NONE = np.empty(0, dtype=int)
 

@@ -2,11 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.evaluation.metrics import (
-    accuracy_by_group,
-    confusion,
-    macro_f1,
-)
+from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
 
 
 def table(rows):

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.evaluation import bands, losses, patches
-from afferents.evaluation.occlusion import log_odds
+from afferents.reporting.explain import bands, log_odds, losses, patches
 
 
 def looks_at(row, column):

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from afferents.evaluation import reliability, reliability_of
+from afferents.evaluation.metrics import reliability, reliability_of
 
 
 def test_by_hand():

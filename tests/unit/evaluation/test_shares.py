@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from afferents.evaluation import moving, plane_basis, variance_shares
+from afferents.reporting.shear import moving, plane_basis, variance_shares
 
 REST = np.stack([i.ravel() for i in np.indices((9, 9))], axis=1).astype(float)
 BASIS = plane_basis(REST)

@@ -3,9 +3,9 @@ import pytest
 from sklearn.dummy import DummyClassifier
 from sklearn.model_selection import cross_val_score
 
-from afferents.core.errors import InputError
-from afferents.core.protocol import PROTOCOLS
-from afferents.evaluation import LeaveOneSpeedOut, number_in_recording
+from afferents.errors import InputError
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import LeaveOneSpeedOut, number_in_recording
 
 NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
 

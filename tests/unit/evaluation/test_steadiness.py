@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.evaluation import steadiness, steadiness_of
+from afferents.inspection.inspect import steadiness, steadiness_of
 
 
 def test_what_stays_the_same_is_one_and_what_turns_round_is_minus_one():

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.evaluation.touches import inside_speeds, name_recordings, name_touches
+from afferents.evaluation.metrics import inside_speeds, name_recordings, name_touches
 
 
 def predictions(rows):

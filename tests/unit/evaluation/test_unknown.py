@@ -1,7 +1,7 @@
 import pandas as pd
 import pytest
 
-from afferents.evaluation import auroc, recordings_of, share_unknown, summarise_unknown
+from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, summarise_unknown
 
 
 def table():

@@ -11,8 +11,8 @@ import numpy as np
 import psutil
 import pytest
 
-from afferents.core.errors import AfferentsError, InputError
-from afferents.execution.local import side_by_side
+from afferents.errors import AfferentsError, InputError
+from afferents.parallel import side_by_side
 
 
 def square(number):
@@ -95,7 +95,7 @@ def test_workers_end_with_a_caller_that_was_killed(tmp_path):
     here = Path(__file__)
     script = (
         f"import sys; sys.path.insert(0, {str(here.parent)!r}); import {here.stem} as here\n"
-        "from pathlib import Path; from afferents.execution.local import side_by_side\n"
+        "from pathlib import Path; from afferents.parallel import side_by_side\n"
         "jobs = [(Path(sys.argv[1]) / name,) for name in 'ab']\n"
         "list(side_by_side(here.say_who_and_sleep, jobs, 2))"
     )

@@ -3,23 +3,23 @@
 import numpy as np
 import pytest
 
-from afferents.core.model import MODELS
-from afferents.core.progress import Progress
-from afferents.pipeline.data import open_data
-from afferents.pipeline.export import export_model
-from afferents.pipeline.train import Training, train
+from afferents.evaluation.data import open_data
+from afferents.evaluation.train import Training, train_model
+from afferents.models.export import export_model
+from afferents.models.model import MODELS
+from afferents.progress import Progress
 
 from ...conftest import few_epochs
 
 QUIET = Progress(quiet=True)
-LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.rig"]
+LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.replay"]
 """What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
 
 
 def trained(store, name, folder):
     data = open_data([str(store)])
     training = Training(data, MODELS[name], "quick", "all", data[0].encodings)
-    train(training, folder / name, QUIET)
+    train_model(training, folder / name, QUIET)
     export_model(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 

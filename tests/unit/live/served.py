@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from afferents.live.percept import Percept
-from afferents.live.web.limits import Limits
+from afferents.live.web.door import Limits
 from afferents.live.web.server import serve
 
 RATE_HZ = 50

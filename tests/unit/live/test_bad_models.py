@@ -8,9 +8,8 @@ import onnx
 import pytest
 import soundfile
 
-from afferents.core.card import METADATA
-from afferents.core.errors import InputError
 from afferents.devices import SampleClock
+from afferents.errors import InputError
 from afferents.live import (
     Microphone,
     Network,
@@ -21,7 +20,9 @@ from afferents.live import (
     open_sources,
     stream,
 )
-from afferents.recordings import WavFile, read_session
+from afferents.models.card import METADATA
+from afferents.recordings.audio import WavFile
+from afferents.recordings.session import read_session
 
 
 def changed(path, out, **fields):

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from afferents.pipeline import explain
+from afferents.reporting import explain
 
 
 @pytest.fixture(autouse=True)

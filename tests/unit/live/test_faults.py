@@ -7,7 +7,6 @@ import time
 import numpy as np
 import pytest
 
-from afferents.core.recording import Frame
 from afferents.live import (
     Begin,
     Camera,
@@ -21,8 +20,10 @@ from afferents.live import (
     Trouble,
     stream,
 )
-from afferents.live.mailbox import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
-from afferents.recordings import WavFile, read_session
+from afferents.live.events import WAITING_FRAMES, WAITING_SOUNDS, Mailbox
+from afferents.recordings.audio import WavFile
+from afferents.recordings.session import read_session
+from afferents.store.recording import Frame
 
 
 @pytest.fixture

@@ -22,9 +22,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import connect
 
-from afferents.live.web import door, limits
-from afferents.live.web.limits import Limits, affordable
-from afferents.live.web.quiet import one_line_errors
+from afferents.live.web import door
+from afferents.live.web.door import Limits, affordable, one_line_errors
 
 FILES = 64
 SHORT = {"request_s": 2.0, "taking_s": 2.0}
@@ -394,8 +393,8 @@ def test_what_goes_wrong_is_told_once_in_a_line(capsys):
 
 @pytest.mark.parametrize(
     ("files", "fewest", "most"),
-    [(64, 5, 18), (20, 1, 1), (100_000, limits.CEILING, limits.CEILING),
-     (resource.RLIM_INFINITY, limits.CEILING, limits.CEILING)],
+    [(64, 5, 18), (20, 1, 1), (100_000, door.CEILING, door.CEILING),
+     (resource.RLIM_INFINITY, door.CEILING, door.CEILING)],
 )  # fmt: skip
 def test_places_by_the_files_that_may_be_open(monkeypatch, files, fewest, most):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (files, files))

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from afferents.live.audio_quality import AudioQuality
-from afferents.live.model_session import ModelSession, no_surer
 from afferents.live.network import Outcome
 from afferents.live.percept import Counters
+from afferents.live.quality import AudioQuality
+from afferents.live.session import ModelSession, no_surer
 from afferents.live.terminal import Bars
-from afferents.training.calibrate import best_evidence, interval_of
+from afferents.models.calibrate import best_evidence, interval_of
 
 
 @given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.51, 1))

@@ -9,25 +9,24 @@ import pytest
 import torch
 
 import afferents
-from afferents import cli
+from afferents import cli, dims
 from afferents.channels import CHANNELS, fill
-from afferents.core import dims
-from afferents.core.model import MODELS, models_named
-from afferents.core.progress import Progress
-from afferents.core.results import load_results
-from afferents.core.store import open_responses
 from afferents.encodings.tactile_image import component_images
+from afferents.evaluation.data import open_data
+from afferents.evaluation.encode import encode, response_of, sources_of
+from afferents.evaluation.results import load_results
+from afferents.evaluation.train import Training, train_model
 from afferents.live import Network, Pace, ReplayedVideo
 from afferents.live.images import Images
-from afferents.markers import load_sensor
-from afferents.pipeline import explain
-from afferents.pipeline.data import open_data
-from afferents.pipeline.encode import encode, response_of, sources_of
-from afferents.pipeline.export import export_model
-from afferents.pipeline.report import figure_data
-from afferents.pipeline.train import Training, train
-from afferents.recordings import open_video
-from afferents.training import load_model
+from afferents.markers.sensor import load_sensor
+from afferents.models.export import export_model
+from afferents.models.folder import load_model
+from afferents.models.model import MODELS, models_named
+from afferents.progress import Progress
+from afferents.recordings.video import open_video
+from afferents.reporting import explain
+from afferents.reporting.report import figure_data
+from afferents.store.zarr_store import open_responses
 
 ALONE = ("--quiet", "--workers", 1)
 OWN = f"{Path(__file__).parent / 'own_markers.py'}"
@@ -64,7 +63,7 @@ def trained(store, model):
     folder = store.parent / model.name
     data = open_data([str(store)])
     training = Training(data, model, "quick", "all", data[0].encodings)
-    card = train(training, folder, Progress(quiet=True))
+    card = train_model(training, folder, Progress(quiet=True))
     export_model(folder, folder.with_suffix(".onnx"))
     return card
 

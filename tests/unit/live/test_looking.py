@@ -10,20 +10,11 @@ import pytest
 import soundfile
 from rich.console import Console
 
-from afferents.core.errors import InputError
-from afferents.core.recording import Frame
-from afferents.live import (
-    Begin,
-    CameraFrame,
-    FoundImages,
-    Images,
-    Looker,
-    Sound,
-    images_of,
-    run,
-)
+from afferents.errors import InputError
+from afferents.live import Begin, CameraFrame, FoundImages, Images, Looker, Sound, images_of, run
 from afferents.live.web.snapshot import Snapshots
-from afferents.markers import load_sensor
+from afferents.markers.sensor import load_sensor
+from afferents.store.recording import Frame
 
 FPS = 90.0
 GRID = np.stack(np.meshgrid(*[(np.arange(19) - 9) * 22.0] * 2), axis=-1).reshape(-1, 2)

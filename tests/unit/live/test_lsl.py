@@ -10,7 +10,7 @@ os.environ.setdefault("LSLAPICFG", str(Path(__file__).with_name("lsl_api.cfg")))
 import pylsl
 
 from afferents.live import Network, Percept
-from afferents.live.lsl import published
+from afferents.live.outlets import published
 
 
 def test_another_program_gets_probabilities_and_percepts(models):

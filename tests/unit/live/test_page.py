@@ -17,10 +17,10 @@ import torch
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 from websockets.sync.client import connect
 
-from afferents.core.card import CARD, WEIGHTS
-from afferents.models import Deployed, build
-from afferents.pipeline.export import export_model
-from afferents.training import save_weights
+from afferents.models.card import CARD, WEIGHTS
+from afferents.models.export import export_model
+from afferents.models.folder import Deployed, save_weights
+from afferents.models.table import build
 
 from .conftest import LIVE
 

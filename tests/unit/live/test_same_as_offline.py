@@ -19,24 +19,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afferents
+from afferents import dims
 from afferents.channels import CHANNELS, fill, ra1_vector, sa1_vector
-from afferents.core import dims
-from afferents.core.model import MODELS
-from afferents.core.store import open_responses
-from afferents.encodings import (
-    Encodings,
-    SpectralEncoding,
-    spectral_samples,
-    tactile_images,
-)
-from afferents.encodings.tactile_image import component_images
+from afferents.encodings.settings import Encodings
+from afferents.encodings.spectra import SpectralEncoding, spectral_samples
+from afferents.encodings.tactile_image import component_images, tactile_images
+from afferents.evaluation.encode import encode, sources_of
+from afferents.extraction.extract import responses_of
 from afferents.live import Network, Pace, Perceiver, ReplayedSound, ReplayedVideo, Sound, stream
 from afferents.live.images import Images
-from afferents.markers import load_sensor
-from afferents.pipeline.encode import encode, sources_of
-from afferents.pipeline.extract import responses_of
-from afferents.recordings import WavFile, open_video, read_session
-from afferents.training import load_model
+from afferents.markers.sensor import load_sensor
+from afferents.models.folder import load_model
+from afferents.models.model import MODELS
+from afferents.recordings.audio import WavFile
+from afferents.recordings.session import read_session
+from afferents.recordings.video import open_video
+from afferents.store.zarr_store import open_responses
 
 
 def live_images(video, sensor):

@@ -9,13 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afferents
-from afferents.core.card import read_card
-from afferents.core.errors import InputError
-from afferents.core.evidence import MEMORY_S, Evidence
-from afferents.encodings import log_waves, wave_spectra
+from afferents.encodings.wavenumbers import log_waves, wave_spectra
+from afferents.errors import InputError
 from afferents.live import Network
-from afferents.models import Deployed, build, fit_temperature
-from afferents.training import best_evidence, load_model
+from afferents.models.calibrate import best_evidence
+from afferents.models.card import read_card
+from afferents.models.confidence import MEMORY_S, Evidence, fit_temperature
+from afferents.models.folder import Deployed, load_model
+from afferents.models.table import build
 
 
 def test_the_card_says_what_it_learnt_from(models):

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.core.recording import Frame, GreyImage
-from afferents.markers import BlobDetector, Sensor
+from afferents.markers.sensor import BlobDetector, Sensor
+from afferents.store.recording import Frame, GreyImage
 
 SHAPE = (240, 320)
 

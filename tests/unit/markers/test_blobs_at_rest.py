@@ -6,17 +6,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+from afferents import dims
 from afferents.channels import sa1
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.markers import (
-    load_sensor,
-    recognise_sensor,
-    rest_positions,
-    rest_sentences,
-    track,
-)
-from afferents.markers.false_markers import without_false_markers
+from afferents.errors import InputError
+from afferents.markers.estimate import recognise_sensor
+from afferents.markers.rest import rest_sentences
+from afferents.markers.sensor import load_sensor
+from afferents.markers.suspects import without_false_markers
+from afferents.markers.track import rest_positions, track_markers
 
 from .test_grid import lattice
 
@@ -66,7 +63,7 @@ def followed(at_rest, reference, sway):
 @pytest.mark.parametrize("n", [362, 360])
 def test_published_goes_on_by_nearest_neighbour(clip, reference, n):
     blobs = np.vstack([pins(), SPECK]) if n == 362 else np.delete(pins(), 100, axis=0)
-    tracks = track(clip(blobs), TIP, "published", reference)
+    tracks = track_markers(clip(blobs), TIP, "published", reference)
     rest, position = followed(blobs, reference, SWAY)
     np.testing.assert_allclose(tracks[dims.REST_POSITION], rest, atol=0.2)
     np.testing.assert_allclose(tracks[dims.POSITION][10:], position, atol=0.2)
@@ -79,7 +76,7 @@ def test_published_goes_on_by_nearest_neighbour(clip, reference, n):
 @pytest.mark.parametrize("n", [362, 360])
 def test_the_others_take_the_361_of_the_layout(clip, method, n):
     blobs = np.vstack([SPECK, pins()]) if n == 362 else np.delete(pins(), 100, axis=0)
-    tracks = track(clip(blobs), TIP, method)
+    tracks = track_markers(clip(blobs), TIP, method)
     truth = pins() + SWAY[:, None]
     there = np.arange(361) != 100 if n == 360 else np.ones(361, bool)
     np.testing.assert_allclose(tracks[dims.REST_POSITION].values[there], pins()[there], atol=0.2)
@@ -93,13 +90,13 @@ def test_the_others_take_the_361_of_the_layout(clip, method, n):
 
 
 def test_nothing_is_said_of_a_rest_frame_as_it_should_be(clip, reference):
-    tracks = track(clip(pins()), TIP, "published", reference)
+    tracks = track_markers(clip(pins()), TIP, "published", reference)
     assert rest_sentences({"3/50": tracks.attrs, "a store of earlier": {}}) == []
 
 
 def test_without_a_reference_published_needs_all(clip):
     with pytest.raises(InputError, match=r"expected 361 markers .* found 362; .*reference clip"):
-        track(clip(np.vstack([pins(), SPECK])), TIP, "published")
+        track_markers(clip(np.vstack([pins(), SPECK])), TIP, "published")
     with pytest.raises(InputError, match=r"expected 361 markers .* found 362"):
         rest_positions(clip(np.vstack([pins(), SPECK])), TIP)
 
@@ -110,7 +107,7 @@ def test_another_sensor_is_refused_all_the_same(clip, reference, method):
         InputError,
         match=r"expected 361 markers .* found 250; a run must begin with the skin at rest",
     ):
-        track(clip(pins()[:250]), TIP, method, reference)
+        track_markers(clip(pins()[:250]), TIP, method, reference)
 
 
 def test_rest_positions_beyond_10_px_are_the_references_under_published(clip, reference):
@@ -118,7 +115,7 @@ def test_rest_positions_beyond_10_px_are_the_references_under_published(clip, re
     shift = np.array([8.5, 8.5])  # at rest no neighbour lies within 10 px either
     sway = np.vstack([[0, 0], [-4, 0], 0.2 * SWAY])  # a jerk, and they are caught
     shifted = clip(pins() + shift, sway)
-    tracks = track(shifted, TIP, "published", reference)
+    tracks = track_markers(shifted, TIP, "published", reference)
     rest, position = followed(pins() + shift, reference, sway)
     np.testing.assert_array_equal(rest, reference)
     np.testing.assert_allclose(tracks[dims.REST_POSITION], reference, atol=1e-9)
@@ -134,7 +131,7 @@ def test_rest_positions_beyond_10_px_are_the_references_under_published(clip, re
     ours = np.linalg.norm(sway, axis=-1).mean()
     assert theirs > 10 > 10 * ours
     assert mean_sa1(tracks) == pytest.approx(theirs, abs=0.1)
-    assert mean_sa1(track(shifted, TIP)) == pytest.approx(ours, abs=0.1)
+    assert mean_sa1(track_markers(shifted, TIP)) == pytest.approx(ours, abs=0.1)
 
 
 @pytest.mark.parametrize("n", [362, 360])

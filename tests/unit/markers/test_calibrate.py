@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.markers import load_sensor, track
-from afferents.markers.calibrate import calibrate, sensor_toml
+from afferents import dims
+from afferents.errors import InputError
+from afferents.markers.calibrate import calibrate_from_clips, sensor_toml
+from afferents.markers.sensor import load_sensor
+from afferents.markers.track import track_markers
 
 
 @pytest.fixture
@@ -31,17 +32,17 @@ def written(found, tmp_path):
 
 
 def test_a_square_sensor_is_described_whole(draw, video, grid, tmp_path):
-    found = calibrate(video([draw(grid)] * 9), "mine", pitch_mm=1.4)
+    found = calibrate_from_clips(video([draw(grid)] * 9), "mine", pitch_mm=1.4)
     sensor = written(found, tmp_path)
     assert (sensor.layout, sensor.rows, sensor.columns) == ("square", 6, 8)
     assert (sensor.name, sensor.pitch_mm, sensor.n_markers) == ("mine", 1.4, 48)
     assert sensor == found.sensor
-    tracks = track(video([draw(grid + np.array([t, 0])) for t in range(4)]), sensor)
+    tracks = track_markers(video([draw(grid + np.array([t, 0])) for t in range(4)]), sensor)
     assert tracks[dims.DETECTED].all()
 
 
 def test_a_square_sensor_with_a_broken_pin_is_square_still(draw, video, grid, tmp_path):
-    found = calibrate(video([draw(np.delete(grid, 20, axis=0))] * 9), "mine")
+    found = calibrate_from_clips(video([draw(np.delete(grid, 20, axis=0))] * 9), "mine")
     sensor = written(found, tmp_path)
     assert (sensor.layout, sensor.rows, sensor.columns, sensor.n_markers) == ("square", 6, 8, 48)
     assert len(found.position) == 47
@@ -49,7 +50,7 @@ def test_a_square_sensor_with_a_broken_pin_is_square_still(draw, video, grid, tm
 
 def test_only_the_frames_at_rest_are_looked_at(draw, video, grid):
     clip = video([draw(grid + np.array([max(0, t - 3), 0])) for t in range(9)])
-    found = calibrate(clip, "mine")
+    found = calibrate_from_clips(clip, "mine")
     assert (found.clips[0].n_still, found.clips[0].n_looked) == (4, 9)
     order = np.lexsort((found.position[:, 0].round(), found.position[:, 1].round()))
     np.testing.assert_allclose(found.position[order], grid, atol=0.1)
@@ -57,25 +58,25 @@ def test_only_the_frames_at_rest_are_looked_at(draw, video, grid):
 
 def test_dark_markers_are_calibrated(draw, video, grid, tmp_path):
     clip = video([draw(grid, skin=220, marker=30)] * 9)
-    assert written(calibrate(clip, "mine"), tmp_path).detector.blob_colour == 0
+    assert written(calibrate_from_clips(clip, "mine"), tmp_path).detector.blob_colour == 0
 
 
 def test_a_free_layout_keeps_its_names_in_another_recording(draw, video, rings, tmp_path):
-    sensor = written(calibrate(video([draw(rings)] * 9), "mine"), tmp_path)
+    sensor = written(calibrate_from_clips(video([draw(rings)] * 9), "mine"), tmp_path)
     assert len(sensor.markers) == 37
     middle = rings.mean(axis=0)
     angle = np.radians(9)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     seen = (rings - middle) @ turn + middle + (8, -5)
-    tracks = track(video([draw(seen)] * 3), sensor)
+    tracks = track_markers(video([draw(seen)] * 3), sensor)
     names = np.array(sensor.markers)
     expected = (names - middle) @ turn + middle + (8, -5)
     np.testing.assert_allclose(tracks[dims.REST_POSITION].values, expected, atol=1.0)
 
 
 def test_a_missing_pin_is_lost_and_the_others_keep_their_names(draw, video, rings, tmp_path):
-    sensor = written(calibrate(video([draw(rings)] * 9), "mine"), tmp_path)
-    tracks = track(video([draw(np.delete(rings, 25, axis=0))] * 3), sensor)
+    sensor = written(calibrate_from_clips(video([draw(rings)] * 9), "mine"), tmp_path)
+    tracks = track_markers(video([draw(np.delete(rings, 25, axis=0))] * 3), sensor)
     lost = np.flatnonzero(~tracks[dims.DETECTED].values.any(axis=0))
     assert len(lost) == 1
     np.testing.assert_allclose(np.array(sensor.markers)[lost[0]], rings[25], atol=0.5)
@@ -90,13 +91,13 @@ def test_a_missing_pin_is_lost_and_the_others_keep_their_names(draw, video, ring
 )
 def test_a_clip_that_shows_no_sensor_at_rest_is_refused(images, sentence, draw, video, grid):
     with pytest.raises(InputError, match=sentence):
-        calibrate(video(images(draw, grid)), "mine")
+        calibrate_from_clips(video(images(draw, grid)), "mine")
 
 
 @pytest.mark.parametrize("pitch_mm", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_pitch_that_is_none_is_refused(draw, video, grid, pitch_mm):
     with pytest.raises(InputError, match="--pitch-mm: expected a distance above 0, mm"):
-        calibrate(video([draw(grid)] * 9), "s", pitch_mm)
+        calibrate_from_clips(video([draw(grid)] * 9), "s", pitch_mm)
 
 
 def shaken(draw, position, spots, n_frames=24):
@@ -107,7 +108,7 @@ def shaken(draw, position, spots, n_frames=24):
 
 def test_specks_beyond_the_layout_are_left_out_and_counted(draw, video, rings):
     specks = np.array([[20, 20], [296, 210], [300, 120]])
-    found = calibrate(video([draw(np.concatenate([rings, specks]))] * 12), "mine")
+    found = calibrate_from_clips(video([draw(np.concatenate([rings, specks]))] * 12), "mine")
     assert len(found.position) == 37
     order = np.argsort(found.suspects[:, 0])
     np.testing.assert_allclose(found.suspects[order], specks, atol=0.5)
@@ -116,20 +117,22 @@ def test_specks_beyond_the_layout_are_left_out_and_counted(draw, video, rings):
 
 def test_spots_that_stay_while_all_round_them_moves_are_left_out(draw, video, grid):
     spots = grid[[9, 28]] + 14
-    found = calibrate(video(shaken(draw, grid, spots)), "mine")
+    found = calibrate_from_clips(video(shaken(draw, grid, spots)), "mine")
     np.testing.assert_allclose(found.suspects, spots, atol=0.5)
     assert (found.sensor.layout, found.sensor.n_markers) == ("square", 48)
     assert found.n_again == 48
 
 
 def test_a_marker_that_others_hide_is_no_suspect(draw, video, grid):
-    assert len(calibrate(video(shaken(draw, grid, np.zeros((0, 2)))), "mine").suspects) == 0
+    assert (
+        len(calibrate_from_clips(video(shaken(draw, grid, np.zeros((0, 2)))), "mine").suspects) == 0
+    )
 
 
 def test_what_one_clip_hides_another_shows(draw, video, rings):
     shown = [np.delete(rings, k, axis=0) for k in ([5, 30], [12], [20, 21])]
     clips = [video([draw(each + np.array([3 * k, -2 * k]))] * 9) for k, each in enumerate(shown)]
-    found = calibrate(clips, "mine")
+    found = calibrate_from_clips(clips, "mine")
     assert found.sensor.n_markers == 37
     order = np.lexsort((rings[:, 0].round(), rings[:, 1].round()))
     ours = np.lexsort((found.position[:, 0].round(), found.position[:, 1].round()))
@@ -138,10 +141,10 @@ def test_what_one_clip_hides_another_shows(draw, video, rings):
 
 def test_a_sensor_file_fits_a_clip_in_other_light(draw, video, rings, tmp_path):
     """One side lies in the dark: its markers stand out by a fifth of what the others do."""
-    sensor = written(calibrate(video([draw(rings)] * 9), "mine"), tmp_path)
+    sensor = written(calibrate_from_clips(video([draw(rings)] * 9), "mine"), tmp_path)
     dark = draw(rings).astype(float)
     dark[:, 200:] = 20 + 0.2 * (dark[:, 200:] - 20)
-    tracks = track(video([np.rint(dark).astype(np.uint8)] * 12), sensor)
+    tracks = track_markers(video([np.rint(dark).astype(np.uint8)] * 12), sensor)
     assert tracks[dims.DETECTED][0].all()
     np.testing.assert_allclose(tracks[dims.REST_POSITION], np.array(sensor.markers), atol=0.5)
 
@@ -150,17 +153,17 @@ def test_a_flash_in_the_first_frame_hides_no_marker(draw, video, rings, tmp_path
     """What one frame does not show, the median of those at rest does, for both commands."""
     images = [draw(rings) for _ in range(12)]
     images[0][60:180, 60:150] = 255
-    sensor = written(calibrate(video(images), "mine"), tmp_path)
+    sensor = written(calibrate_from_clips(video(images), "mine"), tmp_path)
     assert sensor.n_markers == 37
-    assert track(video(images), sensor)[dims.DETECTED][3:].mean() > 0.99
+    assert track_markers(video(images), sensor)[dims.DETECTED][3:].mean() > 0.99
 
 
 def test_clips_of_two_sensors_are_refused(draw, video, rings, grid):
     with pytest.raises(InputError, match=r"expected the 37 markers of .*found \d+ of them"):
-        calibrate([video([draw(rings)] * 9), video([draw(grid)] * 9)], "mine")
+        calibrate_from_clips([video([draw(rings)] * 9), video([draw(grid)] * 9)], "mine")
 
 
 def test_clips_of_two_sizes_are_refused(draw, video, rings):
     small = [draw(rings, shape=(230, 320))] * 9
     with pytest.raises(InputError, match=r"expected 320 x 240 px, as in drawn\.mp4"):
-        calibrate([video([draw(rings)] * 9), video(small)], "mine")
+        calibrate_from_clips([video([draw(rings)] * 9), video(small)], "mine")

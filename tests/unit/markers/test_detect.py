@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.markers import detect, estimate_detector, recognise_sensor
+from afferents.errors import InputError
+from afferents.markers.detect import detect
+from afferents.markers.estimate import estimate_detector, recognise_sensor
 
 
 def rings(centre=(160, 120), radii=(25, 50, 75, 100), gap=22):

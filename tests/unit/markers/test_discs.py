@@ -4,9 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.markers import DiscDetector, load_sensor
-from afferents.markers.detect import spacing_px
-from afferents.markers.discs import find_discs
+from afferents.markers.detect import find_discs, spacing_px
+from afferents.markers.sensor import DiscDetector, load_sensor
 from afferents.markers.suspects import beyond_layout
 
 DISCS = DiscDetector(radius_px=5.0)

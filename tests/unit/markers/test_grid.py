@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
-from afferents.markers import assign_grid, published_grid
-from afferents.markers.grid import fill_grid
+from afferents.errors import InputError
+from afferents.markers.grid import assign_grid, fill_grid, published_grid
 
 PITCH = 22.0
 

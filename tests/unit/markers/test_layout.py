@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from afferents.core.errors import InputError
-from afferents.markers import load_sensor
+from afferents.errors import InputError
 from afferents.markers.detect import spacing_px
 from afferents.markers.layout import find_layout, match_layout
+from afferents.markers.sensor import load_sensor
 
 MIDDLE = (320.0, 240.0)
 

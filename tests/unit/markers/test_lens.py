@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from afferents.core import dims
-from afferents.markers import Lens, load_sensor, track, undistorted
-from afferents.markers.lens import undistort
+from afferents import dims
+from afferents.markers.detect import undistort, undistorted
+from afferents.markers.sensor import Lens, load_sensor
+from afferents.markers.track import track_markers
 
 PINHOLE = Lens(
     focal_px=(420.0, 425.0), centre_px=(321.0, 238.0), distortion=(-0.28, 0.07, 1e-3, -5e-4, 0.0)
@@ -41,7 +42,7 @@ def test_what_a_lens_bends_is_straightened(lens):
 
 def test_tracks_are_straightened_after_tracking(draw, video, free):
     places = np.stack(np.meshgrid([60.0, 100, 140], [60.0, 100, 140]), -1).reshape(-1, 2)
-    tracks = track(video([draw(places), draw(places + 1)]), free)
+    tracks = track_markers(video([draw(places), draw(places + 1)]), free)
     lens = PINHOLE.model_copy(update={"centre_px": (100.0, 100.0)})
     straight = undistorted(tracks, lens)
     np.testing.assert_array_equal(straight[dims.DETECTED], tracks[dims.DETECTED])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from afferents.core.errors import InputError
-from afferents.markers import load_sensor, packaged_sensors
+from afferents.errors import InputError
 from afferents.markers.rest import AtRest, order_markers
+from afferents.markers.sensor import load_sensor, packaged_sensors
 
 GOOD = """
 name = "three"

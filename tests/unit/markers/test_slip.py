@@ -4,9 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.core import dims
-from afferents.markers import DiscDetector, Sensor, describe, track
-from afferents.markers.calibrate import calibrate
+from afferents import dims
+from afferents.markers.calibrate import calibrate_from_clips
+from afferents.markers.quality import describe
+from afferents.markers.sensor import DiscDetector, Sensor
+from afferents.markers.track import track_markers
 
 PITCH, SHAPE = 8.0, (240, 320)
 
@@ -71,7 +73,7 @@ def test_no_name_is_wrong_where_a_dense_skin_moves_fast(
     video, dense, sensor, most_px, width_px, repeat
 ):
     truth = pressed(dense, most_px, width_px, 24, repeat)
-    tracks = track(filmed(video, truth, repeat), sensor)
+    tracks = track_markers(filmed(video, truth, repeat), sensor)
     assert wrong(tracks, truth) < 5e-3
     assert tracks[dims.DETECTED].values[-1].mean() > 0.99
     assert "569 are back within half a spacing of rest, 0 ended elsewhere" in describe(tracks)[0]
@@ -80,7 +82,7 @@ def test_no_name_is_wrong_where_a_dense_skin_moves_fast(
 def test_a_slip_of_all_markers_to_the_next_row_is_found_and_put_right(video, dense, sensor):
     """Half of a press, and back at once: a step of more than half the spacing."""
     truth = np.concatenate([pressed(dense, 14, 60, 24, 1)[:13], [dense] * 5])
-    tracks = track(filmed(video, truth), sensor)
+    tracks = track_markers(filmed(video, truth), sensor)
     assert tracks.attrs["audit_slips"] >= 1
     assert wrong(tracks, truth) < 5e-3
     assert tracks[dims.DETECTED].values[-1].all()
@@ -89,7 +91,7 @@ def test_a_slip_of_all_markers_to_the_next_row_is_found_and_put_right(video, den
 
 def test_a_part_that_was_slipped_by_hand_is_put_right(video, dense, sensor):
     """The upper third is one row off; everything is at rest."""
-    from afferents.markers import Tracker
+    from afferents.markers.track import Tracker
 
     image = shown(dense)
     tracker = Tracker(sensor, dense, "windowed", image)
@@ -104,7 +106,7 @@ def test_a_part_that_was_slipped_by_hand_is_put_right(video, dense, sensor):
 def test_a_skin_that_truly_moves_by_a_spacing_is_left_alone(video, dense, sensor):
     way = np.stack([np.linspace(0, PITCH, 9), np.zeros(9)], axis=1)
     truth = np.concatenate([dense + way[:, None], [dense + way[-1]] * 4])
-    tracks = track(filmed(video, truth), sensor)
+    tracks = track_markers(filmed(video, truth), sensor)
     assert wrong(tracks, truth) == 0
     assert tracks[dims.DETECTED].values.all()
     assert tracks.attrs["audit_slips"] == 0
@@ -113,7 +115,7 @@ def test_a_skin_that_truly_moves_by_a_spacing_is_left_alone(video, dense, sensor
 @pytest.mark.parametrize("marker", [200.0, 90.0])
 def test_dense_skins_of_small_markers_are_calibrated_whole(video, dense, marker):
     clip = video([shown(dense, marker, seed) for seed in range(10)])
-    found = calibrate(clip, "mine")
+    found = calibrate_from_clips(clip, "mine")
     assert (found.sensor.layout, found.sensor.n_markers, found.n_again) == ("hexagonal", 569, 569)
     assert len(found.suspects) == 0
 
@@ -126,5 +128,5 @@ def test_a_dense_skin_in_light_that_falls_off_is_calibrated_whole(video, dense):
     away = np.hypot(x - 160, y - 120)
     fallen = 60 + bright * np.interp(away, [0, 105], [1.0, 0.25])
     assert light.min() < 0.26
-    found = calibrate(video([np.rint(fallen).astype(np.uint8)] * 10), "mine")
+    found = calibrate_from_clips(video([np.rint(fallen).astype(np.uint8)] * 10), "mine")
     assert found.sensor.n_markers == 569

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from afferents import dims
 from afferents.channels import fill, sa1
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.recording import Frame
-from afferents.markers import Tracker, describe, measure_quality, rest_positions, track
+from afferents.errors import InputError
+from afferents.markers.quality import describe, measure_quality
+from afferents.markers.track import Tracker, rest_positions, track_markers
+from afferents.store.recording import Frame
 
 
 def grid_3x4(shift=(0.0, 0.0)):
@@ -18,7 +19,7 @@ def grid_3x4(shift=(0.0, 0.0)):
 
 def test_tracks_carry_names_units_and_true_times(draw, video, square):
     images = [draw(grid_3x4((0.5 * t, 0))) for t in range(6)]
-    tracks = track(video(images), square)
+    tracks = track_markers(video(images), square)
     assert tracks[dims.POSITION].dims == (dims.TIME, dims.MARKER, dims.SPACE)
     assert tracks[dims.DETECTED].dims == (dims.TIME, dims.MARKER)
     assert tracks[dims.REST_POSITION].dims == (dims.MARKER, dims.SPACE)
@@ -30,7 +31,7 @@ def test_tracks_carry_names_units_and_true_times(draw, video, square):
 
 
 def test_frames_keep_their_numbers_and_those_before_rest_are_not_tracked(draw, video, square):
-    tracks = track(video([draw(grid_3x4((0.5 * t, 0))) for t in range(6)]), square)
+    tracks = track_markers(video([draw(grid_3x4((0.5 * t, 0))) for t in range(6)]), square)
     assert tracks.sizes[dims.TIME] == 6
     assert np.isnan(tracks[dims.POSITION][:2]).all()
     assert not tracks[dims.DETECTED][:2].any()
@@ -40,7 +41,7 @@ def test_frames_keep_their_numbers_and_those_before_rest_are_not_tracked(draw, v
 
 
 def test_a_square_layout_is_ordered_by_row_then_column(draw, video, square):
-    tracks = track(video([draw(grid_3x4())] * 3), square)
+    tracks = track_markers(video([draw(grid_3x4())] * 3), square)
     assert tracks[dims.ROW].values.tolist() == [0] * 4 + [1] * 4 + [2] * 4
     assert tracks[dims.COLUMN].values.tolist() == [0, 1, 2, 3] * 3
     assert tracks.attrs["roll_deg"] == pytest.approx(0, abs=0.2)
@@ -49,25 +50,25 @@ def test_a_square_layout_is_ordered_by_row_then_column(draw, video, square):
 
 def test_published_order_is_by_x_or_that_of_the_reference(draw, video, square):
     turned = grid_3x4() @ np.array([[0.995, 0.0999], [-0.0999, 0.995]])
-    alone = track(video([draw(turned)] * 3), square, "published")
+    alone = track_markers(video([draw(turned)] * 3), square, "published")
     assert (np.diff(alone[dims.REST_POSITION].sel(space="x")) > 0).all()
     reference = turned[np.random.default_rng(0).permutation(12)]
-    led = track(video([draw(turned + 2)] * 3), square, "published", reference)
+    led = track_markers(video([draw(turned + 2)] * 3), square, "published", reference)
     np.testing.assert_allclose(led[dims.REST_POSITION], reference + 2, atol=0.1)
 
 
 def test_a_free_layout_follows_the_reference_one_to_one(draw, video, free):
     reference = rest_positions(video([draw(grid_3x4())]), free)
-    tracks = track(video([draw(grid_3x4((12, 0)))]), free, reference=reference)
+    tracks = track_markers(video([draw(grid_3x4((12, 0)))]), free, reference=reference)
     np.testing.assert_allclose(tracks[dims.REST_POSITION], reference + np.array([12, 0]), atol=0.1)
     assert dims.ROW not in tracks.coords
     with pytest.raises(InputError, match="the 12 markers of the reference video, found 11"):
-        track(video([draw(grid_3x4()[1:])]), free, reference=reference)
+        track_markers(video([draw(grid_3x4()[1:])]), free, reference=reference)
 
 
 def test_a_tracker_steps_as_track_does(draw, video, free):
     images = [draw(grid_3x4((t, 0.5 * t))) for t in range(4)]
-    tracks = track(video(images), free)
+    tracks = track_markers(video(images), free)
     tracker = Tracker(free, tracks[dims.REST_POSITION].values)
     for t in range(1, 4):
         position, detected = tracker.step(images[t])
@@ -80,7 +81,7 @@ def test_a_tracker_finds_the_markers_in_its_first_frame(draw, video, square, met
     images = [draw(grid_3x4((1.5 * t, 0.5 * t))) for t in range(4)]
     tracker = Tracker(square, method=method)
     stepped = [tracker.step(image) for image in images]
-    tracks = track(video(images), square.model_copy(update={"rest_frame": 0}), method)
+    tracks = track_markers(video(images), square.model_copy(update={"rest_frame": 0}), method)
     np.testing.assert_array_equal(
         np.stack([found.position for found in stepped]), tracks[dims.POSITION]
     )
@@ -93,7 +94,9 @@ def test_the_published_tracker_keeps_a_lost_marker_where_it_was(draw, video, squ
     """So nothing is left to be filled from its neighbours, as in the published code."""
     images = [draw(grid_3x4((max(0, t - 2), 0))) for t in range(5)]
     images.append(draw(np.delete(grid_3x4((3, 0)), 5, axis=0)))
-    published, ours = (track(video(images), square, how) for how in ("published", "windowed"))
+    published, ours = (
+        track_markers(video(images), square, how) for how in ("published", "windowed")
+    )
     (lost,) = np.flatnonzero(~published[dims.DETECTED].values[5])
     felt = sa1(published[dims.POSITION], published[dims.REST_POSITION])
     assert felt.values[5, lost] == felt.values[4, lost] == pytest.approx(2, abs=0.1)
@@ -104,13 +107,13 @@ def test_the_published_tracker_keeps_a_lost_marker_where_it_was(draw, video, squ
 
 def test_a_single_marker_is_tracked(draw, video, free):
     images = [draw([[100 + t, 100]]) for t in range(3)] + [draw(np.zeros((0, 2)))]
-    tracks = track(video([*images, draw([[103, 100]])]), free)
+    tracks = track_markers(video([*images, draw([[103, 100]])]), free)
     assert tracks[dims.DETECTED].values.ravel().tolist() == [True, True, True, False, True]
 
 
 def test_a_wholly_dark_frame_loses_all_and_none_for_good(draw, video, free):
     images = [draw(grid_3x4()), draw(np.zeros((0, 2))), draw(grid_3x4((1, 0)))]
-    tracks = track(video(images), free)
+    tracks = track_markers(video(images), free)
     assert not tracks[dims.DETECTED][1].any()
     assert np.isnan(tracks[dims.POSITION][1]).all()
     np.testing.assert_allclose(
@@ -130,13 +133,13 @@ def test_bad_videos_are_refused_in_one_sentence(draw, video, square):
     }
     for complaint, images in cases.items():
         with pytest.raises(InputError, match=rf"drawn\.mp4: {complaint}"):
-            track(video(images), square)
+            track_markers(video(images), square)
 
 
 def test_a_broken_pin_is_lost_and_the_others_keep_their_places(draw, video, square):
     whole = grid_3x4()
     images = [draw(np.delete(whole, 5, axis=0) + np.array([t, 0])) for t in range(6)]
-    tracks = track(video(images), square)
+    tracks = track_markers(video(images), square)
     assert np.flatnonzero(~tracks[dims.DETECTED].values[2:].any(axis=0)).tolist() == [5]
     np.testing.assert_allclose(tracks[dims.REST_POSITION], whole + np.array([2, 0]), atol=0.5)
     assert any("missing in the rest frame: 1 " in sentence for sentence in describe(tracks))
@@ -145,14 +148,14 @@ def test_a_broken_pin_is_lost_and_the_others_keep_their_places(draw, video, squa
 
 def test_a_video_of_another_size_is_refused(draw, video, square):
     sensor = square.model_copy(update={"width": 640, "height": 480})
-    for read in (track, rest_positions):
+    for read in (track_markers, rest_positions):
         with pytest.raises(InputError, match=r"640 x 480 px, .* found 320 x 240 px"):
             read(video([draw(grid_3x4())] * 3), sensor)
 
 
 def test_markers_beyond_the_radius_are_left_out(draw, video, free):
     sensor = free.model_copy(update={"radius_px": 80.0})
-    tracks = track(video([draw([*grid_3x4(), [300, 220]])]), sensor)
+    tracks = track_markers(video([draw([*grid_3x4(), [300, 220]])]), sensor)
     assert tracks.sizes[dims.MARKER] == 12
 
 
@@ -160,7 +163,7 @@ def test_quality_counts_what_was_drawn(draw, video, free):
     lost_in_one = grid_3x4((3, 0))
     lost_in_one[0] = np.nan
     images = [draw(p) for p in (grid_3x4(), grid_3x4((3, 0)), lost_in_one, grid_3x4((3, 0)))]
-    tracks = track(video([*images, draw(grid_3x4())]), free)
+    tracks = track_markers(video([*images, draw(grid_3x4())]), free)
     quality = measure_quality(tracks)
     assert (quality.n_markers, quality.n_frames, quality.n_shared) == (12, 5, 0)
     assert quality.share_lost == pytest.approx(1 / 60)
@@ -170,11 +173,11 @@ def test_quality_counts_what_was_drawn(draw, video, free):
 
 
 def test_description_is_plain_and_names_only_what_occurred(draw, video, free, square):
-    still = describe(track(video([draw(grid_3x4())] * 3), square))
+    still = describe(track_markers(video([draw(grid_3x4())] * 3), square))
     assert still[0].startswith("12 markers, lost for 0.0% of the time; at the end 12 are back")
     assert any("grid of 3 x 4" in s for s in still)
     assert not any("repeat" in s or "claimed" in s or "not move" in s for s in still)
-    dark = describe(track(video([draw(grid_3x4()), *[draw(np.zeros((0, 2)))] * 6]), free))
+    dark = describe(track_markers(video([draw(grid_3x4()), *[draw(np.zeros((0, 2)))] * 6]), free))
     assert any("No sensor file says" in s for s in dark)
     assert any("more than half of the time: 12" in s for s in dark)
     assert any("at the end none is found" in s for s in dark)
@@ -199,7 +202,7 @@ def test_frames_as_decoded_are_tracked_as_grey_ones(draw, video, free):
     places = [grid_3x4((1.5 * t, 0.7 * t)) for t in range(5)]
     images = [draw(place) for place in places]
     images.insert(3, draw([]))  # all lost, and found again in the whole picture
-    grey, decoded = track(video(images), free), track(Limited(images), free)
+    grey, decoded = track_markers(video(images), free), track_markers(Limited(images), free)
     np.testing.assert_array_equal(grey[dims.DETECTED], decoded[dims.DETECTED])
     np.testing.assert_allclose(grey[dims.POSITION], decoded[dims.POSITION], atol=0.05)
 
@@ -208,14 +211,14 @@ def test_nothing_changes_when_picture_and_places_are_shifted_together(draw, vide
     """A whole number of px: the same pixels elsewhere give the same track elsewhere."""
     images = [draw(grid_3x4((t, 0.5 * t))) for t in range(4)]
     moved = [np.roll(image, (7, 12), axis=(0, 1)) for image in images]
-    one, two = track(video(images), free), track(video(moved), free)
+    one, two = track_markers(video(images), free), track_markers(video(moved), free)
     np.testing.assert_allclose(two[dims.POSITION] - (12, 7), one[dims.POSITION], atol=1e-3)
 
 
 def test_turning_the_picture_by_right_angles_turns_the_track(draw, video, free):
     images = [draw(grid_3x4((t, 0.5 * t))) for t in range(4)]
     turned = [np.ascontiguousarray(np.rot90(image)) for image in images]
-    one, two = track(video(images), free), track(video(turned), free)
+    one, two = track_markers(video(images), free), track_markers(video(turned), free)
     x, y = np.moveaxis(one[dims.POSITION].values, -1, 0)
     expected = np.stack([y, images[0].shape[1] - 1 - x], axis=-1)
     found = two[dims.POSITION].values
@@ -231,6 +234,6 @@ def test_markers_of_any_size_are_tracked(draw, video, free, radius):
     places = [rest + np.array([1.5 * t, 0.6 * t]) for t in range(6)]
     limits = {"min_area_px2": 20.0, "max_area_px2": 3000.0}
     sensor = free.model_copy(update={"detector": free.detector.model_copy(update=limits)})
-    found = track(video([draw(place, radius=radius) for place in places]), sensor)
+    found = track_markers(video([draw(place, radius=radius) for place in places]), sensor)
     assert found[dims.DETECTED].all()
     np.testing.assert_allclose(found[dims.POSITION], places, atol=0.1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import log_softmax
 
-from afferents.models import best_weights, cross_entropy, weighted
+from afferents.models.confidence import best_weights, cross_entropy, weighted
 
 
 def guesses(n, sharpness, rng):

@@ -3,8 +3,9 @@
 import numpy as np
 import torch
 
-from afferents.core import dims
-from afferents.models import Discriminant, FitData, Gram, Ridge, Task, build_for
+from afferents import dims
+from afferents.models.base import FitData, Task, build_for
+from afferents.models.solved import Discriminant, Gram, Ridge
 
 
 def fitted(kind, values, labels, penalty, n_classes=3):

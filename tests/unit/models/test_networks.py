@@ -4,17 +4,11 @@ import pytest
 import torch
 from torch import nn
 
-from afferents.core.errors import InputError
-from afferents.models import (
-    CnnLstm,
-    SpatialNet,
-    VibrationNet,
-    build,
-    cnn_lstm,
-    count_parameters,
-    kernels_with_l2,
-    l2_penalty,
-)
+from afferents.errors import InputError
+from afferents.models import networks
+from afferents.models.layers import count_parameters, kernels_with_l2, l2_penalty
+from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
+from afferents.models.table import build
 
 NETWORKS = [
     ("spatial-net", (19, 19), SpatialNet, 261_709, 260_717),
@@ -199,7 +193,7 @@ def test_frames_of_a_run_share_one_network_and_their_order_matters():
 def test_where_no_lstm_is_in_bfloat16_it_is_in_float32(monkeypatch):
     model, of_frames = CnnLstm(13).eval(), torch.randn(3, 10, 1152)
     expected = model.after(of_frames)
-    monkeypatch.setattr(cnn_lstm, "takes_bfloat16", lambda: False)
+    monkeypatch.setattr(networks, "takes_bfloat16", lambda: False)
     with torch.autocast("cpu", dtype=torch.bfloat16):
         found = model.after(of_frames.bfloat16())
         torch.testing.assert_close(model.after(of_frames), expected)

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from afferents.models import (
-    KNOWN,
-    PENALTY,
-    FitData,
-    Gram,
-    Novelty,
-    Ridge,
-    equal_weights,
-    sum_of,
-)
+from afferents.models.base import FitData
+from afferents.models.confidence import KNOWN, Novelty
+from afferents.models.solved import PENALTY, Gram, Ridge, equal_weights, sum_of
 
 
 def test_by_hand():

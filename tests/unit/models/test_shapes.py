@@ -2,7 +2,9 @@
 
 import pytest
 
-from afferents.models import build, count_parameters, layer_shapes, written_shape
+from afferents.models.layers import count_parameters
+from afferents.models.shapes import layer_shapes, written_shape
+from afferents.models.table import build
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,10 @@ import pytest
 import torch
 from sklearn.linear_model import Ridge as SklearnRidge
 
-from afferents.core.errors import InputError
-from afferents.models import FitData, OrderSearch, Ridge, equal_weights
-from afferents.models.ridge import PENALTY
+from afferents.errors import InputError
+from afferents.models.base import FitData
+from afferents.models.orders import OrderSearch
+from afferents.models.solved import PENALTY, Ridge, equal_weights
 
 PER_OCTAVE = 12
 FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)

@@ -2,9 +2,8 @@
 
 import xarray as xr
 
-from afferents import DataSet, Recording, Session, WavFile
-from afferents.core import dims
-from afferents.core.responses import label
+from afferents import DataSet, Recording, Session, WavFile, dims
+from afferents.store.responses import label
 
 
 class Gloves(DataSet):

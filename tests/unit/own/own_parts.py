@@ -8,10 +8,9 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from torch import nn
 
-from afferents import Channel, ImageEncoding, Model
-from afferents.core import dims
-from afferents.core.samples import make_samples
-from afferents.encodings.spatial import frame_extents
+from afferents import Channel, ImageEncoding, Model, dims
+from afferents.encodings.images import frame_extents
+from afferents.encodings.samples import make_samples
 
 
 class Height(Channel):

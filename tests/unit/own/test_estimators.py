@@ -15,15 +15,15 @@ from skops.io import dump
 
 import afferents
 from afferents import cli
-from afferents.core.errors import InputError
-from afferents.core.own import named
-from afferents.training import load_model
+from afferents.errors import InputError
+from afferents.models.folder import load_model
+from afferents.plugins import named
 
 OWN = Path(__file__).with_name("own_parts.py")
 ASK = """
 import sys, numpy as np, torch
 from pathlib import Path
-from afferents.training import load_model
+from afferents.models.folder import load_model
 card, deployed = load_model(Path(sys.argv[1]))
 samples = np.random.default_rng(0).random((20, *card.shape), np.float32)
 with torch.no_grad():

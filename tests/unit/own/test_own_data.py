@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.pipeline.data import open_data
-from afferents.recordings import DATA_SETS, Stored, data_set_of
+from afferents.errors import InputError
+from afferents.evaluation.data import open_data
+from afferents.recordings.data_sets import DATA_SETS, Stored, data_set_of
 
 OWN = Path(__file__).with_name("own_data.py")
 MODEL = ("--models", "order-te", "--workers", "1", "--held-out", "30")

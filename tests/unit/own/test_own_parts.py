@@ -12,22 +12,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.own import named
-from afferents.core.results import PROBABILITY
+from afferents.errors import InputError
+from afferents.evaluation.results import PROBABILITY
+from afferents.plugins import named
 
 OWN = Path(__file__).with_name("own_parts.py")
 
 
 @pytest.fixture(scope="module")
 def stored(session, tmp_path_factory):
-    from afferents.core.progress import Progress
-    from afferents.markers import load_sensor
-    from afferents.pipeline.extract import extract
-    from afferents.pipeline.extraction import Extraction
+    from afferents.extraction.extract import extract_session
+    from afferents.extraction.options import Extraction
+    from afferents.markers.sensor import load_sensor
+    from afferents.progress import Progress
 
     store = tmp_path_factory.mktemp("own") / "s.zarr"
-    extract(Extraction(session, store, load_sensor("tip_b"), "windowed"), Progress(quiet=True))
+    extract_session(
+        Extraction(session, store, load_sensor("tip_b"), "windowed"), Progress(quiet=True)
+    )
     return store
 
 

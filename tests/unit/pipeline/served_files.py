@@ -10,8 +10,8 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import quote, unquote, urlsplit
 
-from afferents.core.progress import Progress
-from afferents.pipeline import fetch as fetching
+from afferents.progress import Progress
+from afferents.recordings.fetch import fetch as fetching
 
 
 class Site:

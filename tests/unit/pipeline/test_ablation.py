@@ -6,13 +6,13 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.core import dims
-from afferents.core.errors import InputError
-from afferents.core.protocol import PROTOCOLS
-from afferents.evaluation import LeaveOneSpeedOut
-from afferents.evaluation.ablation import Ablation, parse_speeds
-from afferents.markers import load_sensor
+from afferents import dims
+from afferents.errors import InputError
+from afferents.folds.ablation import Ablation, parse_speeds
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import LeaveOneSpeedOut
 from afferents.markers.places import image_places
+from afferents.markers.sensor import load_sensor
 
 
 def recordings(textures=("0", "0.5", "3"), speeds=(10, 20, 30)):

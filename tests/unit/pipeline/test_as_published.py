@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.pipeline.copies import notes_in
+from afferents.extraction.copies import notes_in
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts/as_published.py"
 SECONDS, N_FRAMES = 1.6, 144

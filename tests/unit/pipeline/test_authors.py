@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.core import cut
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.store import trimming
 
 h5py = pytest.importorskip("h5py")
 
@@ -33,9 +33,9 @@ def store(tmp_path_factory, make_session):
 @pytest.fixture(autouse=True)
 def short_cut(monkeypatch):
     """The published cut of a recording of 1.5 s instead of 65 s."""
-    monkeypatch.setattr(cut, "FIRST_FRAME", FIRST)
-    monkeypatch.setattr(cut, "LAST_FRAME", LAST)
-    monkeypatch.setattr(cut, "AUDIO_S", AUDIO_S)
+    monkeypatch.setattr(trimming, "FIRST_FRAME", FIRST)
+    monkeypatch.setattr(trimming, "LAST_FRAME", LAST)
+    monkeypatch.setattr(trimming, "AUDIO_S", AUDIO_S)
 
 
 def their_images(firing, rest):

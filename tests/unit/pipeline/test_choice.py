@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.encodings import ENCODINGS, Encodings, Known
-from afferents.pipeline.choice import encodings_for
-from afferents.pipeline.data import open_data
+from afferents.encodings.base import Known
+from afferents.encodings.settings import ENCODINGS, Encodings
+from afferents.errors import InputError
+from afferents.evaluation.choice import encodings_for
+from afferents.evaluation.data import open_data
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts/simulated_taxels.py"
 PUBLISHED = Known(44100.0, 60.0, 60.0, 10.0, 100.0, 600.0, 1, True)
@@ -68,7 +69,7 @@ def test_what_is_given_stays_and_the_rest_goes_with_it():
 
 def test_fabricslide_keeps_its_encodings(tmp_path):
     data_set = afferents.DATA_SETS["dataset"]
-    from afferents.recordings import PACKAGED
+    from afferents.recordings.described import PACKAGED
 
     form = data_set(tmp_path, PACKAGED["fabricslide"]).encodings
     known = Known(1000 / 28, 4.5, 40.0, 10.0, 150.0, 400.0, 16, False)

@@ -14,9 +14,9 @@ import pandas as pd
 import pytest
 from distributed import Client, LocalCluster
 
-from afferents.core.errors import AfferentsError, InputError
-from afferents.core.files import write_aside
-from afferents.execution.dask import _require_version, _result, on_cluster
+from afferents.errors import AfferentsError, InputError
+from afferents.files import write_aside
+from afferents.parallel import _require_version, _result, on_cluster
 
 
 @pytest.fixture
@@ -153,7 +153,7 @@ def complain(where):
 
 
 def test_other_versions_are_refused(cluster, monkeypatch):
-    monkeypatch.setattr("afferents.execution.dask._installed", lambda package: "0.0.1")
+    monkeypatch.setattr("afferents.parallel._installed", lambda package: "0.0.1")
     with pytest.raises(InputError, match=r"worker tcp://.*: expected afferents 0.0.1, as here"):
         list(on_cluster(complain, [("",)], cluster.scheduler_address))
 
@@ -209,11 +209,11 @@ def test_what_is_no_address_is_said_at_once(address):
 def test_no_scheduler_and_no_workers_are_named(forked_workers, monkeypatch):
     # Short only where nobody comes: on a busy machine an answer takes longer.
     with monkeypatch.context() as short:
-        short.setattr("afferents.execution.dask.ANSWER_S", 0.5)
+        short.setattr("afferents.parallel.ANSWER_S", 0.5)
         with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at tcp://"):
             list(on_cluster(complain, [("",)], "tcp://127.0.0.1:1"))
-        short.setattr("afferents.execution.dask.ANSWER_S", 10)
-        short.setattr("afferents.execution.dask.WORKERS_S", 0.5)
+        short.setattr("afferents.parallel.ANSWER_S", 10)
+        short.setattr("afferents.parallel.WORKERS_S", 0.5)
         with (
             LocalCluster(n_workers=0, protocol="tcp", dashboard_address=":0") as empty,
             pytest.raises(InputError, match="at least one worker"),
@@ -230,7 +230,7 @@ def test_no_scheduler_and_no_workers_are_named(forked_workers, monkeypatch):
 
 
 def test_a_store_that_changed_under_the_run_is_refused(run, store, tmp_path, cluster, monkeypatch):
-    from afferents.pipeline import evaluate as module
+    from afferents.evaluation import run as module
 
     def changed(function, jobs, address):
         settings = store / "zarr.json"

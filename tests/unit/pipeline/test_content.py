@@ -9,11 +9,11 @@ import pytest
 import soundfile
 import xarray as xr
 
-from afferents.core.progress import Progress
-from afferents.markers import load_sensor
-from afferents.pipeline.extract import extract
-from afferents.pipeline.extraction import Extraction
-from afferents.pipeline.simulate import simulate_session
+from afferents.extraction.extract import extract_session
+from afferents.extraction.options import Extraction
+from afferents.markers.sensor import load_sensor
+from afferents.progress import Progress
+from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 
 VIDEO, AUDIO = "8/50/video.mp4", "8/50/audio.wav"
@@ -36,7 +36,7 @@ def whole(slides, tmp_path_factory):
     store = tmp_path_factory.mktemp("whole") / "s.zarr"
     extraction = Extraction(slides, store, load_sensor("tip_b"), "windowed", workers=1)
     with Progress(quiet=True) as progress:
-        extract(extraction, progress)
+        extract_session(extraction, progress)
     return store
 
 

@@ -3,12 +3,12 @@ import shutil
 
 import pytest
 
-from afferents.core.errors import AfferentsError, InputError
-from afferents.core.progress import Progress
-from afferents.markers import load_sensor
-from afferents.pipeline.data import open_data
-from afferents.pipeline.extract import extract
-from afferents.pipeline.extraction import Extraction
+from afferents.errors import AfferentsError, InputError
+from afferents.evaluation.data import open_data
+from afferents.extraction.extract import extract_session
+from afferents.extraction.options import Extraction
+from afferents.markers.sensor import load_sensor
+from afferents.progress import Progress
 
 QUIET = Progress(quiet=True)
 
@@ -44,7 +44,7 @@ def test_recordings_of_a_session_declared_anew_are_made_anew(store, sounds, tmp_
     (changed / "session.json").write_text(json.dumps({**declared, "sensor_channel": 0}))
     before = open_data([str(store)])[0]
     heard = [r.load() for r in before.responses]
-    extract(extraction(changed, store), QUIET)
+    extract_session(extraction(changed, store), QUIET)
     after = open_data([str(store)])[0]
     assert after.origin.fingerprint != before.origin.fingerprint
     assert all(r["ra2"].any() for r in heard)
@@ -52,7 +52,7 @@ def test_recordings_of_a_session_declared_anew_are_made_anew(store, sounds, tmp_
     other = json.loads((changed / "session.json").read_text()) | {"sample_rate_hz": 16000}
     (changed / "session.json").write_text(json.dumps(other))
     with pytest.raises(AfferentsError, match="at 16000 Hz, found 2 at 8000 Hz"):
-        extract(extraction(changed, store), QUIET)
+        extract_session(extraction(changed, store), QUIET)
 
 
 def test_leaving_out_says_what_could_be(store):

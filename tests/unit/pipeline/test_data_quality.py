@@ -6,11 +6,11 @@ import shutil
 import numpy as np
 import pytest
 
-from afferents.core.doubt import Doubt
-from afferents.core.responses import with_doubts
-from afferents.core.results import read_summary
-from afferents.core.store import open_responses, write_responses
-from afferents.pipeline.data_quality import data_quality
+from afferents.evaluation.results import read_summary
+from afferents.evaluation.summary import data_quality
+from afferents.quality.issues import Doubt
+from afferents.store.responses import with_doubts
+from afferents.store.zarr_store import open_responses, write_responses
 
 REPEATED = Doubt("repeated", "x/video.mp4", "frames of their own", "49% of them twice")
 

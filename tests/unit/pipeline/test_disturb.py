@@ -8,14 +8,13 @@ import pytest
 import xarray as xr
 
 import afferents
+from afferents import dims
 from afferents.channels import CHANNELS, ra1, sa1
-from afferents.core import dims
-from afferents.core.digest import sealed
-from afferents.core.errors import InputError
-from afferents.core.samples import make_samples
-from afferents.evaluation.disturbance import Disturbance
-from afferents.pipeline.disturbed import disturbed, in_variants
-from afferents.training.pairs import mean_within
+from afferents.encodings.samples import make_samples
+from afferents.errors import InputError
+from afferents.folds.corruption import Disturbance, disturbed, in_variants
+from afferents.models.learning_set import mean_within
+from afferents.store.integrity import sealed
 
 N_FRAMES, N_MARKERS, REST = 400, 60, 10
 

@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError
 
 import pytest
 
-from afferents.pipeline import doctor
+from afferents import doctor
 
 
 def test_here_nothing_is_missing():

@@ -9,16 +9,16 @@ import soundfile
 import xarray as xr
 
 from afferents.channels import CHANNELS
-from afferents.core.errors import InputError
-from afferents.core.progress import Progress
-from afferents.core.store import open_responses, write_responses
-from afferents.encodings import SpectralEncoding
-from afferents.markers import doubt_markers
-from afferents.pipeline.copies import NAMED, Likeness, warn_of_copies, warning_of
-from afferents.pipeline.data import open_data, recordings_in
-from afferents.pipeline.encode import Source, encode
-from afferents.pipeline.inspect import inspect
-from afferents.pipeline.inspect_files import level_sentences
+from afferents.encodings.spectra import SpectralEncoding
+from afferents.errors import InputError
+from afferents.evaluation.data import open_data, recordings_in
+from afferents.evaluation.encode import Source, encode
+from afferents.extraction.copies import NAMED, Likeness, warn_of_copies, warning_of
+from afferents.inspection.files import level_sentences
+from afferents.inspection.inspect import inspect_data
+from afferents.markers.quality import doubt_markers
+from afferents.progress import Progress
+from afferents.store.zarr_store import open_responses, write_responses
 
 RATE_HZ, FPS = 8000, 90
 FROZEN = "found the same one from 0.89 s to the end"
@@ -87,7 +87,7 @@ def test_accepted_it_is_kept_and_known_for_what_it_is(run, frozen, tmp_path):
 
 
 def look(source, tmp_path):
-    return inspect(str(source), tmp_path / "pictures", None, Progress(quiet=True))
+    return inspect_data(str(source), tmp_path / "pictures", None, Progress(quiet=True))
 
 
 def test_inspect_says_it_of_the_session_and_of_the_video(frozen, tmp_path):

@@ -5,24 +5,37 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from afferents.core.model import MODELS, TABLE1
-from afferents.core.protocol import PROTOCOLS
-from afferents.core.recording import Frame
-from afferents.core.split import SPEED
-from afferents.encodings import Encodings
-from afferents.evaluation.ablation import Ablation
-from afferents.pipeline.estimate import measure
-from afferents.pipeline.estimate.amount import amount_of, typical
-from afferents.pipeline.estimate.estimate import Estimate, Work, makespan
-from afferents.pipeline.estimate.measure import Clip, measure_recording
-from afferents.pipeline.estimate.trainings import Trainings, amounts_of, expected_epochs
-from afferents.pipeline.estimate.words import authors_gpu_s, duration, in_words
-from afferents.pipeline.recipe import Recipe
-from afferents.pipeline.sensors import sensors_of
-from afferents.recordings import read_session
+from afferents.encodings.settings import Encodings
+from afferents.evaluation.recipe import Recipe
+from afferents.folds.ablation import Ablation
+from afferents.folds.held_out import SPEED
+from afferents.folds.protocol import PROTOCOLS
+from afferents.markers.sensor import sensors_of
+from afferents.models import rate
+from afferents.models.config import training_config
+from afferents.models.model import MODELS, TABLE1
+from afferents.models.rate import Rate
+from afferents.recordings.session import read_session
 from afferents.reporting.published import published_costs
-from afferents.training import rate, training_config
-from afferents.training.rate import Rate
+from afferents.reproduction import measure
+from afferents.reproduction.estimate import (
+    Estimate,
+    Work,
+    amount_of,
+    authors_gpu_s,
+    duration,
+    in_words,
+    makespan,
+    typical,
+)
+from afferents.reproduction.measure import (
+    Clip,
+    Trainings,
+    amounts_of,
+    expected_epochs,
+    measure_recording,
+)
+from afferents.store.recording import Frame
 
 PUBLISHED, NESTED = PROTOCOLS["published"], PROTOCOLS["nested"]
 RECIPES = {"sa-se": "spatial-net", "sa-ste": "cnn-lstm", "vib-te-aug": "vibration-net"}

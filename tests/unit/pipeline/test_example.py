@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.pipeline import example as module
+from afferents import examples as module
+from afferents.errors import InputError
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from distributed import Client
 
-from afferents.core.lock import LOCK
-from afferents.execution.dask import on_cluster
-from afferents.pipeline import extract as extraction
+from afferents.extraction import extract as extraction
+from afferents.outputs import LOCK
+from afferents.parallel import on_cluster
 
 SIMULATE = ("--textures", "g", "--speeds", "50,100", "--seconds", "1.6", "--quiet")
 
@@ -27,16 +27,16 @@ def blind(cluster):
 
 
 def _close_eyes():
-    from afferents.execution import dask as cluster
+    from afferents import parallel as cluster
 
     cluster.is_locked_by = lambda folder, token: False
 
 
 def _open_eyes():
-    from afferents.core import lock
-    from afferents.execution import dask as cluster
+    from afferents import outputs
+    from afferents import parallel as cluster
 
-    cluster.is_locked_by = lock.is_locked_by
+    cluster.is_locked_by = outputs.is_locked_by
 
 
 def bytes_of(folder):
@@ -82,7 +82,7 @@ def test_workers_that_do_not_see_the_store_send_back_what_they_found(
 
 def test_a_store_of_the_same_path_elsewhere_is_another(cluster, tmp_path):
     """The token of the lock tells them apart, not the path."""
-    from afferents.execution.dask import Output
+    from afferents.parallel import Output
 
     (tmp_path / LOCK).write_text('{"token": "theirs"}')
     assert Output(tmp_path, "theirs").is_seen

@@ -9,9 +9,10 @@ from hashlib import sha256
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.pipeline import fetch as fetching
-from afferents.recordings.remote import ARCHIVES, read_manifest, resuming, written
+from afferents.errors import InputError
+from afferents.recordings.fetch import fetch as fetching
+from afferents.recordings.fetch import resuming
+from afferents.recordings.fetch.archives import ARCHIVES, read_manifest, written
 
 from .served_files import files_no_larger_than, go, here, serving
 

@@ -12,9 +12,10 @@ from hashlib import sha256
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.pipeline.unpacking import CHECKSUMS
-from afferents.recordings.remote import ARCHIVES, read_manifest, resuming
+from afferents.errors import InputError
+from afferents.recordings.fetch import resuming
+from afferents.recordings.fetch.archives import ARCHIVES, read_manifest
+from afferents.recordings.fetch.unpacking import CHECKSUMS
 
 from .served_files import files_no_larger_than, go, here, serving
 

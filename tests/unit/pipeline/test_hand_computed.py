@@ -7,12 +7,12 @@ import pytest
 import xarray as xr
 
 from afferents.channels import CHANNELS
-from afferents.core.recording import Recording
-from afferents.core.responses import label
-from afferents.core.store import create_store, open_responses, write_responses
-from afferents.encodings import SpatialEncoding
-from afferents.pipeline.encode import Source, encode
-from afferents.pipeline.extract import marker_responses
+from afferents.encodings.images import SpatialEncoding
+from afferents.evaluation.encode import Source, encode
+from afferents.extraction.extract import marker_responses
+from afferents.store.recording import Recording
+from afferents.store.responses import label
+from afferents.store.zarr_store import create_store, open_responses, write_responses
 
 NAN = np.nan
 

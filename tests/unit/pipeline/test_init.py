@@ -8,7 +8,7 @@ import pytest
 import soundfile
 
 import afferents
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 
 TEN = np.zeros(10)
 

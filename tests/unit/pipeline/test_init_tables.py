@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import afferents
-from afferents.recordings import data_set_of
+from afferents.recordings.data_sets import data_set_of
 
 
 @pytest.fixture

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import torch
 
-from afferents.core.errors import AfferentsError
-from afferents.evaluation import FoldKey
-from afferents.pipeline import evaluate as evaluation
-from afferents.pipeline import job
-from afferents.training import Checkpoint, fitting
+from afferents.errors import AfferentsError
+from afferents.evaluation import job
+from afferents.evaluation import run as evaluation
+from afferents.evaluation.fold_files import FoldKey
+from afferents.models import fitting
+from afferents.models.loop import Checkpoint
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
 

@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.protocol import PROTOCOLS
-from afferents.encodings import SpatialEncoding, SpectralEncoding
-from afferents.evaluation import LeaveOneSpeedOut
-from afferents.training import TrainingConfig, learning_set
-from afferents.training.learning_set import scale_of, thinned
+from afferents.encodings.images import SpatialEncoding
+from afferents.encodings.spectra import SpectralEncoding
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import LeaveOneSpeedOut
+from afferents.models.config import TrainingConfig
+from afferents.models.learning_set import learning_set, scale_of, thinned
 
 NESTED, PUBLISHED = PROTOCOLS["nested"], PROTOCOLS["published"]
 PLAIN, AUGMENTED = False, True

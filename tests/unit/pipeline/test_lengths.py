@@ -3,10 +3,10 @@
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.core.model import MODELS
-from afferents.encodings import Encodings
-from afferents.pipeline.lengths import by_length, lengths_in
+from afferents.encodings.settings import Encodings
+from afferents.errors import InputError
+from afferents.evaluation.recipe import by_length, lengths_in
+from afferents.models.model import MODELS
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ import pyarrow.parquet as pq
 import pytest
 
 import afferents
-from afferents.core.store import open_responses
-from afferents.pipeline.lerobot import layout
-from afferents.pipeline.lerobot.stats import stats_of, together
-from afferents.recordings import read_session
+from afferents.exchange import lerobot_files
+from afferents.exchange.lerobot_files import stats_of, together
+from afferents.recordings.session import read_session
+from afferents.store.zarr_store import open_responses
 
 VIDEO = "observation.images.fingertip"
 TOUCH = "observation.tactile.fingertip"
@@ -30,9 +30,9 @@ def exported(stores, small_session, tmp_path_factory):
     """A data set of nine recordings, in several files."""
     root = tmp_path_factory.mktemp("lerobot") / "touch"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("afferents.pipeline.lerobot.export.DATA_MB", 0.3)
-        patch.setattr("afferents.pipeline.lerobot.video.VIDEO_MB", 0.03)
-        patch.setattr(layout, "FILES_A_CHUNK", 2)
+        patch.setattr("afferents.exchange.lerobot.DATA_MB", 0.3)
+        patch.setattr("afferents.exchange.lerobot_files.VIDEO_MB", 0.03)
+        patch.setattr(lerobot_files, "FILES_A_CHUNK", 2)
         assert afferents.export_lerobot(stores["video"], root, small_session, quiet=True) == 9
     return root
 
@@ -177,8 +177,6 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(stores, small_session, 
 def test_rates_that_differ_are_refused(stores, monkeypatch, fails, tmp_path):
     first, *others = open_responses(stores["video"])
     slow = first.assign_coords(time=first["time"] * 1.1)
-    monkeypatch.setattr(
-        "afferents.pipeline.lerobot.export.open_responses", lambda _: [slow, *others]
-    )
+    monkeypatch.setattr("afferents.exchange.lerobot.open_responses", lambda _: [slow, *others])
     sentence = fails("export-lerobot", stores["video"], tmp_path / "touch")
     assert "one whole number of frames a second in all recordings" in sentence

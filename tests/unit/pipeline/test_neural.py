@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 import afferents
-from afferents.encodings import SpikeRateEncoding
+from afferents.encodings.spikes import SpikeRateEncoding
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ import pandas as pd
 import pytest
 from tests.unit.spikes.test_analysis import fibres
 
-from afferents.pipeline.neural.beside import all_fibres_in_words, beside, matches_in_words
-from afferents.pipeline.neural.words import sentences_of
+from afferents.neuro.beside import all_fibres_in_words, beside, matches_in_words
+from afferents.neuro.neural import sentences_of
+from afferents.neuro.speed import match_by_class
 from afferents.spikes import Spikes
-from afferents.spikes.analysis.speed import match_by_class
 
 
 def matches(**accuracies):

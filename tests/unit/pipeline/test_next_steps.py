@@ -2,7 +2,7 @@
 
 import shlex
 
-from afferents.core.results import read_summary
+from afferents.evaluation.results import read_summary
 from afferents.reporting.in_short import next_steps
 
 

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from afferents.core import digest
+from afferents.store import integrity
 
 from ...conftest import few_epochs
 
@@ -42,7 +42,7 @@ def test_through_extract_evaluate_and_report(cut_off, tmp_path, run, fails):
 def test_damage_to_the_store_is_found_before_anything_is_trained(
     stores, tmp_path, fails, monkeypatch
 ):
-    monkeypatch.setattr(digest, "_SMALL", 0)  # long recordings are not read when they are opened
+    monkeypatch.setattr(integrity, "_SMALL", 0)  # long recordings are not read when they are opened
     store, results = shutil.copytree(stores["video"], tmp_path / "s.zarr"), tmp_path / "r"
     (chunk,) = [p for p in (store / "2/40/sa1/c").rglob("*") if p.is_file()][:1]
     chunk.write_bytes(chunk.read_bytes()[:-7])

@@ -6,11 +6,11 @@ import shutil
 
 import pytest
 
-from afferents.core.card import CARD, WEIGHTS
-from afferents.core.errors import InputError
-from afferents.core.outputs import is_our_picture, require_free, require_picture_folder
-from afferents.pipeline.export import _is_exported
-from afferents.training import is_model_folder
+from afferents.errors import InputError
+from afferents.models.card import CARD, WEIGHTS
+from afferents.models.export import _is_exported
+from afferents.models.folder import is_model_folder
+from afferents.outputs import is_our_picture, require_free, require_picture_folder
 
 from ...conftest import shift_px
 

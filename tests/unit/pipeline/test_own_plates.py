@@ -5,10 +5,10 @@ import shutil
 
 import pytest
 
-from afferents.core.responses import conditions
-from afferents.core.results import read_summary
-from afferents.core.store import open_responses
-from afferents.recordings import read_session
+from afferents.evaluation.results import read_summary
+from afferents.recordings.session import read_session
+from afferents.store.responses import conditions
+from afferents.store.zarr_store import open_responses
 
 PATTERN = 'pattern = "{texture}/{speed}/audio.wav"\n'
 

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from afferents.core.results import Results
-from afferents.pipeline.paper_figures import drums, paper_data
-from afferents.reporting import FigureData
+from afferents.evaluation.results import Results
+from afferents.reporting.paper import drums, paper_data
+from afferents.reporting.pictures import FigureData
 
 
 def evaluated(*textures, named=True):

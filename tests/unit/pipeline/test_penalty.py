@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.models.ridge import PENALTY, SEARCHED
+from afferents.models.solved import PENALTY, SEARCHED
 
 
 def facts_of(results, model):

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.progress import Progress
-from afferents.core.results import Results
-from afferents.encodings import Encodings
-from afferents.pipeline import report as writing
-from afferents.pipeline.data import open_data
+from afferents.encodings.settings import Encodings
+from afferents.errors import InputError
+from afferents.evaluation.data import open_data
+from afferents.evaluation.results import Results
+from afferents.progress import Progress
+from afferents.reporting import report as writing
 
 QUIET = Progress(quiet=True)
 

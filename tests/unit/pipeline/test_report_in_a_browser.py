@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.core.model import models_named
-from afferents.core.progress import Progress
-from afferents.core.protocol import protocols
-from afferents.pipeline.data import open_data, origins_of
-from afferents.pipeline.evaluate import Evaluation, evaluate
-from afferents.pipeline.recipe import Recipe
-from afferents.pipeline.report import write_report
+from afferents.evaluation.data import open_data, origins_of
+from afferents.evaluation.recipe import Recipe
+from afferents.evaluation.run import Evaluation, evaluate
+from afferents.folds.protocol import protocols
+from afferents.models.model import models_named
+from afferents.progress import Progress
+from afferents.reporting.report import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from afferents import commands
-from afferents.pipeline import reproduce as reproducing
-from afferents.pipeline.estimate import measure
+import afferents
+from afferents.models import rate
+from afferents.reproduction import measure
+from afferents.reproduction import reproduce as reproducing
 from afferents.rig.simulation import simulation_of
-from afferents.training import rate
 
 from ...conftest import few_epochs
 
@@ -28,7 +28,7 @@ def _measured_briefly():
 
 def reproduce(out, session):
     models = [*SOME, "best"]
-    return commands.reproduce(
+    return afferents.reproduce(
         out, session, protocol="both", preset="quick", models=models, workers=1, quiet=True
     )
 
@@ -139,7 +139,7 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
 
 
 def test_status_says_what_was_estimated_before_anything_is_done(as_published, tmp_path, run):
-    from afferents.pipeline.begun import Places, write_begun
+    from afferents.reproduction.folder import Places, write_begun
 
     write_begun(Places(tmp_path), "published", {"cut": "all"}, [], [], 6, 7200.0)
     code, printed, _ = run("status", tmp_path)

@@ -7,17 +7,11 @@ import pandas as pd
 import pytest
 import torch
 
-from afferents.core.errors import InputError
-from afferents.core.model import MODELS
-from afferents.core.progress import Progress
-from afferents.core.samples import concatenate, make_samples
-from afferents.pipeline.held_out_texture.roughness import (
-    COVERAGE,
-    ConditionSums,
-    _ask,
-    _summary_of,
-    can_ask_mm,
-)
+from afferents.encodings.samples import concatenate, make_samples
+from afferents.errors import InputError
+from afferents.evaluation.roughness import COVERAGE, ConditionSums, _ask, _summary_of, can_ask_mm
+from afferents.models.model import MODELS
+from afferents.progress import Progress
 
 SPACINGS, SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (10.0, 20.0, 30.0, 40.0)
 

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.markers import DiscDetector, Lens, detect, load_sensor
-from afferents.pipeline.sensor_rig import rig_of
+from afferents.errors import InputError
+from afferents.markers.detect import detect
+from afferents.markers.sensor import DiscDetector, Lens, load_sensor
 from afferents.rig import Rig, project
-from afferents.rig.render import Renderer
+from afferents.rig.camera import Renderer
+from afferents.rig.sensor_rig import rig_of
 
 ROOT = Path(__file__).parents[3]
 LAYOUTS = ("hex127", "hex331", "radial127")

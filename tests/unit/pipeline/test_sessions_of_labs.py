@@ -10,9 +10,9 @@ import pytest
 
 import afferents
 from afferents import markers
-from afferents.core.cut import cut_frames
-from afferents.core.errors import InputError
-from afferents.pipeline.inspect import grid_sentence
+from afferents.errors import InputError
+from afferents.inspection.inspect import grid_sentence
+from afferents.store.trimming import cut_frames
 
 ALONE = ("--quiet", "--workers", 1)
 TIP_B = (Path(markers.__file__).parent / "sensors/tip_b.toml").read_text()

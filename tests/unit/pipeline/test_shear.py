@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.core.progress import Progress
-from afferents.evaluation.bootstrap import Difference
-from afferents.pipeline.data import open_data
-from afferents.pipeline.shear import BOTH, SHEAR, WITHOUT, explain_shear, meaning
+from afferents.evaluation.data import open_data
+from afferents.evaluation.intervals import Difference
+from afferents.progress import Progress
+from afferents.reporting.shear import BOTH, SHEAR, WITHOUT, explain_shear_of, meaning
 
 
 def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, run):
@@ -35,7 +35,7 @@ def test_markers_that_stand_in_no_image_are_asked_one_by_one(stores, tmp_path):
     (data,) = open_data([str(stores["video"])])
     placeless = tuple(r.drop_vars(["row", "column"]) for r in data.responses)
     quiet = Progress(quiet=True)
-    found = explain_shear(replace(data, responses=placeless), tmp_path / "shear", "all", quiet)
+    found = explain_shear_of(replace(data, responses=placeless), tmp_path / "shear", "all", quiet)
     assert list(found.facts["accuracy"]) == [SHEAR, WITHOUT, BOTH]
 
 

@@ -10,11 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.progress import Progress
-from afferents.pipeline.simulate import simulate_session
-from afferents.recordings import read_session, session_file
+from afferents.errors import InputError
+from afferents.progress import Progress
+from afferents.recordings.session import read_session
+from afferents.recordings.session_file import session_file
 from afferents.rig import HARD, NUISANCES
+from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
 
 TEXTURES, SPEEDS, SECONDS = ("a", "g"), (50.0, 100.0), 1.6
@@ -90,7 +91,7 @@ def test_a_killed_session_goes_on_where_it_was(launch, session, tmp_path):
     folder = tmp_path / "killed"
     command = ["simulate", folder, "--quiet", "--workers", 1]
     command += ["--textures", "a,g", "--speeds", "50,100", "--seconds", "1.6"]
-    run = launch(command, imports=["afferents.pipeline.simulate"], session=True)
+    run = launch(command, imports=["afferents.rig.simulate"], session=True)
     while not (folder / "0" / "50" / "truth.npz").is_file():
         assert run.poll() is None
         time.sleep(0.02)

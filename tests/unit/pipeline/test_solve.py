@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.samples import make_samples
-from afferents.training.pairs import mean_within
+from afferents.encodings.samples import make_samples
+from afferents.models.learning_set import mean_within
 
 WAVES = "sa-wave,sa-wave-vector,ra-wave,ra-wave-signed,ra-wave-around,ra-wave-vector"
 

@@ -14,12 +14,12 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 
 import afferents
 from afferents import DataSet, Recording, Session, WavFile
-from afferents.core.card import parse_card
-from afferents.core.errors import InputError
-from afferents.core.protocol import PROTOCOLS
-from afferents.core.split import SPEED, split_named
-from afferents.evaluation import LeaveOneGroupOut as Folds
-from afferents.evaluation import find_leaks, refuse_leaks
+from afferents.errors import InputError
+from afferents.folds.held_out import SPEED, split_named
+from afferents.folds.protocol import PROTOCOLS
+from afferents.folds.splits import LeaveOneGroupOut as Folds
+from afferents.folds.splits import find_leaks, refuse_leaks
+from afferents.models.card import parse_card
 
 RATE_HZ = 8000
 SECONDS = 3.0
@@ -224,7 +224,7 @@ def test_a_texture_of_one_trial_alone_is_refused(folder, tmp_path):
 
 def test_speeds_are_left_out_as_ever_where_they_are_known(folder, tmp_path):
     """`--speeds` keeps its meaning beside another split; repetitions at one speed are apart."""
-    by_trial = {"split": "trial", "only": afferents.evaluation.ablation.Ablation(("a", "b"))}
+    by_trial = {"split": "trial", "only": afferents.folds.ablation.Ablation(("a", "b"))}
     found = afferents.evaluate(AtSpeeds(folder), tmp_path / "r", **TRIAL | by_trial)
     assert found.summary["groups"] == ["1", "2", "3"]
     assert found.textures == ["a", "b"]

@@ -8,8 +8,8 @@ import pyarrow as pa
 import pytest
 
 import afferents
-from afferents.core.drum import DRIVE, MARK, Drum, way_in, write_drive
-from afferents.core.store import open_responses
+from afferents.store.drum_path import DRIVE, MARK, Drum, way_in, write_drive
+from afferents.store.zarr_store import open_responses
 
 from ...conftest import few_epochs
 

@@ -1,10 +1,11 @@
 """What a run says of itself while it is at work."""
 
-from afferents.core.errors import AfferentsError
-from afferents.core.files import write_json
-from afferents.evaluation import FoldKey, at_work, plan
-from afferents.pipeline.status import status
-from afferents.training import fitting
+from afferents.errors import AfferentsError
+from afferents.evaluation.fold_files import FoldKey
+from afferents.evaluation.job_status import at_work, plan
+from afferents.files import write_json
+from afferents.models import fitting
+from afferents.reproduction.folder import status
 
 SHORT, LONG = (
     [FoldKey(model, "nested", 1, speed) for speed in (10.0, 20.0)] for model in ("vib-te", "ra-se")

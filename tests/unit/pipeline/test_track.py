@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core import dims
-from afferents.core.store import open_responses
-from afferents.markers import load_sensor
+from afferents import dims
+from afferents.markers.sensor import load_sensor
+from afferents.store.zarr_store import open_responses
 
 from ...conftest import draw, shift_px
 

@@ -7,12 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.model import MODELS
-from afferents.core.progress import Progress
-from afferents.core.samples import concatenate, make_samples
-from afferents.encodings import WavenumberEncoding
-from afferents.evaluation import summarise_unknown
-from afferents.pipeline.held_out_texture.unknown import RidgeSums, ask_unknown
+from afferents.encodings.samples import concatenate, make_samples
+from afferents.encodings.wavenumbers import WavenumberEncoding
+from afferents.evaluation.unknown import RidgeSums, ask_unknown, summarise_unknown
+from afferents.models.model import MODELS
+from afferents.progress import Progress
 
 SPEEDS = (10.0, 20.0, 30.0, 40.0, 50.0)
 

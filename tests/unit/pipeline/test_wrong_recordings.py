@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import zarr
 
-from afferents.core.errors import InputError
-from afferents.pipeline.data import open_data
+from afferents.errors import InputError
+from afferents.evaluation.data import open_data
 
 ALONE = ("--workers", 1)
 
@@ -52,7 +52,7 @@ def test_one_texture_or_speed_under_two_names(fails, session, tmp_path, one, oth
 
 
 def declare_checksums(session):
-    from afferents.core.files import checksum
+    from afferents.files import checksum
 
     sums = {}
     for path in session.glob("*/*/audio.wav"):

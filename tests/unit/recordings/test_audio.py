@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.errors import InputError
-from afferents.recordings import WavFile
+from afferents.errors import InputError
+from afferents.recordings.audio import WavFile
 
 
 def test_reads_the_sensors_channel_alone(tmp_path: Path) -> None:

@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.recordings import Described, data_set_of
+from afferents.errors import InputError
+from afferents.recordings.data_sets import data_set_of
+from afferents.recordings.described import Described
 
 PATTERN = (
     "data/processed/Texture{*}/"

@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 import soundfile
 
-from afferents.core.errors import InputError
-from afferents.recordings import Described, data_set_of
+from afferents.errors import InputError
+from afferents.recordings.data_sets import data_set_of
+from afferents.recordings.described import Described
 
 RATE_HZ = 100
 VALUES = np.random.default_rng(0).integers(-50, 50, (300, 2)).astype(np.float64)

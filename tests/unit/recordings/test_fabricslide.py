@@ -5,8 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.recordings import PACKAGED, Described, SeriesFile, facts, read_data_set_file
+from afferents.errors import InputError
+from afferents.recordings.check import facts
+from afferents.recordings.described import PACKAGED, Described
+from afferents.recordings.series import SeriesFile
+from afferents.recordings.tables import read_data_set_file
 
 SIGNAL = read_data_set_file(PACKAGED["fabricslide"]).signal
 HEADER = ", ".join(SIGNAL.columns)

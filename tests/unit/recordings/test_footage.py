@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.core.recording import Frame
-from afferents.recordings import Footage, open_video
-from afferents.recordings.footage import repeats
+from afferents.recordings.footage import Footage, repeats
+from afferents.recordings.video import open_video
+from afferents.store.recording import Frame
 
 FPS, N_FRAMES, SIZE = 90, 400, (160, 120)
 CODECS = {

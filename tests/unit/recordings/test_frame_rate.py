@@ -8,10 +8,12 @@ import pytest
 import soundfile
 
 import afferents
-from afferents.core.doubt import KINDS
-from afferents.core.errors import InputError
-from afferents.recordings import SessionFile, WavFile, check_recording, read_session
-from afferents.recordings.frame_rate import rate_doubted, wrong_rate
+from afferents.errors import InputError
+from afferents.quality.issues import KINDS
+from afferents.recordings.audio import WavFile
+from afferents.recordings.check import check_recording, rate_doubted, wrong_rate
+from afferents.recordings.session import read_session
+from afferents.recordings.session_file import SessionFile
 
 N_FRAMES, TRUE_HZ, TOLD_HZ = 270, 90, 30
 
@@ -122,7 +124,7 @@ def test_a_second_of_sound_may_be_missing_or_too_much(tmp_path, write_video):
 
 
 def test_only_a_cut_that_needs_it_refuses_short_sound():
-    from afferents.core.cut import cut_audio
+    from afferents.store.trimming import cut_audio
 
     assert cut_audio(64 * 100, 100, "published", None, "3/50") == slice(400, 6400)
     assert cut_audio(64 * 100, 100, "all", (2.5, 65.0), "3/50") == slice(250, 6400)

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from afferents.recordings.guess import guess_pattern
-from afferents.recordings.pattern import Pattern
+from afferents.recordings.media import Pattern
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.core.files import checksum, size_of
-from afferents.recordings import ImageFolder
+from afferents.errors import InputError
+from afferents.files import checksum, size_of
+from afferents.recordings.media import ImageFolder
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.errors import InputError
-from afferents.recordings import WavFile, clipped_share, doubt_loudness
-from afferents.recordings.levels import require_finite
+from afferents.errors import InputError
+from afferents.quality.sound import clipped_share, doubt_loudness, require_finite
+from afferents.recordings.audio import WavFile
 
 RATE = 8000
 

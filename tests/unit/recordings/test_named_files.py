@@ -8,15 +8,12 @@ import pandas as pd
 import pytest
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.recordings import (
-    ImageFolder,
-    VideoFile,
-    check_recording,
-    require_rates_that_agree,
-    session_file,
-)
-from afferents.recordings.pattern import Pattern
+from afferents.errors import InputError
+from afferents.recordings.check import check_recording
+from afferents.recordings.media import ImageFolder, Pattern
+from afferents.recordings.session import require_rates_that_agree
+from afferents.recordings.session_file import session_file
+from afferents.recordings.video import VideoFile
 
 
 @pytest.fixture
@@ -227,7 +224,7 @@ def test_what_is_found_but_is_no_session_is_said(empty):
     with pytest.raises(InputError, match=r"found a/b\.wav, concrete\.avi, lego\.avi; 'afferents i"):
         afferents.read_session(root)
     (root / "session.toml").write_text('[[recordings]]\nvideo = "lego.avi"\ntexture = "lego"\n')
-    said = afferents.recordings.PublishedSession(root)
+    said = afferents.recordings.session.PublishedSession(root)
     assert said.describe(said.recordings()) == ["Found but not used: a/b.wav, concrete.avi."]
 
 

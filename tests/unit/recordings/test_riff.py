@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.errors import InputError
-from afferents.recordings import WavFile
-from afferents.recordings.riff import declared_samples
+from afferents.errors import InputError
+from afferents.recordings.audio import WavFile, declared_samples
 
 PLAIN = ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE", "ULAW"]
 

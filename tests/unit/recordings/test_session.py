@@ -7,14 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.recordings import (
-    SessionFile,
-    check_recording,
-    facts,
-    read_session,
-    session_file,
-)
+from afferents.errors import InputError
+from afferents.recordings.check import check_recording, facts
+from afferents.recordings.session import read_session
+from afferents.recordings.session_file import SessionFile, session_file
 
 TEXTURES = [f"{mm / 2:g}" for mm in range(13)]
 SPEEDS = [str(v) for v in range(10, 101, 10)]

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.recording import Frame
-from afferents.recordings import VideoFile, open_video
+from afferents.errors import InputError
+from afferents.recordings.video import VideoFile, open_video
+from afferents.store.recording import Frame
 
 FORMATS = [
     pytest.param("v.mp4", {"options": {"crf": "4"}}, id="h264"),

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.results import Results
-from afferents.core.samples import Samples, concatenate, make_samples
+from afferents.encodings.samples import Samples, concatenate, make_samples
+from afferents.evaluation.results import Results
 
 NAMED = {"named_by_spacing": True}
 TEXTURES = ["0", "0.5", "Linen"]

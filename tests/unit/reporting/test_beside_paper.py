@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.results import Results
-from afferents.reporting import beside_paper, by_texture_table
-from afferents.reporting.beside_paper import LARGER, likely, spread_between_folds
+from afferents.evaluation.results import Results
+from afferents.reporting.accuracy_figures import by_texture_table
+from afferents.reporting.comparisons import LARGER, beside_paper, likely, spread_between_folds
 from afferents.reporting.published import (
     PublishedFamily,
     published_families,

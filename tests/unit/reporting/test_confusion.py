@@ -10,8 +10,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from matplotlib.figure import Figure
 
-from afferents.reporting import confusion_figure
-from afferents.reporting.confusion import Panel, count_confusion, percent_of_true, write_numbers
+from afferents.reporting.confusion import (
+    Panel,
+    confusion_figure,
+    count_confusion,
+    percent_of_true,
+    write_numbers,
+)
 from afferents.reporting.published import published_textures
 
 

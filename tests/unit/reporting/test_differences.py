@@ -2,7 +2,8 @@
 
 from copy import deepcopy
 
-from afferents.reporting import differences, runs_side_by_side, to_markdown
+from afferents.reporting.comparisons import differences, runs_side_by_side
+from afferents.reporting.tables import to_markdown
 
 
 def rows(table):

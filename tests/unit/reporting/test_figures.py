@@ -6,23 +6,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.samples import concatenate, make_samples
-from afferents.reporting import (
-    FigureData,
-    draw_pictures,
+from afferents.encodings.samples import concatenate, make_samples
+from afferents.reporting.accuracy_figures import speed_figure
+from afferents.reporting.choice import spread
+from afferents.reporting.images import consecutive_frames, figure08, figure10, textures_by_speed
+from afferents.reporting.pictures import FigureData, draw_pictures, save_pictures
+from afferents.reporting.published import published_textures
+from afferents.reporting.spectra import (
+    amplitude_top,
+    condition_spectrum,
     figure07,
-    figure08,
-    figure10,
     figure12,
-    save_figure,
-    save_pictures,
-    speed_figure,
+    frequencies,
     stretch_example,
 )
-from afferents.reporting.choice import spread
-from afferents.reporting.images import consecutive_frames, textures_by_speed
-from afferents.reporting.published import published_textures
-from afferents.reporting.spectra import amplitude_top, condition_spectrum, frequencies
+from afferents.reporting.style import save_figure
 
 
 def lines(axes):

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from afferents.reporting import FigureData, draw_pictures, write_report
-from afferents.reporting.html import headline, redo_command, render_report
+from afferents.reporting.html import redo_command, render_report, write_report
+from afferents.reporting.in_short import headline
+from afferents.reporting.pictures import FigureData, draw_pictures
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 

@@ -5,8 +5,8 @@ import shlex
 
 import pytest
 
-from afferents.core.model import MODELS
-from afferents.pipeline.train import can_be_felt
+from afferents.evaluation.train import can_be_felt
+from afferents.models.model import MODELS
 from afferents.reporting.html import render_report
 from afferents.reporting.in_short import (
     ONLY_EVALUATED,

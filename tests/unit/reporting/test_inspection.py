@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.reporting import markers_figure, responses_figure, save_figure, vibration_figure
+from afferents.reporting.recording_figures import markers_figure, responses_figure, vibration_figure
+from afferents.reporting.style import save_figure
 
 
 def test_markers_are_drawn_where_they_are_and_lost_ones_apart():

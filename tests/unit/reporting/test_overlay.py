@@ -4,9 +4,9 @@ import av
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.core.recording import Frame
-from afferents.reporting import draw_overlay, write_overlay
+from afferents.errors import InputError
+from afferents.reporting.recording_figures import draw_overlay, write_overlay
+from afferents.store.recording import Frame
 
 N = 30
 

@@ -3,23 +3,13 @@
 import numpy as np
 import pytest
 
-from afferents.reporting import FigureData
-from afferents.reporting.paper import (
-    PANELS,
-    DrawnLayer,
-    DrawnNetwork,
-    DrumView,
-    FrameRow,
-    PaperData,
-    draw_paper_pictures,
-    frames_figure,
-    matrices_figure,
-    networks_figure,
-    shown_for,
-    spectra_figure,
-)
-from afferents.reporting.paper.drums import shaded
-from afferents.reporting.paper.stand_ins import instead_of
+from afferents.reporting.choice import PANELS, instead_of, shown_for
+from afferents.reporting.confusion import matrices_figure
+from afferents.reporting.drawings import DrawnLayer, DrawnNetwork, DrumView, networks_figure, shaded
+from afferents.reporting.images import FrameRow, frames_figure
+from afferents.reporting.paper import PaperData, draw_paper_pictures
+from afferents.reporting.pictures import FigureData
+from afferents.reporting.spectra import spectra_figure
 
 NAMED = {"named_by_spacing": True}
 

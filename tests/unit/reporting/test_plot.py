@@ -8,10 +8,10 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 from afferents import plot
-from afferents.core.errors import InputError
-from afferents.core.recording import Frame
-from afferents.markers import load_sensor
+from afferents.errors import InputError
 from afferents.markers.places import image_places
+from afferents.markers.sensor import load_sensor
+from afferents.store.recording import Frame
 
 
 @pytest.fixture(autouse=True)

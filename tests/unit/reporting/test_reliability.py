@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from afferents.reporting import draw_pictures, reliability_figure, reliability_table
+from afferents.reporting.accuracy_figures import reliability_figure, reliability_table
 from afferents.reporting.html import render_report
-from afferents.reporting.pictures import FigureData
+from afferents.reporting.pictures import FigureData, draw_pictures
 
 BINS = {"ece": 0.1, "count": [0, 30, 10], "confidence": [0, 0.5, 0.9], "accuracy": [0, 0.4, 1.0]}
 

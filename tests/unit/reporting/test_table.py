@@ -5,19 +5,20 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from afferents.cli.tables import TerminalTable
-from afferents.reporting import (
+from afferents.cli.printing import TerminalTable
+from afferents.reporting.comparisons import by_touch_table, touches_table
+from afferents.reporting.published import published_speeds, published_textures
+from afferents.reporting.tables import (
+    OTHER_RECORDINGS,
+    SAME_GRID,
     accuracy_by_speed,
-    by_touch_table,
     leak_sentences,
     leak_table,
+    mean_and_interval,
     run_table,
     table1,
     to_markdown,
-    touches_table,
 )
-from afferents.reporting.published import published_speeds, published_textures
-from afferents.reporting.table import OTHER_RECORDINGS, SAME_GRID, mean_and_interval
 
 
 def rows(table):

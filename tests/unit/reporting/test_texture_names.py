@@ -5,16 +5,16 @@ from matplotlib.figure import Figure
 
 from afferents.reporting.confusion import label_edges
 from afferents.reporting.html import textures_line
-from afferents.reporting.labels import source_line
-from afferents.reporting.published import published_textures
-from afferents.reporting.texture_names import (
+from afferents.reporting.labels import (
     are_published,
+    source_line,
     spacing_note,
     texture_axis,
     texture_labels,
     texture_names,
 )
-from afferents.reporting.unknown import unknown_by_texture
+from afferents.reporting.published import published_textures
+from afferents.reporting.textures import unknown_by_texture
 
 ALL = list(published_textures())
 NAMED = {"named_by_spacing": True}

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from afferents.rig import Rig, bumped_surface, simulate
+from afferents.rig import Rig, bumped_surface
+from afferents.rig.run import simulate_run
 
 
 @pytest.fixture(scope="session")
@@ -13,7 +14,7 @@ def quiet_rig():
 @pytest.fixture(scope="session")
 def quiet_run(quiet_rig):
     """Two seconds of g at 50 mm/s, nothing disturbed."""
-    return simulate(quiet_rig, "3", bumped_surface(3.0, quiet_rig.drum), 50.0, 2.0, seed=0)
+    return simulate_run(quiet_rig, "3", bumped_surface(3.0, quiet_rig.drum), 50.0, 2.0, seed=0)
 
 
 @pytest.fixture(scope="session")
@@ -21,13 +22,13 @@ def lifted_run(quiet_rig):
     """The same, but that the drum is brought on after the rest frames."""
     mounting = quiet_rig.mounting.model_copy(update={"contact_at_rest": False})
     rig = quiet_rig.model_copy(update={"mounting": mounting})
-    return simulate(rig, "3", bumped_surface(3.0, rig.drum), 50.0, 2.0, seed=0)
+    return simulate_run(rig, "3", bumped_surface(3.0, rig.drum), 50.0, 2.0, seed=0)
 
 
 @pytest.fixture(scope="session")
 def run():
     """Two seconds of g at 50 mm/s as they come."""
-    return simulate(Rig(), "3", bumped_surface(3.0), 50.0, 2.0, seed=0)
+    return simulate_run(Rig(), "3", bumped_surface(3.0), 50.0, 2.0, seed=0)
 
 
 @pytest.fixture

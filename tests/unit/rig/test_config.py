@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.rig import NUISANCES, Drum, Rig, bumped_surface, draw, mapped_surface
 from afferents.rig.run import Drawn, frame_times
 from afferents.rig.simulation import simulation_of

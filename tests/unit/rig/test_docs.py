@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from afferents.core.recording import LETTERS, folder_of
 from afferents.rig import NUISANCES, Rig, bumped_surface
+from afferents.store.recording import LETTERS, folder_of
 
 PAGE = (Path(__file__).parents[3] / "docs" / "rig.md").read_text(encoding="utf-8")
 

@@ -5,8 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from afferents.rig import Skin, bumped_surface, felt
-from afferents.rig.mesh import mesh_of
-from afferents.rig.skin import PHYSICS_RATE_HZ
+from afferents.rig.skin import PHYSICS_RATE_HZ, mesh_of
 from afferents.rig.skin_on_drum import Motion, SkinOnDrum
 
 LATTICE = Skin(recess_mm=0)

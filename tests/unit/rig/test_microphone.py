@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.rig import Microphone, Skin
 from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard, write_wav
 

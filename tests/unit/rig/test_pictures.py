@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.recordings import open_video
+from afferents.recordings.video import open_video
 from afferents.rig import Camera, project
-from afferents.rig.film import write_film
-from afferents.rig.render import Renderer
+from afferents.rig.camera import Renderer
+from afferents.rig.record import write_film
 
 PLAIN = Camera(roll_deg=0, barrel=0, noise_grey=0, blur_px=0, falloff=0)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.drum import DRIVE, logged_way
-from afferents.core.errors import InputError
-from afferents.recordings import open_video
+from afferents.errors import InputError
+from afferents.recordings.video import open_video
 from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
+from afferents.store.drum_path import DRIVE, logged_way
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.rig import Rig, bumped_surface, simulate
+from afferents.errors import InputError
+from afferents.rig import Rig, bumped_surface
 from afferents.rig.drive import STILL_S
+from afferents.rig.run import simulate_run
 
 
 def pressed(rig):
@@ -17,7 +18,7 @@ def pressed(rig):
 
 
 def test_on_the_drum_the_rest_frames_are_at_rest():
-    run = simulate(pressed(Rig()), "3", bumped_surface(3.0), 50.0, 1.6, 0)
+    run = simulate_run(pressed(Rig()), "3", bumped_surface(3.0), 50.0, 1.6, 0)
     still = run.time_s < STILL_S
     assert still.sum() >= 30
     assert np.ptp(run.position_mm[still], axis=0).max() < 0.005
@@ -36,7 +37,7 @@ def test_friction_holds_what_is_left_of_the_run_before(quiet_rig):
     def left(back_mm):
         drive = quiet_rig.drive.model_copy(update={"back_mm": back_mm})
         rig = pressed(quiet_rig.model_copy(update={"drive": drive}))
-        run = simulate(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 1.5, 0)
+        run = simulate_run(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 1.5, 0)
         return run.position_mm[0, :, 0].mean() - rig.skin.rest_mm()[:, 0].mean()
 
     held = [left(mm) for mm in (0.0, 0.2, 0.4)]
@@ -60,7 +61,7 @@ def test_pushed_in_skin_comes_nearer_to_the_camera(lifted_run):
 
 
 def test_an_undisturbed_run_is_free_of_noise(quiet_run, quiet_rig):
-    again = simulate(quiet_rig, "3", bumped_surface(3.0, quiet_rig.drum), 50.0, 2.0, seed=7)
+    again = simulate_run(quiet_rig, "3", bumped_surface(3.0, quiet_rig.drum), 50.0, 2.0, seed=7)
     for name, value in quiet_run._asdict().items():
         np.testing.assert_array_equal(value, getattr(again, name), err_msg=name)
     assert not quiet_run.room.any()
@@ -68,7 +69,7 @@ def test_an_undisturbed_run_is_free_of_noise(quiet_run, quiet_rig):
 
 
 def test_another_seed_is_another_run(run):
-    other = simulate(Rig(), "3", bumped_surface(3.0), 50.0, 2.0, seed=1)
+    other = simulate_run(Rig(), "3", bumped_surface(3.0), 50.0, 2.0, seed=1)
     assert np.abs(other.position_mm - run.position_mm).max() > 0.01
     assert np.abs(other.sensor - run.sensor).max() > 0.001
 
@@ -76,13 +77,13 @@ def test_another_seed_is_another_run(run):
 def test_both_clocks_tell_the_same_but_for_their_offset():
     rig = Rig().with_nuisances({})
     drum = bumped_surface(3.0, rig.drum)
-    straight = simulate(rig, "3", drum, 50.0, 2.0, 0)
+    straight = simulate_run(rig, "3", drum, 50.0, 2.0, 0)
     mounting = rig.mounting.model_copy(update={"clock_sd_s": 0.05})
     shifted_rig = rig.model_copy(update={"mounting": mounting})
     from afferents.rig import draw
 
     offset = round(draw(shifted_rig, "3", 50.0, 0).clock_offset_s * 44100)
-    shifted = simulate(shifted_rig, "3", drum, 50.0, 2.0, 0)
+    shifted = simulate_run(shifted_rig, "3", drum, 50.0, 2.0, 0)
     assert abs(offset) > 100
     # What the camera sees at t, the microphone hears at t + offset.
     inner = np.arange(10000, 70000)
@@ -92,7 +93,7 @@ def test_both_clocks_tell_the_same_but_for_their_offset():
 def test_faster_slides_feel_louder_and_smooth_drums_quieter(quiet_rig):
     def loudness(spacing, speed):
         drum = bumped_surface(spacing, quiet_rig.drum)
-        sensor = simulate(quiet_rig, f"{spacing:g}", drum, speed, 2.5, 0).sensor
+        sensor = simulate_run(quiet_rig, f"{spacing:g}", drum, speed, 2.5, 0).sensor
         return sensor[round(1.6 * 44100) :].std()
 
     assert loudness(3.0, 100.0) > 1.05 * loudness(3.0, 30.0)
@@ -103,7 +104,7 @@ def test_skin_that_comes_apart_is_refused_and_reads_no_other_memory():
     rig = Rig()
     surface = replace(bumped_surface(3.0, rig.drum), contact_share=0.0)
     with pytest.raises(InputError, match="a skin that stays in one piece"):
-        simulate(rig, "3", surface, 50.0, 1.0, 0)
+        simulate_run(rig, "3", surface, 50.0, 1.0, 0)
 
 
 @pytest.mark.parametrize(
@@ -117,4 +118,4 @@ def test_unstable_constants_are_refused(skin, sentence):
     rig = Rig()
     stiff = rig.model_copy(update={"skin": rig.skin.model_copy(update=skin)})
     with pytest.raises(InputError, match=sentence):
-        simulate(stiff, "3", bumped_surface(3.0), 50.0, 2.0, 0)
+        simulate_run(stiff, "3", bumped_surface(3.0), 50.0, 2.0, 0)

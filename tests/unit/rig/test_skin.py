@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.rig import Rig, Skin, bumped_surface, felt
 from afferents.rig.kernel import SPAN
 from afferents.rig.run import check_step

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.rig import Drum, bumped_surface, write_stl
 from afferents.rig.drums import write_drum
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.rig import Drum, bumped_surface, felt, mapped_surface, read_height_map
 
 NOMINAL = Drum(print_sd_mm=0, patch_sd_mm=0)

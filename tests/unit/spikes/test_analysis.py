@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.spikes import Spikes
-from afferents.spikes.analysis import (
+from afferents.errors import InputError
+from afferents.neuro import (
     accuracy_by_resolution,
     accuracy_by_units,
     cut_windows,
@@ -14,7 +13,8 @@ from afferents.spikes.analysis import (
     rate_slopes,
     stretch_match,
 )
-from afferents.spikes.analysis.speed import match_by_class
+from afferents.neuro.speed import match_by_class
+from afferents.spikes import Spikes
 
 SPEEDS = (40.0, 60.0, 80.0, 120.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.spikes.artificial import artificial_spikes
 
 FPS, RATE_HZ, SECONDS = 90, 8000, 2.0

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.neuro.distances import DISTANCES, distance_matrix, found_by_nearest
+from afferents.neuro.exponent import exponents, spectral_exponent, told_by_exponent
 from afferents.spikes import Spikes
-from afferents.spikes.analysis.distances import DISTANCES, distance_matrix, found_by_nearest
-from afferents.spikes.analysis.exponent import exponents, spectral_exponent, told_by_exponent
 
 
 def population(trains, duration_s=1.0):

@@ -14,15 +14,14 @@ import pytest
 import xarray as xr
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.core.recording import Recording
-from afferents.core.store import open_responses
-from afferents.pipeline.nwb.clock import laid_out
-from afferents.pipeline.nwb.media import add_videos
-from afferents.pipeline.nwb.tables import add_trials
-from afferents.pipeline.spikes import spikes_of_store
-from afferents.recordings import ImageFolder
+from afferents.errors import InputError
+from afferents.neuro.neural import spikes_of_store
+from afferents.neuro.nwb.media import add_videos
+from afferents.neuro.nwb.tables import add_trials, laid_out
+from afferents.recordings.media import ImageFolder
 from afferents.spikes import Spikes
+from afferents.store.recording import Recording
+from afferents.store.zarr_store import open_responses
 
 pynwb = pytest.importorskip("pynwb")
 

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.neuro.beside import alike, matched
 from afferents.spikes import Spikes
-from afferents.spikes.analysis.matched import alike, matched
 
 
 def made(textures, speeds, classes, seconds):

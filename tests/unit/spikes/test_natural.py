@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.spikes.natural import described_natural, read_natural
+from afferents.errors import InputError
+from afferents.neuro import described_natural, read_natural
 
 TEXTURES, SPEEDS = ["denim", "silk", "corduroy"], [40.0, 80.0, 120.0]
 DESCRIPTION = """

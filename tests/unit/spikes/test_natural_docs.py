@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.spikes.natural import read_natural
+from afferents.errors import InputError
+from afferents.neuro import read_natural
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 (PAGE,) = [*DOCS.glob("neuroscience-files.part.md")] or [DOCS / "neuroscience.md"]

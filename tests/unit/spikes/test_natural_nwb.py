@@ -4,8 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.spikes.natural import described_natural, read_natural, read_nwb
+from afferents.errors import InputError
+from afferents.neuro import described_natural, read_natural, read_nwb
 
 pynwb = pytest.importorskip("pynwb")
 

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
+from afferents.neuro.neo import from_neo, to_neo
 from afferents.spikes import Spikes
-from afferents.spikes.neo import from_neo, to_neo
 
 neo = pytest.importorskip("neo")
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.core.errors import InputError
+from afferents.errors import InputError
 from afferents.spikes import Spikes
 from afferents.spikes.population import joined
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from afferents.spikes.afferents import afferent_classes
 from afferents.spikes.artificial import artificial_spikes
-from afferents.spikes.units import UNIT_MODELS, afferent_classes
-from afferents.spikes.units.stream import MarkerUnits, VibrationUnits
+from afferents.spikes.stream import MarkerUnits, VibrationUnits
+from afferents.spikes.units import UNIT_MODELS
 
 FPS, RATE_HZ, SECONDS, MARKERS = 90, 8000, 2.0, 12
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from afferents.spikes.units import UNIT_MODELS, Drive, afferent_classes
-from afferents.spikes.units.base import RATE_HZ, UnitModel, on_steps
+from afferents.spikes.afferents import afferent_classes
+from afferents.spikes.units import RATE_HZ, UNIT_MODELS, Drive, UnitModel, on_steps
 
 SECONDS = 4.0
 

@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import nn
 
-from afferents.training import TrainingConfig
+from afferents.models.config import TrainingConfig
 
 
 class Problem(NamedTuple):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from afferents.training import named_when_left_out
+from afferents.models.fit_solved import named_when_left_out
 
 
 def data(seed=0):

@@ -5,8 +5,9 @@ import copy
 import pytest
 import torch
 
-from afferents.models import build
-from afferents.training import Checkpoint, LearningSet, train
+from afferents.models.learning_set import LearningSet
+from afferents.models.loop import Checkpoint, train
+from afferents.models.table import build
 
 
 class StoppedHereError(Exception):

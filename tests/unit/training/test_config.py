@@ -3,8 +3,8 @@
 import pytest
 from pydantic import ValidationError
 
-from afferents.core.errors import InputError
-from afferents.training import TrainingConfig, training_config
+from afferents.errors import InputError
+from afferents.models.config import TrainingConfig, training_config
 
 RECIPES = ["spatial-net", "cnn-lstm", "vibration-net"]
 

@@ -7,14 +7,17 @@ import pytest
 import torch
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.core.fold import Fold
-from afferents.core.model import MODELS
-from afferents.core.samples import concatenate, make_samples
-from afferents.models import MeanFusion, Task, ThreeStems, build_for, count_parameters
-from afferents.training.fitted import Fitted, Part
-from afferents.training.fused_networks import mean_of
-from afferents.training.pairs import last_within
+from afferents.encodings.samples import concatenate, make_samples
+from afferents.errors import InputError
+from afferents.folds.protocol import Fold
+from afferents.models.base import Task, build_for
+from afferents.models.fitted import Fitted, Part
+from afferents.models.fitting import mean_of
+from afferents.models.layers import count_parameters
+from afferents.models.learning_set import last_within
+from afferents.models.model import MODELS
+from afferents.models.networks import ThreeStems
+from afferents.models.solved import MeanFusion
 
 FACTS = {"passes": 1, "seconds": 1.0, "job_seconds": 1.0, "best_epoch": 1}
 SHAPES = ((1, 200), (10, 19, 19), (10, 19, 19))

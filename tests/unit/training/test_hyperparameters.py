@@ -6,10 +6,10 @@ import pytest
 from torch import nn
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.models import build, l2_penalty
-from afferents.training import Hyperparameters, training_config
-from afferents.training.hyperparameters import DROPOUT_LAYERS, set_dropout
+from afferents.errors import InputError
+from afferents.models.config import DROPOUT_LAYERS, Hyperparameters, set_dropout, training_config
+from afferents.models.layers import l2_penalty
+from afferents.models.table import build
 
 SHAPES = {"spatial-net": (19, 19), "cnn-lstm": (10, 19, 19), "vibration-net": (1, 200)}
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from afferents.core.errors import InputError
-from afferents.models import build
-from afferents.training import load_keras_weights
+from afferents.errors import InputError
+from afferents.models.keras import load_keras_weights
+from afferents.models.table import build
 
 h5py = pytest.importorskip("h5py")
 

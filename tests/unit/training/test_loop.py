@@ -8,13 +8,13 @@ import pytest
 import torch
 from torch import nn
 
-from afferents.core.errors import AfferentsError, InputError
-from afferents.models import build, l2_penalty
-from afferents.models.layers import batch_norm_units
-from afferents.training import Epoch, LearningSet, hardware, predict, train
-from afferents.training.data import split
-from afferents.training.hardware import autocast, choose_device, has_bfloat16
-from afferents.training.learner import Learner, WarmUp
+from afferents.errors import AfferentsError, InputError
+from afferents.models import hardware
+from afferents.models.hardware import autocast, choose_device, has_bfloat16
+from afferents.models.layers import batch_norm_units, l2_penalty
+from afferents.models.learning_set import LearningSet, split
+from afferents.models.loop import Epoch, Learner, WarmUp, predict, train
+from afferents.models.table import build
 
 EPS = float(np.finfo(np.float32).eps)
 ROUNDING = 64 * EPS

@@ -3,8 +3,7 @@
 import time
 from typing import Literal
 
-from afferents.devices.base import Drive, DriveLimits, DriveState
-from afferents.devices.options import Options
+from afferents.devices.base import Drive, DriveLimits, DriveState, Options
 
 
 class ByHandOptions(Options):

@@ -1,19 +1,26 @@
-"""A serial line: a text sent, a text answered, asked again if bytes were lost."""
+"""A serial line, and the template of what a drive on it says and answers."""
 
 import binascii
+import math
 import re
 import time
 from collections.abc import Callable
 from functools import reduce
 from operator import xor
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from afferents.core.errors import InputError, reason_of
-from afferents.core.extras import import_extra
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
 from afferents.devices.base import DeviceError
+from afferents.documents import as_form, read_toml
+from afferents.errors import InputError, reason_of
+from afferents.plugins import import_extra
 
 ANSWER_S = 0.2
 """An answer takes some ms; of a USB adapter up to 16 more."""
+
+
 TRIES = 5
 """A line is lost at most so many times in a row before the drive is given up."""
 
@@ -143,3 +150,148 @@ class Line:
         return DeviceError(
             f"drive at {self.port}: lost ({why}); see that the drum stands still, then plug it in"
         )
+
+
+# What a drive's serial line says and answers: a template in TOML.
+
+PRESETS = Path(__file__).parent / "presets"
+
+
+GROUPS = {"position", "speed", "fault"}
+
+
+class Question(BaseModel):
+    """A line that is sent, and a regular expression of its answer.
+
+    Attributes
+    ----------
+    send
+        The line.
+    reply
+        Its groups ``position``, ``speed`` and ``fault`` are what is read.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    send: str
+    reply: str
+
+
+class Template(BaseModel):
+    """How one make of drives is spoken to.
+
+    Lines may hold ``{value}``: the speed in the drive's unit (or our loop's output).
+
+    Attributes
+    ----------
+    name
+        Of the drive, for people.
+    baud
+        Of the line.
+    unit
+        Of its positions, and a second of its speeds.
+    counts_a_turn
+        Of the motor, where the unit is ``count``.
+    checksum
+        ``xor`` or ``crc16``: each line ends with ``*`` and, as a decimal number, the XOR or the
+        CRC-16/XMODEM of the bytes before it.
+    open, stop, close
+        Lines that set it up, stop it and release it.
+    prepare
+        Lines before it is started: they clear a fault, and switch it on.
+    start
+        Lines that give it a speed.
+    taken
+        Regular expression of the answer to each of these; without, none is waited for.
+    read
+        Questions, asked in this order.
+    no_fault
+        What the group ``fault`` holds if there is none.
+    feed
+        Lines at each read while it turns: they keep its watchdog quiet, or say its speed again.
+    watchdog
+        Whether the drive stops by itself when it hears nothing more.
+    control
+        ``drive`` closes the loop over speed itself; of ``duty`` we do.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    baud: Annotated[int, Field(gt=0)] = 115_200
+    unit: Literal["mm", "turn", "rad", "deg", "count"] = "mm"
+    counts_a_turn: Annotated[float, Field(gt=0)] | None = None
+    checksum: Literal["none", "xor", "crc16"] = "none"
+    open: tuple[str, ...] = ()
+    prepare: tuple[str, ...] = ()
+    start: tuple[str, ...] = Field(min_length=1)
+    stop: tuple[str, ...] = Field(min_length=1)
+    close: tuple[str, ...] = ()
+    taken: str | None = None
+    read: tuple[Question, ...] = Field(min_length=1)
+    no_fault: str = "0"
+    feed: tuple[str, ...] = ()
+    watchdog: bool = False
+    control: Literal["drive", "duty"] = "drive"
+
+    @model_validator(mode="after")
+    def _makes_sense(self) -> Self:
+        patterns = [question.reply for question in self.read]
+        for pattern in (*patterns, self.taken or ""):
+            try:
+                re.compile(pattern)
+            except re.error as error:
+                raise ValueError(f"'{pattern}' is no regular expression ({error})") from error
+        groups = {name for pattern in patterns for name in re.compile(pattern).groupindex}
+        if "position" not in groups or groups - GROUPS:
+            raise ValueError("replies must have a group 'position', may have 'speed', 'fault'")
+        if not any("{value}" in line for line in self.start):
+            raise ValueError("start must have {value} in it")
+        if (self.unit == "count") != (self.counts_a_turn is not None):
+            raise ValueError("counts_a_turn goes with the unit count")
+        return self
+
+    def mm_a_unit(self, diameter_mm: float | None, gear: float) -> float:
+        """Return by how much the drum's surface moves for one unit of the motor, mm.
+
+        Parameters
+        ----------
+        diameter_mm
+            Of the drum; needed unless the drive counts mm itself.
+        gear
+            Turns of the motor for one of the drum.
+
+        Raises
+        ------
+        InputError
+            If the diameter is missing.
+        """
+        if self.unit == "mm":
+            return 1.0
+        if diameter_mm is None:
+            raise InputError(
+                "[drive]", f"diameter_mm, since {self.name} counts in units of {self.unit}", "none"
+            )
+        a_turn = {"turn": 1.0, "rad": math.tau, "deg": 360.0, "count": self.counts_a_turn or 1.0}
+        return math.pi * diameter_mm / gear / a_turn[self.unit]
+
+
+def presets() -> list[str]:
+    """Return the names of the templates that come with the package."""
+    return sorted(path.stem for path in PRESETS.glob("*.toml"))
+
+
+def read_template(name: str) -> Template:
+    """Return a preset by its name, or the template in a TOML file.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is wrong.
+    """
+    path = Path(name) if name.endswith(".toml") else PRESETS / f"{name}.toml"
+    if not name.endswith(".toml") and name not in presets():
+        found = f"'{name}'"
+        raise InputError("template", f"a TOML file, or one of {', '.join(presets())}", found)
+    what = "a drive's template"
+    return as_form(read_toml(path, what), Template, path, what)

@@ -15,23 +15,37 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from afferents.core.errors import InputError
-from afferents.devices.base import Camera, CameraSettings, DeviceError, Frame
-from afferents.devices.options import Options
-from afferents.devices.v4l2 import abi, controls
-from afferents.devices.v4l2.controls import Wanted
-from afferents.devices.v4l2.modes import formats
-from afferents.devices.v4l2.node import Node
+from afferents.devices.base import Camera, CameraSettings, DeviceError, Frame, Options
+from afferents.devices.v4l2 import abi
+from afferents.devices.v4l2.node import (
+    EXPOSURE,
+    FOCUS,
+    GAIN,
+    UNITS_A_MS,
+    WHITE_BALANCE,
+    Node,
+    Wanted,
+    fix_controls,
+    formats,
+)
+from afferents.errors import InputError
 
 PREFERRED = (abi.MJPG, abi.GREY, abi.YUYV)
 """Formats that ``auto`` takes, the first that the camera offers."""
+
+
 BUFFERS = 32
 """Frames that the driver may hold before it loses one, as many as V4L2 allows: a third of a second
 at 90 frames/s."""
+
+
 SILENT_S = 3.0
 """A camera that gives no frame for so long has stopped; a first one may take a second."""
+
+
 LOOK_S = 0.1
 """How often a camera that gives nothing is asked whether to end."""
+
 
 Size = Annotated[int, Field(ge=16, le=8192)]
 
@@ -72,12 +86,12 @@ class V4l2Options(Options):
     def wanted(self) -> list[Wanted]:
         """Return the controls that are asked for."""
         exposure = self.exposure_ms
-        units = None if exposure is None else round(exposure * controls.UNITS_A_MS)
+        units = None if exposure is None else round(exposure * UNITS_A_MS)
         asked = (
-            (controls.EXPOSURE, units, "exposure_ms"),
-            (controls.GAIN, self.gain, "gain"),
-            (controls.WHITE_BALANCE, self.white_balance_k, "white_balance_k"),
-            (controls.FOCUS, self.focus, "focus"),
+            (EXPOSURE, units, "exposure_ms"),
+            (GAIN, self.gain, "gain"),
+            (WHITE_BALANCE, self.white_balance_k, "white_balance_k"),
+            (FOCUS, self.focus, "focus"),
         )
         return [Wanted(number, value, name) for number, value, name in asked if value is not None]
 
@@ -182,7 +196,7 @@ class V4l2Camera(Camera):
                 "{} of {} x {} px, which it took instead".format(*found),
                 "'afferents devices' lists what it offers",
             )  # fmt: skip
-        fixed = controls.fix(node, options.wanted())
+        fixed = fix_controls(node, options.wanted())
         # After the controls: a camera may give another rate for another exposure.
         return CameraSettings(
             node.name, *found, _set_rate(node, options.fps_hz), fixed,

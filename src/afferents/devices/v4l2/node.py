@@ -1,19 +1,22 @@
-"""A device file of V4L2: opened, asked, and closed."""
+"""A device file of V4L2: opened, asked what it offers, its controls set, and closed."""
 
 import ctypes
 import errno
 import os
 import sys
 from collections.abc import Iterator
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-from afferents.core.errors import InputError
 from afferents.devices.v4l2 import abi
+from afferents.errors import InputError
 
 if sys.platform == "linux":
     import fcntl
 
+
 Content = TypeVar("Content", bound=ctypes.Structure | ctypes.c_int)
+
+
 Listed = TypeVar("Listed", bound=ctypes.Structure)
 
 
@@ -96,3 +99,184 @@ class Node:
                 "'afferents devices' lists what there is",
             )  # fmt: skip
         return str(found.card.decode("utf-8", "replace"))
+
+
+# What a camera offers: formats, sizes and rates.
+
+
+class Mode(NamedTuple):
+    """One format and size of a camera, and its rates there.
+
+    Attributes
+    ----------
+    format
+        Four characters, such as ``MJPG``.
+    width, height
+        px.
+    fps_hz
+        Frames a second, the fastest first.
+    """
+
+    format: str
+    width: int
+    height: int
+    fps_hz: tuple[float, ...]
+
+
+def formats(node: Node) -> list[str]:
+    """Return the pixel formats that a camera offers, in its own order."""
+    asked = {"type": abi.VIDEO_CAPTURE}
+    found = node.each(abi.ENUM_FMT, abi.FormatDescription, **asked)
+    return [abi.name_of(one.pixelformat) for one in found]
+
+
+def modes(node: Node) -> Iterator[Mode]:
+    """Yield formats with their sizes and rates; of a range of sizes, both ends."""
+    for name in formats(node):
+        code = abi.code_of(name)
+        for found in node.each(abi.ENUM_FRAMESIZES, abi.FrameSize, pixel_format=code):
+            for width, height in _sizes(found):
+                yield Mode(name, width, height, _rates(node, code, width, height))
+
+
+def _sizes(found: abi.FrameSize) -> list[tuple[int, int]]:
+    if found.type == abi.DISCRETE:
+        return [(found.size[0], found.size[1])]
+    return [(found.size[0], found.size[3]), (found.size[1], found.size[4])]
+
+
+def _rates(node: Node, code: int, width: int, height: int) -> tuple[float, ...]:
+    asked = {"pixel_format": code, "width": width, "height": height}
+    rates: set[float] = set()
+    for found in node.each(abi.ENUM_FRAMEINTERVALS, abi.FrameInterval, **asked):
+        ends = found.interval[: 1 if found.type == abi.DISCRETE else 2]
+        rates |= {round(one.denominator / one.numerator, 3) for one in ends if one.numerator}
+        if found.type != abi.DISCRETE:
+            break
+    return tuple(sorted(rates, reverse=True))
+
+
+# A camera's exposure, gain, white balance and focus: fixed, and read back.
+
+_USER, _CAMERA = 0x00980900, 0x009A0900
+"""V4L2_CID_BASE and V4L2_CID_CAMERA_CLASS_BASE (linux/v4l2-controls.h)."""
+
+
+EXPOSURE_AUTO, EXPOSURE = _CAMERA + 1, _CAMERA + 2
+
+
+SLOWER_IN_THE_DARK = _CAMERA + 3
+"""V4L2_CID_EXPOSURE_AUTO_PRIORITY: whether the camera may lower its rate for a longer exposure."""
+
+
+FOCUS, FOCUS_AUTO = _CAMERA + 10, _CAMERA + 12
+
+
+AUTO_WHITE_BALANCE, WHITE_BALANCE = _USER + 12, _USER + 26
+
+
+AUTO_GAIN, GAIN = _USER + 18, _USER + 19
+
+
+EXPOSURE_MANUAL = 1
+
+
+UNITS_A_MS = 10
+"""Exposures are in 0.1 ms."""
+
+
+FIXED = {
+    EXPOSURE_AUTO: EXPOSURE_MANUAL,
+    SLOWER_IN_THE_DARK: 0,
+    AUTO_GAIN: 0,
+    AUTO_WHITE_BALANCE: 0,
+    FOCUS_AUTO: 0,
+}
+"""What cameras do by themselves and must not, while a skin is measured."""
+
+
+NAMES = {
+    _USER: "brightness", _USER + 1: "contrast", _USER + 2: "saturation",
+    AUTO_WHITE_BALANCE: "white_balance_automatic", _USER + 16: "gamma",
+    AUTO_GAIN: "gain_automatic", GAIN: "gain", _USER + 24: "power_line_frequency",
+    WHITE_BALANCE: "white_balance_temperature", _USER + 27: "sharpness",
+    _USER + 28: "backlight_compensation", EXPOSURE_AUTO: "auto_exposure",
+    EXPOSURE: "exposure_time_absolute", SLOWER_IN_THE_DARK: "exposure_dynamic_framerate",
+    FOCUS: "focus_absolute", FOCUS_AUTO: "focus_automatic_continuous",
+}  # fmt: skip
+"""Controls that are read back, by the names that v4l2-ctl has for them."""
+
+
+class Wanted(NamedTuple):
+    """A control that was asked for: its number, its value, and what it is called in a plan."""
+
+    control: int
+    value: int
+    option: str
+
+
+def fix_controls(node: Node, wanted: list[Wanted]) -> dict[str, float]:
+    """Switch off what the camera would do by itself, set what is asked for, read all back.
+
+    Returns
+    -------
+    dict
+        Name of each control that the camera has to its value, in the driver's units.
+
+    Raises
+    ------
+    InputError
+        If the camera lacks a control that was asked for, or took another value.
+    """
+    for control, value in FIXED.items():
+        if _range(node, control) is not None:
+            _set(node, Wanted(control, value, NAMES[control]))
+    for one in wanted:
+        span = _range(node, one.control)
+        if span is None:
+            raise InputError(
+                f"camera {node.path}", f"a camera whose {NAMES[one.control]} can be set",
+                "one that has no such control", f"leave out {one.option}",
+            )  # fmt: skip
+        _set(node, one, f" (it takes {span[0]} to {span[1]})")
+    return read(node)
+
+
+def read(node: Node) -> dict[str, float]:
+    """Return the value of each control that the camera has."""
+    found: dict[str, float] = {}
+    for control, name in NAMES.items():
+        try:
+            found[name] = node.ask(abi.G_CTRL, abi.Control(id=control)).value
+        except OSError:
+            continue  # it has none of these
+    return found
+
+
+def _range(node: Node, control: int) -> tuple[int, int] | None:
+    """Return the smallest and largest value of a control; None where there is none to set."""
+    try:
+        found = node.ask(abi.QUERYCTRL, abi.ControlQuery(id=control))
+    except OSError:
+        return None
+    if found.flags & (abi.DISABLED_CONTROL | abi.READ_ONLY_CONTROL):
+        return None
+    return found.minimum, found.maximum
+
+
+def _set(node: Node, wanted: Wanted, may_be: str = "") -> None:
+    """Set a control and see that it was taken."""
+    name, where = NAMES[wanted.control], f"camera {node.path}"
+    try:
+        node.ask(abi.S_CTRL, abi.Control(id=wanted.control, value=wanted.value))
+        found = node.ask(abi.G_CTRL, abi.Control(id=wanted.control)).value
+    except OSError as error:
+        raise InputError(
+            where, f"{name} = {wanted.value}", f"a refusal: {error.strerror}{may_be}",
+            f"change or leave out {wanted.option}",
+        ) from error  # fmt: skip
+    if found != wanted.value:
+        raise InputError(
+            where, f"{name} = {wanted.value}", f"{found}, which it took instead{may_be}",
+            f"change or leave out {wanted.option}",
+        )  # fmt: skip

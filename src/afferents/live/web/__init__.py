@@ -1,1 +1,1 @@
-"""A page that shows what is felt, served by this machine to itself."""
+"""A page that shows what is recognised, served by this machine to itself."""

@@ -5,26 +5,35 @@ import hmac
 import json
 import sys
 import threading
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, contextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import quote, urlsplit
 
-from afferents.core.extras import import_extra
-from afferents.core.stopping import STREAM, stop_later
 from afferents.live.percept import Percept
 from afferents.live.senses import Senses
-from afferents.live.web.door import Door, check_address, is_loopback, open_door
-from afferents.live.web.limits import Limits
-from afferents.live.web.quiet import one_line_errors
+from afferents.live.web.door import (
+    Door,
+    Limits,
+    check_address,
+    is_loopback,
+    one_line_errors,
+    open_door,
+)
 from afferents.live.web.snapshot import Snapshots
+from afferents.plugins import import_extra
+from afferents.stopping import STREAM, stop_later
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
+
+
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
+
 
 LAST_S = 2.0
 """The stream is given so long for its last percept."""
@@ -97,7 +106,7 @@ def serve(
             server.run(sockets=[door])
     finally:
         stopped.set()
-        stream.join(LAST_S)  # see `core.stopping.leave`
+        stream.join(LAST_S)  # see `stopping.leave`
     if failed:
         raise failed[0]
 
@@ -124,7 +133,7 @@ def server_of(
     """
     check_address(host, token)
     uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
-    from afferents.live.web.guard import OneRequest, Onlooker
+    from afferents.live.web.door import OneRequest, Onlooker
 
     door = open_door(host, port, limits.places)
     config = uvicorn.Config(
@@ -255,3 +264,48 @@ def _same_origin(visitor: Any) -> bool:
         return origin is None or urlsplit(origin).netloc == visitor.headers.get("host")
     except ValueError:  # no address at all
         return False
+
+
+# A page beside a command that goes on in the main thread.
+
+CLOSING_S = 0.5
+"""Visitors are left so long to get what was said last."""
+
+
+@contextmanager
+def page_beside(
+    shown: Shown,
+    host: str,
+    port: int,
+    token: str | None,
+    request: Callable[[str], bool] | None = None,
+) -> Iterator[None]:
+    """Serve a page while the inside runs.
+
+    Parameters
+    ----------
+    shown
+        What visitors are sent; asked in the server's thread.
+    host, port, token
+        As for `serve`.
+    request
+        Does what a visitor asks, and tells whether it can be done now.
+
+    Raises
+    ------
+    InputError
+        As `serve`.
+    """
+    server, door = server_of(shown, host, port, token, Limits(), request)
+    thread = threading.Thread(
+        target=partial(server.run, sockets=[door]), name="afferents-page", daemon=True
+    )
+    with one_line_errors():
+        thread.start()
+        say_where(host, door, token)
+        try:
+            yield
+        finally:
+            time.sleep(CLOSING_S)
+            server.should_exit = True
+            thread.join(CLOSING_S + 2.0)

@@ -9,21 +9,28 @@ from typing import Any
 import cv2
 import numpy as np
 
-from afferents.core.dims import RA1, SA1
+from afferents.dims import RA1, SA1
 from afferents.live.events import CameraFrame
 from afferents.live.percept import Percept
 from afferents.live.quality import Quality
 from afferents.live.senses import Senses
-from afferents.markers import Positions
-from afferents.markers.detect import spacing_px
+from afferents.markers.detect import Positions, spacing_px
 
 _QUALITY = 70
 """Of the JPEG, per cent."""
+
+
 _DIGITS = 4
+
+
 _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 """Of the distance of neighbouring markers, and at least, px."""
+
+
 FRESH_S = 0.025
 """What is drawn up serves all visitors for so long."""
+
+
 _RATE_OVER_S = 10.0
 """Rates are those of so many seconds."""
 

@@ -11,16 +11,16 @@ import soundfile
 
 import afferents
 from afferents import cli
-from afferents.core.errors import InputError
-from afferents.core.store import open_responses
+from afferents.errors import InputError
+from afferents.store.zarr_store import open_responses
 
 pytest.importorskip("rosbags")
 
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from afferents.pipeline.bags import Bag, bag_files
-from afferents.pipeline.bags.messages import (
+from afferents.recorder.bags import Bag, bag_files
+from afferents.recordings.ros_messages import (
     PICTURE,
     RAW_PICTURE,
     ROS_SOUND,
@@ -29,7 +29,7 @@ from afferents.pipeline.bags.messages import (
     Messages,
     typestore,
 )
-from afferents.recordings import VideoFile
+from afferents.recordings.video import VideoFile
 
 NAME = "4/60"
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from afferents.pipeline.record.drift import Drift, clocks, drift_of
+from afferents.recorder.preflight import clocks, drift_of
+from afferents.recordings.run_log import Drift
 
 
 @pytest.mark.parametrize("drift", [-300e-6, 0.0, 50e-6])

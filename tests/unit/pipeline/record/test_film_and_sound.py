@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import soundfile
 
-from afferents.core.errors import InputError
 from afferents.devices import CameraSettings
-from afferents.pipeline.record.film import Film
-from afferents.pipeline.record.sound import Sound, repair
-from afferents.recordings import VideoFile, WavFile
+from afferents.errors import InputError
+from afferents.recorder.files import Film, Sound, repair
+from afferents.recordings.audio import WavFile
+from afferents.recordings.video import VideoFile
 
 WIDTH, HEIGHT, FPS = 64, 48, 90
 RNG = np.random.default_rng(0)

@@ -6,8 +6,8 @@ import pytest
 import soundfile
 
 import afferents
-from afferents.core.errors import InputError
-from afferents.recordings import VideoFile
+from afferents.errors import InputError
+from afferents.recordings.video import VideoFile
 
 N = 60
 

@@ -7,7 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from afferents.recordings import VideoFile, WavFile
+from afferents.recordings.audio import WavFile
+from afferents.recordings.video import VideoFile
 
 PLAN = """
 textures = ["4"]
@@ -20,7 +21,7 @@ kind = "simulated"
 [drive]
 kind = "simulated"
 """
-IMPORTS = ["afferents.cli.app", "afferents.pipeline.record.record", "afferents.commands"]
+IMPORTS = ["afferents.cli.program", "afferents.recorder.plan_run", "afferents.commands"]
 
 
 @pytest.fixture

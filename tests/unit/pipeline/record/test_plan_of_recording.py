@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from afferents.core.errors import InputError
-from afferents.pipeline.record.plan import EXAMPLE, read_plan
+from afferents.errors import InputError
+from afferents.recorder.plan import EXAMPLE, read_plan
 
 PLAN = """
 textures = ["2", "linen", "4"]

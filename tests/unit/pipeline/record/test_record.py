@@ -16,20 +16,21 @@ import pytest
 import soundfile
 
 import afferents
-from afferents.core.drum import MARK, Drum, logged_way, way_in
-from afferents.core.errors import InputError
-from afferents.core.progress import Progress
-from afferents.core.responses import steady_s
-from afferents.core.split import split_named
 from afferents.devices import ByHand
-from afferents.markers import load_sensor
-from afferents.pipeline.inspect import inspect
-from afferents.pipeline.record.bench import Bench
-from afferents.pipeline.record.devices import simulated_devices
-from afferents.pipeline.record.plan import read_plan
-from afferents.pipeline.record.record import Person, Recording, record
-from afferents.recordings import VideoFile, read_session
+from afferents.errors import InputError
+from afferents.folds.held_out import split_named
+from afferents.inspection.inspect import inspect_data
+from afferents.markers.sensor import load_sensor
+from afferents.progress import Progress
+from afferents.recorder.devices import simulated_devices
+from afferents.recorder.plan import read_plan
+from afferents.recorder.plan_run import Person, Recording, record
+from afferents.recorder.rehearsal import Bench
+from afferents.recordings.session import read_session
+from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
+from afferents.store.drum_path import MARK, Drum, logged_way, way_in
+from afferents.store.responses import steady_s
 
 PLAN = """
 textures = ["4"]
@@ -231,7 +232,7 @@ def test_inspect_says_how_the_clocks_went(faulty, tmp_path):
 
 def inspected(session):
     with Progress(quiet=True) as progress:
-        found = inspect(session, session.parent / "look", None, progress)
+        found = inspect_data(session, session.parent / "look", None, progress)
     shutil.rmtree(session.parent / "look", ignore_errors=True)
     return " ".join([*found.sentences, *found.problems])
 

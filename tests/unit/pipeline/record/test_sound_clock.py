@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from afferents.pipeline.record.log import BlockRow
-from afferents.pipeline.record.sound_clock import sound_clock
+from afferents.recordings.run_log import BlockRow, sound_clock
 
 RATE_HZ, BLOCK = 44_100, 441
 START_S = 1234.5

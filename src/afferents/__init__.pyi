@@ -1,0 +1,211 @@
+from . import devices as devices
+from . import live as live
+from . import plot as plot
+from .channels import (
+    CHANNELS as CHANNELS,
+)
+from .channels import (
+    Channel as Channel,
+)
+from .channels import (
+    fill as fill,
+)
+from .channels import (
+    hold as hold,
+)
+from .channels import (
+    marker_speed as marker_speed,
+)
+from .channels import (
+    ra1 as ra1,
+)
+from .channels import (
+    ra2 as ra2,
+)
+from .channels import (
+    sa1 as sa1,
+)
+from .encodings.augment import (
+    stretch_spectrum as stretch_spectrum,
+)
+from .encodings.base import (
+    ImageEncoding as ImageEncoding,
+)
+from .encodings.base import (
+    VibrationEncoding as VibrationEncoding,
+)
+from .encodings.images import (
+    SpatialEncoding as SpatialEncoding,
+)
+from .encodings.images import (
+    SpatiotemporalEncoding as SpatiotemporalEncoding,
+)
+from .encodings.images import (
+    spatial_samples as spatial_samples,
+)
+from .encodings.images import (
+    spatiotemporal_samples as spatiotemporal_samples,
+)
+from .encodings.kernels import (
+    KernelEncoding as KernelEncoding,
+)
+from .encodings.orders import (
+    OrderEncoding as OrderEncoding,
+)
+from .encodings.settings import (
+    ENCODINGS as ENCODINGS,
+)
+from .encodings.spectra import (
+    SpectralEncoding as SpectralEncoding,
+)
+from .encodings.spectra import (
+    spectral_samples as spectral_samples,
+)
+from .encodings.wavenumbers import (
+    WavenumberEncoding as WavenumberEncoding,
+)
+from .evaluation.evaluate import (
+    evaluate as evaluate,
+)
+from .evaluation.evaluate import (
+    evaluate_textures as evaluate_textures,
+)
+from .evaluation.results import (
+    load_results as load_results,
+)
+from .evaluation.train import (
+    load_model as load_model,
+)
+from .evaluation.train import (
+    samples as samples,
+)
+from .evaluation.train import (
+    train as train,
+)
+from .examples import (
+    example as example,
+)
+from .exchange.authors import (
+    compare as compare,
+)
+from .exchange.bags import (
+    export_mcap as export_mcap,
+)
+from .exchange.lerobot import (
+    export_lerobot as export_lerobot,
+)
+from .exchange.viewer import (
+    view as view,
+)
+from .extraction.extract import (
+    extract as extract,
+)
+from .extraction.track import (
+    track as track,
+)
+from .folds.splits import (
+    LeaveOneGroupOut as LeaveOneGroupOut,
+)
+from .folds.splits import (
+    LeaveOneSpeedOut as LeaveOneSpeedOut,
+)
+from .inspection.calibrate import (
+    calibrate as calibrate,
+)
+from .inspection.init import (
+    init_session as init_session,
+)
+from .inspection.inspect import (
+    inspect as inspect,
+)
+from .markers.sensor import (
+    load_sensor as load_sensor,
+)
+from .markers.track import (
+    Tracker as Tracker,
+)
+from .models.config import (
+    training_config as training_config,
+)
+from .models.export import (
+    export as export,
+)
+from .models.model import (
+    MODELS as MODELS,
+)
+from .models.model import (
+    Model as Model,
+)
+from .models.table import (
+    CLASSIFIERS as CLASSIFIERS,
+)
+from .neuro.natural.nwb import (
+    read_nwb as read_nwb,
+)
+from .neuro.natural.reader import (
+    read_natural as read_natural,
+)
+from .neuro.neural import (
+    neural as neural,
+)
+from .neuro.nwb.export import (
+    export_nwb as export_nwb,
+)
+from .recorder.record import (
+    import_recording as import_recording,
+)
+from .recorder.record import (
+    record as record,
+)
+from .recordings.audio import (
+    WavFile as WavFile,
+)
+from .recordings.data_set import (
+    DataSet as DataSet,
+)
+from .recordings.data_sets import (
+    DATA_SETS as DATA_SETS,
+)
+from .recordings.fetch.fetch import (
+    fetch as fetch,
+)
+from .recordings.session import (
+    Session as Session,
+)
+from .recordings.session import (
+    read_session as read_session,
+)
+from .recordings.video import (
+    open_video as open_video,
+)
+from .reporting.explain import (
+    explain as explain,
+)
+from .reporting.report import (
+    report as report,
+)
+from .reporting.shear import (
+    explain_shear as explain_shear,
+)
+from .reproduction.reproduce import (
+    reproduce as reproduce,
+)
+from .rig.simulate import (
+    simulate as simulate,
+)
+from .spikes.artificial import (
+    artificial_spikes as artificial_spikes,
+)
+from .spikes.population import (
+    Spikes as Spikes,
+)
+from .store.recording import (
+    Recording as Recording,
+)
+from .store.responses import (
+    Responses as Responses,
+)
+from .store.zarr_store import (
+    open_responses as open_responses,
+)
+from .version import __version__ as __version__

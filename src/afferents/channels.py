@@ -1,0 +1,917 @@
+"""The tactile channels: SA-I, RA-I and RA-II as in the paper (Eqs. 1 and 2), and their kin."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.errors import InputError
+from afferents.markers.places import fill_frames
+from afferents.plugins import imported, reference_of
+from afferents.spikes.artificial import artificial_spikes
+
+
+def require_dims(array: xr.DataArray, needed: tuple[str, ...], name: str) -> xr.DataArray:
+    """Return `array` with its dims in the order `needed`.
+
+    Raises
+    ------
+    InputError
+        Naming the dims that are missing or too many.
+    """
+    if set(array.dims) == set(needed):
+        return array.transpose(*needed)
+    missing = [dim for dim in needed if dim not in array.dims]
+    fault = f"{', '.join(missing)} missing" if missing else "too many"
+    raise InputError(name, f"the dims {needed}", f"{array.dims} ({fault})")
+
+
+def change(response: xr.DataArray) -> xr.DataArray:
+    """Return how much a response `(time, ...)` changes from frame to frame, NaN in the first."""
+    return response - response.shift({dims.TIME: 1})
+
+
+def named(response: xr.DataArray, name: str, unit: str) -> xr.DataArray:
+    """Return a response with its name and unit."""
+    return response.rename(name).assign_attrs({dims.UNITS: unit})
+
+
+# What a channel is: an afferent response worked out of a recording, or of frames as they come.
+
+
+class Skin(NamedTuple):
+    """Where the markers of one frame are, and where they are at rest; px, (marker, space).
+
+    A marker that is lost is NaN.
+    """
+
+    position: NDArray[np.float64]
+    rest: NDArray[np.float64]
+
+
+class Channel(ABC):
+    """A response of the fingertip, named after a class of afferent nerve fibres.
+
+    To add one, say what it is made of, and write `response`; write `step` too if it is to be felt
+    live. Give it as ``channel=`` to `afferents.Model`, or name it in `channels.CHANNELS`.
+
+    >>> import xarray as xr
+    >>> class Height(Channel):
+    ...     '''How far each marker stands above its place at rest, px.'''
+    ...
+    ...     name, title, made_of, lookback = "height", "height", dims.POSITION, 0
+    ...
+    ...     def response(self, recording):
+    ...         up = recording.rest_position - recording.position
+    ...         return up.isel(space=1, drop=True).rename(self.name).assign_attrs(units="px")
+    ...
+    ...     def step(self, now, before):
+    ...         return (now.rest - now.position)[:, 1]
+    >>> seen = xr.DataArray([[[5.0, 7.0]]], dims=("time", "marker", "space"))
+    >>> rest = xr.DataArray([[5.0, 9.0]], dims=("marker", "space"))
+    >>> Height().response(xr.Dataset({"position": seen, "rest_position": rest})).values
+    array([[2.]])
+    >>> Height().felt_live
+    True
+
+    Attributes
+    ----------
+    name
+        In commands, files and code.
+    title
+        In figures and sentences.
+    made_of
+        Variable of a recording's responses that it is worked out of; see `store.responses`.
+    lookback
+        How many earlier frames a frame's response depends on.
+    parts
+        Names of what it says of the skin as a whole; none where it says something of each marker,
+        and so can be laid out as an image.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    made_of: ClassVar[str]
+    lookback: ClassVar[int] = 0
+    parts: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the response to a recording.
+
+        Parameters
+        ----------
+        recording
+            `position`, `rest_position`, `sa1`, `ra2` as in `store.responses`; at least what the
+            channel is made of, read into memory.
+
+        Returns
+        -------
+        xarray.DataArray
+            `(time, marker)` or `(time, marker, space)`, `(time, ...)` of the skin as a whole, or
+            `(audio_time, channel)` of vibration, with `units` in its attributes; NaN where a marker
+            was lost and in the first frames, which have too few before them.
+        """
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
+        """Return the response to one frame, as `response` would; None if it needs the one before.
+
+        Parameters
+        ----------
+        now, before
+            This frame's markers and those of the frame just before, if there was one.
+
+        Returns
+        -------
+        NDArray
+            Shape (marker,) or (marker, component).
+
+        Raises
+        ------
+        InputError
+            If the channel can't be felt frame by frame.
+        """
+        raise InputError("the channel", "one that is felt frame by frame", self.name)
+
+    @property
+    def felt_live(self) -> bool:
+        """Whether `step` is written, or the response is vibration as it comes."""
+        return type(self).step is not Channel.step or self.made_of == dims.RA2
+
+    def __eq__(self, other: object) -> bool:
+        """Channels of one class are the same, also after they went to another process."""
+        return type(self) is type(other)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
+
+
+# Filling what lost markers leave open. Nothing fills by itself: callers ask for it.
+
+
+def fill(response: xr.DataArray) -> xr.DataArray:
+    """Return the response with NaN filled from the markers round each lost one, in its own frame.
+
+    A lost marker takes the mean of its neighbours, each weighted by one over its squared distance;
+    within a hole, from the edge inwards. Skin is one sheet, so neighbours say more of a marker than
+    where it was last seen, which may be far away by now. Only in a frame in which none of them was
+    seen does it keep what it showed last; 0, the response at rest, before it was ever seen. No
+    later frame is looked at: frames that come one by one are filled alike.
+
+    Parameters
+    ----------
+    response
+        `(time, marker)` or `(time, marker, space)` with the markers' `row` and `column`, any unit.
+        One over time without these (of the skin as a whole, or markers without places) is held
+        instead; see `hold`.
+
+    Returns
+    -------
+    xarray.DataArray
+        A copy without NaN, whose dims begin with time and marker; name, coordinates and attributes
+        kept.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    if dims.ROW not in response.coords or dims.MARKER not in response.dims:
+        return hold(response)
+    response = response.transpose(dims.TIME, dims.MARKER, ...)
+    places = np.stack([response[name].values for name in (dims.ROW, dims.COLUMN)], axis=1)
+    filled = fill_frames(response.values, places)
+    return hold(response.copy(data=filled))
+
+
+def hold(response: xr.DataArray) -> xr.DataArray:
+    """Return the response with NaN filled: each marker keeps the value it was last seen with.
+
+    Before a marker is first seen its response is 0, the response at rest; that holds for the
+    first frame of RA-I too. This is what the published tracker amounts to (it keeps a lost marker
+    where it was; RA-I is then 0 rather than held).
+
+    Parameters
+    ----------
+    response
+        `(time, marker)`, `(time, marker, space)`, or another one over time, any unit.
+
+    Returns
+    -------
+    xarray.DataArray
+        A filled copy without NaN; name, coordinates and attributes kept.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    usual = (dims.MARKER, dims.SPACE)
+    others = [str(dim) for dim in response.dims if dim not in (dims.TIME, *usual)]
+    needed = (dims.TIME, *others) if others else (dims.TIME, *usual)[: max(2, response.ndim)]
+    response = require_dims(response, needed, str(response.name))
+    values = response.values
+    frame = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))
+    last_seen = np.maximum.accumulate(np.where(np.isnan(values), 0, frame), axis=0)
+    held = np.take_along_axis(values, last_seen, axis=0)
+    return response.copy(data=np.nan_to_num(held, nan=0.0))
+
+
+# SA-I: how far each marker stands from its place at rest (Eq. 1).
+
+
+class Sa1(Channel):
+    """SA-I: how far each marker stands from its place at rest, px."""
+
+    name, title, made_of = dims.SA1, "SA-I", dims.SA1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return SA-I `(time, marker)` as it was extracted, px."""
+        return recording[dims.SA1]
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
+        """Return SA-I of one frame, (marker,), px."""
+        return distance(now)
+
+
+def distance(skin: Skin) -> NDArray[np.floating]:
+    """Return how far each marker of a frame stands from rest, (marker,), px."""
+    return np.asarray(((skin.position - skin.rest) ** 2).sum(axis=1) ** 0.5)
+
+
+def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
+    """Return the artificial SA-I response, Eq. 1: `SA[n,t] = |p[n,t] - p[n,rest]|`.
+
+    Parameters
+    ----------
+    position
+        `(time, marker, space)`, px; NaN where a marker was lost.
+    rest_position
+        `(marker, space)`, px; the same markers in the same order.
+
+    Returns
+    -------
+    xarray.DataArray
+        `sa1` `(time, marker)`, px, never negative; NaN where the marker was lost.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing, or the two do not hold the same markers.
+    """
+    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    _require_same_markers(position, rest)
+    squared = (position - rest) ** 2
+    distance: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5
+    return distance.rename(dims.SA1).assign_attrs(
+        {dims.UNITS: dims.PIXELS, "long_name": "SA-I, displacement of the marker from rest"}
+    )
+
+
+def _require_same_markers(position: xr.DataArray, rest: xr.DataArray) -> None:
+    n, n_rest = position.sizes[dims.MARKER], rest.sizes[dims.MARKER]
+    if n != n_rest:
+        raise InputError(dims.REST_POSITION, f"{n} markers as in {dims.POSITION}", f"{n_rest}")
+    for dim in (dims.MARKER, dims.SPACE):
+        if dim in position.indexes and dim in rest.indexes:
+            same = position.indexes[dim].equals(rest.indexes[dim])
+            if not same:
+                raise InputError(
+                    dims.REST_POSITION, f"the {dim} labels of {dims.POSITION}", "others"
+                )
+
+
+# SA-I with its direction: the displacement of each marker, whose length the paper takes.
+#
+# Natural afferents of this kind prefer directions (Birznieks et al., J. Neurosci. 2001, 21:8222).
+
+
+class Sa1Vector(Channel):
+    """The displacement of each marker from rest, px."""
+
+    name, title, made_of = dims.SA1_VECTOR, "SA-I vector", dims.POSITION
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the displacement `(time, marker, space)`, px."""
+        return sa1_vector(recording[dims.POSITION], recording[dims.REST_POSITION])
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
+        """Return the displacement in one frame, (marker, space), px."""
+        return displacement(now)
+
+
+def displacement(skin: Skin) -> NDArray[np.float32]:
+    """Return the displacement of each marker in one frame, (marker, space), px.
+
+    Of float32 positions, as a store keeps them.
+    """
+    return np.asarray(skin.position.astype(np.float32) - skin.rest.astype(np.float32))
+
+
+def sa1_vector(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
+    """Return the displacement of each marker from rest, whose length is SA-I.
+
+    Parameters
+    ----------
+    position, rest_position
+        `(time, marker, space)` and `(marker, space)`, px; NaN where a marker was lost.
+
+    Returns
+    -------
+    xarray.DataArray
+        `sa1_vector` `(time, marker, space)`, px.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    return named(position - rest, dims.SA1_VECTOR, dims.PIXELS)
+
+
+# Global shear: how the skin as a whole is dragged, stretched and turned by what it touches.
+#
+# A plane is fitted to the displacement of the markers over their places at rest, by least squares:
+# u(r) = t + G (r - c), with c the middle of all markers. The paper takes this shear for a cue of
+# friction, and for what carries texture in its images (Pestell & Lepora 2022, Discussion).
+
+Floats = NDArray[np.float64]
+
+
+PARTS = ("shift_x", "shift_y", "divergence", "curl", "stretch", "shear")
+"""The mean displacement, and what the four gradients of the plane say: growth, turning, stretch
+along x, and stretch along the diagonal."""
+
+
+_LEAST_SPREAD = 1e-3
+"""Of the places of markers that are seen, squared and relative to all: fewer lie on a line."""
+
+
+class Plane(NamedTuple):
+    """A plane fitted to the displacement of every frame.
+
+    Attributes
+    ----------
+    shift
+        Displacement in the middle of all markers, (frame, space), px.
+    gradient
+        Of the component in each direction, (frame, direction, component), px per px.
+    radius_px
+        Root mean square distance of the markers from their middle.
+    field
+        The plane at each marker, (frame, marker, space), px.
+    """
+
+    shift: Floats
+    gradient: Floats
+    radius_px: float
+    field: Floats
+
+
+class Shear(Channel):
+    """The global shear: six numbers a frame, px; see `global_shear`."""
+
+    name, title, made_of = dims.SHEAR, "global shear", dims.POSITION
+    parts = PARTS
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the global shear `(time, shear)`, px."""
+        return global_shear(recording[dims.POSITION], recording[dims.REST_POSITION])
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
+        """Return the global shear of one frame, (6,), px."""
+        return np.asarray(shear_of(fitted_plane(displacement(now)[np.newaxis], now.rest))[0])
+
+
+def global_shear(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
+    """Return the global shear of every frame.
+
+    Its parts are `shift_x` and `shift_y`, the displacement in the middle of the markers (the mean
+    displacement where none is lost); then, of the gradients of u = (u, v) along x and y,
+    `divergence` du/dx + dv/dy, `curl` dv/dx - du/dy, `stretch` du/dx - dv/dy and `shear`
+    du/dy + dv/dx. x points right and y down in the image, so a positive curl turns clockwise.
+
+    Parameters
+    ----------
+    position, rest_position
+        `(time, marker, space)` and `(marker, space)`, px; NaN where a marker was lost.
+
+    Returns
+    -------
+    xarray.DataArray
+        `shear` `(time, shear)`, px. The four gradients are given as the root mean square
+        displacement that they cause, so that all six have one unit: the strain times `radius_px`
+        / 2, which stands in the attributes. NaN where fewer than three markers were seen, or only
+        some on one line.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    moved, rest = _displacement(position, rest_position)
+    plane = fitted_plane(moved.values, rest)
+    times = {dims.TIME: moved[dims.TIME]} if dims.TIME in moved.coords else {}
+    found = xr.DataArray(
+        shear_of(plane).astype(moved.dtype),
+        {**times, dims.SHEAR: list(PARTS)},
+        (dims.TIME, dims.SHEAR),
+        attrs={"radius_px": plane.radius_px},
+    )
+    return named(found, dims.SHEAR, dims.PIXELS)
+
+
+def affine_field(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
+    """Return the displacement that the global shear alone makes, `(time, marker, space)`, px.
+
+    Parameters and what is raised as of `global_shear`.
+    """
+    moved, rest = _displacement(position, rest_position)
+    field = fitted_plane(moved.values, rest).field.astype(moved.dtype)
+    return named(moved.copy(data=field), "affine_field", dims.PIXELS)
+
+
+def fitted_plane(moved: NDArray[np.floating], rest: NDArray[np.floating]) -> Plane:
+    """Fit a plane to the displacement of the markers that are seen, frame by frame.
+
+    Parameters
+    ----------
+    moved, rest
+        (frame, marker, space) and (marker, space), px.
+    """
+    middle = np.nanmean(rest, axis=0)
+    radius_px = float(np.sqrt(np.nanmean(((rest - middle) ** 2).sum(axis=1))))
+    basis = np.column_stack([np.ones(len(rest)), (rest - middle) / radius_px])
+    seen = np.isfinite(moved).all(axis=2) & np.isfinite(basis).all(axis=1)
+    known = np.where(seen[..., np.newaxis], moved, 0).astype(np.float64)
+    basis = np.nan_to_num(basis)
+    products = (basis[:, :, np.newaxis] * basis[:, np.newaxis]).reshape(len(rest), -1)
+    normal = (seen.astype(np.float64) @ products).reshape(-1, 3, 3)
+    right = np.einsum("mb,tms->tbs", basis, known)
+    fit = np.linalg.eigvalsh(normal)[:, 0] > _LEAST_SPREAD * len(rest)
+    solved = np.full(right.shape, np.nan)
+    solved[fit] = np.linalg.solve(normal[fit], right[fit])
+    return Plane(solved[:, 0], solved[:, 1:] / radius_px, radius_px, basis @ solved)
+
+
+def shear_of(plane: Plane) -> Floats:
+    """Return the six parts of a fitted plane, (frame, 6), px; see `global_shear`."""
+    (du_dx, dv_dx), (du_dy, dv_dy) = np.moveaxis(plane.gradient, 0, 2)
+    strain = [du_dx + dv_dy, dv_dx - du_dy, du_dx - dv_dy, du_dy + dv_dx]
+    return np.column_stack([plane.shift, plane.radius_px / 2 * np.stack(strain, axis=1)])
+
+
+def _displacement(
+    position: xr.DataArray, rest_position: xr.DataArray
+) -> tuple[xr.DataArray, Floats]:
+    """Return the displacement `(time, marker, space)`, and the places at rest (marker, space)."""
+    moved = sa1_vector(position, rest_position)
+    moved = require_dims(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    return moved, rest.values.astype(np.float64)
+
+
+# SA-I without the global shear: what each marker moves beside the skin as a whole.
+
+
+class Sa1Local(Channel):
+    """The displacement of each marker from rest less the global shear, px."""
+
+    name, title, made_of = dims.SA1_LOCAL, "SA-I vector without shear", dims.POSITION
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return what is left of the displacement `(time, marker, space)`, px."""
+        return sa1_local(recording[dims.POSITION], recording[dims.REST_POSITION])
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
+        """Return what is left in one frame, (marker, space), px."""
+        moved = displacement(now)
+        plane = fitted_plane(moved[np.newaxis], now.rest).field[0]
+        return np.asarray(moved - plane.astype(moved.dtype))
+
+
+def sa1_local(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
+    """Return the displacement of each marker from rest, without that of the global shear.
+
+    Parameters
+    ----------
+    position, rest_position
+        `(time, marker, space)` and `(marker, space)`, px; NaN where a marker was lost.
+
+    Returns
+    -------
+    xarray.DataArray
+        `sa1_local` `(time, marker, space)`, px: the residual of the plane of `global_shear`.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    moved = sa1_vector(position, rest_position)
+    return named(moved - affine_field(position, rest_position), dims.SA1_LOCAL, dims.PIXELS)
+
+
+# RA-I: how much the SA-I response changes from frame to frame (Eq. 2); and marker speed.
+#
+# RA-I as the paper defines it is blind to a marker that circles its place at rest, and counts px
+# a frame, not a second. The speed of the marker itself is `marker_speed`, another function.
+
+MARKER_SPEED = "marker_speed"
+
+
+class Ra1(Channel):
+    """RA-I: how much SA-I changes from frame to frame, px/frame."""
+
+    name, title, made_of, lookback = dims.RA1, "RA-I", dims.SA1, 1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return RA-I `(time, marker)`, px/frame."""
+        return ra1(recording[dims.SA1])
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
+        """Return RA-I of one frame, (marker,), px/frame."""
+        return None if before is None else np.abs(distance(now) - distance(before))
+
+
+def ra1(sa1: xr.DataArray) -> xr.DataArray:
+    """Return the artificial RA-I response, Eq. 2: `RA[n,t] = |SA[n,t] - SA[n,t-1]|`.
+
+    Parameters
+    ----------
+    sa1
+        `(time, marker)`, px, one row a frame of the video; NaN where a marker was lost.
+
+    Returns
+    -------
+    xarray.DataArray
+        `ra1` `(time, marker)`, px/frame, never negative. The first frame is NaN, for nothing
+        comes before it (the published code takes SA itself there); so is a frame in which,
+        or before which, the marker was lost.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    response = require_dims(sa1, (dims.TIME, dims.MARKER), dims.SA1)
+    change: xr.DataArray = abs(response - _frame_before(response))
+    return change.rename(dims.RA1).assign_attrs(
+        {dims.UNITS: dims.PIXELS_PER_FRAME, "long_name": "RA-I, change of SA-I in one frame"}
+    )
+
+
+def marker_speed(position: xr.DataArray) -> xr.DataArray:
+    """Return how fast each marker moves, from the true frame times.
+
+    Parameters
+    ----------
+    position
+        `(time, marker, space)`, px, with the coordinate `time` in s; NaN where lost.
+
+    Returns
+    -------
+    xarray.DataArray
+        `marker_speed` `(time, marker)`, px/s, the mean speed since the frame before. The first
+        frame is NaN; so is a frame in which, or before which, the marker was lost.
+
+    Raises
+    ------
+    InputError
+        If a dim or the coordinate `time` is missing, or if times do not rise.
+    """
+    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    step_s = _steps(position)
+    squared = (position - _frame_before(position)) ** 2
+    speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5 / step_s
+    return speed.rename(MARKER_SPEED).assign_attrs(
+        {dims.UNITS: dims.PIXELS_PER_SECOND, "long_name": "speed of the marker in the image"}
+    )
+
+
+def _frame_before(response: xr.DataArray) -> xr.DataArray:
+    """Return each frame's predecessor in its place, NaN for the first."""
+    return response.shift({dims.TIME: 1})
+
+
+def _steps(position: xr.DataArray) -> xr.DataArray:
+    """Return the time since the frame before, `(time)`, s, NaN for the first."""
+    if dims.TIME not in position.coords:
+        raise InputError(dims.POSITION, f"the coordinate '{dims.TIME}' in s", "none")
+    time_s = position[dims.TIME].values
+    step_s = np.diff(time_s)
+    if (stuck := np.flatnonzero(step_s <= 0)).size:
+        frame = int(stuck[0]) + 1
+        raise InputError(
+            dims.POSITION,
+            "times that rise",
+            f"{time_s[frame]} s at frame {frame} after {time_s[frame - 1]} s",
+        )
+    steps = np.concatenate([[np.nan], step_s])[: len(time_s)]
+    return xr.DataArray(steps.astype(position.dtype), dims=dims.TIME)
+
+
+# RA-I with its sign: whether a marker goes away from rest or comes back.
+
+
+class Ra1Signed(Channel):
+    """How SA-I changes from frame to frame, with its sign, px/frame."""
+
+    name, title, made_of, lookback = dims.RA1_SIGNED, "RA-I signed", dims.SA1, 1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the change `(time, marker)`, px/frame."""
+        return ra1_signed(recording[dims.SA1])
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
+        """Return the change in one frame, (marker,), px/frame."""
+        return None if before is None else distance(now) - distance(before)
+
+
+def ra1_signed(sa1: xr.DataArray) -> xr.DataArray:
+    """Return how SA-I changes from frame to frame, with its sign: Eq. 2 without the bars.
+
+    Parameters and errors as `ra1`; `ra1_signed` `(time, marker)`, px/frame, NaN in the first frame.
+    """
+    response = require_dims(sa1, (dims.TIME, dims.MARKER), dims.SA1)
+    return named(change(response), dims.RA1_SIGNED, dims.PIXELS_PER_FRAME)
+
+
+# RA-I with its direction: the step of each marker from frame to frame.
+
+
+class Ra1Vector(Channel):
+    """The step of each marker since the frame before, px/frame."""
+
+    name, title, made_of, lookback = dims.RA1_VECTOR, "RA-I vector", dims.POSITION, 1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the steps `(time, marker, space)`, px/frame."""
+        return ra1_vector(sa1_vector(recording[dims.POSITION], recording[dims.REST_POSITION]))
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
+        """Return the step in one frame, (marker, space), px/frame."""
+        return None if before is None else displacement(now) - displacement(before)
+
+
+def ra1_vector(position: xr.DataArray) -> xr.DataArray:
+    """Return the step of each marker since the frame before.
+
+    Parameters
+    ----------
+    position
+        `(time, marker, space)`, px, from rest or anywhere.
+
+    Returns
+    -------
+    xarray.DataArray
+        `ra1_vector` `(time, marker, space)`, px/frame, NaN in the first frame.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    place = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
+    return named(change(place), dims.RA1_VECTOR, dims.PIXELS_PER_FRAME)
+
+
+# The part of RA-I that the paper's length is blind to: steps round the place at rest.
+
+_NO_DIRECTION_PX = 1e-3
+"""Closer to rest than this a marker has no direction from it."""
+
+
+class Ra1Circumferential(Channel):
+    """The part of each marker's step that goes round its place at rest, px/frame."""
+
+    name, title = dims.RA1_CIRCUMFERENTIAL, "RA-I circumferential"
+    made_of, lookback = dims.POSITION, 1
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the steps `(time, marker)`, px/frame."""
+        moved = sa1_vector(recording[dims.POSITION], recording[dims.REST_POSITION])
+        return ra1_circumferential(moved)
+
+    def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
+        """Return the step in one frame, (marker,), px/frame."""
+        if before is None:
+            return None
+        earlier = displacement(before)
+        (x, y), (dx, dy) = earlier.T, (displacement(now) - earlier).T
+        return np.asarray((x * dy - y * dx) / np.maximum(np.hypot(x, y), _NO_DIRECTION_PX))
+
+
+def ra1_circumferential(moved: xr.DataArray) -> xr.DataArray:
+    """Return the part of each marker's step that goes round its place at rest.
+
+    It is what RA-I is blind to: RA-I changes with the distance from rest alone.
+
+    Parameters
+    ----------
+    moved
+        `(time, marker, space)`, px, from rest.
+
+    Returns
+    -------
+    xarray.DataArray
+        `ra1_circumferential` `(time, marker)`, px/frame, from +x towards +y positive; NaN in the
+        first frame, and 0 where the marker was at rest.
+
+    Raises
+    ------
+    InputError
+        If a dim is missing.
+    """
+    place = require_dims(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
+    before, step = place.shift({dims.TIME: 1}), change(place)
+    x, y = (before.isel({dims.SPACE: i}) for i in (0, 1))
+    dx, dy = (step.isel({dims.SPACE: i}) for i in (0, 1))
+    round_it = (x * dy - y * dx) / np.maximum(np.hypot(x, y), _NO_DIRECTION_PX)
+    around = round_it.drop_vars(dims.SPACE, errors="ignore")
+    return named(around, dims.RA1_CIRCUMFERENTIAL, dims.PIXELS_PER_FRAME)
+
+
+# RA-II: the vibration itself, as the microphone or the taxels sense it (section 2.3.3).
+
+
+class Ra2(Channel):
+    """RA-II: the vibration of microphone or taxels."""
+
+    name, title, made_of = dims.RA2, "RA-II", dims.RA2
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the vibration `(audio_time, channel)` as it was extracted."""
+        return recording[dims.RA2]
+
+
+def ra2(audio: xr.DataArray) -> xr.DataArray:
+    """Return the artificial RA-II response: the vibration, unfiltered and unscaled.
+
+    What makes it a response (windows, spectra) belongs to the encoding.
+
+    Parameters
+    ----------
+    audio
+        `(audio_time, channel)` with `sample_rate_hz` in its attributes; unit as it comes.
+
+    Returns
+    -------
+    xarray.DataArray
+        `ra2` `(audio_time, channel)` float32, attributes kept; NaN stays NaN.
+
+    Raises
+    ------
+    InputError
+        If a dim or the sample rate is missing.
+    """
+    vibration = require_dims(audio, (dims.AUDIO_TIME, dims.CHANNEL), "audio")
+    if dims.SAMPLE_RATE not in vibration.attrs:
+        raise InputError("audio", f"the attribute '{dims.SAMPLE_RATE}'", "none")
+    return vibration.astype(np.float32, copy=False).rename(dims.RA2)
+
+
+# Spikes as channels: how often the units that a response drives fire, frame by frame.
+#
+# What these give are counts in places of a channel's response, so every encoding, network and fold
+# works on spikes as on responses: an image of a frame's counts is a peri-stimulus time histogram
+# laid out on the skin.
+
+SPIKES = "spikes"
+
+
+class SpikeChannel(Channel):
+    """Counts of spikes of one class of units, Izhikevich's, with the default seed.
+
+    Attributes
+    ----------
+    afferent
+        Of `spikes.afferents.afferent_classes`.
+    """
+
+    afferent: ClassVar[str]
+
+    @property
+    def felt_live(self) -> bool:
+        """Not yet: counts are those of whole recordings."""
+        return False
+
+    def response(self, recording: xr.Dataset) -> xr.DataArray:
+        """Return the counts, float32, as many places as the response that drives the units has.
+
+        A lost marker drives nothing: its unit is silent, not NaN.
+        """
+        driving = recording[self.made_of]
+        edges = self.edges(driving)
+        spikes = artificial_spikes(
+            [recording[[self.made_of]]], classes=[self.afferent], start_s=edges[0], stop_s=edges[-1]
+        )
+        counts = np.zeros((len(edges) - 1, spikes.n_units), np.float32)
+        unit = np.repeat(np.arange(spikes.n_units), np.diff(spikes.offsets))
+        place = np.searchsorted(edges, spikes.times + edges[0], side="right") - 1
+        np.add.at(counts, (np.clip(place, 0, len(counts) - 1), unit), 1)
+        return self.labelled(counts, driving)
+
+    @abstractmethod
+    def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
+        """Return from when to when spikes count for each place of the response, s, (place + 1,)."""
+
+    @abstractmethod
+    def labelled(self, counts: NDArray[np.float32], driving: xr.DataArray) -> xr.DataArray:
+        """Return the counts with the dims of the response."""
+
+
+class MarkerSpikes(SpikeChannel):
+    """Of a unit a marker: spikes between a frame and the one before."""
+
+    def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
+        """Return the times of frames; the first has as long as the second."""
+        time_s = np.asarray(driving[dims.TIME].values, np.float64)
+        return np.concatenate([[2 * time_s[0] - time_s[1]], time_s])
+
+    def labelled(self, counts: NDArray[np.float32], driving: xr.DataArray) -> xr.DataArray:
+        """Return counts `(time, marker)`."""
+        return driving.copy(data=counts).rename(self.name).assign_attrs(units=SPIKES)
+
+
+class Sa1Spikes(MarkerSpikes):
+    """Spikes of SA units, one a marker, driven by SA-I."""
+
+    name, title, made_of, afferent = dims.SA1_SPIKES, "SA-I spikes", dims.SA1, "SA"
+
+
+class Ra1Spikes(MarkerSpikes):
+    """Spikes of RA units, one a marker, driven by RA-I."""
+
+    name, title, made_of, afferent, lookback = dims.RA1_SPIKES, "RA-I spikes", dims.RA1, "RA", 1
+
+
+class Ra2Spikes(SpikeChannel):
+    """Spikes of PC units, one a band of the first channel's vibration."""
+
+    name, title, made_of, afferent = dims.RA2_SPIKES, "RA-II spikes", dims.RA2, "PC"
+
+    def edges(self, driving: xr.DataArray) -> NDArray[np.float64]:
+        """Return the times between samples of sound."""
+        n, rate_hz = driving.sizes[dims.AUDIO_TIME], float(driving.attrs[dims.SAMPLE_RATE])
+        return np.arange(n + 1) / rate_hz
+
+    def labelled(self, counts: NDArray[np.float32], driving: xr.DataArray) -> xr.DataArray:
+        """Return counts `(audio_time, channel)`, a channel a unit, at the vibration's own rate."""
+        attrs = {**driving.attrs, dims.UNITS: SPIKES}
+        named = {dims.CHANNEL: [f"{self.afferent}-{i}" for i in range(counts.shape[1])]}
+        shape = (dims.AUDIO_TIME, dims.CHANNEL)
+        return xr.DataArray(counts, named, shape, self.name, attrs)
+
+
+# The channels by name.
+
+CHANNELS: dict[str, Channel] = {
+    channel.name: channel
+    for channel in (
+        Sa1(), Ra1(), Ra2(), Sa1Vector(), Ra1Signed(), Ra1Vector(), Ra1Circumferential(),
+        Shear(), Sa1Local(), Sa1Spikes(), Ra1Spikes(), Ra2Spikes(),
+    )
+}  # fmt: skip
+"""The paper's three, then ours."""
+
+
+def channel_of(wanted: str | Channel | type[Channel]) -> Channel:
+    """Return the channel of that name (or ``module:NAME`` of one's own), or the channel itself.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if isinstance(wanted, str) and ":" in wanted:
+        wanted = imported(wanted)
+    if isinstance(wanted, type) and issubclass(wanted, Channel):
+        return wanted()
+    if isinstance(wanted, Channel):
+        return wanted
+    if wanted not in CHANNELS:
+        raise InputError("channel", f"a Channel, or one of {', '.join(CHANNELS)}", f"{wanted!r}")
+    return CHANNELS[wanted]
+
+
+def name_of_channel(channel: Channel) -> str:
+    """Return the name by which `channel_of` finds a channel: its own, or ``module:NAME``.
+
+    Raises
+    ------
+    InputError
+        If it is somebody's own and can't be imported.
+    """
+    if CHANNELS.get(channel.name) == channel:
+        return channel.name
+    return reference_of(type(channel))

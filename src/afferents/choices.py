@@ -1,0 +1,114 @@
+"""What may be chosen by name or number, spelled once for commands in the shell and in Python."""
+
+from collections.abc import Iterable
+from typing import Final, Literal
+
+from afferents.errors import InputError
+
+Device = Literal["auto", "cpu", "cuda"]
+"""Where networks learn; ``auto`` takes a GPU if there is one."""
+
+
+Precision = Literal["auto", "float32", "bfloat16"]
+"""Numbers that networks learn in."""
+
+
+Preset = Literal["quick", "fast", "paper"]
+"""Training recipes of networks."""
+
+
+MODELS_ASKED: Final = "best,all"
+
+
+PRESET_ASKED: Final = "fast"
+"""What is evaluated where nobody says otherwise, in the shell and in Python: what we recommend for
+the data and the paper's six, trained so that their numbers can be quoted."""
+
+
+Method = Literal["windowed", "one-to-one", "published"]
+"""How markers are matched from frame to frame."""
+
+
+Rest = Literal["own", "reference"]
+"""Where SA-I counts from: each recording's own rest frame, or the reference clip's."""
+
+
+Statistics = Literal["warmed-up", "keras"]
+"""Running statistics of batch normalisation: plain averages first, or from 0 and 1 as in Keras."""
+
+
+Layout = Literal["square", "hexagonal", "radial", "free"]
+"""How markers are arranged."""
+
+
+Size = Literal["quick", "paper"]
+"""Of a simulated session."""
+
+
+Remount = Literal["session", "drum", "run"]
+"""How often the simulated fingertip is mounted anew."""
+
+
+Nodules = Literal["on", "off"]
+"""Whether the simulated skin has its fingerprint."""
+
+
+Like = Literal["recommended", "published"]
+"""Whose choices `reproduce` goes by: ours, or those of the paper's code."""
+
+
+Penalty = Literal["fixed", "searched"]
+"""Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
+
+
+Figures = Literal["report", "paper"]
+"""How a report draws the paper's figures: as suits what was evaluated, or as they are printed."""
+
+
+Cut = Literal["published", "all"]
+"""Which part of a recording is used; see `store.trimming`."""
+
+
+def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:
+    """Return conditions of recordings, each given as ``NAME=VALUE``.
+
+    Raises
+    ------
+    InputError
+        Naming the option, if one is not.
+    """
+    found = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals:
+            raise InputError(option, "NAME=VALUE, such as pressure=F250", f"'{pair}'")
+        found[name] = value
+    return found
+
+
+def numbers_in(text: str | None, option: str) -> list[float] | None:
+    """Return numbers separated by commas; None for none given.
+
+    Raises
+    ------
+    InputError
+        Naming the option, if one is none.
+    """
+    try:
+        return [float(number) for number in text.split(",")] if text else None
+    except ValueError:
+        raise InputError(option, "numbers separated by commas", f"'{text}'") from None
+
+
+def speed_factor(text: str) -> float:
+    """Return how much faster than recorded a replay runs; infinite for ``max``.
+
+    Raises
+    ------
+    InputError
+        If it is no number.
+    """
+    try:
+        return float("inf") if text == "max" else float(text)
+    except ValueError:
+        raise InputError("--speed", "a factor above 0, or 'max'", f"'{text}'") from None

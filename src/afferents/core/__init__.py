@@ -1,1 +1,0 @@
-"""The words, types and refusals that every stage shares; nothing here imports a stage."""

@@ -1,0 +1,245 @@
+"""From the responses of all recordings to the samples of one encoding."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import xarray as xr
+
+from afferents import dims
+from afferents.channels import Channel, channel_of, fill
+from afferents.choices import Cut
+from afferents.encodings.base import Encoding
+from afferents.encodings.samples import Samples, concatenate
+from afferents.encodings.settings import Encodings, options
+from afferents.errors import InputError
+from afferents.folds.ablation import Ablation
+from afferents.folds.corruption import Disturbance, Disturbances, disturbed, in_variants
+from afferents.models.model import BEST, MODELS, Model, own_of
+from afferents.models.table import classifier_of
+from afferents.progress import Progress
+from afferents.store.responses import Responses, labelled, read_whole, speed_of
+
+
+class Source(NamedTuple):
+    """What samples are made of, and how."""
+
+    channel: Channel
+    encoding: Encoding
+
+
+def sources_of(model: Model, encodings: Encodings) -> tuple[Source, ...]:
+    """Return what a model's samples are made of; a fusion has several kinds."""
+    if not model.parts:
+        return (Source(channel_of(model.channel), encodings.of(model.encoding)),)
+    return tuple(source for name in model.parts for source in sources_of(MODELS[name], encodings))
+
+
+def has(responses: Responses, source: Source) -> bool:
+    """Tell whether a recording has what samples are made of."""
+    return source.channel.made_of in responses and source.encoding.suits(responses)
+
+
+def lacking(model: Model, recordings: Sequence[Responses]) -> Responses | None:
+    """Return the first recording that lacks what a model learns from; None if all have it."""
+    sources = sources_of(model, Encodings())
+    between_channels = model.speed_from == "fingertip"
+    for responses in recordings:
+        if not all(has(responses, source) for source in sources):
+            return responses
+        if between_channels and responses[dims.RA2].sizes[dims.CHANNEL] < 2:
+            return responses
+        if _learns_speeds(model) and speed_of(responses) is None:
+            return responses
+    return None
+
+
+def _learns_speeds(model: Model) -> bool:
+    """Tell whether a model, or a part of it that learns on its own, needs to be told speeds."""
+    kind = classifier_of(model.classifier)
+    parts = model.parts if kind.learns_parts else ()
+    return kind.needs_speed or any(_learns_speeds(MODELS[name]) for name in parts)
+
+
+def require_support(
+    wanted: Sequence[Model], recordings: Sequence[Responses], may_leave_out: bool
+) -> list[Model]:
+    """Return the models that every recording supports.
+
+    Parameters
+    ----------
+    may_leave_out
+        Whether models that are not supported are left out instead of refused.
+
+    Raises
+    ------
+    InputError
+        If a model, or all of them, can't learn from these data; names a recording that
+        lacks what it needs, and the models that are possible. If one of them needs a package
+        that is missing: said here, before any other has learnt for hours. If one of a user's own
+        has a name that is taken.
+    """
+    own_of(wanted)
+    able = [model for model in wanted if lacking(model, recordings) is None]
+    if len(able) < len(wanted) and not (may_leave_out and able):
+        refused = next(model for model in wanted if model not in able)
+        without = lacking(refused, recordings)
+        assert without is not None
+        possible = [name for name, model in MODELS.items() if lacking(model, recordings) is None]
+        raise InputError(
+            "--models",
+            f"some that these data support ({', '.join(possible) or 'none'})",
+            f"{refused.name}, for which {without.attrs['name']} lacks {_needs(refused, without)}",
+        )
+    for model in able:
+        for source in sources_of(model, Encodings()):
+            source.encoding.require_packages()
+    return able
+
+
+def _needs(model: Model, lacking: Responses) -> str:
+    if _learns_speeds(model) and speed_of(lacking) is None:
+        return "a speed"
+    if model.speed_from == "fingertip":
+        return "several vibration channels to measure the speed between"
+    channels = (source.channel.name for source in sources_of(model, Encodings()))
+    return f"{' and '.join(channels)} in the form it needs"
+
+
+def require_used(models: Sequence[Model], encodings: Encodings) -> None:
+    """Refuse options of encodings that do nothing for any of the models asked for.
+
+    Raises
+    ------
+    InputError
+        Naming the option, and the models that it is for.
+    """
+    every = options()
+
+    def has(model: Model, field: str) -> bool:
+        sources = sources_of(model, encodings)
+        return any(field in type(source.encoding).model_fields for source in sources)
+
+    for field, _ in encodings.wanted:
+        if not any(has(model, field) for model in models):
+            able = ", ".join(name for name, model in MODELS.items() if has(model, field))
+            flag = every[field].flag if field in every else field
+            names = ", ".join(model.name for model in models)
+            raise InputError(flag, f"models that it is for ({able})", names, "leave it out")
+
+
+def require_speeds_known(
+    models: Sequence[Model], encodings: Encodings, recordings: Sequence[Responses]
+) -> None:
+    """Refuse encodings that need a speed where a recording has none.
+
+    Raises
+    ------
+    InputError
+        Naming the model and the recording.
+    """
+    unknown = [str(r.attrs["name"]) for r in recordings if speed_of(r) is None]
+    for model in models if unknown else ():
+        if any(source.encoding.needs_speed for source in sources_of(model, encodings)):
+            found, do = f"none of {unknown[0]}", "leave out the lines in /mm"
+            raise InputError("--mask", f"the speed of every recording for {model.name}", found, do)
+
+
+def best_of(recordings: Sequence[Responses]) -> Model:
+    """Return the model that is recommended for such recordings; see `BEST`.
+
+    Raises
+    ------
+    InputError
+        If they support none.
+    """
+    for name in BEST:
+        if lacking(MODELS[name], recordings) is None:
+            return MODELS[name]
+    return require_support([MODELS[BEST[0]]], recordings, may_leave_out=False)[0]
+
+
+def kept_part(responses: Responses, source: Source, cut: Cut) -> slice:
+    """Return what the cut keeps of a recording, after checking that it can be encoded.
+
+    Raises
+    ------
+    InputError
+        If the recording is too short for the cut, a window or a run of frames.
+    """
+    channel, encoding = source
+    return encoding.kept(responses, channel.made_of, channel.lookback, cut)
+
+
+def encode(
+    responses: Responses,
+    source: Source,
+    cut: Cut,
+    ablation: Ablation | None = None,
+    disturbance: Disturbance | None = None,
+) -> Samples:
+    """Encode one recording; see `kept_part` for what it refuses.
+
+    Windows never cross recordings, since each is encoded alone.
+
+    Parameters
+    ----------
+    ablation
+        Says which markers are used; None for all.
+    disturbance
+        What spoils the recording first; None for nothing.
+    """
+    if disturbance is not None:
+        responses = disturbed(responses, source.encoding.of_vibration, disturbance)
+    kept = kept_part(responses, source, cut)
+    response = response_of(responses, source)
+    if ablation is not None:
+        response = ablation.shown(response)
+    return source.encoding.samples(response, kept, source.channel.lookback)
+
+
+def response_of(responses: Responses, source: Source) -> xr.DataArray:
+    """Return what is encoded, of the frames that the encoding uses, with the recording's labels.
+
+    A response that was stored is taken as it is, if all frames are used; else it is worked out.
+    Lost markers are filled from their neighbours before they become images; see `fill`.
+    """
+    channel, encoding = source
+    if encoding.step == 1 and channel.name in responses:
+        response = read_whole(responses, channel.name)
+    else:
+        whole = responses.assign({channel.made_of: read_whole(responses, channel.made_of)})
+        used = whole.isel({dims.TIME: slice(None, None, encoding.step)}, missing_dims="ignore")
+        response = labelled(channel.response(used), responses)
+    return fill(response) if dims.TIME in response.dims else response
+
+
+def encode_all(
+    recordings: Sequence[Responses],
+    source: Source,
+    cut: Cut,
+    progress: Progress,
+    ablation: Ablation | None = None,
+    disturbance: Disturbance | None = None,
+) -> Samples:
+    """Encode every recording and join the samples; see `encode`."""
+    label = f"encoding {source.channel.name} {source.encoding.name}"
+    return concatenate(
+        [
+            encode(responses, source, cut, ablation, disturbance)
+            for responses in progress.track(recordings, label, len(recordings))
+        ]
+    )
+
+
+def encode_variants(
+    recordings: Sequence[Responses],
+    source: Source,
+    cut: Cut,
+    progress: Progress,
+    ablation: Ablation,
+    disturbances: Disturbances,
+) -> Samples:
+    """Encode every recording; in variants where others are tested than are learnt from."""
+    each = (disturbances.training, *(disturbances.tests if disturbances.apart else ()))
+    learnt, *tested = (encode_all(recordings, source, cut, progress, ablation, d) for d in each)
+    return in_variants(learnt, tested) if tested else learnt

@@ -1,0 +1,226 @@
+"""One training of an evaluation: on one fold, for one model, protocol and seed."""
+
+import pickle
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import torch
+from numpy.typing import NDArray
+
+from afferents.encodings.samples import Samples, textures_of
+from afferents.errors import AfferentsError, InputError, LeakageError
+from afferents.evaluation.data import OpenedData, open_data
+from afferents.evaluation.encode import Source, encode_variants, sources_of
+from afferents.evaluation.fold_files import (
+    PLAN,
+    FoldKey,
+    claim_results_folder,
+    digest_of,
+    finished,
+    predictions_table,
+    save_fold,
+)
+from afferents.evaluation.job_status import at_work
+from afferents.evaluation.recipe import Recipe
+from afferents.folds.corruption import fold_of_variants
+from afferents.folds.protocol import PROTOCOLS, Fold
+from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
+from afferents.models.fitted import Part
+from afferents.models.fitting import fit, recipes_of
+from afferents.models.folder import weights_of
+from afferents.models.hardware import is_out_of_memory
+from afferents.models.loop import Checkpoint
+from afferents.parallel import keep_freed_memory
+from afferents.progress import Progress
+from afferents.store.responses import Responses
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a job leaves: one row a test sample, facts, leaks, and the content of a weights file."""
+
+    key: FoldKey
+    table: pd.DataFrame
+    facts: dict[str, Any]
+    leaks: Leaks
+    weights: bytes
+
+
+def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey:
+    """Train on one fold, test it once, save it; return its name.
+
+    It may have been finished by a process that died before it could say so.
+    """
+    if finished(recipe.out, key):
+        return key
+    with _naming(key), at_work(recipe.out, key):
+        keep(recipe, train_and_test(recipe, key, samples, checkpoint_of(recipe, key)))
+    return key
+
+
+def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
+    """Do the same on another machine, which reads the data itself and sends the outcome back.
+
+    Where it sees the results folder, the training leaves its mark and checkpoints in it as ever.
+    """
+    recipe = _unpacked(packed)
+    seen = (recipe.out / PLAN).is_file()
+    with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
+        samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))
+        return train_and_test(recipe, key, samples, checkpoint_of(recipe, key) if seen else None)
+
+
+@lru_cache(maxsize=1)
+def _unpacked(packed: bytes) -> Recipe:
+    """Return one recipe for all jobs that it is sent with: what is read by it is read once."""
+    recipe: Recipe = pickle.loads(packed)
+    return recipe
+
+
+def checkpoint_of(recipe: Recipe, key: FoldKey) -> Checkpoint:
+    """Return where a training waits that was cut off, to be gone on with by this recipe alone."""
+    return Checkpoint(key.checkpoint(recipe.out), digest_of(recipe.config))
+
+
+def keep(recipe: Recipe, outcome: Outcome) -> None:
+    """Write an outcome to the results folder, whole or not at all; nothing of it waits any more."""
+    claim_results_folder(recipe.out, recipe.config)
+    save_fold(
+        recipe.out,
+        outcome.key,
+        outcome.table,
+        outcome.facts,
+        outcome.leaks,
+        outcome.weights,
+    )
+    outcome.key.checkpoint(recipe.out).unlink(missing_ok=True)
+
+
+def train_and_test(
+    recipe: Recipe, key: FoldKey, samples: Sequence[Samples], checkpoint: Checkpoint | None = None
+) -> Outcome:
+    """Train on one fold and test it once.
+
+    Parameters
+    ----------
+    samples
+        Of each of the model's sources.
+    checkpoint
+        Where a long training writes its checkpoints.
+    """
+    torch.set_num_threads(1)
+    keep_freed_memory()
+    start = time.perf_counter()
+    model, protocol = recipe.model(key.model), PROTOCOLS[key.protocol]
+    sources = sources_of(model, recipe.encodings)
+    ranks_and_folds = [
+        fold_of(recipe, key, part, source.encoding.of_vibration)
+        for part, source in zip(samples, sources, strict=True)
+    ]
+    parts = [
+        Part(part, fold, source.encoding)
+        for part, (_, fold), source in zip(samples, ranks_and_folds, sources, strict=True)
+    ]
+    leaks: list[Leaks] = []
+
+    def check(learnt_from: Sequence[Indices]) -> None:
+        for part, index in zip(parts, learnt_from, strict=True):
+            leaks.append(find_leaks(part.samples, part.fold, index))
+            if protocol.name == "nested":
+                refuse_leaks(leaks[-1], part.fold)
+
+    configs = [recipe.training(network) for network in recipes_of(model, parts)]
+    rank = ranks_and_folds[0][0]
+    searched = recipe.penalty == "searched"
+    fitted = fit(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
+    seconds = round(time.perf_counter() - start, 3)
+    lead = parts[0]
+    table = predictions_table(
+        key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
+        fitted.speed_mm_s,
+    )  # fmt: skip
+    facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts
+    return Outcome(key, table, facts, leaks[0], weights_of(fitted.classifier))
+
+
+@contextmanager
+def _naming(key: FoldKey) -> Iterator[None]:
+    """Say in an error which training it was."""
+    try:
+        yield
+    except LeakageError:
+        raise
+    except AfferentsError as error:
+        raise AfferentsError(f"{key}: {error}") from error
+    except (MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
+        raise AfferentsError(
+            f"{key}: out of memory; what is finished is kept: run the same command again with "
+            "fewer --workers, or where there is more"
+        ) from error
+
+
+def fold_of(recipe: Recipe, key: FoldKey, samples: Samples, of_vibration: bool) -> tuple[int, Fold]:
+    """Return the rank of the fold that a key names among its protocol's, and the fold.
+
+    Published halves of spectra are drawn at random.
+    """
+    protocol = PROTOCOLS[key.protocol]
+    splitter = LeaveOneGroupOut(protocol, of_vibration, key.seed, recipe.split)
+    return fold_of_variants(splitter, samples, key.held_out, recipe.ablation, recipe.tested)
+
+
+def encoded(
+    recipe: Recipe,
+    sources: Sequence[Source],
+    recordings: Sequence[Responses],
+    progress: Progress,
+) -> tuple[Samples, ...]:
+    """Return the samples that models of these sources learn from, and are tested on."""
+    how = recipe.cut, progress, recipe.ablation, recipe.disturbances
+    samples = (encode_variants(recordings, source, *how) for source in sources)
+    return tuple(recipe.split.labelled(one, recordings) for one in samples)
+
+
+@lru_cache(maxsize=1)
+def samples_of(recipe: Recipe, sources: tuple[Source, ...]) -> tuple[Samples, ...]:
+    """Read and encode the data in this process, once for jobs of one kind in a row.
+
+    Raises
+    ------
+    InputError
+        As `opened_again`.
+    """
+    everything = recipe.recordings(opened_again(recipe))
+    recordings = [r for r in everything if r.attrs["name"] not in recipe.skipped]
+    return encoded(recipe, sources, recordings, Progress(quiet=True))
+
+
+def opened_again(recipe: Recipe) -> list[OpenedData]:
+    """Open the data anew.
+
+    Raises
+    ------
+    InputError
+        If they are not those that the evaluation began with.
+    """
+    sources = [origin.data_set for origin in recipe.data]
+    data = open_data(sources, recipe.without, keep_going=True)
+    for found, expected in zip(data, recipe.data, strict=True):
+        if found.origin.fingerprint != expected.fingerprint:
+            raise InputError(
+                expected.source,
+                "the data that the evaluation began with",
+                "changed data",
+                "bring them back, or evaluate them into another folder",
+            )
+    return data

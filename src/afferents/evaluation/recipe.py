@@ -1,0 +1,271 @@
+"""Several lengths of window in one evaluation: ``--frames 1,2,5,10,20,50``.
+
+Each length of a model is a model of its own, named by its length (`sa-ste-20`), so that results,
+tables and figures hold it like any other.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from afferents.channels import channel_of
+from afferents.choices import Cut, Penalty, Preset, Statistics
+from afferents.documents import read_json
+from afferents.encodings.base import Encoding
+from afferents.encodings.settings import Encodings
+from afferents.errors import InputError
+from afferents.evaluation.data import OpenedData, Origin, recordings_in
+from afferents.evaluation.encode import sources_of
+from afferents.evaluation.schemas import SCHEMA
+from afferents.files import write_json
+from afferents.folds.ablation import Ablation
+from afferents.folds.corruption import Disturbances
+from afferents.folds.held_out import SPEED, Split
+from afferents.models.config import RECIPES, Compute, Hyperparameters, TrainingConfig
+from afferents.models.model import MODELS, Model, own_of
+from afferents.plugins import import_extra
+from afferents.store.responses import Responses
+from afferents.store.trimming import Steady, with_steady
+
+FIELD, FLAG = "frames", "--frames"
+"""Of encodings whose samples are runs of images: their length."""
+
+
+def lengths_in(given: object) -> tuple[int, ...]:
+    """Return the lengths that are asked for, in frames, if there are several; else none.
+
+    Parameters
+    ----------
+    given
+        A number, several with commas between, or a list of them; None for nothing.
+
+    Raises
+    ------
+    InputError
+        If one of several is no positive whole number.
+    """
+    parts = given.split(",") if isinstance(given, str) else given
+    if not isinstance(parts, Sequence) or len(parts) < 2:
+        return ()
+    try:
+        lengths = tuple(dict.fromkeys(int(str(part)) for part in parts))
+    except ValueError:
+        lengths = (0,)
+    if min(lengths) < 1:
+        expected = "whole numbers of frames with commas between, such as 1,2,5,10"
+        raise InputError(FLAG, expected, f"'{given}'")
+    return lengths
+
+
+def by_length(models: Sequence[Model], lengths: Sequence[int], encodings: Encodings) -> list[Model]:
+    """Return a model of each length in place of each whose samples are runs of images.
+
+    Raises
+    ------
+    InputError
+        If none is.
+    """
+    found = [one for model in models for one in _variants(model, lengths, encodings)]
+    if found == list(models):
+        able = ", ".join(name for name, one in MODELS.items() if _encoding(one, encodings))
+        names = ", ".join(model.name for model in models)
+        raise InputError(FLAG, f"models that it is for ({able})", names, "leave it out")
+    return found
+
+
+def _variants(model: Model, lengths: Sequence[int], encodings: Encodings) -> list[Model]:
+    encoding = _encoding(model, encodings)
+    if encoding is None:
+        return [model]
+    return [
+        replace(
+            model,
+            name=f"{model.name}-{n}",
+            title=f"{model.title}, {n} frame{'s' if n > 1 else ''}",
+            encoding=encoding.changed(**{FIELD: n}),
+            variant_of=model.name,
+        )
+        for n in lengths
+    ]
+
+
+def _encoding(model: Model, encodings: Encodings) -> Encoding | None:
+    """Return the encoding of a model whose samples are runs of images; None of any other."""
+    sources = () if model.parts else sources_of(model, encodings)
+    of_runs = (one.encoding for one in sources if FIELD in type(one.encoding).model_fields)
+    return next(of_runs, None)
+
+
+def lengths_kept(own_models: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, str]]:
+    """Return the models by the name that they are lengths of, then by length, shortest first."""
+    found: dict[str, dict[int, str]] = {}
+    for name, described in own_models.items():
+        if base := described.get("variant_of"):
+            found.setdefault(base, {})[int(described["encoding"][FIELD])] = name
+    return {base: {str(n): of[n] for n in sorted(of)} for base, of in found.items()}
+
+
+# Models of a user's own in a results folder: one name must stand for one model.
+
+OWN_MODELS = "own_models.json"
+
+
+def describe(model: Model, encodings: Encodings) -> dict[str, Any]:
+    """Return what tells a model from another of its name, as far as it can be put down."""
+    encoding, classifier = encodings.of(model.encoding), model.classifier
+    where = f"{getattr(classifier, '__module__', '')}:{getattr(classifier, '__qualname__', '')}"
+    return {
+        "title": model.title,
+        "channel": channel_of(model.channel).name,
+        "encoding": encoding.describe(),
+        "classifier": where if callable(classifier) else repr(classifier),
+        "recipe": model.recipe,
+        "stretched": model.stretched,
+        **({"variant_of": model.variant_of} if model.variant_of else {}),
+    }
+
+
+def own_kept(results: Path) -> dict[str, Any]:
+    """Return what the models of a user's own are that a folder holds results of; see `describe`."""
+    path = results / OWN_MODELS
+    return read_json(path, "models of one's own") if path.is_file() else {}
+
+
+def said_of_own(results: Path) -> dict[str, Any]:
+    """Return what a summary says of models that are none of the package's, if there are any."""
+    kept = own_kept(results)
+    titles = {name: str(found["title"]) for name, found in kept.items()}
+    said = {"titles": titles, "lengths": lengths_kept(kept)}
+    return {name: content for name, content in said.items() if content}
+
+
+def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings) -> None:
+    """Put down what the models of a user's own are, beside those of earlier runs.
+
+    Raises
+    ------
+    InputError
+        If a name stood for another model before.
+    """
+    kept = own_kept(results)
+    for model in own_of(models):
+        found = describe(model, encodings)
+        if kept.setdefault(model.name, found) != found:
+            raise InputError(
+                results,
+                f"results of the model '{model.name}' as it is now",
+                "those of another that had its name",
+                "give it another name, or choose another --out",
+            )
+    if kept:
+        write_json(results / OWN_MODELS, kept)
+
+
+# What an evaluation consists of: data, models, and how they are trained and tested.
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """What every training of an evaluation goes by, and nothing else: it is sent along with each.
+
+    Recipes are told apart by who they are, for what they hold (a user's own model) may not compare.
+
+    Attributes
+    ----------
+    out
+        The results folder.
+    data
+        Where the data come from, for processes that read them themselves.
+    without
+        Conditions of recordings that are left out.
+    ablation
+        What of the data is used.
+    disturbances
+        What spoils the recordings that are tested, and those that are learnt from.
+    split
+        What is held out.
+    steady_s
+        Start and end of constant speed, s, of all recordings; None for what each says of its own.
+    penalty
+        Whether that of every ridge is chosen inside each fold, or of those alone that have none.
+    statistics
+        Running statistics of the networks' batch normalisation: see `WarmUp`.
+    compute
+        What the networks run on, and in which precision.
+    hyperparameters
+        Of the networks' training, where not the preset's.
+    skipped
+        Recordings that no model uses, and why; found out when the evaluation begins.
+    tested
+        Recordings that alone are tested, and never learnt from; none for all alike. As `skipped`.
+    """
+
+    out: Path
+    data: tuple[Origin, ...]
+    models: Sequence[Model]
+    preset: Preset
+    cut: Cut
+    encodings: Encodings
+    without: Mapping[str, str] = field(default_factory=dict)
+    ablation: Ablation = field(default_factory=Ablation)
+    disturbances: Disturbances = field(default_factory=Disturbances)
+    split: Split = SPEED
+    steady_s: Steady | None = None
+    penalty: Penalty = "fixed"
+    statistics: Statistics = "warmed-up"
+    compute: Compute = field(default_factory=Compute)
+    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
+    skipped: Mapping[str, str] = field(default_factory=dict)
+    tested: frozenset[str] = frozenset()
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """Return what must agree for folds to stand in one results folder: its `config.json`."""
+        training = {name: self.training(name).model_dump(mode="json") for name in RECIPES}
+        return {
+            "schema": SCHEMA,
+            "data": [origin.describe() for origin in self.data],
+            "without": dict(self.without),
+            "skipped": sorted(self.skipped),
+            "cut": self.cut,
+            "preset": self.preset,
+            **self.encodings.describe(),
+            "training": training,
+            **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
+            **self.choices,
+        }
+
+    @property
+    def choices(self) -> dict[str, Any]:
+        """Return what is held out and whatever else was chosen, ready for JSON."""
+        split = {} if self.split == SPEED else {"split": self.split.name}
+        steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
+        penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
+        kept = {} if self.statistics == "warmed-up" else {"statistics": self.statistics}
+        recipe = {"recipe": own} if (own := self.hyperparameters.describe()) else {}
+        return split | steady | penalty | kept | recipe | self.disturbances.describe()
+
+    def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
+        """Return the recordings that are used, with the part of them that is."""
+        return with_steady(self.ablation.recordings(recordings_in(data)), self.steady_s)
+
+    def located(self) -> "Recipe":
+        """Return it with a results folder that any process finds, wherever it was started."""
+        return replace(self, out=self.out.resolve())
+
+    def packed(self) -> bytes:
+        """Return it for a worker, with the code of what only this process knows.
+
+        Dask's own pickler names classes and functions, and a worker that can't import one is lost.
+        """
+        cloudpickle = import_extra("cluster", "--cluster", "cloudpickle")
+        return bytes(cloudpickle.dumps(self))
+
+    def model(self, name: str) -> Model:
+        """Return the model of that name."""
+        return next(model for model in self.models if model.name == name)
+
+    def training(self, network: str) -> TrainingConfig:
+        """Return how a network is trained; by name, see `RECIPES`."""
+        return self.hyperparameters.training(self.preset, network, self.compute, self.statistics)

@@ -1,0 +1,225 @@
+"""Results of an evaluation: what `evaluate` leaves in its folder and `report` reads.
+
+::
+
+    RESULTS/
+      config.json             what was evaluated: data, cut, preset, encodings, training
+      summary.json            the numbers (schema in docs/results-format.md)
+      predictions.parquet     one row a test sample
+      folds/<model>/<protocol>/seed-<seed>/<speed>/
+        fold.json, predictions.parquet, weights.safetensors
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from pandas.api.types import is_numeric_dtype
+
+from afferents.documents import read_checked
+from afferents.errors import InputError
+from afferents.evaluation.schemas import About, Config, RoughnessSummary, Summary, UnknownSummary
+from afferents.folds.held_out import SPEED, Split, column_of, split_of
+
+CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
+
+
+UNKNOWN, ROUGHNESS = "unknown", "roughness"
+"""What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
+
+
+PROBABILITY = "p_"
+"""Prefix of the predictions' probability columns, one a texture."""
+
+
+AGAIN = "evaluate again into another folder"
+
+
+_TEXTS = ("model", "protocol", "recording", "true_texture", "predicted_texture")
+
+
+_NUMBERS = ("seed", "start_s", "stop_s")
+
+
+_ABOVE_ONE = 1e-5
+"""By so much a probability may exceed 1: it is rounded."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """A results folder in memory.
+
+    `predictions` has the columns model, protocol, seed, held_out_speed_mm_s (held_out_group where
+    something else than speed was held out), recording, start_s, stop_s, true_texture,
+    predicted_texture and `p_<texture>` for every texture.
+    """
+
+    root: Path
+    config: dict[str, Any]
+    summary: dict[str, Any]
+    predictions: pd.DataFrame
+
+    @property
+    def accuracy(self) -> pd.DataFrame:
+        """Share of test samples named rightly, by model, protocol and speed or group held out.
+
+        Columns model, protocol, held_out_speed_mm_s (or held_out_group), accuracy, ci95_low,
+        ci95_high. The mean over speeds stands in a row without a speed. Intervals are of 95%;
+        earlier results have none at each speed. See docs/results-format.md.
+        """
+        split, rows = self.split, []
+        number, none = (float, np.nan) if split.ordered else (str, None)
+        for model, of_protocol in self.summary["models"].items():
+            for protocol, found in of_protocol.items():
+                intervals = found.get(split.ci95_by, {})
+                for group, accuracy in found[split.by].items():
+                    ci95 = intervals.get(group, (np.nan, np.nan))
+                    rows.append((model, protocol, number(group), accuracy, *ci95))
+                rows.append((model, protocol, none, found["mean_accuracy"], *found["ci95"]))
+        names = ("model", "protocol", split.column, "accuracy", "ci95_low", "ci95_high")
+        return pd.DataFrame(rows, columns=list(names))
+
+    @property
+    def accuracy_by_touch(self) -> pd.DataFrame:
+        """Share of touches named rightly, by model, protocol and length of touch.
+
+        Columns model, protocol, touch_s (s, as asked for), seconds (s, of the whole samples that
+        come nearest), accuracy (mean over what was held out), ci95_low, ci95_high, worst (the
+        speed or group held out where it is lowest) and worst_accuracy; None and NaN where samples
+        are too long or recordings too short. A touch is named by the mean log-probability of its
+        samples; see docs/results-format.md.
+        """
+        split, rows = self.split, []
+        for model, of_protocol in self.summary["models"].items():
+            for protocol, outcome in of_protocol.items():
+                for touch, found in outcome.get("by_touch", {}).items():
+                    rows.append((model, protocol, float(touch), *_touched(found, split)))
+        names = ("model", "protocol", "touch_s", "seconds", "accuracy", "ci95_low", "ci95_high",
+                 "worst", "worst_accuracy")  # fmt: skip
+        return pd.DataFrame(rows, columns=list(names))
+
+    @property
+    def split(self) -> Split:
+        """What was held out."""
+        return split_of(self.summary)
+
+    @property
+    def textures(self) -> list[str]:
+        """Textures in natural order."""
+        return list(self.summary["textures"])
+
+
+def _touched(found: dict[str, Any] | None, split: Split) -> tuple[Any, ...]:
+    """Return a row of what touches of one length came to."""
+    if found is None:
+        return np.nan, np.nan, np.nan, np.nan, None, np.nan
+    worst = found[split.worst]
+    interval, lowest = found["ci95"], found[split.by][worst]
+    return found["seconds"], found["mean_accuracy"], *interval, worst, lowest
+
+
+def load_results(root: str | Path) -> Results:
+    """Read a results folder.
+
+    Parameters
+    ----------
+    root
+        The folder that `evaluate` has written.
+
+    Returns
+    -------
+    Results
+        `accuracy`, a table of shares from 0 to 1 by model, protocol and held-out speed (mm/s);
+        `predictions`, a table with a row for each test sample; `summary`, all numbers of the
+        report. `afferents.plot` draws them.
+
+    Raises
+    ------
+    InputError
+        If the folder, or one of its files, is missing or of another schema.
+    """
+    root = Path(root)
+    for name in (CONFIG, SUMMARY, PREDICTIONS):
+        if not (root / name).is_file():
+            raise InputError(root, f"a results folder with {name}", "none", "run evaluate first")
+    config, summary = read_config(root), read_summary(root)
+    predictions = read_predictions(root / PREDICTIONS)
+    if column_of(predictions) != split_of(summary).column:
+        expected = f"predictions with the column '{split_of(summary).column}'"
+        raise InputError(root / PREDICTIONS, expected, "none", AGAIN)
+    named = {*predictions["true_texture"], *predictions["predicted_texture"]}
+    if foreign := named - set(summary["textures"]):
+        expected = f"predictions of the textures that {SUMMARY} names"
+        raise InputError(root / PREDICTIONS, expected, f"one of '{min(foreign)}'", AGAIN)
+    return Results(root, config, summary, predictions)
+
+
+def read_config(root: Path) -> dict[str, Any]:
+    """Read what a results folder holds; see `load_results`."""
+    return read_checked(root / CONFIG, Config, "the configuration of an evaluation", AGAIN)
+
+
+def read_summary(root: Path) -> dict[str, Any]:
+    """Read the numbers of a results folder; see `load_results`."""
+    return read_checked(root / SUMMARY, Summary, "the summary of an evaluation", AGAIN)
+
+
+def texture_summaries(root: Path) -> dict[str, dict[str, Any]]:
+    """Read the summaries of a folder of `--split texture`, by question; none of any other.
+
+    Raises
+    ------
+    InputError
+        If one is damaged.
+    """
+    forms: dict[str, type[About]] = {UNKNOWN: UnknownSummary, ROUGHNESS: RoughnessSummary}
+    there = {name: root / f"{name}.json" for name in forms}
+    if not there[UNKNOWN].is_file():
+        return {}
+    return {
+        name: read_checked(path, forms[name], "the summary of an evaluation", AGAIN)
+        for name, path in there.items()
+        if path.is_file()
+    }
+
+
+def read_predictions(path: Path) -> pd.DataFrame:
+    """Read a table of predictions.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or holds another table.
+    """
+    do = "remove its folder and evaluate again"
+    try:
+        if path.exists() and not path.is_file():
+            raise OSError("something that is no file")
+        with path.open("rb") as file:
+            table = pd.read_parquet(file)
+    except (OSError, KeyError, ValueError, pa.ArrowException) as error:
+        said = " ".join(str(error).split())[:200]
+        raise InputError(path, "a table of predictions", said, do) from error
+    if fault := _fault(table):
+        raise InputError(path, "a table of predictions", fault, do)
+    return table
+
+
+def _fault(table: pd.DataFrame) -> str | None:
+    """Return what keeps a table from being one of predictions."""
+    held_out = SPEED.column if column_of(table) not in table else column_of(table)
+    for name in (*_TEXTS, *_NUMBERS, held_out):
+        if name not in table:
+            return f"one without the column '{name}'"
+    for name in (*_NUMBERS, SPEED.column) if held_out == SPEED.column else _NUMBERS:
+        if not is_numeric_dtype(table[name]) or not np.isfinite(table[name]).all():
+            return f"one whose column '{name}' holds more than numbers"
+    for label, column in table.items():
+        if not str(label).startswith(PROBABILITY):
+            continue
+        if not is_numeric_dtype(column) or not column.between(0, 1 + _ABOVE_ONE).all():
+            return f"one whose column '{label}' holds more than probabilities"
+    return None

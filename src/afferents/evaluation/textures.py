@@ -1,0 +1,174 @@
+"""`--split texture`: what is said of a texture never felt, at a speed never felt.
+
+Two questions: is it recognised as unknown (`unknown.py`), and, where the session names textures by
+their bump spacing, how coarse is it in mm (`roughness.py`). The `nested` protocol alone: nothing of
+the speed or the texture held out is seen before it is asked about.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import torch
+
+from afferents.errors import InputError
+from afferents.evaluation.choice import require_told
+from afferents.evaluation.encode import (
+    encode_all,
+    require_speeds_known,
+    require_support,
+    sources_of,
+)
+from afferents.evaluation.intervals import replicate_of
+from afferents.evaluation.results import ROUGHNESS, UNKNOWN
+from afferents.evaluation.roughness import ask_mm, can_ask_mm, summarise_mm
+from afferents.evaluation.run import Evaluation, skipped_recordings
+from afferents.evaluation.schemas import SCHEMA
+from afferents.evaluation.summary import data_quality
+from afferents.evaluation.unknown import ask_unknown, summarise_unknown
+from afferents.files import write_aside, write_json
+from afferents.folds.held_out import SPEED
+from afferents.models.confidence import KNOWN
+from afferents.models.model import MODELS, Model
+from afferents.models.table import classifier_of
+from afferents.progress import Progress
+from afferents.store.responses import Responses, named_by_spacing, speeds_of, textures_of
+from afferents.version import __version__
+
+LEAST_TEXTURES, LEAST_SPEEDS = 3, 3
+"""One held out, and of speeds one to set the limit at; two textures to tell apart."""
+
+
+def can_be_asked(model: Model) -> bool:
+    """Tell whether a model can answer for textures that are held out."""
+    kind = classifier_of(model.classifier)
+    return not model.parts and kind.asked_of_unseen_textures(model.speed_from)
+
+
+def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+    """Ask every model, write tables and summaries, and return the summaries by question.
+
+    Raises
+    ------
+    InputError
+        If a model can't be asked, an option makes no sense here, the folder holds something
+        else, or there are too few textures or speeds.
+    """
+    _refuse(evaluation)
+    torch.set_num_threads(1)
+    recipe, everything = evaluation.recipe, evaluation.recordings
+    require_support(recipe.models, everything, may_leave_out=False)
+    require_told(recipe.models, recipe.encodings)
+    require_speeds_known(recipe.models, recipe.encodings, everything)
+    SPEED.groups_of(everything)
+    skipped = skipped_recordings(evaluation, recipe.models, everything)
+    recordings = [r for r in everything if r.attrs["name"] not in skipped]
+    textures = textures_of(recordings)
+    _require_enough(textures, recordings)
+    novelty, mm = [], []
+    for model in recipe.models:
+        source = sources_of(model, recipe.encodings)[0]
+        samples = encode_all(recordings, source, recipe.cut, progress, recipe.ablation)
+        novelty.append(ask_unknown(model, samples, source.encoding, progress))
+        if named_by_spacing(recordings) and can_ask_mm(textures):
+            mm.append(ask_mm(model, samples, source.encoding, progress))
+    about = _about(evaluation, recordings, skipped) | {"textures": textures}
+    if not mm:  # of an earlier run, which this one replaces
+        for suffix in ("json", "parquet"):
+            (recipe.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
+    return {
+        name: _written(recipe.out, name, about, tables)
+        for name, tables in ((UNKNOWN, novelty), (ROUGHNESS, mm))
+        if tables
+    }
+
+
+def _about(
+    evaluation: Evaluation, recordings: Sequence[Responses], skipped: dict[str, str]
+) -> dict[str, Any]:
+    """Return what the summaries say of the whole."""
+    return {
+        "schema": SCHEMA,
+        "afferents": __version__,
+        "data": [origin.describe() for origin in evaluation.recipe.data],
+        "without": dict(evaluation.recipe.without),
+        "options": list(evaluation.options),
+        "cut": evaluation.recipe.cut,
+        "preset": "none: solved at once",
+        "speeds_mm_s": speeds_of(recordings),
+        "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
+        **data_quality(recordings),
+        **named_by_spacing(recordings),
+        **evaluation.recipe.choices,
+    }
+
+
+def _written(
+    out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.DataFrame]
+) -> dict[str, Any]:
+    """Write the table and the summary of a question; return the summary."""
+    table = pd.concat(tables, ignore_index=True)
+    found = (
+        _summary_of_unknown(table, len(about["data"])) if name == UNKNOWN else summarise_mm(table)
+    )
+    summary = {**about, **found}
+    out.mkdir(parents=True, exist_ok=True)
+    with write_aside(out / f"{name}.parquet") as partial, partial.open("wb") as file:
+        table.to_parquet(file, compression="zstd", index=False)
+    write_json(out / f"{name}.json", summary)
+    return summary
+
+
+def _summary_of_unknown(table: pd.DataFrame, n_sources: int) -> dict[str, Any]:
+    replicate = replicate_of(n_sources)
+    models = table.groupby("model", sort=False)
+    return {
+        "false_alarms_stated": round(1 - KNOWN, 6),
+        "intervals": {"replicate": replicate, "n": _n_replicates(table, n_sources)},
+        "models": {str(model): summarise_unknown(rows, replicate) for model, rows in models},
+    }
+
+
+def _n_replicates(table: pd.DataFrame, n_sources: int) -> int:
+    return n_sources if n_sources > 1 else int(table["texture"].nunique())
+
+
+def _refuse(evaluation: Evaluation) -> None:
+    """Refuse models, options and folders that this split can't do with."""
+    for model in evaluation.recipe.models:
+        if not can_be_asked(model):
+            able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
+            raise InputError("--models", f"some of {able} with --split texture", model.name)
+    protocols = [protocol.name for protocol in evaluation.protocols]
+    if protocols != ["nested"]:
+        raise InputError("--protocol", "nested with --split texture", " and ".join(protocols))
+    options = {
+        "--held-out": evaluation.held_out,
+        "--train-speeds": evaluation.recipe.ablation.train_speeds,
+        "--test-only": evaluation.recipe.ablation.test_only,
+        "--penalty": evaluation.recipe.choices.get("penalty"),
+        "--recipe": evaluation.recipe.hyperparameters.source
+        or evaluation.recipe.choices.get("recipe"),
+        "--disturb": " ".join(evaluation.recipe.disturbances.words()),
+        "--cluster": evaluation.cluster,
+        "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,
+    }
+    for option, given in options.items():
+        if given:
+            raise InputError(option, "none with --split texture", f"{given}", "leave it out")
+    out = evaluation.recipe.out
+    if out.exists() and not any((out / f"{name}.json").is_file() for name in (UNKNOWN, ROUGHNESS)):
+        raise InputError(
+            out, "a new folder, or one of --split texture", "something else", "choose another --out"
+        )
+
+
+def _require_enough(textures: Sequence[str], recordings: Sequence[Responses]) -> None:
+    speeds = speeds_of(recordings)
+    if len(textures) < LEAST_TEXTURES or len(speeds) < LEAST_SPEEDS:
+        raise InputError(
+            "the data",
+            f"at least {LEAST_TEXTURES} textures and {LEAST_SPEEDS} speeds for --split texture",
+            f"{len(textures)} and {len(speeds)}",
+        )

@@ -1,0 +1,517 @@
+"""One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.channels import name_of_channel
+from afferents.choices import PRESET_ASKED, Cut, Device, Precision, Preset, Statistics
+from afferents.encodings.samples import Samples, textures_of
+from afferents.encodings.settings import Encodings, described
+from afferents.errors import InputError
+from afferents.evaluation.choice import require_options, require_trainable
+from afferents.evaluation.data import OpenedData, recordings_in
+from afferents.evaluation.encode import (
+    Source,
+    encode_all,
+    require_speeds_known,
+    require_support,
+    require_used,
+    sources_of,
+)
+from afferents.evaluation.results import load_results
+from afferents.files import Place
+from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.held_out import SPEED, Split, order, split_named, split_of
+from afferents.folds.protocol import Fold
+from afferents.models.calibrate import calibrate_model
+from afferents.models.card import Card, Score
+from afferents.models.config import Compute, Hyperparameters
+from afferents.models.fitted import Part
+from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
+from afferents.models.folder import Deployed, is_model_folder, save_model
+from afferents.models.learning_set import LearningSet
+from afferents.models.model import MODELS, Model, models_in, names_in
+from afferents.models.own import own_types
+from afferents.models.table import classifier_of
+from afferents.outputs import require_free
+from afferents.plugins import reference_of
+from afferents.progress import Progress
+from afferents.recordings.data_set import Data
+from afferents.store.responses import named_by_spacing
+from afferents.store.trimming import Steady, require_within, steady_in, with_steady
+from afferents.version import __version__
+
+if TYPE_CHECKING:
+    from afferents.models.folder import Recogniser
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Training:
+    """What is trained and how.
+
+    Attributes
+    ----------
+    results
+        Results folder whose scores the card is to carry; None for 'not evaluated'.
+    split
+        Of what one group is not learnt from, and calibrates the model.
+    steady_s
+        Start and end of constant speed, s, of all recordings; None for what each says of its own.
+    disturbance
+        What spoils the recordings.
+    hyperparameters
+        Of a network's training, where not the preset's.
+    statistics
+        How batch normalisation keeps them; see `training_config`.
+    """
+
+    data: list[OpenedData]
+    model: Model
+    preset: Preset
+    cut: Cut
+    encodings: Encodings
+    seed: int = 0
+    results: Path | None = None
+    compute: Compute = field(default_factory=Compute)
+    split: Split = SPEED
+    steady_s: Steady | None = None
+    disturbance: Disturbance = field(default_factory=Disturbance)
+    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
+    statistics: Statistics = "warmed-up"
+
+
+def train_model(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
+    """Train a model and write its folder, whole or not at all; return its card.
+
+    The weights learn from all speeds (or groups of another split) but the middle one, which stops
+    the training, sets the temperature, how much evidence a second of touch is, and from where on a
+    touch is unknown: what a speed never learnt from needs, not what was learnt by heart.
+
+    Parameters
+    ----------
+    force
+        Whether a model that was written there before may be replaced.
+
+    Raises
+    ------
+    InputError
+        If something else stands at `out`, the data don't support the model or have fewer than
+        two speeds, or the results folder holds no finished evaluation of the model.
+    AfferentsError
+        If the loss is no longer a number.
+    """
+    _require_deployable(training.model)
+    reads = [data.origin.data_set.path for data in training.data]
+    require_free(out, "a model", is_model_folder, force=force, reads=reads)
+    recordings = with_steady(recordings_in(training.data), training.steady_s)
+    require_support([training.model], recordings, may_leave_out=False)
+    require_used([training.model], training.encodings)
+    spoilt = Disturbances(training=training.disturbance)
+    hyperparameters = training.hyperparameters
+    require_options([training.model], training.encodings, spoilt, hyperparameters)
+    require_speeds_known([training.model], training.encodings, recordings)
+    training.split.groups_of(recordings)
+    source = sources_of(training.model, training.encodings)[0]
+    if source.encoding.step != 1:
+        found = f"one of {source.encoding.step}"
+        raise InputError("encodings", "every frame, as live feels them", found)
+    for responses in recordings:
+        require_within(responses, source.channel.made_of, training.steady_s)
+    require_trainable([training.model], recordings, training.encodings, training.cut)
+    scores = scores_of(training) if training.results else ()
+    model = training.model
+    classifier = _reference(model.classifier)
+    spoilt_by = training.disturbance
+    samples = encode_all(recordings, source, training.cut, progress, disturbance=spoilt_by)
+    samples = training.split.labelled(samples, recordings)
+    fold = all_but_the_middle(samples, training.split)
+    with progress.task("training", 1) as mark:
+        deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
+        mark(1)
+    own = own_types(deployed.network)
+    calibration = calibrate_model(deployed, learnt, fold, samples)
+    learnt_with = ["torch"] if own is None else ["torch", "scikit-learn", "skops"]
+    card = Card(
+        model=model.name,
+        title=model.title,
+        classifier=classifier,
+        estimator=own,
+        own=MODELS.get(model.name) is not model,
+        sample_dims=tuple(map(str, samples.dims[1:])),
+        textures=tuple(textures_of(samples)),
+        **named_by_spacing(recordings),
+        shape=tuple(learnt.values.shape[1:]),
+        scale=learnt.scale,
+        preset=training.preset if learns_in_a_loop(model) else None,
+        recipe=dict(training.hyperparameters.of_network(_recipe_of(training))),
+        statistics=training.statistics,
+        seed=training.seed,
+        **_groups_of(samples, fold),
+        steady_s=training.steady_s,
+        disturb_training=training.disturbance.describe(),
+        data=tuple(data.origin.describe() for data in training.data),
+        scores=scores,
+        versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
+        **calibration._asdict(),
+        channel=name_of_channel(source.channel),
+        encoding=described(source.encoding),
+        **felt_with(training.data, source),
+    )
+    save_model(deployed, card, out)
+    return card
+
+
+def _reference(classifier: Any) -> str:
+    """Return the name of a classifier; of an estimator that of its class."""
+    if isinstance(classifier, str):
+        return classifier
+    return reference_of(type(classifier) if hasattr(classifier, "fit") else classifier)
+
+
+def can_be_felt(model: Model) -> bool:
+    """Tell whether a model can be trained to be kept: its channel, encoding and classifier can."""
+    if model.parts or not classifier_of(model.classifier).deployable:
+        return False
+    channel, encoding = sources_of(model, Encodings())[0]
+    return channel.felt_live and encoding.felt_live
+
+
+def _require_deployable(model: Model) -> None:
+    if not can_be_felt(model):
+        able = ", ".join(name for name, other in MODELS.items() if can_be_felt(other))
+        raise InputError(
+            "--model",
+            f"'best' or one of {able} (others can be evaluated, not deployed)",
+            f"'{model.name}'",
+        )
+
+
+def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
+    """Train on a fold; return the classifier to be deployed, and what it learnt from."""
+    torch.set_num_threads(1)
+    recipe = recipe_of(training.model, part.encoding)
+    given = (training.preset, recipe, training.compute, training.statistics)
+    config = training.hyperparameters.training(*given)
+    network, learnt = fit_once(training.model, part, config, training.seed)
+    return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
+
+
+def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
+    """Return the fold that trains on all groups, by default speeds, but the middle one.
+
+    It tests nothing.
+
+    Raises
+    ------
+    InputError
+        If there is one group only, or a texture in the middle one alone.
+    """
+    group = split.of(samples)
+    groups = sorted(np.unique(group).tolist(), key=order)
+    if len(groups) < 2:
+        expected = f"at least 2 {split.many}, one of them to validate with"
+        raise InputError("the data", expected, f"{len(groups)}")
+    middle = groups[len(groups) // 2]
+    train_model, validation = np.flatnonzero(group != middle), np.flatnonzero(group == middle)
+    texture = samples[dims.TEXTURE].values
+    only_there = sorted(set(texture[validation]) - set(texture[train_model]))
+    if only_there:
+        found = f"none of {', '.join(map(str, only_there))}"
+        expected = f"every texture at another {split.name} than {split.printed(middle)}"
+        raise InputError("the data", expected, found)
+    return Fold(middle, middle, train_model, validation, np.empty(0, dtype=np.int64), split)
+
+
+def _groups_of(samples: Samples, fold: Fold) -> dict[str, Any]:
+    """Return what the card says of the groups learnt from, and of the one that calibrates."""
+    split = fold.split
+    learnt = tuple(sorted(np.unique(split.of(samples)[fold.train]).tolist(), key=order))
+    if split == SPEED:
+        return {"learnt_from_mm_s": learnt, "validated_on_mm_s": fold.validated_by}
+    return {"split": split.name, "learnt_from": learnt, "validated_on": fold.validated_by}
+
+
+def scores_of(training: Training) -> tuple[Score, ...]:
+    """Return what a results folder says of the model, `nested` first.
+
+    Raises
+    ------
+    InputError
+        If it says nothing of it.
+    """
+    assert training.results is not None
+    results = load_results(training.results)
+    summary = results.summary
+    found = summary["models"].get(training.model.name, {})
+    if not found:
+        raise InputError(
+            training.results,
+            f"a finished evaluation of {training.model.name}",
+            f"of {', '.join(summary['models']) or 'nothing'}",
+            "evaluate it there, or leave out --results",
+        )
+    same, split = _same_data(training, results.config), split_of(summary)
+    return tuple(
+        Score(
+            protocol=protocol,
+            preset=summary["preset"],
+            seeds=tuple(entry["seeds"]),
+            mean_accuracy=entry["mean_accuracy"],
+            ci95=tuple(entry["ci95"]),
+            worst_accuracy=entry[split.by][entry[split.worst]],
+            same_data=same,
+            disturb=summary.get("disturb", {}),
+            disturb_training=summary.get("disturb_training", {}),
+            recipe=summary.get("recipe", {}).get(_recipe_of(training), {}),
+            **_worst(split, entry[split.worst]),
+        )
+        for protocol, entry in sorted(found.items())
+    )
+
+
+def _recipe_of(training: Training) -> str:
+    """Return the name of the recipe that the model's network is trained by."""
+    return recipe_of(training.model, training.encodings.of(training.model.encoding))
+
+
+def _worst(split: Split, group: str) -> dict[str, Any]:
+    """Return what a score says of the worst group."""
+    if split == SPEED:
+        return {"worst_mm_s": float(group)}
+    return {"split": split.name, "worst_group": group}
+
+
+def _same_data(training: Training, config: dict[str, Any]) -> bool:
+    """Say whether an evaluation of that configuration learnt from what the training learns from."""
+    fingerprints = [data["fingerprint"] for data in config["data"]]
+    encoding = training.encodings.of(training.model.encoding)
+    return (
+        fingerprints == [data.origin.fingerprint for data in training.data]
+        and "ablation" not in config
+        and config["cut"] == training.cut
+        and config.get("disturb_training", {}) == training.disturbance.describe()
+        and config.get("steady_s") == (training.steady_s and list(training.steady_s))
+        and config.get(encoding.name) == encoding.model_dump(mode="json")
+    )
+
+
+def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
+    """Return what the card says of the sensor: of camera and markers, or of the microphone.
+
+    Raises
+    ------
+    InputError
+        If stores were extracted with different sensor files, or the data set does not say what its
+        markers were followed with.
+    """
+    first = data[0].responses[0]
+    if source.encoding.of_vibration:
+        return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
+    sensors = [one.origin.data_set.config().get("sensor") for one in data]
+    if sensors[0] is None:
+        raise InputError(data[0].origin.source, "data that name their sensor", "none named")
+    if any(sensor != sensors[0] for sensor in sensors):
+        raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
+    several = data[0].origin.data_set.config().get("sensors", [])
+    if len(several) > 1:
+        do = "make a session and a store of each sensor"
+        raise InputError("STORE", "recordings of one sensor", f"of {', '.join(several)}", do)
+    step_s = float(np.median(np.diff(first[dims.TIME].values)))
+    return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
+
+
+def train(
+    data: Data,
+    out: Place,
+    model: str | Model = "best",
+    preset: Preset = PRESET_ASKED,
+    cut: Cut = "all",
+    seed: int = 0,
+    results: Place | None = None,
+    force: bool = False,
+    device: Device = "auto",
+    precision: Precision = "auto",
+    quiet: bool = False,
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
+    disturb_training: "str | Mapping[str, float | str] | Disturbance | None" = None,
+    recipe: str | Path | Mapping[str, Any] | None = None,
+    statistics: Statistics = "warmed-up",
+    **encoding: Any,
+) -> Card:
+    """Train one model to feel with, on all speeds but the one that calibrates it.
+
+    Parameters
+    ----------
+    data
+        An extracted store.
+    out
+        Folder of the model to write.
+    model
+        A name, a `Model` of your own, or ``best``.
+    preset, cut, seed, encoding
+        As of `evaluate`.
+    results
+        Results folder whose scores the model's card is to carry.
+    force
+        Whether a model that was written there before may be replaced.
+    device, precision
+        What networks learn on, and in which numbers.
+    quiet
+        Whether no progress is shown.
+    split
+        Of what one group calibrates it instead of a speed, such as ``trial``.
+    steady, disturb_training, recipe, statistics
+        As of `evaluate`.
+
+    Returns
+    -------
+    Card
+        What the model is, what it learnt from, and how far it was tested.
+
+    Raises
+    ------
+    InputError
+        If something given is not what it should be, or the data don't support the model.
+
+    Examples
+    --------
+    >>> card = train("responses.zarr", "model", "sa-wave-vector")
+    >>> card.textures
+    ('1', '2', '3')
+    """
+    from afferents.evaluation.choice import encodings_for, say_choice
+    from afferents.evaluation.data import open_data, recordings_in
+    from afferents.evaluation.encode import best_of
+    from afferents.extraction.copies import warn_of_copies
+    from afferents.folds.corruption import Disturbance
+    from afferents.models.config import Compute, Hyperparameters
+
+    hyperparameters = Hyperparameters.of(recipe, preset)
+    asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
+    if len(asked) + ("best" in names_in(model)) > 1:
+        raise InputError("--model", "'best' or one model", f"'{model}'")
+    with Progress(quiet) as progress:
+        opened = open_data([data], progress=progress)
+        warn_of_copies(recordings_in(opened), progress)
+        (chosen,) = asked or [best_of(recordings_in(opened))]
+        encodings = encodings_for(opened, cut, encoding)
+        say_choice(opened, [chosen], encodings, progress)
+        wanted = Training(
+            opened, chosen, preset, cut, encodings, seed,
+            None if results is None else Path(results), Compute(device, precision),
+            what, steady_s, Disturbance.of(disturb_training, "--disturb-training"),
+            hyperparameters, statistics,
+        )  # fmt: skip
+        return train_model(wanted, Path(out), progress, force)
+
+
+def load_model(model: Place) -> "Recogniser":
+    """Read a trained model, to ask it about samples.
+
+    Parameters
+    ----------
+    model
+        Folder of a trained model.
+
+    Returns
+    -------
+    Recogniser
+        Its `predict` takes what `samples` returns, and gives probabilities; its `card` says what
+        the model is.
+
+    Raises
+    ------
+    InputError
+        If the folder is no model's, or its files are damaged.
+
+    Examples
+    --------
+    >>> model = load_model("model")
+    >>> x = samples("responses.zarr", model.card.channel, "wavenumbers")
+    >>> model.predict(x).probability.dims
+    ('sample', 'texture')
+    """
+    from afferents.models.folder import Recogniser
+
+    return Recogniser.of_folder(Path(model))
+
+
+def samples(
+    data: Data,
+    channel: Any,
+    encoding: Any,
+    cut: Cut = "all",
+    quiet: bool = False,
+    split: str = "speed",
+    steady: Sequence[float] | None = None,
+    **options: Any,
+) -> Samples:
+    """Return what a classifier would learn from, of all recordings of a store.
+
+    Parameters
+    ----------
+    data
+        An extracted store, a ``dataset.toml``, ``fabricslide:PATH``, or a `DataSet` of your own.
+    channel, encoding
+        Names, or objects of your own, as of `Model`.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+    split, steady
+        As of `evaluate`.
+    options
+        Of the encoding, such as ``frames=20``.
+
+    Returns
+    -------
+    xarray.DataArray
+        Dims `sample` and those of the encoding; on `sample` stand `texture`, `speed_mm_s`,
+        `recording`, `start_s`, `stop_s`, and `group`, of which one is held out at a time: the
+        speed (NaN where it is not known), or the value of another split's condition. For
+        scikit-learn's cross-validation take ``x.values.reshape(len(x), -1)``, ``x.texture`` and
+        ``groups=x.group``.
+
+    Raises
+    ------
+    InputError
+        If there is no such channel or encoding, or the data lack what it is made of.
+
+    Examples
+    --------
+    >>> x = samples("responses.zarr", "ra1", "spatial")
+    >>> dict(x.sizes)
+    {'sample': 261, 'row': 19, 'column': 19}
+    """
+    from afferents.evaluation.data import open_data, recordings_in
+    from afferents.evaluation.encode import (
+        encode_all,
+        require_speeds_known,
+        require_used,
+        sources_of,
+    )
+
+    what, steady_s = split_named(split), steady_in(steady, cut)
+    asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
+    with Progress(quiet) as progress:
+        opened = open_data([data], progress=progress)
+        encodings = opened[0].encodings.changed(**options)
+        (source,) = sources_of(asked, encodings)
+        require_used([asked], encodings)
+        recordings = with_steady(recordings_in(opened), steady_s)
+        for responses in recordings:
+            require_within(responses, source.channel.made_of, steady_s)
+        require_speeds_known([asked], encodings, recordings)
+        found = what.labelled(encode_all(recordings, source, cut, progress), recordings)
+        return found.assign_coords({dims.GROUP: (dims.SAMPLE, what.of(found))})

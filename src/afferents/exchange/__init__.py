@@ -1,0 +1,1 @@
+"""Formats of robots and of others; only the command line names it."""

@@ -1,0 +1,326 @@
+"""The authors' own arrays: where they lie, and how ours differ from them."""
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from afferents import dims
+from afferents.encodings.settings import Encodings
+from afferents.errors import InputError
+from afferents.evaluation.encode import encode, has, sources_of
+from afferents.models.model import Model
+from afferents.store.recording import natural_order
+from afferents.store.responses import Responses, speed_of
+
+
+@dataclass
+class Difference:
+    """Differences of one stage, taken together.
+
+    Attributes
+    ----------
+    stage
+        What is compared, such as SA-I.
+    unit
+        Of the numbers.
+    n
+        How many numbers were compared; those that are missing here (NaN) are not among them.
+    largest, where
+        The largest difference, and the recording or fold that has it.
+    """
+
+    stage: str
+    unit: str
+    n: int = 0
+    missing: int = 0
+    largest: float = 0.0
+    where: str = ""
+    _sum: float = 0.0
+
+    def add(
+        self, ours: NDArray[np.floating], theirs: NDArray[np.floating], where: str
+    ) -> "Difference":
+        """Take in two arrays of one shape; return itself."""
+        apart = np.abs(ours.astype(np.float64) - theirs)
+        there = np.isfinite(apart)
+        self.missing += int(apart.size - there.sum())
+        self.n += int(there.sum())
+        self._sum += float(apart[there].sum())
+        largest = float(apart.max(initial=0.0, where=there))
+        if not self.where or largest > self.largest:
+            self.largest, self.where = largest, where
+        return self
+
+    @property
+    def mean(self) -> float:
+        """Mean difference."""
+        return self._sum / self.n if self.n else 0.0
+
+    def describe(self) -> dict[str, Any]:
+        """Return it ready for JSON."""
+        return {
+            "stage": self.stage,
+            "unit": self.unit,
+            "compared": self.n,
+            "missing": self.missing,
+            "largest": self.largest,
+            "mean": self.mean,
+            "where": self.where,
+        }
+
+
+# A folder of the authors' arrays and networks, as scripts/convert_authors_arrays.py writes it.
+#
+# =================================
+# ================================================================ ``responses/TEXTURE/SPEED.npz``
+# `rest_position` (marker, 2), `sa1` and `ra1` (frame, marker) ``samples/MODEL/SPEED.npz`` a test
+# set: `samples` (n, ...), `labels` (n,); `outputs` (n, texture) where Keras was asked
+# ``networks/MODEL/SPEED.hdf5`` a trained network =================================
+# ================================================================
+#
+# Models have the names of Table 1 here (``sa-se``), and textures and speeds those of their folders.
+# Pickles are never opened: whoever opens one runs whatever is in it.
+
+Floats = NDArray[np.float32]
+
+
+CONVERT = "scripts/convert_authors_arrays.py"
+
+
+_PARTS = ("responses", "samples", "networks")
+
+
+_RESPONSES = {"rest_position": 2, "sa1": 2, "ra1": 2}
+
+
+_SAMPLES = {"samples": 0, "labels": 1}
+
+
+_AGAIN = f"convert the arrays again with {CONVERT}"
+
+
+@dataclass(frozen=True)
+class AuthorsFolder:
+    """What is in such a folder; anything may be missing.
+
+    Raises
+    ------
+    InputError
+        If nothing that can be compared is in it.
+    """
+
+    path: Path
+
+    def __post_init__(self) -> None:
+        """Refuse a folder with nothing to compare."""
+        if any((self.path / part).is_dir() for part in _PARTS):
+            return
+        pickled = next(self.path.rglob("*.pkl"), None) if self.path.is_dir() else None
+        found = f"the pickle {pickled.name}, which is not opened here" if pickled else "none"
+        do = f"convert the authors' files with {CONVERT}, in an environment of their own"
+        raise InputError(self.path, f"some of the folders {', '.join(_PARTS)}", found, do)
+
+    def responses(self, name: str) -> dict[str, Floats] | None:
+        """Return rest positions, SA-I and RA-I of a recording; None where they are not there."""
+        return _read(self.path / "responses" / f"{name}.npz", _RESPONSES)
+
+    def samples(self, model: str, speed_mm_s: float) -> dict[str, Floats] | None:
+        """Return the test set of a model at a held-out speed; None where it is not there."""
+        return _read(self.path / "samples" / model / f"{speed_mm_s:g}.npz", _SAMPLES, "outputs")
+
+    def network(self, model: str, speed_mm_s: float) -> Path | None:
+        """Return the file of a trained network; None where it is not there."""
+        path = self.path / "networks" / model / f"{speed_mm_s:g}.hdf5"
+        return path if path.is_file() else None
+
+
+def _read(path: Path, wanted: Mapping[str, int], *beside: str) -> dict[str, Floats] | None:
+    """Return the arrays of a file by name, with as many dims as wanted; 0 for any."""
+    if not path.is_file():
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            names = [*wanted, *(name for name in beside if name in arrays)]
+            found = {name: np.asarray(arrays[name], dtype=np.float32) for name in names}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        expected = f"the arrays {', '.join(wanted)} as numbers"
+        raise InputError(path, expected, str(error), _AGAIN) from error
+    for name, n_dims in wanted.items():
+        if n_dims and found[name].ndim != n_dims:
+            expected = f"{name} of {n_dims} dims"
+            raise InputError(path, expected, f"{found[name].ndim}", _AGAIN)
+    return found
+
+
+# Rest positions, SA-I and RA-I of recordings, ours and the authors'.
+
+
+class ResponseDifferences:
+    """Differences over recordings.
+
+    Attributes
+    ----------
+    tracks, sa1, ra1
+        Of rest positions, SA-I and RA-I. (The authors' files hold no other positions: SA-I is how
+        far each track has come from its beginning.)
+    otherwise
+        Sentences on recordings whose markers stand in another order, or that are of another length.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.tracks = Difference("tracks: rest positions", dims.PIXELS)
+        self.sa1 = Difference("SA-I", dims.PIXELS)
+        self.ra1 = Difference("RA-I", "px/frame")
+        self.otherwise: list[str] = []
+
+    def add(self, recording: Responses, folder: AuthorsFolder) -> None:
+        """Compare a recording, if the authors' responses to it are there.
+
+        Raises
+        ------
+        InputError
+            If it has another number of markers.
+        """
+        name = str(recording.attrs["name"])
+        theirs = folder.responses(name) if dims.POSITION in recording else None
+        if theirs is None:
+            return
+        rest = recording[dims.REST_POSITION].values
+        if len(rest) != len(theirs["rest_position"]):
+            found = f"{len(theirs['rest_position'])} of the authors"
+            raise InputError(name, f"{len(rest)} markers, as here", found)
+        order = same_markers(rest, theirs["rest_position"])
+        self.tracks.add(rest[order], theirs["rest_position"], name)
+        first = int(recording.attrs.get("rest_frame", 0))
+        sa1, ra1 = (recording[c].values[first:][:, order] for c in (dims.SA1, dims.RA1))
+        n = min(len(sa1), len(theirs["sa1"]))
+        self.sa1.add(sa1[:n], theirs["sa1"][:n], name)
+        self.ra1.add(ra1[1:n], theirs["ra1"][1:n], name)  # theirs begins with SA-I itself
+        self._note(name, order, len(sa1), len(theirs["sa1"]))
+
+    def _note(self, name: str, order: NDArray[np.intp], ours: int, theirs: int) -> None:
+        if moved := int((order != np.arange(len(order))).sum()):
+            self.otherwise.append(f"{name}: {moved} markers stand in another order.")
+        if ours != theirs:
+            self.otherwise.append(
+                f"{name}: {ours} frames from the rest frame on, the authors have {theirs}."
+            )
+
+
+def same_markers(ours: Floats, theirs: Floats) -> NDArray[np.intp]:
+    """Return which of our markers each of theirs is, by the places at rest, (marker,)."""
+    _, order = linear_sum_assignment(cdist(theirs, ours))
+    return np.asarray(order)
+
+
+# The test sets of the paper's models, ours and the authors', in one order and one form.
+
+_SHAPES = {"spatial": (19, 19), "spatiotemporal": (10, 19, 19), "spectral": (1, 200)}
+"""Of the samples of the paper's networks, by encoding."""
+
+
+class TestSets:
+    """Test sets by model and held-out speed.
+
+    Theirs hold, of every texture, the odd images or runs of ten, or 60 windows of vibration drawn
+    at random, the same of all textures; samples follow one another in time, textures in turn.
+
+    Parameters
+    ----------
+    recordings
+        Of a session in the published layout.
+    folder
+        Of the authors.
+    """
+
+    def __init__(self, recordings: Sequence[Responses], folder: AuthorsFolder) -> None:
+        """Make them when they are asked for."""
+        self._recordings, self._folder = recordings, folder
+        self.textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+
+    @property
+    def speeds(self) -> list[float]:
+        """Speeds of the recordings, mm/s."""
+        return sorted({v for r in self._recordings if (v := speed_of(r)) is not None})
+
+    def theirs(self, model: Model, speed_mm_s: float) -> Floats | None:
+        """Return their samples as ours are, (time, texture, *sample_shape); None without any.
+
+        Raises
+        ------
+        InputError
+            If the samples of the textures are not in turn, or of another shape.
+        """
+        found = self._folder.samples(model.name, speed_mm_s)
+        if found is None:
+            return None
+        where, n = f"samples/{model.name}/{speed_mm_s:g}.npz", len(self.textures)
+        samples, labels = found["samples"], found["labels"]
+        if len(labels) % n or not np.array_equal(labels, np.arange(len(labels)) % n):
+            expected = f"samples of the {n} textures of the store in turn"
+            raise InputError(where, expected, f"{len(labels)} of {int(labels.max()) + 1} textures")
+        shape = self.shape(model)
+        if samples[0].size != int(np.prod(shape)):
+            expected = f"samples of {' x '.join(map(str, shape))}"
+            raise InputError(where, expected, " x ".join(map(str, samples.shape[1:])))
+        in_turn = samples.reshape(-1, n, *shape)
+        (source,) = sources_of(model, Encodings())
+        return in_turn if source.encoding.of_vibration else in_turn.swapaxes(-1, -2)
+
+    def outputs(self, model: Model, speed_mm_s: float) -> Floats | None:
+        """Return what Keras' network said of their samples, (n, texture), if it was asked."""
+        found = self._folder.samples(model.name, speed_mm_s)
+        return None if found is None else found.get("outputs")
+
+    def ours(self, model: Model, speed_mm_s: float, theirs: Floats | None) -> Floats | None:
+        """Return our samples, (time, texture, *sample_shape); None if a recording is missing.
+
+        Of windows of vibration those that theirs are most like, all if there are none of theirs.
+
+        Raises
+        ------
+        InputError
+            If a recording is too short for the published cut.
+        """
+        (source,) = sources_of(model, Encodings())
+        at = [r for r in self._recordings if speed_of(r) == speed_mm_s and has(r, source)]
+        at.sort(key=lambda r: self.textures.index(str(r.attrs[dims.TEXTURE])))
+        if [str(r.attrs[dims.TEXTURE]) for r in at] != self.textures:
+            return None
+        encoded = np.stack([encode(r, source, "published").values for r in at], axis=1)
+        if not source.encoding.of_vibration:
+            if theirs is not None and len(theirs) != len(encoded[1::2]):
+                expected = f"{len(encoded[1::2])} samples of each texture of {model.name}, as here"
+                raise InputError(f"{speed_mm_s:g} mm/s", expected, f"{len(theirs)}")
+            return encoded[1::2]
+        spectra = source.encoding.seen(encoded) / self.largest_amplitude
+        return spectra if theirs is None else spectra[nearest(spectra, theirs)]
+
+    @cached_property
+    def largest_amplitude(self) -> float:
+        """Of all recordings: what the authors divide spectra by."""
+        model = Model("spectra", channel=dims.RA2, encoding="spectral", classifier=None)
+        (source,) = sources_of(model, Encodings())
+        heard = [r for r in self._recordings if has(r, source)]
+        return max(float(encode(r, source, "published").values.max()) for r in heard)
+
+    @staticmethod
+    def shape(model: Model) -> tuple[int, ...]:
+        """Return the shape of a sample that the paper's network of that model takes."""
+        return _SHAPES[model.encoding]
+
+
+def nearest(ours: Floats, theirs: Floats) -> Floats:
+    """Return which of our windows, all textures together, each of theirs is most like."""
+    flat = (x.reshape(len(x), -1) for x in (theirs, ours))
+    apart = cdist(*flat, "cityblock")  # one line that differs does not decide
+    return np.asarray(apart.argmin(axis=1))

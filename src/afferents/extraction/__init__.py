@@ -1,0 +1,1 @@
+"""From a session's videos and sound to a store of responses."""

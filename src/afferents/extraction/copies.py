@@ -1,0 +1,105 @@
+"""Warnings of recordings that are copies of others, encoded again under another name."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from afferents import dims
+from afferents.markers.rest import rest_sentences
+from afferents.progress import Progress
+from afferents.store.fingerprint import Fingerprint, find_copies, fingerprint, read, written
+from afferents.store.responses import Responses, doubts_in
+from afferents.store.zarr_store import store_config, stored_attributes
+
+FINGERPRINT = "fingerprint"
+"""Attribute of a recording's responses that holds its fingerprint."""
+
+
+NAMED = 3
+"""So many pairs are named in a warning."""
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """Two recordings that seem to be one, and by which fingerprint."""
+
+    one: str
+    other: str
+    kind: str
+    alike: float
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What is to be said of a store: what was accepted, by recording, copies, and rest frames."""
+
+    accepted: dict[str, list[str]]
+    copies: list[Likeness]
+    at_rest: list[str]
+
+    @property
+    def sentences(self) -> list[str]:
+        """Say it, a line a recording that was accepted."""
+        kept = [
+            f"{name}: kept as it is, though wrong: {doubt}"
+            for name, doubts in self.accepted.items()
+            for doubt in doubts
+        ]
+        return [*kept, *self.at_rest, *warning_of(self.copies)]
+
+
+def with_fingerprint(responses: Responses) -> Responses:
+    """Return responses with the recording's fingerprint in their attributes."""
+    return responses.assign_attrs({FINGERPRINT: json.dumps(written(fingerprint(responses)))})
+
+
+def notes_of(store: Path) -> Notes:
+    """Return what is to be said of the recordings in a store."""
+    return notes_in(stored_attributes(store, store_config(store)["recordings"]))
+
+
+def notes_in(attributes: Mapping[str, Mapping[str, Any]]) -> Notes:
+    """Return what is to be said of recordings, by the attributes of their responses."""
+    accepted = {name: doubts for name, one in attributes.items() if (doubts := doubts_in(one))}
+    return Notes(accepted, copies_among(attributes), rest_sentences(attributes))
+
+
+def copies_among(attributes: Mapping[str, Mapping[str, Any]]) -> list[Likeness]:
+    """Return which recordings seem to be copies, by the fingerprints in their attributes."""
+    names = list(attributes)
+    found = [_fingerprint_in(attributes[name]) for name in names]
+    labels = [
+        tuple(attributes[name].get(of) for of in (dims.TEXTURE, dims.SPEED)) for name in names
+    ]
+    return [
+        Likeness(names[copy.one], names[copy.other], copy.kind, copy.alike)
+        for copy in find_copies(found, labels)
+    ]
+
+
+def _fingerprint_in(attributes: Mapping[str, Any]) -> Fingerprint:
+    """Return the fingerprint in a recording's attributes, empty if none can be read."""
+    try:
+        return read(json.loads(attributes[FINGERPRINT]))
+    except (KeyError, TypeError, ValueError):
+        return {}
+
+
+def warn_of_copies(recordings: Sequence[Responses], progress: Progress) -> None:
+    """Say which recordings seem to be copies."""
+    for sentence in warning_of(copies_among({str(r.attrs["name"]): r.attrs for r in recordings})):
+        progress.note(sentence)
+
+
+def warning_of(copies: Sequence[Likeness]) -> list[str]:
+    """Return a sentence that warns of copies, or none."""
+    if not copies:
+        return []
+    named = [f"{c.one} and {c.other} (by {c.kind}, {c.alike:.2f} alike)" for c in copies[:NAMED]]
+    more = f", and {len(copies) - NAMED} more pairs" if len(copies) > NAMED else ""
+    return [
+        f"warning: these seem to be copies of one recording: {', '.join(named)}{more}; what is "
+        "learnt from one is then tested on the other: look at the files, and take one of them out"
+    ]

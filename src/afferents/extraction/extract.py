@@ -1,0 +1,473 @@
+"""What is wrong with a recording whose files decode well: found as it is extracted or inspected."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import xarray as xr
+
+from afferents import dims
+from afferents.channels import ra1, ra2, sa1
+from afferents.choices import Method, Rest
+from afferents.errors import AfferentsError, InputError
+from afferents.extraction.copies import notes_of, with_fingerprint
+from afferents.extraction.options import Extraction, declared_of, origin_of, relabel
+from afferents.files import Place, remove_partials, size_of
+from afferents.markers.detect import Positions, undistorted
+from afferents.markers.quality import doubt_markers
+from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
+from afferents.markers.track import ordered_rest, rest_positions, track_markers
+from afferents.outputs import writing_alone
+from afferents.parallel import (
+    OF_RECORDINGS,
+    SAME,
+    Output,
+    on_cluster,
+    require_same_file,
+    side_by_side,
+)
+from afferents.progress import Progress
+from afferents.quality.issues import Doubt, accepted, kinds_named
+from afferents.quality.sound import doubt_loudness
+from afferents.recordings.audio import WavFile
+from afferents.recordings.check import check_recording, require_own_files
+from afferents.recordings.footage import Footage
+from afferents.recordings.session import Session, read_session, require_rates_that_agree
+from afferents.recordings.session_file import SessionFile
+from afferents.store.drum_path import logged_way
+from afferents.store.recording import Recording
+from afferents.store.responses import Responses, label, with_doubts
+from afferents.store.zarr_store import (
+    create_parents,
+    create_store,
+    has_responses,
+    is_of_same_files,
+    open_responses,
+    require_no_store,
+    responses_there,
+    store_config,
+    write_responses,
+)
+
+
+def watched(recording: Recording) -> Recording:
+    """Return the recording with its video measured as it is decoded, for `doubts_of`."""
+    video = recording.video
+    return recording if video is None else replace(recording, video=Footage(video))
+
+
+def doubts_of(recording: Recording, responses: Responses) -> list[Doubt]:
+    """Return what is wrong with a recording's pictures, markers and sound.
+
+    Parameters
+    ----------
+    recording
+        As `watched` returned it, its video decoded since then.
+    responses
+        What was extracted of it.
+    """
+    video, audio, steady_s = recording.video, recording.audio, recording.steady_s
+    found: list[Doubt] = []
+    if isinstance(video, Footage):
+        found += video.doubts(steady_s)
+        if dims.DETECTED in responses and not any(doubt.kind == "dark" for doubt in found):
+            found += doubt_markers(responses, video.path, steady_s)
+    if isinstance(audio, WavFile) and dims.RA2 in responses:
+        found += doubt_loudness(responses[dims.RA2].values, audio.path, audio.sample_rate_hz)
+    return found
+
+
+def doubts_without_tracking(recording: Recording) -> list[Doubt]:
+    """Decode a recording, and return what is wrong with its pictures and sound.
+
+    Raises
+    ------
+    InputError
+        If a file is not what it should be.
+    """
+    audio, found = recording.audio, []
+    if recording.video is not None:
+        footage = Footage(recording.video)
+        for _ in footage.frames():
+            pass
+        found += footage.doubts(recording.steady_s)
+    if audio is not None:
+        sound = audio.read().values
+        if isinstance(audio, WavFile):
+            found += doubt_loudness(sound, audio.path, audio.sample_rate_hz)
+    return found
+
+
+# From a session's videos and audio to a store of responses.
+
+
+def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str]:
+    """Extract every recording that the store does not hold yet.
+
+    Returns
+    -------
+    Recordings that failed and why; empty unless `keep_going`.
+
+    Raises
+    ------
+    InputError
+        If the session, one of its recordings (without `keep_going`), or the store is not what
+        it should be; recordings extracted before stay.
+    AfferentsError
+        If a recording is not what it should be (without `keep_going`), or a process died.
+    """
+    extraction = extraction.as_found_anywhere()
+    given, fps_hz = extraction.session, extraction.fps_hz
+    session = given.at_rate(fps_hz) if isinstance(given, Session) else read_session(given, fps_hz)
+    sensors = sensors_of(session, extraction.sensor)
+    reference = _reference(session, sensors.usual, extraction)
+    require_own_files(session)
+    require_rates_that_agree(session, session.declared)
+    require_no_store(extraction.out)
+    with writing_alone(extraction.out, "extract") as token:
+        create_store(extraction.out, extraction.config(session, sensors))
+        create_parents(extraction.out, [recording.name for recording in session.recordings])
+        remove_partials(extraction.out)
+        outcomes = (
+            _outcomes_here(session, sensors, reference, extraction, progress)
+            if extraction.cluster is None
+            else _outcomes_there(session, sensors, reference, extraction, token)
+        )
+        return _failures(session, outcomes, extraction, progress)
+
+
+def _failures(
+    session: Session,
+    outcomes: Iterator[tuple[str, str | None]],
+    extraction: Extraction,
+    progress: Progress,
+) -> dict[str, str]:
+    """Extract what is missing; return the recordings that failed, and why."""
+    failed: dict[str, str] = {}
+    for name, fault in progress.track(outcomes, "extracting", len(session.recordings)):
+        if fault is None:
+            continue
+        if not extraction.keep_going:
+            raise AfferentsError(fault)
+        failed[name] = fault
+    for sentence in notes_of(extraction.out).sentences:
+        progress.note(sentence)
+    return failed
+
+
+def _outcomes_here(
+    session: Session,
+    sensors: Sensors,
+    reference: Positions | None,
+    extraction: Extraction,
+    progress: Progress,
+) -> Iterator[tuple[str, str | None]]:
+    """Extract on this machine; yield each recording's name, and what is wrong with it."""
+    jobs = (
+        (recording, session.declared.of(recording.name), reference, one)
+        for recording, one in _jobs(session, sensors, extraction)
+    )
+    return side_by_side(_try_one, jobs, extraction.workers, progress.note)
+
+
+def _jobs(
+    session: Session, sensors: Sensors, extraction: Extraction
+) -> Iterator[tuple[Recording, Extraction]]:
+    """Yield each recording, and how it is extracted: with its own sensor."""
+    light = replace(extraction, session=session.root)  # what goes to each process
+    for recording in session.recordings:
+        yield recording, replace(light, sensor=sensors.of(recording))
+
+
+def _outcomes_there(
+    session: Session,
+    sensors: Sensors,
+    reference: Positions | None,
+    extraction: Extraction,
+    token: str,
+) -> Iterator[tuple[str, str | None]]:
+    """Extract on a cluster; write what comes back from workers that don't see the store."""
+    output = Output(extraction.out, token)
+    jobs = (
+        (
+            recording,
+            {path: size_of(path) for path in recording.files},
+            session.declared.of(recording.name),
+            reference,
+            one,
+            output,
+            responses_there(extraction.out, recording.name),
+        )
+        for recording, one in _jobs(session, sensors, extraction)
+    )
+    packages = SAME + OF_RECORDINGS
+    declared = {
+        recording.name: (
+            recording,
+            declared_of(recording, session.declared.of(recording.name), one),
+        )
+        for recording, one in _jobs(session, sensors, extraction)
+    }
+    for name, fault, found in on_cluster(_try_far, jobs, extraction.cluster or "", packages):
+        if found is not None:
+            write_responses(extraction.out, found)
+        elif fault is None:
+            relabel(extraction.out, *declared[name])
+        yield name, fault
+
+
+def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Positions | None:
+    """Return the marker order of the published tracker, or the rest positions to count from.
+
+    Raises
+    ------
+    InputError
+        If they are wanted and there is no reference clip.
+    """
+    if extraction.rest == "reference":
+        if session.reference is None or extraction.method == "published":
+            raise InputError(
+                "--rest reference",
+                "a session with throw_away.mp4 and a tracker other than 'published'",
+                "none" if session.reference is None else "the published tracker",
+            )
+        return ordered_rest(session.reference, sensor)
+    if session.reference is None or extraction.method != "published":
+        return None
+    return rest_positions(session.reference, sensor)
+
+
+def _try_one(
+    recording: Recording,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+) -> tuple[str, str | None]:
+    """Return the recording's name, and what is wrong with it."""
+    cv2.setNumThreads(1)
+    try:
+        doubts = check_recording(recording, declared, extraction.accept)
+        _extract_one(recording, declared, reference, extraction, doubts)
+    except AfferentsError as error:
+        return recording.name, str(error)
+    return recording.name, None
+
+
+def _try_far(
+    recording: Recording,
+    sizes: Mapping[Path, int],
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+    output: Output,
+    there: tuple[str, str] | None,
+) -> tuple[str, str | None, Responses | None]:
+    """Do the same on a worker; one that doesn't see the store returns the responses as well.
+
+    Parameters
+    ----------
+    sizes
+        Of the recording's files, in bytes, where the command runs.
+    there
+        From which files the store has the recording already, and how these were declared.
+
+    Raises
+    ------
+    InputError
+        If the worker doesn't see the recording as it is.
+    """
+    for path, size in sizes.items():
+        require_same_file(path, size)
+    if output.is_seen:
+        return *_try_one(recording, declared, reference, extraction), None
+    cv2.setNumThreads(1)
+    try:
+        doubts = check_recording(recording, declared, extraction.accept)
+        made_of = origin_of(recording, declared, extraction)
+        if there is not None and is_of_same_files(output.folder / recording.name, there, made_of):
+            return recording.name, None, None
+        found = _new_responses(recording, made_of, reference, extraction, doubts)
+        return recording.name, None, found
+    except AfferentsError as error:
+        return recording.name, str(error), None
+
+
+def _extract_one(
+    recording: Recording,
+    declared: SessionFile,
+    reference: Positions | None,
+    extraction: Extraction,
+    doubts: list[Doubt],
+) -> None:
+    made_of = origin_of(recording, declared, extraction)
+    if has_responses(extraction.out, recording.name, *made_of):
+        relabel(extraction.out, recording, made_of[1])
+        return
+    found = _new_responses(recording, made_of, reference, extraction, doubts)
+    write_responses(extraction.out, found)
+
+
+def _new_responses(
+    recording: Recording,
+    made_of: tuple[str, str],
+    reference: Positions | None,
+    extraction: Extraction,
+    doubts: list[Doubt],
+) -> Responses:
+    """Extract a recording; its responses say what they were made of, and what was accepted."""
+    if not extraction.vibration:
+        if recording.video is None:
+            raise InputError(recording.name, "a video to track", "none")
+        recording = replace(recording, audio=None)
+    recording = watched(recording)
+    found = responses_of(
+        recording, extraction.sensor, extraction.method, reference, extraction.rest
+    )
+    if (way := logged_way(recording.source)) is not None:
+        found = found.assign({dims.DRUM_POSITION: way.variable()})
+    doubts = doubts + accepted(doubts_of(recording, found), extraction.accept)
+    found = with_doubts(with_fingerprint(found), doubts)
+    checksum, matters = made_of
+    return found.assign_attrs(checksum=checksum, declared=matters)
+
+
+def responses_of(
+    recording: Recording,
+    sensor: Sensor | None = None,
+    method: Method = "windowed",
+    reference: Positions | None = None,
+    rest: Rest = "own",
+) -> Responses:
+    """Return the responses of one recording: marker tracks, SA-I, RA-I and RA-II, float32.
+
+    Parameters
+    ----------
+    sensor
+        Needed where the recording has a video.
+    reference
+        Rest markers that fix the order or, with `rest` reference, that displacement counts
+        from; see `markers.track`.
+    """
+    parts: list[xr.Dataset] = []
+    if recording.video is not None and sensor is not None:
+        order, count_from = (None, reference) if rest == "reference" else (reference, None)
+        tracks = track_markers(recording.video, sensor, method, order, count_from=count_from)
+        _require_times_that_go_on(tracks, recording.video.path)
+        parts.append(marker_responses(undistorted(tracks, sensor.lens)))
+    if recording.audio is not None:
+        parts.append(xr.Dataset({dims.RA2: ra2(recording.audio.read())}))
+    merged = xr.merge(parts, combine_attrs="no_conflicts")
+    return label(merged, recording)
+
+
+def _require_times_that_go_on(tracks: xr.Dataset, path: Path) -> None:
+    """Refuse a video whose frames are not in order of time, such as some H.264 in avi.
+
+    Raises
+    ------
+    InputError
+        Naming the first frame that isn't.
+    """
+    time_s = tracks[dims.TIME].values
+    back = np.flatnonzero(~(np.diff(time_s) > 0))
+    if len(back):
+        before, after = time_s[back[0]], time_s[back[0] + 1]
+        raise InputError(
+            path,
+            "frame times of which each is after the one before",
+            f"{after:.3f} s after {before:.3f} s",
+            "give --fps with the true rate, or write its fps_hz into session.toml: times then "
+            "count from it",
+        )
+
+
+def marker_responses(tracks: xr.Dataset) -> xr.Dataset:
+    """Add SA-I and RA-I to marker tracks, everything in float32."""
+    slow = sa1(tracks[dims.POSITION], tracks[dims.REST_POSITION])
+    responses = tracks.assign({dims.SA1: slow, dims.RA1: ra1(slow)})
+    real = [name for name in responses.data_vars if responses[name].dtype.kind == "f"]
+    return responses.assign({name: responses[name].astype("float32") for name in real})
+
+
+class Extracted(list[Responses]):
+    """The recordings of a store, opened lazily, in order of texture and speed.
+
+    Attributes
+    ----------
+    skipped
+        Recordings that failed, by name, and why; empty unless ``keep_going`` was given.
+    """
+
+    def __init__(self, recordings: Iterable[Responses], skipped: Mapping[str, str]) -> None:
+        super().__init__(recordings)
+        self.skipped = dict(skipped)
+
+
+def extract(
+    session: "Place | Session",
+    out: Place,
+    sensor: "str | Path | Sensor | None" = None,
+    method: Method = "windowed",
+    rest: Rest = "own",
+    keep_going: bool = False,
+    accept: Sequence[str] = (),
+    workers: int | None = None,
+    cluster: str | None = None,
+    quiet: bool = False,
+    fps_hz: float | None = None,
+) -> Extracted:
+    """Turn videos and audio into marker tracks, SA-I, RA-I and RA-II.
+
+    Parameters
+    ----------
+    session
+        Session folder: in the published layout, ``<texture>/<speed>/video.mp4`` and ``audio.wav``,
+        or with a ``session.toml``; or a `Session`, such as `Session.from_table` makes.
+    out
+        Store to write, such as ``S.zarr``; recordings that are in it are kept.
+    sensor, method
+        Whose markers they are (None for what the session file says, else ``tip_b``), and how they
+        are followed.
+    rest
+        Whether SA-I counts from each recording's own rest frame, or from the ``reference`` clip.
+    keep_going
+        Whether recordings that can't be read are skipped.
+    accept
+        Kinds of what is wrong with a recording that are taken all the same.
+    workers, cluster
+        Processes here (None for one a core), or the address of a Dask scheduler.
+    quiet
+        Whether no progress is shown.
+    fps_hz
+        True frame rate of all videos, where their containers' is wrong: times then count from it.
+
+    Returns
+    -------
+    Extracted
+        A list of `xarray.Dataset`, a recording each, opened lazily; see `afferents.store.responses`
+        for what is in it. Its `skipped` names what ``keep_going`` left out.
+
+    Raises
+    ------
+    InputError
+        If the session, the store, or (without `keep_going`) a recording is not what it should be.
+
+    Examples
+    --------
+    >>> recordings = extract("session", "responses.zarr")
+    >>> recordings[0].sa1.dims
+    ('time', 'marker')
+    """
+    from afferents.extraction.options import Extraction
+
+    wanted = Extraction(
+        Path(session) if isinstance(session, str | Path) else session, Path(out),
+        None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,
+        cluster=cluster, accept=kinds_named(list(accept)), fps_hz=fps_hz,
+    )  # fmt: skip
+    with Progress(quiet) as progress:
+        skipped = extract_session(wanted, progress)
+    nothing = len(skipped) == len(store_config(Path(out))["recordings"])
+    return Extracted([] if nothing else open_responses(Path(out)), skipped)

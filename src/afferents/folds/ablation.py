@@ -1,0 +1,209 @@
+"""Fewer textures, speeds, markers or training speeds: what a lab would have, of what there is."""
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.encodings.samples import Samples
+from afferents.errors import InputError
+from afferents.folds.protocol import Fold
+from afferents.store.recording import LETTERS, folder_of
+from afferents.store.responses import Responses, conditions, speed_of, speeds_of, textures_of
+
+_SPREAD = (0.7548776662466927, 0.5698402909980532)
+"""Steps of a sequence that fills the plane evenly at any length (Roberts 2018)."""
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """What of the data is used; all of it as it stands.
+
+    Attributes
+    ----------
+    textures
+        Names in the data, or the paper's letters; none for all.
+    speeds_mm_s
+        None for all.
+    markers
+        Share of the markers that show something, evenly spread; the others are 0, as if their pins
+        were missing.
+    train_speeds
+        At how many speeds each fold trains, evenly spread over those it has; None for all.
+    test_only
+        A condition, name and value, whose recordings are tested and never learnt from, while the
+        others are learnt from and not tested; None for no such difference.
+    """
+
+    textures: tuple[str, ...] = ()
+    speeds_mm_s: tuple[float, ...] = ()
+    markers: float = 1.0
+    train_speeds: int | None = None
+    test_only: tuple[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse shares and numbers that make no sense."""
+        if not 0 < self.markers <= 1:
+            raise InputError("--markers", "a share above 0, up to 1", f"{self.markers:g}")
+        if self.train_speeds is not None and self.train_speeds < 1:
+            raise InputError("--train-speeds", "at least 1", f"{self.train_speeds}")
+
+    def describe(self) -> dict[str, Any]:
+        """Return what is left out, ready for JSON; empty where nothing is."""
+        usual = asdict(Ablation())
+        mine = {name: value for name, value in asdict(self).items() if value != usual[name]}
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in mine.items()}
+
+    def recordings(self, recordings: Sequence[Responses]) -> list[Responses]:
+        """Return the recordings of the textures and speeds that are used.
+
+        Raises
+        ------
+        InputError
+            If one of them is not in the data.
+        """
+        there = textures_of(recordings)
+        speeds = speeds_of(recordings)
+        textures = [_known_texture(name, there) for name in self.textures] or there
+        require_speeds(self.speeds_mm_s, speeds, "--speeds")
+        wanted = self.speeds_mm_s
+        return [
+            r
+            for r in recordings
+            if str(r.attrs[dims.TEXTURE]) in textures and (not wanted or speed_of(r) in wanted)
+        ]
+
+    def tested(self, recordings: Sequence[Responses]) -> frozenset[str]:
+        """Return the names of the recordings that are tested and never learnt from.
+
+        Raises
+        ------
+        InputError
+            If none, or all, are under the condition asked for.
+        """
+        if self.test_only is None:
+            return frozenset()
+        name, value = self.test_only
+        declared = [(str(r.attrs["name"]), conditions(r)) for r in recordings]
+        tested = frozenset(of for of, its in declared if str(its.get(name)) == value)
+        if not 0 < len(tested) < len(declared):
+            there = sorted({f"{k}={v}" for _, its in declared for k, v in its.items()})
+            raise InputError(
+                "--test-only",
+                f"a condition of some recordings ({', '.join(there) or 'none is declared'})",
+                f"{name}={value}, of {len(tested)} of {len(declared)}",
+            )
+        return tested
+
+    def shown(self, response: xr.DataArray) -> xr.DataArray:
+        """Return a response in which some of the markers show 0; vibration as it is.
+
+        Raises
+        ------
+        InputError
+            If nothing is known of where the markers stand.
+        """
+        if self.markers == 1 or dims.MARKER not in response.dims:
+            return response
+        if dims.ROW not in response.coords:
+            where = response.attrs.get("name", "a recording")
+            raise InputError("--markers", "markers whose places are known", f"none in {where}")
+        at = _SPREAD[0] * response[dims.ROW] + _SPREAD[1] * response[dims.COLUMN]
+        return response.where(at % 1 < self.markers, 0)
+
+    def fold(self, fold: Fold, samples: Samples, tested: Collection[str] = ()) -> Fold:
+        """Return the fold with fewer speeds to train on, and the recordings asked for to test.
+
+        Parameters
+        ----------
+        tested
+            Names of the recordings that alone are tested; none for all. See `tested`.
+
+        Raises
+        ------
+        InputError
+            If it has not so many, or nothing is left to learn from or to test.
+        """
+        if tested:
+            fold = _apart(fold, np.isin(samples[dims.RECORDING].values, list(tested)))
+        if self.train_speeds is None:
+            return fold
+        speeds = samples[dims.SPEED].values[fold.train]
+        if np.isnan(speeds).any():
+            expected = "the speed of every recording"
+            raise InputError("--train-speeds", expected, "none of some", "leave it out")
+        there = np.unique(speeds)
+        if len(there) < self.train_speeds:
+            raise InputError(
+                "--train-speeds", f"at most {len(there)}, as each fold has", f"{self.train_speeds}"
+            )
+        places = np.linspace(0, len(there) - 1, self.train_speeds).round().astype(int)
+        return replace(fold, train=fold.train[np.isin(speeds, there[places])])
+
+
+def _apart(fold: Fold, tested: NDArray[np.bool_]) -> Fold:
+    """Return the fold that tests some samples alone, and learns from the others alone."""
+    kept = replace(
+        fold,
+        train=fold.train[~tested[fold.train]],
+        validation=fold.validation[~tested[fold.validation]],
+        test=fold.test[tested[fold.test]],
+    )
+    for name in ("train", "validation", "test"):
+        if len(getattr(kept, name)) == 0:
+            found = f"nothing to {name} with {fold.split.printed(fold.held_out)} held out"
+            raise InputError("--test-only", f"some of both kinds at every {fold.split.name}", found)
+    return kept
+
+
+def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...]:
+    """Read the speeds in mm/s of an option: ``10,50,100``, or ``10..100:30`` for 10, 40, 70, 100.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    number = r"\s*(\d+(?:\.\d+)?)\s*"
+    speeds: list[float] = []
+    for part in (text or "").split(",") if text else ():
+        steps = re.fullmatch(rf"{number}\.\.{number}:{number}", part)
+        if steps:
+            first, last, step = map(float, steps.groups())
+            speeds += list(np.arange(first, last + step / 1e6, step)) if step > 0 else []
+        elif re.fullmatch(number, part):
+            speeds.append(float(part))
+        else:
+            speeds = []
+            break
+    if text and not speeds:
+        raise InputError(option, "mm/s as in 10,50,100 or 10..100:30", f"'{text}'")
+    return tuple(float(v) for v in dict.fromkeys(speeds))
+
+
+def require_speeds(wanted: Sequence[float], there: Sequence[float], option: str) -> None:
+    """Refuse speeds, mm/s, that an option asks for and no recording has.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for speed in wanted:
+        if speed not in there:
+            known = ", ".join(f"{v:g}" for v in there)
+            expected = f"some of {known} mm/s" if there else "recordings whose speed is known"
+            raise InputError(option, expected, f"{speed:g}")
+
+
+def _known_texture(name: str, there: Sequence[str]) -> str:
+    if name in there:
+        return name
+    if name in tuple(LETTERS) and (folder := folder_of(name)) in there:
+        return folder
+    raise InputError("--textures", f"some of {', '.join(there)}", f"'{name}'")

@@ -1,0 +1,329 @@
+"""Recordings corrupted on purpose, at test and in training: noise, lost frames and markers."""
+
+import re
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from typing import Annotated, Any, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import Field
+
+from afferents import dims
+from afferents.channels import ra1, sa1
+from afferents.encodings.samples import Samples, concatenate
+from afferents.errors import InputError
+from afferents.folds.ablation import Ablation
+from afferents.folds.held_out import Group
+from afferents.folds.protocol import Fold
+from afferents.folds.splits import LeaveOneGroupOut
+from afferents.store.responses import Responses, read_whole
+
+Spoilt = dict[str, Annotated[float, Field(ge=0)]]
+"""Amounts by name, those that are not 0; see `folds.corruption.Disturbance`."""
+
+
+def spoilt_by(disturbance: Spoilt) -> str:
+    """Return a disturbance, as results and cards keep it, in the words of `--disturb`."""
+    return ",".join(f"{name}={value:g}" for name, value in disturbance.items())
+
+
+# What spoils recordings at test, and in training if asked: noise, lost frames, lost markers.
+#
+# Amounts are drawn from a seed and the recording's name, so any process draws the same. The draw
+# does not depend on the amount: twice the noise is the same noise twice as large.
+
+Floats = NDArray[np.floating[Any]]
+
+
+_SPELL_S = 1.0
+"""So long the same markers are lost."""
+
+
+_FORM = "as in markers=0.1,sound=-20dB,frames=0.05,lost=0.1,seed=1"
+
+
+_DRAWS = ("markers", "sound", "frames", "lost")
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """What is done to recordings; nothing by default.
+
+    Attributes
+    ----------
+    markers
+        Standard deviation, px, of white noise that is added to the position of every marker, in
+        each axis and frame. The rest position has the noise of the rest frame.
+    sound
+        Effective value (rms) of white noise that is added to each channel of vibration, as a
+        share of the channel's own in that recording. It is white up to half the sample rate, so
+        that few of it lies below 200 Hz.
+    frames
+        Share of the frames that are dropped, each by chance; RA-I over a gap is the change since
+        the last frame that is left.
+    lost
+        Share of the markers that are lost, those nearest to a place that moves every second: what
+        a shadow or a reflection does to a detector of blobs. How light shifts the markers that are
+        still found is not in a store; that takes disturbed videos.
+    seed
+        Of all draws.
+    """
+
+    markers: float = 0.0
+    sound: float = 0.0
+    frames: float = 0.0
+    lost: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse amounts that make no sense."""
+        for name in ("markers", "sound"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InputError("--disturb", f"{name}= 0 or more", f"{getattr(self, name):g}")
+        for name in ("frames", "lost"):
+            if not 0 <= getattr(self, name) <= 0.9:
+                expected = f"{name}= a share from 0 to 0.9"
+                raise InputError("--disturb", expected, f"{getattr(self, name):g}")
+        if self.seed < 0:
+            raise InputError("--disturb", "seed= 0 or more", f"{self.seed}")
+
+    @classmethod
+    def of(cls, given: "str | Mapping[str, Any] | Disturbance | None", option: str) -> Self:
+        """Return a disturbance as somebody gives it: as text, by name, as it is, or none.
+
+        Parameters
+        ----------
+        given
+            Such as ``markers=0.1,sound=-20dB``; of sound a share, or dB.
+        option
+            Name of the option, for the error.
+
+        Raises
+        ------
+        InputError
+            If it is neither.
+        """
+        if isinstance(given, Disturbance):
+            return cls(**asdict(given))
+        if isinstance(given, str):
+            given = dict(_part(part, option) for part in given.split(","))
+        known = asdict(cls())
+        values: dict[str, Any] = {}
+        for name, value in (given or {}).items():
+            if name not in known:
+                raise InputError(option, f"some of {', '.join(known)}, {_FORM}", f"'{name}'")
+            values[name] = _number(name, value, option)
+        return cls(**values)
+
+    @property
+    def of_markers(self) -> bool:
+        """Whether it changes what markers do."""
+        return any((self.markers, self.frames, self.lost))
+
+    def __bool__(self) -> bool:
+        """Whether it changes anything."""
+        return self.of_markers or bool(self.sound)
+
+    def __str__(self) -> str:
+        """Return it as it is typed."""
+        return ",".join(f"{name}={value:g}" for name, value in self.describe().items())
+
+    def describe(self) -> dict[str, float]:
+        """Return it ready for JSON: what is not 0; empty where it changes nothing."""
+        return {name: value for name, value in asdict(self).items() if value} if self else {}
+
+    def noise(self, shape: tuple[int, ...], recording: str) -> Floats:
+        """Return what is added to positions of that shape (time, marker, space), px."""
+        return self._rng(recording, "markers").standard_normal(shape) * self.markers
+
+    def with_noise(self, vibration: Floats, recording: str) -> Floats:
+        """Return vibration (audio_time, channel) with its noise."""
+        drawn = self._rng(recording, "sound").standard_normal(vibration.shape)
+        level = np.std(vibration, axis=0, dtype=np.float64)
+        return np.asarray(vibration + drawn * self.sound * level, vibration.dtype)
+
+    def left(self, n_frames: int, recording: str) -> NDArray[np.int64]:
+        """Return which of the frames are left."""
+        return np.flatnonzero(self._rng(recording, "frames").uniform(size=n_frames) >= self.frames)
+
+    def unseen(self, time_s: Floats, places: Floats, recording: str) -> NDArray[np.bool_]:
+        """Return which markers are lost in which frames, (time, marker).
+
+        Parameters
+        ----------
+        time_s
+            Of frames, (time,).
+        places
+            Of markers at rest, (marker, space).
+        """
+        spell = ((time_s - time_s[:1]) / _SPELL_S).astype(int)
+        n = len(places)
+        middle = self._rng(recording, "lost").integers(0, n, spell[-1] + 1)
+        away = np.square(places[middle][:, None] - places).sum(axis=2)
+        rank = np.argsort(np.argsort(away, axis=1), axis=1)
+        return np.asarray((rank < round(self.lost * n))[spell])
+
+    def _rng(self, recording: str, what: str) -> np.random.Generator:
+        return np.random.default_rng(
+            [self.seed, zlib.crc32(recording.encode()), _DRAWS.index(what)]
+        )
+
+
+def _part(part: str, option: str) -> tuple[str, str]:
+    name, found, value = part.partition("=")
+    if not found:
+        raise InputError(option, _FORM, f"'{part}'")
+    return name.strip(), value.strip()
+
+
+def _number(name: str, value: Any, option: str) -> float | int:
+    """Return an amount; of sound a share, if it is given in dB."""
+    kind = int if name == "seed" else float
+    decibel = re.fullmatch(r"(.+?)\s*dB", str(value)) if name == "sound" else None
+    try:
+        return 10 ** (float(decibel[1]) / 20) if decibel else kind(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(option, _FORM, f"'{name}={value}'") from error
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """What is done to recordings that are tested, and to those that are learnt from.
+
+    Attributes
+    ----------
+    tests
+        One, or several that one training is tested under, one after the other.
+    training
+        Of what is learnt from, and validates.
+    """
+
+    tests: tuple[Disturbance, ...] = (Disturbance(),)
+    training: Disturbance = Disturbance()
+
+    @property
+    def apart(self) -> bool:
+        """Whether samples that are tested are others than those that are learnt from."""
+        return self.tests != (self.training,)
+
+    def describe(self) -> dict[str, Any]:
+        """Return it ready for JSON; empty where nothing is done."""
+        tests = [test.describe() for test in self.tests]
+        found = {
+            "disturb": tests[0] if len(tests) == 1 else tests,
+            "disturb_training": self.training.describe(),
+        }
+        return {name: value for name, value in found.items() if value}
+
+    def words(self) -> list[str]:
+        """Return the words of a command line that asks for it."""
+        given = {"--disturb": ";".join(map(str, self.tests)), "--disturb-training": self.training}
+        return [w for flag, text in given.items() if str(text) for w in (flag, str(text))]
+
+
+# Responses as a disturbance leaves them, and samples of which some are learnt, others tested.
+
+
+def disturbed(responses: Responses, of_vibration: bool, disturbance: Disturbance) -> Responses:
+    """Return the responses to a recording, disturbed: its vibration, or what its markers do.
+
+    Noise is added to the positions of markers. SA-I and RA-I are worked out from these anew, as
+    all other channels are, so that RA-I has the difference of two noises.
+
+    Raises
+    ------
+    InputError
+        If the recording has no positions that could be disturbed.
+    """
+    if not (disturbance.sound if of_vibration else disturbance.of_markers):
+        return responses
+    name = str(responses.attrs["name"])
+    if of_vibration:
+        whole = read_whole(responses, dims.RA2)
+        noisy = disturbance.with_noise(whole.values, name)
+        return responses.assign({dims.RA2: _of_no_digest(whole.copy(data=noisy))})
+    if dims.POSITION not in responses:
+        expected = "recordings with the positions of markers"
+        raise InputError("--disturb", expected, f"none in {name}", "disturb the sound alone")
+    return _with_markers(responses, disturbance, name)
+
+
+def _with_markers(responses: Responses, disturbance: Disturbance, name: str) -> Responses:
+    position = read_whole(responses, dims.POSITION)
+    rest = read_whole(responses, dims.REST_POSITION)
+    at_rest = int(responses.attrs.get("rest_frame", 0))
+    noise = disturbance.noise(position.shape, name)
+    seen = position.values + noise
+    still = (rest + noise[at_rest]).astype(rest.dtype)
+    if disturbance.lost:
+        unseen = disturbance.unseen(position[dims.TIME].values, rest.values, name)
+        unseen[: at_rest + 1] = False
+        seen[unseen] = np.nan
+    if disturbance.frames:
+        left = disturbance.left(len(seen), name)
+        used = np.concatenate([np.arange(at_rest + 1), left[left > at_rest]])
+    else:
+        used = np.arange(len(seen))
+    moved = _of_no_digest(position.copy(data=seen.astype(position.dtype)))
+    moved = moved.isel({dims.TIME: used})
+    slow = sa1(moved, _of_no_digest(still))
+    found = responses.isel({dims.TIME: used}).assign({
+        dims.POSITION: moved,
+        dims.DETECTED: moved.notnull().all(dims.SPACE),
+        dims.REST_POSITION: _of_no_digest(still),
+        dims.SA1: _of_no_digest(slow),
+        dims.RA1: _of_no_digest(ra1(slow)),
+    })  # fmt: skip
+    return found.assign_attrs(responses.attrs)
+
+
+def _of_no_digest(response: xr.DataArray) -> xr.DataArray:
+    """Return a response without the digest of its values, which it no longer has."""
+    kept = {k: v for k, v in response.attrs.items() if k in (dims.UNITS, dims.SAMPLE_RATE)}
+    return response.drop_attrs(deep=False).assign_attrs(kept)
+
+
+def in_variants(learnt: Samples, tested: Sequence[Samples]) -> Samples:
+    """Return samples that are learnt from, then those that are tested, one array.
+
+    The coordinate `variant` says which is which: 0 is learnt from, n is of the n-th test.
+    """
+    parts = [learnt, *tested]
+    return concatenate([
+        part.assign_coords({dims.VARIANT: (dims.SAMPLE, np.full(len(part), number))})
+        for number, part in enumerate(parts)
+    ])  # fmt: skip
+
+
+def fold_of_variants(
+    splitter: LeaveOneGroupOut,
+    samples: Samples,
+    held_out: Group,
+    ablation: Ablation,
+    tested: frozenset[str],
+) -> tuple[int, Fold]:
+    """Return a fold and its rank: training samples of one variant, test samples of the others.
+
+    Where there are no variants it is the fold of the samples as they are.
+    """
+    rank, folds, offset = 0, [], 0
+    for part in _variants(samples):
+        rank, fold = splitter.fold(part, held_out)
+        fold = ablation.fold(fold, part, tested)
+        folds.append(replace(fold, test=fold.test + offset))
+        offset += len(part)
+    tests = folds[1:] or folds
+    return rank, replace(folds[0], test=np.concatenate([fold.test for fold in tests]))
+
+
+def _variants(samples: Samples) -> list[Samples]:
+    """Return the samples of each variant, as they stand one after the other."""
+    if dims.VARIANT not in samples.coords:
+        return [samples]
+    edges = np.flatnonzero(np.diff(samples[dims.VARIANT].values)) + 1
+    bounds = [0, *edges.tolist(), len(samples)]
+    return [samples.isel({dims.SAMPLE: slice(*pair)}) for pair in pairwise(bounds)]

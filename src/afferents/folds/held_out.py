@@ -1,0 +1,528 @@
+"""What is held out: by what recordings form groups, of which one is held out at a time."""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.encodings.samples import Samples
+from afferents.errors import InputError
+from afferents.store.drum_path import LONGEST_GAP_MM, MARK, Way, way_in
+from afferents.store.recording import natural_order
+from afferents.store.responses import Responses, conditions, speed_of, steady_s
+
+Group = float | str
+"""A speed, mm/s, the value of a condition as text, or the number of an arc as text."""
+
+
+OPTION = "--split"
+
+
+@dataclass(frozen=True)
+class Split(ABC):
+    """By what recordings form groups.
+
+    Attributes
+    ----------
+    name
+        In commands and files.
+    ordered
+        Whether groups lie on a scale, so that some are between others.
+    whole
+        Whether a recording is of one group; else its samples are of several, or of none.
+    coordinate
+        Of samples, on `sample`: their groups.
+    column
+        Of tables of predictions: the group held out.
+    held_out, validation, groups, by, worst, validations
+        Keys of the same in `fold.json` (the first two) and `summary.json`.
+    leaks
+        What a leak is counted by, in the names of leaks.
+    """
+
+    name: str
+
+    ordered: ClassVar[bool]
+    whole: ClassVar[bool] = True
+    coordinate: ClassVar[str]
+    column: ClassVar[str]
+    held_out: ClassVar[str]
+    validation: ClassVar[str]
+    groups: ClassVar[str]
+    by: ClassVar[str]
+    worst: ClassVar[str]
+    validations: ClassVar[str]
+    leaks: ClassVar[str]
+
+    @property
+    def ci95_by(self) -> str:
+        """Key of the intervals of what `by` holds."""
+        return f"ci95_{self.by}"
+
+    @property
+    @abstractmethod
+    def one(self) -> str:
+        """A group, in words, with its article."""
+
+    @property
+    @abstractmethod
+    def many(self) -> str:
+        """Groups, in words."""
+
+    @property
+    def axis(self) -> str:
+        """What groups are, with their unit, as an axis says it."""
+        return self.name
+
+    @property
+    def unit(self) -> str:
+        """Unit of the groups, with a space before it; none where they have none."""
+        return ""
+
+    @abstractmethod
+    def at(self, groups: Sequence[Group]) -> str:
+        """Return where something was, in words: `at 10, 20 mm/s`, `with trial 1`."""
+
+    @abstractmethod
+    def printed(self, group: Group) -> str:
+        """Return a group in words."""
+
+    def named(self, group: Group) -> str:
+        """Return a group with the name of what it is: `speed 10 mm/s`, `trial 1`."""
+        return f"{self.name} {key_of(group)}{self.unit}"
+
+    @abstractmethod
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        """Return the groups that recordings are of, each once, in order.
+
+        Raises
+        ------
+        InputError
+            If there is a recording that is of none.
+        """
+
+    @abstractmethod
+    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
+        """Return samples of these recordings with their groups on `coordinate`."""
+
+    @abstractmethod
+    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
+        """Return groups as somebody names them.
+
+        Raises
+        ------
+        InputError
+            Naming the option, if one can't be one.
+        """
+
+    def of(self, samples: Samples) -> NDArray[Any]:
+        """Return the groups of samples, (n_samples,)."""
+        return np.asarray(samples[self.coordinate].values)
+
+    def require(self, wanted: Iterable[Group], there: Collection[Group], option: str) -> None:
+        """Refuse groups that an option asks for and no recording is of.
+
+        Raises
+        ------
+        InputError
+            If there is one.
+        """
+        for group in wanted:
+            if group not in there:
+                known = ", ".join(map(key_of, there))
+                raise InputError(option, f"some of {known}{self.unit}", key_of(group))
+
+
+def key_of(group: Group) -> str:
+    """Return a group as the key of a table: ``10``, ``12.5``, ``F250``."""
+    return group if isinstance(group, str) else f"{group:g}"
+
+
+def group_in(value: object) -> Group:
+    """Return a group as a cell or a key of a pandas table holds it."""
+    return value if isinstance(value, str) else float(str(value))
+
+
+def order(group: Group) -> tuple[float, str]:
+    """Sort key: numbers by value, then words alphabetically."""
+    if not isinstance(group, str):
+        return (float(group), "")
+    value, _ = natural_order(group)
+    return (value, group)
+
+
+# A split by the drum's angle: tested on a stretch of the drum that nothing was learnt from.
+#
+# The drum is divided into equal arcs. A sample is of the arc that holds all that the skin touched
+# while it was taken: the drum's way from its start to its stop, and half the contact patch beyond
+# either end. One that reaches into another arc is of none and is left out. So between what is
+# learnt from in one arc and what is tested in the next there lies no bump that both have touched.
+#
+# Every speed and texture is in every arc: only the stretch of the drum is new in the test.
+
+ANGLE = "angle"
+
+
+ARCS = 5
+"""Where the name gives no number: a fifth of the drum is tested, as many as can be long."""
+
+
+_MOST = 99
+
+
+_NOWHERE = -1
+
+
+class ByAngle(Split):
+    """By arcs of the drum: `angle` for five, `angle-8` for eight."""
+
+    ordered, whole = False, False
+    coordinate, column = dims.GROUP, "held_out_group"
+    held_out, validation, groups = "held_out_group", "validation_group", "groups"
+    by, worst, validations = "by_group", "worst_group", "validation_groups"
+    leaks = "group"
+
+    @property
+    def n_arcs(self) -> int:
+        """How many arcs there are."""
+        _, _, number = self.name.partition("-")
+        return int(number) if number else ARCS
+
+    @property
+    def one(self) -> str:
+        """Return `an arc of the drum`."""
+        return "an arc of the drum"
+
+    @property
+    def many(self) -> str:
+        """Return `arcs of the drum`."""
+        return "arcs of the drum"
+
+    @property
+    def axis(self) -> str:
+        """Return it with the number of arcs."""
+        return f"arc of the drum (of {self.n_arcs})"
+
+    def at(self, groups: Sequence[Group]) -> str:
+        """Return `in arc 2, 3 of 5`."""
+        return f"in arc {', '.join(map(key_of, groups))} of {self.n_arcs}"
+
+    def printed(self, group: Group) -> str:
+        """Return `arc 2 of 5`."""
+        return f"arc {key_of(group)} of {self.n_arcs}"
+
+    def named(self, group: Group) -> str:
+        """Return the same."""
+        return self.printed(group)
+
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        """Return all arcs, whose number goes from 1 on, after looking at each recording.
+
+        Raises
+        ------
+        InputError
+            If nothing logged a recording's angle, its log has a long gap, its drum turned less
+            than once while it was steady, or angles of one texture's recordings count from
+            different places.
+        """
+        if not 2 <= self.n_arcs <= _MOST:
+            raise InputError(OPTION, f"2 to {_MOST} arcs", f"'{self.name}'")
+        zeros: dict[str, tuple[str, str]] = {}
+        for responses in recordings:
+            name, way = str(responses.attrs["name"]), _way(responses)
+            if (turns := way.turns(steady_s(responses))) < 1:
+                raise InputError(
+                    OPTION,
+                    "a drum that turns at least once in each recording",
+                    f"{turns:.2f} turns in {name}",
+                    "record for longer, or leave slow recordings out with --speeds",
+                )
+            _require_no_gap(way, responses)
+            texture, zero = str(responses.attrs[dims.TEXTURE]), way.drum.zero
+            first, there = zeros.setdefault(texture, (name, zero))
+            if there != zero:
+                raise InputError(
+                    OPTION,
+                    "angles of each drum that count from one place",
+                    f"{first} and {name}, between which the drive was opened again",
+                    f"record with an index pulse or an absolute encoder (drum_zero = '{MARK}')",
+                )
+        return [str(number + 1) for number in range(self.n_arcs)]
+
+    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
+        """Return the samples that are of an arc, with its number.
+
+        Raises
+        ------
+        InputError
+            If samples are longer than an arc, or a texture has none in some arc.
+        """
+        names = samples[dims.RECORDING].values.astype(np.str_)
+        arcs = np.full(len(samples), _NOWHERE)
+        for responses in recordings:
+            its = np.flatnonzero(names == str(responses.attrs["name"]))
+            arcs[its] = self._arcs(samples[{dims.SAMPLE: its}], responses)
+        numbers = (arcs + 1).astype(np.str_)
+        whole = samples.assign_coords({self.coordinate: (dims.SAMPLE, numbers)})
+        kept = whole.isel({dims.SAMPLE: np.flatnonzero(arcs != _NOWHERE)})
+        self._require_everywhere(kept)
+        return kept
+
+    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
+        """Return numbers of arcs as text."""
+        return tuple(str(number).strip() for number in wanted)
+
+    def _arcs(self, samples: Samples, responses: Responses) -> NDArray[np.int64]:
+        """Return the number of each sample's arc, from 0; `_NOWHERE` where it is of none.
+
+        Raises
+        ------
+        InputError
+            If none of the recording's samples fits into an arc.
+        """
+        way = _way(responses)
+        start, stop = (way.at(samples[name].values) for name in (dims.START, dims.STOP))
+        beyond = way.drum.contact_mm / 2
+        low, high = np.minimum(start, stop) - beyond, np.maximum(start, stop) + beyond
+        length_mm = way.drum.circumference_mm / self.n_arcs
+        first, last = np.floor(low / length_mm), np.floor(high / length_mm)
+        arcs = np.where(first == last, first % self.n_arcs, _NOWHERE).astype(np.int64)
+        if len(arcs) and (arcs == _NOWHERE).all():
+            raise InputError(
+                OPTION,
+                f"samples that touch less than an arc, which is {length_mm:.1f} mm long",
+                f"{(high - low).min():.1f} mm at least in {responses.attrs['name']}, with "
+                f"{way.drum.contact_mm:g} mm of contact",
+                "take shorter windows (--window-s), fewer arcs (--split angle-3) or lower speeds",
+            )
+        return arcs
+
+    def _require_everywhere(self, samples: Samples) -> None:
+        """Refuse a texture that has no sample in some arc, where it would not be tested."""
+        textures, arcs = samples[dims.TEXTURE].values, samples[self.coordinate].values
+        for texture in np.unique(textures):
+            there = set(arcs[textures == texture].tolist())
+            for number in range(1, self.n_arcs + 1):
+                if str(number) not in there:
+                    raise InputError(
+                        OPTION,
+                        "samples of every texture in every arc",
+                        f"none of {texture} in {self.printed(str(number))}",
+                        "take shorter windows (--window-s), fewer arcs (--split angle-3), or "
+                        "record for longer",
+                    )
+
+
+def _way(responses: Responses) -> Way:
+    way = way_in(responses)
+    if way is None:
+        raise InputError(
+            OPTION,
+            "the drum's angle in every recording",
+            f"none logged for {responses.attrs['name']}",
+            "record with a drive that is read and the plan's drum_mm, and extract into a new store",
+        )
+    return way
+
+
+def _require_no_gap(way: Way, responses: Responses) -> None:
+    """Refuse a log of whose steady part too long a stretch is missing."""
+    gap_mm = way.longest_gap_mm(steady_s(responses))
+    if gap_mm > LONGEST_GAP_MM:
+        raise InputError(
+            OPTION,
+            f"at most {LONGEST_GAP_MM:g} mm of the drum's way between two entries of its log",
+            f"{gap_mm:.1f} mm in {responses.attrs['name']}",
+            "record it again, or leave such recordings out",
+        )
+
+
+# What is held out: by what recordings form groups, of which one is held out at a time.
+#
+# A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
+# files of a results folder. There are three kinds: by speed, which is the default, by a condition
+# that recordings carry (`trial`, `repetition`, `pressure`, ...), and by the arc of the drum that
+# was touched, which goes through every recording.
+
+TEXTURE = "texture"
+"""Held out as well as a speed; another evaluation, with questions of its own."""
+
+
+NAME = r"\w[\w .+-]*"
+"""Of a condition."""
+
+
+_LONGEST = 80
+"""Characters of a group: a folder is named by it."""
+
+
+class _BySpeed(Split):
+    """By the sliding speed, mm/s: a model is asked at a speed that it has never felt."""
+
+    ordered = True
+    coordinate, column = dims.SPEED, "held_out_speed_mm_s"
+    held_out, validation, groups = "held_out_mm_s", "validation_mm_s", "speeds_mm_s"
+    by, worst, validations = "by_speed", "worst_speed", "validation_speeds"
+    leaks = "speed"
+
+    @property
+    def one(self) -> str:
+        return "a speed"
+
+    @property
+    def many(self) -> str:
+        return "speeds"
+
+    @property
+    def axis(self) -> str:
+        return "speed (mm/s)"
+
+    @property
+    def unit(self) -> str:
+        return " mm/s"
+
+    def at(self, groups: Sequence[Group]) -> str:
+        return f"at {', '.join(map(key_of, groups))}{self.unit}"
+
+    def printed(self, group: Group) -> str:
+        return f"{key_of(group)}{self.unit}"
+
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        found: set[Group] = set()
+        for responses in recordings:
+            speed = speed_of(responses)
+            if speed is None:
+                name = responses.attrs["name"]
+                do = "hold out something else, such as --split trial"
+                raise InputError(OPTION, "the speed of every recording", f"none of {name}", do)
+            found.add(speed)
+        return sorted(found, key=order)
+
+    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
+        return samples
+
+    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
+        try:
+            return tuple(float(speed) for speed in wanted)
+        except (TypeError, ValueError):
+            raise InputError(option, "speeds in mm/s", f"{wanted!r}") from None
+
+
+class _ByCondition(Split):
+    """By a condition of recordings: a model is asked in a trial, say, that it has never felt."""
+
+    ordered = False
+    coordinate, column = dims.GROUP, "held_out_group"
+    held_out, validation, groups = "held_out_group", "validation_group", "groups"
+    by, worst, validations = "by_group", "worst_group", "validation_groups"
+    leaks = "group"
+
+    @property
+    def one(self) -> str:
+        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
+
+    @property
+    def many(self) -> str:
+        return f"values of {self.name}"
+
+    def at(self, groups: Sequence[Group]) -> str:
+        return f"with {self.name} {', '.join(map(key_of, groups))}"
+
+    def printed(self, group: Group) -> str:
+        return self.named(group)
+
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        return sorted(set(self._by_recording(recordings).values()), key=order)
+
+    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
+        group = self._by_recording(recordings)
+        names = samples[dims.RECORDING].values
+        of_samples = np.array([group[str(name)] for name in names], dtype=np.str_)
+        return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
+
+    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
+        return tuple(map(_text, wanted))
+
+    def _by_recording(self, recordings: Iterable[Responses]) -> dict[str, str]:
+        """Return the groups of recordings by their names."""
+        declared = {str(r.attrs["name"]): conditions(r) for r in recordings}
+        lacking = [name for name, its in declared.items() if self.name not in its]
+        if lacking:
+            shared = set.intersection(*(set(its) for its in declared.values()))
+            raise InputError(
+                OPTION,
+                "'speed', 'texture', 'angle', or a condition that all recordings carry "
+                f"({', '.join(sorted(shared)) or 'none'})",
+                f"'{self.name}', which {_some(lacking, len(declared))}",
+            )
+        found = {name: _text(its[self.name]) for name, its in declared.items()}
+        for name, group in found.items():
+            if not 0 < len(group) <= _LONGEST:
+                expected = f"a {self.name} of 1 to {_LONGEST} characters"
+                raise InputError(f"recording {name}", expected, f"'{group[:_LONGEST]}'")
+        return found
+
+
+def _some(lacking: Sequence[str], n: int) -> str:
+    """Return in words which recordings lack a condition."""
+    if len(lacking) == n:
+        return "none has"
+    others = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
+    return f"{lacking[0]}{others} of {n} {'lack' if others else 'lacks'}"
+
+
+SPEED: Split = _BySpeed("speed")
+"""The default: one speed is held out at a time."""
+
+
+def split_named(name: str) -> Split:
+    """Return what is held out under a name: `speed`, `angle` (`angle-8`), or a condition's.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if name == SPEED.name:
+        return SPEED
+    if name == TEXTURE:
+        do = "from Python call evaluate_textures for it"
+        raise InputError(OPTION, "'speed' or a condition", f"'{TEXTURE}'", do)
+    if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
+        return ByAngle(name)
+    if not re.fullmatch(NAME, name):
+        expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
+        raise InputError(OPTION, expected, f"'{name}'")
+    return _ByCondition(name)
+
+
+def split_of(document: Mapping[str, Any]) -> Split:
+    """Return the split that a configuration or a summary is of; earlier ones name none."""
+    return split_named(document.get("split", SPEED.name))
+
+
+def column_of(table: Any) -> str:
+    """Return the name of the column that says what a table's rows were held out with."""
+    return SPEED.column if SPEED.column in table else _ByCondition.column
+
+
+def folder_name(group: Group) -> str:
+    """Return a name of a folder that no other group has, nor a mark beside it."""
+    if not isinstance(group, str):
+        return key_of(group)
+    return re.sub(r"[^\w +=-]", lambda found: _percent(found.group()), group)
+
+
+def _percent(character: str) -> str:
+    return "".join(f"%{byte:02X}" for byte in character.encode("utf-8", "surrogatepass"))
+
+
+def _text(value: Any) -> str:
+    """Return the value of a condition as text: 1, 1.0 and ``1`` are the same trial."""
+    whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
+    return str(int(value)) if whole else str(value).strip()

@@ -1,0 +1,261 @@
+"""Leave one group out, by default a speed, as a scikit-learn splitter, under either protocol."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from afferents import dims
+from afferents.encodings.samples import Samples
+from afferents.errors import InputError, LeakageError
+from afferents.folds.held_out import SPEED, Group, Split, order
+from afferents.folds.protocol import PROTOCOLS, Fold, Indices, Protocol
+
+
+@dataclass
+class LeaveOneGroupOut:
+    """Hold out one group at a time; what validates the training depends on the protocol.
+
+    A random split would put neighbouring frames (11 ms apart) and overlapping windows on both
+    sides and report memory as recognition; holding whole groups out prevents that bias: whole
+    speeds, or trials, or whatever the split says. A recording is of one group.
+
+    ==============  ====================================  ======================================
+    protocol        nested                                published
+    ==============  ====================================  ======================================
+    training        other groups but the validation's     all other groups
+    validation      one whole training group              half of the held-out group
+    test            all of the held-out group             the other half of it
+    ==============  ====================================  ======================================
+
+    The published halves are every second frame or window of a recording, even ones validating
+    (process_static.ipynb, cell 5); with `random_halves`, as for spectra, window numbers drawn
+    at random for each fold, the same for all textures (process_vibration.ipynb, cell 7). Where
+    recordings have a single window each, every second recording of a texture takes its place.
+
+    >>> trials = ["1", "1", "2", "2", "10", "10"]
+    >>> for train, test in LeaveOneGroupOut().split(trials, groups=trials):
+    ...     print(train, test)
+    [4 5] [0 1]
+    [0 1] [2 3]
+    [0 1] [4 5]
+    """
+
+    protocol: Protocol = field(default_factory=lambda: PROTOCOLS["nested"])
+    random_halves: bool = False
+    seed: int = 0
+    what: Split = SPEED
+
+    def get_n_splits(self, X: Any = None, y: Any = None, groups: ArrayLike | None = None) -> int:  # noqa: N803
+        """Return the number of groups."""
+        return len(np.unique(_required(groups)))
+
+    def split(
+        self,
+        X: Any,  # noqa: N803
+        y: Any = None,
+        groups: ArrayLike | None = None,
+    ) -> Iterator[tuple[Indices, Indices]]:
+        """Yield (train, test) for each group in order; `groups` are the speeds, mm/s, or names.
+
+        Samples are taken to stand in the order of time, one recording a group; use `folds`
+        where there are several.
+        """
+        given = np.asarray(_required(groups))
+        of = given.astype(float if given.dtype.kind in "biuf" else np.str_)
+        names = of.astype(np.str_)
+        for fold in self._folds(of, names, names):
+            yield fold.train, fold.test
+
+    def folds(self, samples: Samples) -> Iterator[Fold]:
+        """Yield the folds of `samples`, the groups held out in order.
+
+        Raises
+        ------
+        InputError
+            If there are too few groups (3 for `nested`, 2 for `published`), or none left to
+            train on.
+        """
+        yield from self._folds(*self._labels(samples))
+
+    def fold(self, samples: Samples, held_out: Group) -> tuple[int, Fold]:
+        """Return one of the folds, without the others, and its rank among them.
+
+        Raises
+        ------
+        InputError
+            As `folds`.
+        """
+        groups, recordings, textures = self._labels(samples)
+        ranked = self._ranked(groups)
+        rank = ranked.index(held_out)
+        return rank, self._fold(rank, ranked, groups, recordings, textures)
+
+    def _labels(self, samples: Samples) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Return the group, recording and texture of every sample."""
+        recordings, textures = samples[dims.RECORDING].values, samples[dims.TEXTURE].values
+        return self.what.of(samples), recordings, textures
+
+    def _folds(
+        self, groups: NDArray[Any], recordings: NDArray[Any], textures: NDArray[Any]
+    ) -> Iterator[Fold]:
+        ranked = self._ranked(groups)
+        for rank in range(len(ranked)):
+            yield self._fold(rank, ranked, groups, recordings, textures)
+
+    def _ranked(self, groups: NDArray[Any]) -> tuple[Group, ...]:
+        ranked = tuple(sorted(np.unique(groups).tolist(), key=order))
+        if len(ranked) < 2:
+            expected = f"at least 2 {self.what.many} to hold one out"
+            raise InputError("the data", expected, f"{len(ranked)}")
+        return ranked
+
+    def _fold(
+        self,
+        rank: int,
+        ranked: tuple[Group, ...],
+        groups: NDArray[Any],
+        recordings: NDArray[Any],
+        textures: NDArray[Any],
+    ) -> Fold:
+        held_out = ranked[rank]
+        validated_by = self.protocol.validation_group(ranked, held_out, self.what)
+        held = groups == held_out
+        if validated_by == held_out:
+            validating = self._validating_half(recordings, textures, held, rank)
+            validation, test, train = held & validating, held & ~validating, ~held
+        else:
+            validation, test = groups == validated_by, held
+            train = ~held & ~validation
+        learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
+        return Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
+
+    def _validating_half(
+        self, recordings: NDArray[Any], textures: NDArray[Any], held: NDArray[np.bool_], rank: int
+    ) -> NDArray[np.bool_]:
+        number = number_in_recording(recordings)
+        if not number[held].any():
+            number[held] = number_in_recording(textures[held])
+        if not self.random_halves:
+            return np.equal(number % 2, 0)
+        n = int(number[held].max()) + 1
+        drawn = np.random.default_rng([self.seed, rank]).permutation(n)[: n // 2]
+        return np.isin(number, drawn)
+
+
+class LeaveOneSpeedOut(LeaveOneGroupOut):
+    """Hold out one speed at a time, which is what `LeaveOneGroupOut` does unless told otherwise.
+
+    >>> speeds = [10, 10, 20, 20, 30, 30]
+    >>> for train, test in LeaveOneSpeedOut().split(speeds, groups=speeds):
+    ...     print(train, test)
+    [4 5] [0 1]
+    [0 1] [2 3]
+    [0 1] [4 5]
+    """
+
+
+def number_in_recording(recordings: NDArray[Any]) -> Indices:
+    """Return each sample's running number within its recording, from 0, in order of time."""
+    order = np.argsort(recordings, kind="stable")
+    _, first, count = np.unique(recordings[order], return_index=True, return_counts=True)
+    number = np.empty(len(recordings), dtype=np.int64)
+    number[order] = np.arange(len(recordings)) - np.repeat(first, count)
+    return number
+
+
+def _required(groups: ArrayLike | None) -> ArrayLike:
+    if groups is None:
+        raise InputError("groups", "the group of every sample, such as its speed", "none")
+    return groups
+
+
+# What of the group held out, by default a speed, was seen before the final test.
+
+
+@dataclass(frozen=True)
+class Leaks:
+    """Counts over the test samples of a fold; all zero and False where nothing leaks."""
+
+    test_samples_of_a_group_seen_in_training: int
+    test_samples_of_a_group_seen_in_validation: int
+    test_samples_overlapping_training: int
+    test_samples_overlapping_validation: int
+    scale_saw_held_out_group: bool
+
+    def describe(self, split: Split) -> dict[str, Any]:
+        """Return them by name; of the default split a group is called a speed."""
+        return {name.replace("group", split.leaks): n for name, n in asdict(self).items()}
+
+    def __bool__(self) -> bool:
+        """Whether anything leaks."""
+        return any(asdict(self).values())
+
+
+def find_leaks(samples: Samples, fold: Fold, scaled_on: Indices) -> Leaks:
+    """Count the leaks of a fold.
+
+    Parameters
+    ----------
+    samples
+        All samples, with their groups, recordings and extents in time.
+    scaled_on
+        Indices of the samples from which the scaling constant was taken, empty if none.
+    """
+    groups = fold.split.of(samples)
+    tested = groups[fold.test]
+    return Leaks(
+        int(np.isin(tested, groups[fold.train]).sum()),
+        int(np.isin(tested, groups[fold.validation]).sum()),
+        overlapping(samples, fold.test, fold.train),
+        overlapping(samples, fold.test, fold.validation),
+        bool(np.isin(tested, groups[scaled_on]).any()),
+    )
+
+
+def refuse_leaks(leaks: Leaks, fold: Fold) -> None:
+    """Raise if anything of the group held out was seen.
+
+    Raises
+    ------
+    LeakageError
+        Naming the kinds of leak.
+    """
+    if leaks:
+        named = leaks.describe(fold.split)
+        kinds = ", ".join(f"{name} {value}" for name, value in named.items() if value)
+        raise LeakageError(
+            f"held-out {fold.split.named(fold.held_out)}: expected nothing of it seen before the "
+            f"test under the nested protocol, found {kinds}"
+        )
+
+
+def overlapping(samples: Samples, tested: Indices, others: Indices) -> int:
+    """Count the tested samples that share a moment of a recording with one of the others."""
+    recordings = samples[dims.RECORDING].values
+    starts, stops = samples[dims.START].values, samples[dims.STOP].values
+    count = 0
+    for recording in np.unique(recordings[tested]):
+        mine = tested[recordings[tested] == recording]
+        theirs = others[recordings[others] == recording]
+        count += _overlaps(starts[mine], stops[mine], starts[theirs], stops[theirs])
+    return count
+
+
+def _overlaps(
+    start: NDArray[np.float64],
+    stop: NDArray[np.float64],
+    other_start: NDArray[np.float64],
+    other_stop: NDArray[np.float64],
+) -> int:
+    if len(other_start) == 0:
+        return 0
+    order = np.argsort(other_start)
+    # Of the others that begin before a sample ends, does the one that lasts longest outlast
+    # the sample's beginning?
+    latest_stop = np.maximum.accumulate(other_stop[order])
+    before = np.searchsorted(other_start[order], stop, side="left")
+    reaching = np.where(before > 0, latest_stop[np.maximum(before - 1, 0)], -np.inf)
+    return int((reaching > start).sum())

@@ -1,0 +1,180 @@
+"""From clips at rest to a sensor file, with a picture to check it by."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from afferents.errors import InputError
+from afferents.files import Place, write_aside
+from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
+from afferents.markers.estimate import looks
+from afferents.markers.sensor import DiscDetector
+from afferents.outputs import has_mark, is_our_picture, require_free
+from afferents.progress import printable
+from afferents.recordings.video import open_video
+from afferents.reporting.recording_figures import markers_figure
+from afferents.reporting.style import save_figure
+
+if TYPE_CHECKING:
+    from afferents.markers.sensor import Sensor
+
+
+def calibrate_sensor(
+    videos: Sequence[Path], out: Path, pitch_mm: float | None, force: bool = False
+) -> tuple[list[str], Path]:
+    """Write a sensor file and the picture beside it; return sentences and the picture's path.
+
+    Parameters
+    ----------
+    videos
+        Clips of one sensor, each beginning at rest.
+    force
+        Whether those of an earlier calibration may be replaced.
+
+    Raises
+    ------
+    InputError
+        If a clip shows no markers or another sensor, one is given twice, `out` is no .toml, or
+        it or the picture is not free.
+    """
+    if out.suffix != ".toml":
+        raise InputError("--out", "a name that ends in .toml", f"'{out}'")
+    _require_clips(videos)
+    picture = out.with_suffix(".png")
+    require_free(out, "a sensor file", _is_calibrated, force=force, reads=videos)
+    require_free(picture, "a sensor file's picture", is_our_picture, force=force, reads=videos)
+    found = calibrate_from_clips(
+        [open_video(video) for video in videos], printable(out.stem), pitch_mm
+    )
+    seen = np.ones(len(found.position), dtype=bool)
+    source = ", ".join(video.name for video in videos)
+    figure = markers_figure(
+        found.image, found.position, seen, source, title=_counted(found), suspects=found.suspects
+    )
+    with write_aside(out) as partial:  # both, or neither
+        partial.write_text(sensor_toml(found.sensor), encoding="utf-8")
+        save_figure(figure, picture)
+    return describe(found), picture
+
+
+def _require_clips(videos: Sequence[Path]) -> None:
+    """Refuse no clip, and a clip that counts twice."""
+    if not videos:
+        raise InputError("calibrate", "a clip of the skin at rest, or several", "none")
+    for n, video in enumerate(videos):
+        if any(video.resolve() == other.resolve() for other in videos[:n]):
+            raise InputError(video, "each clip once", "it twice")
+
+
+def _is_calibrated(path: Path) -> bool:
+    return path.is_file() and has_mark(path, MADE_BY)
+
+
+def describe(found: Calibration) -> list[str]:
+    """Say what was found, to be checked against the picture."""
+    sensor, layout, picture = found.sensor, found.found, found.picture
+    shade = "bright" if sensor.detector.blob_colour else "dark"
+    size = f", {sensor.rows} x {sensor.columns}" if sensor.rows else ""
+    roll = f", rolled by {layout.roll_deg:.1f} deg" if layout.roll_deg == layout.roll_deg else ""
+    scale, mm = "", ""
+    if sensor.pitch_mm:
+        px_per_mm = layout.spacing_px / sensor.pitch_mm
+        scale = f" ({px_per_mm:.1f} px a mm)"
+        if isinstance(sensor.detector, DiscDetector):
+            mm = f" ({sensor.detector.radius_px / px_per_mm:.2f} mm)"
+    missing = (sensor.n_markers or 0) - len(found.position)
+    return [
+        f"{len(found.position)} {shade} markers{_clips(found)}, {looks(sensor.detector)}{mm}, "
+        f"{layout.spacing_px:.1f} px apart{scale}.",
+        f"Layout: {sensor.layout}{size}{roll}{f', {missing} missing' if missing else ''}.",
+        f"Grey levels: markers {picture.disc_grey:.0f}, skin {picture.skin_grey:.0f}; edges "
+        f"{picture.edge_px:.1f} px wide.",
+        *_suspects(found),
+        _again(found),
+        *_motion(found),
+    ]
+
+
+def _counted(found: Calibration) -> str:
+    n = len(found.suspects)
+    return f"{len(found.position)} markers" + (f"; {n} suspects are left out" if n else "")
+
+
+def _clips(found: Calibration) -> str:
+    n = len(found.clips)
+    return f" that at least half of {n} clips show" if n > 1 else ""
+
+
+def _suspects(found: Calibration) -> list[str]:
+    """Say how much looks like a marker and is none."""
+    n = len(found.suspects)
+    if n == 0:
+        return []
+    return [
+        f"{n} more look like markers and are left out (another colour in the picture): they lie "
+        "beyond the layout, or stand still while all round them moves."
+    ]
+
+
+def _again(found: Calibration) -> str:
+    """Say how many markers are there in frames that were not used."""
+    if found.n_checked == 0:
+        return "No frame is left to look for them again; a longer clip would show more."
+    return (
+        f"{found.n_again} of {len(found.position)} are found again in most of the "
+        f"{found.n_checked} frames after those used."
+    )
+
+
+def _motion(found: Calibration) -> list[str]:
+    """Say where the skin moved, which makes places at rest doubtful."""
+    moved = [clip for clip in found.clips if clip.n_still < clip.n_looked]
+    return [
+        f"{clip.video.path.name}: the skin moves from frame {clip.n_still} on, so {clip.n_still} "
+        f"of {clip.n_looked} frames were used; for places at rest give a clip at rest."
+        for clip in moved
+    ]
+
+
+def calibrate(
+    video: Place | Sequence[Place],
+    out: Place,
+    pitch_mm: float | None = None,
+    force: bool = False,
+) -> "Sensor":
+    """Find out how a sensor's markers look and what layout they form; write its sensor file.
+
+    Parameters
+    ----------
+    video
+        A clip that begins with the skin at rest, or several of the same sensor.
+    out
+        Sensor file to write, ending in ``.toml``; a picture to check comes beside it.
+    pitch_mm
+        Distance of the markers on the skin, mm, if known.
+    force
+        Whether those of an earlier calibration may be replaced.
+
+    Returns
+    -------
+    Sensor
+        What was written, to be given as ``sensor`` to the other functions.
+
+    Raises
+    ------
+    InputError
+        If the clip can't be read, shows no markers, or one of the files to write is there already.
+
+    Examples
+    --------
+    >>> sensor = calibrate("session/1/20/video.mp4", "mine.toml", pitch_mm=1.0)
+    >>> sensor.n_markers
+    361
+    """
+    from afferents.markers.sensor import load_sensor
+
+    clips = [video] if isinstance(video, str | Path) else video
+    calibrate_sensor([Path(clip) for clip in clips], Path(out), pitch_mm, force)
+    return load_sensor(str(out))

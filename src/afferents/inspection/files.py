@@ -1,0 +1,188 @@
+"""What is in a video or a wav file, and whether it is sound."""
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.errors import InputError
+from afferents.extraction.extract import marker_responses
+from afferents.markers.estimate import recognise_sensor
+from afferents.markers.quality import describe, doubt_markers, measure_quality
+from afferents.markers.sensor import Sensor
+from afferents.markers.track import track_markers
+from afferents.progress import Progress
+from afferents.quality.sound import clipped_share, doubt_loudness, require_finite
+from afferents.recordings.audio import WavFile
+from afferents.recordings.check import video_facts
+from afferents.recordings.footage import Footage
+from afferents.recordings.session_file import rate_in
+from afferents.recordings.video import VideoWithProgress, open_video
+from afferents.reporting.recording_figures import (
+    markers_figure,
+    responses_figure,
+    vibration_figure,
+    write_overlay,
+)
+from afferents.reporting.style import save_figure
+from afferents.store.recording import GreyImage
+
+MARKERS, RESPONSES, VIBRATION = "markers.png", "responses.png", "vibration.png"
+
+
+PICTURED_S = 10.0
+"""Length of the vibration that is drawn, s."""
+
+
+UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
+"""An interval between frames is uneven beyond this share of the median; and said to be so beyond
+this share of intervals (single gaps are counted as missing frames)."""
+
+
+@dataclass
+class Inspection:
+    """Sentences about a source, problems found, pictures drawn, and facts for scripts."""
+
+    source: str
+    sentences: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    pictures: list[Path] = field(default_factory=list)
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+def inspect_video(
+    path: Path,
+    out: Path,
+    sensor: Sensor | None,
+    progress: Progress,
+    overlay: Path | None = None,
+    fps_hz: float | None = None,
+) -> Inspection:
+    """Track a video's markers and say how well that went; draw markers, SA-I and RA-I."""
+    video = open_video(path, None if fps_hz is None else rate_in(fps_hz))
+    found = Inspection(str(path), facts={"video": asdict(video_facts(video))})
+    declared = f"{video.width} x {video.height} px, {video.fps_hz:g} frames a second"
+    found.sentences.append(
+        f"Video of {declared}, {video.n_frames} frames in {video.duration_s:.2f} s as declared."
+    )
+    why = f"The sensor file given is '{sensor.name}'." if sensor else ""
+    if sensor is None:
+        sensor, why = recognise_sensor(video)
+    found.sentences.append(why)
+    watched = VideoWithProgress(video, progress)
+    footage = Footage(watched)
+    tracks = track_markers(footage, sensor)
+    found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
+    doubts = footage.doubts() or doubt_markers(tracks, path, None)
+    found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in doubts]
+    found.sentences += stall_sentences(footage)
+    found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in doubts}}
+    found.facts["stalls_s"] = footage.stalls.spans
+    found.pictures = draw_video(watched.last_image, tracks, path.name, out)
+    if overlay is not None:
+        frames = progress.track(video.frames(), "drawing", video.n_frames)
+        places, seen = tracks[dims.POSITION].values, tracks[dims.DETECTED].values
+        found.pictures.append(write_overlay(overlay, frames, places, seen, video.fps_hz))
+    return found
+
+
+def stall_sentences(footage: Footage) -> list[str]:
+    """Say when the camera stood still, if it did."""
+    if not footage.stalls.spans:
+        return []
+    return [
+        f"The camera stalled and gave the very same picture {footage.stalls}. RA-I is 0 there and "
+        "too large in the next frame."
+    ]
+
+
+def quality_facts(tracks: xr.Dataset) -> dict[str, Any]:
+    """Return the tracking's figures, None for what is not a number."""
+    quality = asdict(measure_quality(tracks))
+    return {name: None if value != value else value for name, value in quality.items()}
+
+
+def frame_time_sentences(tracks: xr.Dataset) -> list[str]:
+    """Say how regular the frames come, by the container's own times."""
+    steps = np.diff(tracks[dims.TIME].values)
+    if len(steps) == 0:
+        return []
+    period = float(np.median(steps))
+    frame_times = f"Frames come every {1000 * period:.2f} ms (median, container's times)"
+    uneven = float((np.abs(steps - period) > UNEVEN * period).mean())
+    if uneven <= OFTEN_UNEVEN:
+        return [f"{frame_times}."]
+    return [
+        f"{frame_times}, but {uneven:.0%} of the intervals differ from that by more than a tenth: "
+        "a variable frame rate, so RA-I per frame is not a speed; use px/s."
+    ]
+
+
+def draw_video(image: GreyImage, tracks: xr.Dataset, name: str, out: Path) -> list[Path]:
+    """Draw the markers on the last frame with their trails, and the responses over time."""
+    responses = marker_responses(tracks)
+    positions = tracks[dims.POSITION].values
+    markers = markers_figure(
+        image, positions[-1], tracks[dims.DETECTED].values[-1], name, positions
+    )
+    over_time = responses_figure(responses[dims.SA1], responses[dims.RA1], name)
+    return [
+        save_figure(markers, out / MARKERS),
+        save_figure(over_time, out / RESPONSES),
+    ]
+
+
+def inspect_wav(path: Path, out: Path) -> Inspection:
+    """Say what a wav file holds and draw its start; the last channel is the sensor's."""
+    header = WavFile(path, 0)
+    audio = WavFile(path, header.n_channels - 1)
+    seconds = audio.n_samples / audio.sample_rate_hz
+    found = Inspection(str(path))
+    found.sentences.append(
+        f"{audio.n_channels} channel(s) at {audio.sample_rate_hz:g} Hz, {seconds:.2f} s; "
+        f"channel {audio.n_channels} is taken for the sensor."
+    )
+    samples = audio.samples()
+    found.sentences += level_sentences(samples)
+    found.facts = {
+        "channels": audio.n_channels,
+        "sample_rate_hz": audio.sample_rate_hz,
+        "duration_s": seconds,
+    }
+    try:
+        require_finite(samples, path, audio.sample_rate_hz)
+    except InputError as error:
+        found.problems.append(str(error))
+        return found
+    found.problems += [str(doubt) for doubt in doubt_loudness(samples, path, audio.sample_rate_hz)]
+    found.pictures = [draw_vibration(audio.read(), path.name, out)]
+    return found
+
+
+def level_sentences(samples: NDArray[np.float32]) -> list[str]:
+    """Say how loud a signal (n,) is, and whether it is clipped or silent; by what is a number."""
+    numbers = samples[np.isfinite(samples)].astype(float)
+    if len(numbers) == 0:
+        return ["No sample is a number."]
+    peak, rms = float(np.abs(numbers).max()), float(np.sqrt((numbers**2).mean()))
+    sentences = [f"Peak {peak:.3g}, RMS {rms:.3g} of full scale."]
+    if peak == 0:
+        sentences.append("It is silent: look at the sensor's channel and cable.")
+    clipped = clipped_share(numbers)
+    if clipped > 0:
+        sentences.append(
+            f"{100 * clipped:.3g}% of samples are clipped, at {numbers.min():.3g} or "
+            f"{numbers.max():.3g}: lower the gain."
+        )
+    return sentences
+
+
+def draw_vibration(signal: xr.DataArray, name: str, out: Path) -> Path:
+    """Draw the first seconds of vibration and their spectrum."""
+    n = round(PICTURED_S * signal.attrs[dims.SAMPLE_RATE])
+    figure = vibration_figure(signal.isel({dims.AUDIO_TIME: slice(0, n)}), name)
+    return save_figure(figure, out / VIBRATION)

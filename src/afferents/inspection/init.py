@@ -1,0 +1,371 @@
+"""A first session.toml or dataset.toml for a folder: what was found, and what was guessed."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from afferents.errors import InputError
+from afferents.files import Place, write_text
+from afferents.markers.sensor import load_sensor
+from afferents.outputs import has_mark, require_free
+from afferents.quality.lasting import EDGE_S
+from afferents.recordings.check import RATE_TOLERANCE
+from afferents.recordings.described import DATA_SET_FILE, Described
+from afferents.recordings.guess import (
+    Guess,
+    guess_data_set,
+    guess_pattern,
+    guess_recordings,
+    tables_in,
+)
+from afferents.recordings.layouts import NOT_TEXTURES, published
+from afferents.recordings.media import is_sound, media_in, named
+from afferents.recordings.session import read_session
+from afferents.recordings.session_file import SESSION_FILE, SESSION_TOML, SessionFile
+from afferents.recordings.video import open_video
+
+
+def is_of_tables(folder: Path) -> bool:
+    """Tell whether a folder holds tables, and neither videos nor sound nor images."""
+    try:
+        return bool(tables_in(folder)) and not media_in(folder)
+    except OSError:  # which whoever looks for videos says
+        return False
+
+
+def first_data_set(folder: Path, mark: str, force: bool) -> tuple[Path, list[str]]:
+    """Write a first `dataset.toml` into a folder of tables.
+
+    Parameters
+    ----------
+    mark
+        What such a file is recognised by.
+    force
+        Whether one that was written so before may be replaced.
+
+    Returns
+    -------
+    tuple
+        Where it is, and sentences on what was guessed.
+
+    Raises
+    ------
+    InputError
+        If the folder has one already, or its first table can't be read.
+    """
+    target = folder / DATA_SET_FILE
+    what = "a description of a data set"
+    require_free(target, what, lambda path: has_mark(path, mark), force=force)
+    lines, said = guess_data_set(folder, tables_in(folder))
+    head = [
+        f"# A first description of these tables, {mark}: please check it.",
+        "# All that can stand here is described in docs/your-data.md.",
+    ]
+    write_text(target, "\n".join([*head, *lines]) + "\n")
+    return target, [*said, _outcome_of_tables(folder)]
+
+
+def _outcome_of_tables(folder: Path) -> str:
+    """Say what it reads as, or what is still to be mended."""
+    try:
+        session = Described(folder).recordings()
+        for recording in session.recordings[:1]:
+            if recording.audio is not None:
+                recording.audio.read()
+    except InputError as error:
+        return f"To be mended before it can be learnt from: {error}."
+    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
+    return (
+        f"{len(session.recordings)} recordings of {len(session.textures)} textures at "
+        f"{speeds + ' mm/s' if speeds else 'unknown speed'}: check all with 'afferents inspect'."
+    )
+
+
+# A first `session.toml` for a folder of recordings: what was found, and what was guessed.
+
+MARK = "written by 'afferents init'"
+
+
+@dataclass(frozen=True)
+class FirstSession:
+    """The session file (or `dataset.toml`) that was written, and sentences on what it rests on."""
+
+    path: Path
+    sentences: list[str]
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What lies in a folder.
+
+    Attributes
+    ----------
+    media
+        Videos, sound and folders of images, as a session file names them.
+    rates_hz, lengths_s
+        Of the videos that could be read.
+    broken
+        What is wrong with the others.
+    sensors
+        Sensor files.
+    in_layout
+        Whether recordings lie in the published layout.
+    """
+
+    media: list[str]
+    rates_hz: dict[str, float]
+    lengths_s: dict[str, float]
+    broken: dict[str, str]
+    sensors: list[str]
+    in_layout: bool
+
+    @property
+    def readable(self) -> list[str]:
+        """All that could be read."""
+        return [path for path in self.media if path not in self.broken]
+
+
+def first_session(folder: Path, force: bool = False) -> FirstSession:
+    """Write a first `session.toml` into a folder of recordings; say what was guessed.
+
+    Into a folder of tables, a `dataset.toml`.
+
+    Parameters
+    ----------
+    force
+        Whether one that was written so before may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no recordings, or has a session file already.
+    """
+    if not folder.is_dir():
+        found_there = "a file" if folder.exists() else "no such folder"
+        raise InputError(folder, "a folder of recordings", found_there)
+    if is_of_tables(folder):
+        return FirstSession(*first_data_set(folder, MARK, force))
+    target = folder / SESSION_TOML
+    if (folder / SESSION_FILE).exists():
+        do = "it says already what a session file says"
+        raise InputError(folder, f"a folder without {SESSION_FILE}", "one", do)
+    require_free(target, "a session file", lambda path: has_mark(path, MARK), force=force)
+    found = _look(folder)
+    lines, sentences = _written(found)
+    write_text(target, "\n".join(lines) + "\n")
+    return FirstSession(target, [*sentences, *_doubts(found), _outcome(folder)])
+
+
+def _look(folder: Path) -> _Found:
+    try:
+        paths = media_in(folder, NOT_TEXTURES)
+        in_layout = bool(published(folder, SessionFile.model_validate({"fps_hz": 1})))
+    except InputError:
+        in_layout = False
+    except OSError as error:
+        raise InputError(folder, "a readable folder", f"{error.strerror}") from error
+    if not paths:
+        raise InputError(folder, "videos, sound, or folders of numbered images", "none of them")
+    rates, lengths, broken = {}, {}, {}
+    media = [_as_named(folder, path) for path in paths]
+    for name, path in zip(media, paths, strict=True):
+        if path.is_dir() or is_sound(path):
+            continue
+        try:
+            video = open_video(path)
+        except InputError as error:
+            broken[name] = str(error)
+        else:
+            rates[name], lengths[name] = video.fps_hz, video.duration_s
+    return _Found(media, rates, lengths, broken, _sensors_in(folder), in_layout)
+
+
+def _as_named(folder: Path, path: Path) -> str:
+    return path.relative_to(folder).as_posix() + ("/" if path.is_dir() else "")
+
+
+def _sensors_in(folder: Path) -> list[str]:
+    """Return the sensor files in a folder."""
+    found = []
+    for path in sorted(folder.glob("*.toml")):
+        try:
+            load_sensor(path)
+        except InputError:
+            continue
+        found.append(path.name)
+    return found
+
+
+def _written(found: _Found) -> tuple[list[str], list[str]]:
+    """Return the lines of a session file, and sentences on what they rest on."""
+    head = [
+        f"# A first session file, {MARK}: please check it.",
+        "# All that can stand here is described in docs/sessions.md.",
+        "",
+    ]
+    videos = [path for path in found.readable if not is_sound(Path(path))]
+    pattern = None if found.in_layout else guess_pattern(videos or found.readable)
+    if found.in_layout:
+        sentences = ["Recordings lie in the published layout, <texture>/<speed>/video.mp4."]
+        return [*head, *_common(found, {})], sentences
+    own = _own_sensors(found)
+    if pattern and not own and not found.broken:
+        lines, sentences = _by_pattern(found, pattern, bool(videos))
+        return [*head, *lines, "", *_common(found, own)], sentences
+    guesses = guess_recordings(found.readable)
+    said = [
+        f"{len(guesses)} recordings are listed one by one; guessed: the texture is the first "
+        "folder, or else the file's name."
+    ]
+    if not any(guess.speed_mm_s for guess in guesses):
+        said.append("No name says a speed in mm/s: fill in speed_mm_s where you know it.")
+    return [*head, *_common(found, own), *_listed(guesses, own, _rates_apart(found))], said
+
+
+def _by_pattern(found: _Found, pattern: str, of_videos: bool) -> tuple[list[str], list[str]]:
+    """Return the lines and sentences of names that follow a rule."""
+    lines = [
+        "# What stands in braces is read from the names of files. texture may be any label; speed",
+        "# is in mm/s; other names (trial, pressure, direction) are conditions.",
+        f"pattern = {_quoted(pattern)}",
+    ]
+    sentences = [f"Guessed from the names: {pattern}, with the speed in mm/s."]
+    if "{speed}" not in pattern:
+        sentences = [f"Guessed from the names: {pattern}; no name says a speed."]
+    sounds = [path for path in found.media if is_sound(Path(path))]
+    if of_videos and sounds:
+        stem = pattern.rstrip("/") if pattern.endswith("/") else pattern.rpartition(".")[0]
+        lines.append(f"audio_pattern = {_quoted(stem + Path(sounds[0]).suffix)}")
+    return lines, sentences
+
+
+def _own_sensors(found: _Found) -> dict[str, str]:
+    """Return sensor files that are named like recordings, where there are several."""
+    if len(found.sensors) < 2:
+        return {}
+    by_stem = {Path(sensor).stem: sensor for sensor in found.sensors}
+    stems = {path: Path(path.rstrip("/")).stem for path in found.readable}
+    return {path: by_stem[stem] for path, stem in stems.items() if stem in by_stem}
+
+
+def _common(found: _Found, own: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines on what all recordings share; what nobody knows is commented out."""
+    if len(found.sensors) == 1:
+        yield f"sensor = {_quoted(found.sensors[0])}"
+    elif not own:
+        yield "# The sensor file; 'afferents calibrate CLIP --out mine.toml' makes one."
+        yield '# sensor = "mine.toml"'
+    yield ""
+    yield "# Start and end of constant speed in every recording, s. Without it, the first and last"
+    yield f"# {EDGE_S:g} s are left out, and shorter recordings can't be learnt from."
+    yield "# steady_s = [0.5, 2.5]"
+    yield ""
+    images = [path for path in found.media if path.endswith("/")]
+    if images:
+        yield "# Images say no rate: how many were taken a second?"
+        yield "# fps_hz = 30"
+    elif found.rates_hz:
+        rates = ", ".join(f"{rate:g}" for rate in sorted(set(found.rates_hz.values())))
+        yield f"# Frames a second; the containers say {rates}. Where that is wrong, the true rate:"
+        yield f"# fps_hz = {min(found.rates_hz.values()):g}"
+        yield "# fps_overrules = true"
+    for path, fault in found.broken.items():
+        yield f"# Left out, since it can't be read: {path!a} ({fault!a})"
+
+
+def _rates_apart(found: _Found) -> dict[str, float]:
+    """Return the videos' rates, Hz, if they contradict each other."""
+    rates = found.rates_hz
+    apart = rates and max(rates.values()) > min(rates.values()) * (1 + RATE_TOLERANCE)
+    return rates if apart else {}
+
+
+def _listed(
+    guesses: Sequence[Guess], own: Mapping[str, str], rates_hz: Mapping[str, float]
+) -> Iterator[str]:
+    for guess in guesses:
+        yield ""
+        yield "[[recordings]]"
+        for key, value in (
+            ("video", guess.video and guess.video.rstrip("/")),
+            ("audio", guess.audio),
+            ("texture", guess.texture),
+            ("repetition", guess.repetition),
+            ("sensor", own.get(guess.video or guess.audio or "")),
+        ):
+            if value is not None:
+                yield f"{key} = {_quoted(value)}"
+        if guess.speed_mm_s:
+            yield f"speed_mm_s = {guess.speed_mm_s:g}"
+        else:
+            yield "# speed_mm_s = 30"
+        if guess.video and guess.video in rates_hz:
+            yield f"# fps_hz = {rates_hz[guess.video]:g}  # as its container says"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _doubts(found: _Found) -> Iterator[str]:
+    """Yield what a person should look at."""
+    if found.broken:
+        paths = [Path(path) for path in found.broken]
+        yield f"Can't be read, and left out: {named(Path(), paths)}."
+    if rates := _rates_apart(found):
+        slow, fast = min(rates, key=lambda path: rates[path]), max(rates, key=lambda p: rates[p])
+        yield (
+            f"Frame rates contradict each other: {rates[slow]:g} in {slow}, {rates[fast]:g} in "
+            f"{fast}; write the true fps_hz, or make a session of each rate."
+        )
+    short = {path: length for path, length in found.lengths_s.items() if length <= 2 * EDGE_S}
+    if short:
+        path = min(short, key=lambda one: short[one])
+        yield (
+            f"{len(short)} of {len(found.lengths_s)} videos last {2 * EDGE_S:g} s or less "
+            f"({path} {short[path]:.1f} s): fill in steady_s, else they can't be learnt from."
+        )
+    if not found.sensors:
+        yield "No sensor file lies here: make one with 'afferents calibrate' and name it as sensor."
+
+
+def _outcome(folder: Path) -> str:
+    """Say what the session file reads as, or what is still to be mended."""
+    try:
+        session = read_session(folder)
+    except InputError as error:
+        return f"To be mended before it is a session: {error}."
+    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
+    return f"{len(session.recordings)} recordings of {len(session.textures)} textures at " + (
+        f"{speeds} mm/s." if speeds else "unknown speed."
+    )
+
+
+def init_session(folder: Place, force: bool = False) -> "FirstSession":
+    """Write a first `session.toml` into a folder of recordings, or `dataset.toml` beside tables.
+
+    Parameters
+    ----------
+    folder
+        Holds videos of any container, sound, or folders of numbered images; or tables alone.
+    force
+        Whether one that was written so before may be replaced.
+
+    Returns
+    -------
+    FirstSession
+        The `path` of the file, and `sentences` on what was guessed and is to be checked.
+
+    Raises
+    ------
+    InputError
+        If there are no recordings in the folder, or a session file is there.
+
+    Examples
+    --------
+    >>> made = init_session("clips")
+    >>> made.path.name
+    'session.toml'
+    """
+    return first_session(Path(folder), force)

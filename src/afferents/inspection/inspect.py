@@ -1,0 +1,421 @@
+"""How steady tactile images are: how like an image is to the one some frames later.
+
+The paper says of its tactile images that those of SA-I stay nearly the same while a texture slides
+past, and those of RA-I change. Put as a number: the correlation, over markers, of an image with
+that of the same recording 20 frames (0.22 s) later, as far apart as its Figures 8 and 10 show
+them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.errors import AfferentsError, InputError
+from afferents.evaluation.summary import lost_of, share_lost
+from afferents.extraction.copies import notes_in
+from afferents.extraction.extract import doubts_of, doubts_without_tracking, responses_of, watched
+from afferents.files import Place
+from afferents.inspection.files import (
+    MARKERS,
+    RESPONSES,
+    VIBRATION,
+    Inspection,
+    draw_vibration,
+    inspect_video,
+    inspect_wav,
+)
+from afferents.markers.sensor import Sensor, sensor_in, sensors_of
+from afferents.markers.track import rest_positions
+from afferents.outputs import require_free, require_pictures_free
+from afferents.parallel import side_by_side
+from afferents.plugins import in_a_sentence
+from afferents.progress import Progress
+from afferents.recordings.check import facts
+from afferents.recordings.data_set import Data, DataSet
+from afferents.recordings.data_sets import data_set_of
+from afferents.recordings.described import is_described
+from afferents.recordings.run_log import clock_sentences
+from afferents.recordings.session import Session as FolderSession
+from afferents.recordings.session import require_rates_that_agree
+from afferents.reporting.in_short import what_was_lost
+from afferents.reporting.recording_figures import is_overlay, steadiness_figure, steadiness_sentence
+from afferents.reporting.style import save_figure
+from afferents.store.recording import Recording, RecordingSet
+from afferents.store.responses import Responses, named_by_spacing, speed_of
+from afferents.store.trimming import AUDIO_S, LAST_FRAME
+
+APART = 20
+"""Frames between the two images, as in the paper's Figures 8 and 10."""
+
+
+LOOKED_AT = 900
+"""Most frames of a recording that are looked at, from its middle: 10 s at 90 frames/s."""
+
+
+_FEWEST = 3
+"""Markers that both images must show."""
+
+
+def steadiness(response: NDArray[np.floating], apart: int = APART) -> float:
+    """Return the mean correlation of images with those some frames later.
+
+    Parameters
+    ----------
+    response
+        Of a channel, (time, marker); NaN where a marker was lost.
+    apart
+        Frames between the two images.
+
+    Returns
+    -------
+    Mean over frames of Pearson's correlation over the markers that both images show, -1 to 1: near
+    1 where images stay the same, near 0 where they change entirely. NaN where there are fewer than
+    `apart` + 1 frames, or images that are the same everywhere.
+    """
+    earlier, later = response[:-apart], response[apart:]
+    both = np.isfinite(earlier) & np.isfinite(later)
+    used = both.sum(axis=1) >= _FEWEST
+    if not used.any():
+        return float("nan")
+    one, other = _centred(earlier[used], both[used]), _centred(later[used], both[used])
+    size = np.sqrt((one**2).sum(axis=1) * (other**2).sum(axis=1))
+    product = (one * other).sum(axis=1)
+    return float(np.mean(product[size > 0] / size[size > 0])) if (size > 0).any() else float("nan")
+
+
+def _centred(images: NDArray[np.floating], there: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return images less their mean over the markers that are there, the others 0."""
+    values = np.where(there, images, 0.0).astype(np.float64)
+    mean = values.sum(axis=1, keepdims=True) / there.sum(axis=1, keepdims=True)
+    return np.where(there, values - mean, 0.0)
+
+
+def steadiness_of(recordings: Sequence[Responses]) -> list[dict[str, str | float | None]]:
+    """Return how steady SA-I and RA-I images of each recording are, in the middle of it.
+
+    Returns
+    -------
+    list of dict
+        ``recording``, ``texture``, ``speed_mm_s`` (None where not known), ``named_by_spacing``
+        (where textures are), ``sa1`` and ``ra1``, the correlations; recordings without markers, or
+        too short for a number, are left out.
+    """
+    found: list[dict[str, str | float | None]] = []
+    for responses in recordings:
+        if dims.SA1 not in responses or dims.RA1 not in responses:
+            continue
+        values = {name: steadiness(_middle(responses, name)) for name in (dims.SA1, dims.RA1)}
+        if np.isfinite(list(values.values())).all():
+            attributes = responses.attrs
+            found.append(
+                {
+                    "recording": str(attributes["name"]),
+                    "texture": str(attributes[dims.TEXTURE]),
+                    "speed_mm_s": speed_of(responses),
+                    **named_by_spacing([responses]),
+                    **values,
+                }
+            )
+    return found
+
+
+def _middle(responses: Responses, name: str) -> NDArray[np.floating]:
+    response = responses[name]
+    n = response.sizes[dims.TIME]
+    first = max(0, (n - LOOKED_AT) // 2)
+    # Time first: in a store dims have an order, but nothing forces it on other sources.
+    shown = response.isel({dims.TIME: slice(first, first + LOOKED_AT)})
+    values: NDArray[np.floating] = shown.transpose(dims.TIME, ...).values
+    return values
+
+
+# What is in a file or a data set, whether it is sound, and a picture of it.
+
+STEADINESS = "steadiness.png"
+
+
+MOST_LOST = 0.01
+"""Share of marker positions lost beyond which a recording is named."""
+
+
+def inspect_data(
+    source: str | Path | DataSet,
+    out: Path,
+    sensor: Sensor | None,
+    progress: Progress,
+    overlay: Path | None = None,
+    force: bool = False,
+    fps_hz: float | None = None,
+) -> Inspection:
+    """Look at a video, a wav file, a session, a store or another data set.
+
+    Parameters
+    ----------
+    out
+        Folder for the pictures.
+    sensor
+        For a video; None to recognise or estimate it.
+    overlay
+        For a video; where to write it with its markers drawn in.
+    force
+        Whether an overlay that was written there before may be replaced.
+    fps_hz
+        True frame rate of the video or videos, where their containers' is wrong.
+
+    Raises
+    ------
+    InputError
+        If there is nothing there, or nothing that can be read.
+    """
+    path = source.path if isinstance(source, DataSet) else Path(source)
+    is_wav = path.suffix.lower() == ".wav"
+    if overlay is not None and (is_wav or not path.is_file()):
+        raise InputError("--overlay", "a video to draw markers into", f"'{source}'")
+    require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
+    if overlay is not None:
+        require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
+    if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
+        if is_wav and fps_hz is not None:
+            raise InputError("--fps", "a video, or a session of videos", f"'{source}'")
+        if is_wav:
+            return inspect_wav(path, out)
+        return inspect_video(path, out, sensor, progress, overlay, fps_hz)
+    data_set = data_set_of(source)
+    data_set = data_set if fps_hz is None else data_set.at_rate(fps_hz)
+    if data_set.path == path and not path.exists():
+        raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
+    stored = data_set.responses()
+    if stored is not None:
+        return inspect_responses(str(source), data_set, stored, out)
+    return inspect_recordings(str(source), data_set, out, progress, sensor)
+
+
+@dataclass(frozen=True)
+class Look:
+    """What there is of one recording, None if it can't be read; and what is wrong with it.
+
+    `lost` is the share of marker positions that were lost; None where none were followed.
+    """
+
+    row: dict[str, Any] | None
+    problems: list[str]
+    lost: float | None = None
+
+
+def look_at(
+    number: int, recording: Recording, data_set: DataSet, sensor: Sensor | None
+) -> tuple[int, Look]:
+    """Check a recording's headers and content, and its markers as `extract` would follow them.
+
+    Parameters
+    ----------
+    number
+        Comes back, to put recordings that were looked at side by side into their order.
+    data_set
+        That it is of.
+    sensor
+        Whose markers a video shows; None for data sets without sensors.
+    """
+    row, lost = None, None
+    try:
+        with in_a_sentence(recording.name):
+            doubts = data_set.check(recording)
+            row = asdict(facts(recording))
+            if sensor is None or recording.video is None:
+                doubts = doubts + doubts_without_tracking(recording)
+            else:
+                seen = watched(recording)
+                responses = responses_of(seen, sensor)
+                doubts = doubts + doubts_of(seen, responses)
+                lost = share_lost(responses[dims.DETECTED], responses.attrs)
+    except AfferentsError as error:
+        return number, Look(row, [str(error)])
+    return number, Look(row, [str(doubt.error) for doubt in doubts], lost)
+
+
+def inspect_recordings(
+    source: str, data_set: DataSet, out: Path, progress: Progress, sensor: Sensor | None = None
+) -> Inspection:
+    """Check every recording of a data set, all pictures and samples; draw the first vibration.
+
+    Raises
+    ------
+    InputError
+        If recordings that are sound contradict each other in their rates.
+    """
+    with in_a_sentence(source):
+        session = data_set.recordings()
+    found = Inspection(source)
+    found.sentences += [grid_sentence(session), *data_set.describe(session)]
+    found.sentences += reference_sentences(session, sensor)
+    sensors = sensors_of(session, sensor) if isinstance(session, FolderSession) else None
+    jobs = [
+        (n, recording, data_set, sensors.of(recording) if sensors else None)
+        for n, recording in enumerate(session.recordings)
+    ]
+    # Sound alone is read sooner than processes begin.
+    workers = None if any(r.video for r in session.recordings) else 1
+    looks = side_by_side(look_at, jobs, workers, progress.note)
+    looked = dict(progress.track(looks, "checking", len(jobs)))
+    in_order = [looked[number] for number in sorted(looked)]
+    rows = [look.row for look in in_order if look.row is not None]
+    found.problems += [problem for look in in_order for problem in look.problems]
+    if not found.problems and isinstance(session, FolderSession):
+        require_rates_that_agree(session, session.declared)
+    names = [recording.name for recording in session.recordings]
+    lost = {name: x.lost for name, x in zip(names, in_order, strict=True) if x.lost is not None}
+    found.sentences += [*length_sentences(rows), *lost_sentences(lost_of(lost))]
+    found.sentences += too_short_sentences(rows)
+    try:
+        found.sentences += clock_sentences(session)
+    except InputError as error:
+        found.problems.append(str(error))
+    found.facts = {"recordings": rows}
+    with_audio = [r for r in session.recordings if r.audio is not None]
+    if with_audio and not found.problems:
+        first = with_audio[0]
+        assert first.audio is not None
+        found.pictures = [draw_vibration(first.audio.read(), f"{source}, {first.name}", out)]
+    return found
+
+
+def grid_sentence(session: RecordingSet) -> str:
+    """Say of how many textures and speeds there are recordings."""
+    speeds = ", ".join(f"{speed:g}" for speed in session.speeds_mm_s)
+    at = f"{len(session.speeds_mm_s)} speeds ({speeds} mm/s)" if speeds else "unknown speed"
+    return (
+        f"{len(session.recordings)} recordings of {len(session.textures)} textures "
+        f"({', '.join(session.textures)}) at {at}."
+    )
+
+
+def reference_sentences(session: RecordingSet, sensor: Sensor | None) -> list[str]:
+    """Say of a marker reference that does not show the sensor's markers what the matter is."""
+    if session.reference is None or not isinstance(session, FolderSession):
+        return []
+    try:
+        rest_positions(session.reference, sensors_of(session, sensor).usual)
+    except AfferentsError as error:
+        return [f"The published tracker can't be led by it: {error}."]
+    return []
+
+
+def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
+    """Say between which lengths the videos and vibrations of a session lie."""
+    sentences = []
+    for kind, title in (("video", "Videos"), ("vibration", "Vibrations")):
+        lengths = [row[kind]["duration_s"] for row in rows if row[kind]]
+        if lengths:
+            sentences.append(
+                f"{title} in {len(lengths)} of {len(rows)} recordings, "
+                f"{min(lengths):.2f} to {max(lengths):.2f} s long."
+            )
+    return sentences
+
+
+def lost_sentences(quality: dict[str, Any]) -> list[str]:
+    """Say how many markers were lost, and what models are given in their place; of any."""
+    said = what_was_lost(quality)
+    return [said] if said else []
+
+
+def too_short_sentences(rows: list[dict[str, Any]]) -> list[str]:
+    """Say which videos and audio are too short for the cut 'published', if any."""
+    frames = [row["video"]["n_frames"] for row in rows if row["video"]]
+    seconds = [row["vibration"]["duration_s"] for row in rows if row["vibration"]]
+    short = (
+        ("videos", f"{LAST_FRAME} frames", sum(n < LAST_FRAME for n in frames), len(frames)),
+        ("vibrations", f"{AUDIO_S:g} s", sum(s < AUDIO_S for s in seconds), len(seconds)),
+    )
+    return [
+        f"{n_short} of {n} {things} are shorter than {least}: too short for the cut 'published'."
+        for things, least, n_short, n in short
+        if n_short
+    ]
+
+
+def inspect_responses(
+    source: str, data_set: DataSet, recordings: Sequence[Responses], out: Path
+) -> Inspection:
+    """Say what responses a data set holds, and how steady its tactile images are."""
+    found = Inspection(source, facts={"config": dict(data_set.config())})
+    names = sorted({str(name) for r in recordings for name in r.data_vars})
+    found.sentences.append(
+        f"{data_set.title} of {len(recordings)} recordings with {', '.join(names)}."
+    )
+    found.sentences += notes_in({str(r.attrs["name"]): r.attrs for r in recordings}).sentences
+    lost = {
+        str(responses.attrs["name"]): share_lost(responses[dims.DETECTED], responses.attrs)
+        for responses in recordings
+        if dims.DETECTED in responses
+    }
+    found.sentences += lost_sentences(lost_of(lost))
+    found.problems += [
+        f"{name}: {100 * share:.1f}% of marker positions are lost."
+        for name, share in lost.items()
+        if share > MOST_LOST
+    ]
+    if rows := steadiness_of(recordings):
+        found.facts["steadiness"] = rows
+        found.sentences.append(steadiness_sentence(rows, APART))
+        figure = steadiness_figure(rows, APART, f"{source}, middle of each recording")
+        found.pictures = [save_figure(figure, out / STEADINESS)]
+    return found
+
+
+def inspect(
+    source: Data,
+    out: Place | None = None,
+    sensor: "str | Path | Sensor | None" = None,
+    overlay: Place | None = None,
+    force: bool = False,
+    quiet: bool = False,
+    fps_hz: float | None = None,
+) -> "Inspection":
+    """Say what is in a file or session and whether it is sound, and draw pictures of it.
+
+    Parameters
+    ----------
+    source
+        A video, a wav file, a session, a store, a ``dataset.toml``, ``fabricslide:PATH``, or
+        a `DataSet` of your own.
+    out
+        Folder for the pictures; None for ``NAME-inspected``.
+    sensor
+        Whose markers to look for.
+    overlay
+        Video to write with the markers drawn in, such as ``o.mp4``; None for none.
+    force
+        Whether one that was written there before may be replaced.
+    quiet
+        Whether no progress is shown.
+    fps_hz
+        True frame rate of the video or of a session's, where their containers' is wrong.
+
+    Returns
+    -------
+    Inspection
+        Sentences, problems, pictures and facts.
+
+    Raises
+    ------
+    InputError
+        If there is nothing that can be read, or the folder for the pictures holds something else.
+
+    Examples
+    --------
+    >>> found = inspect("session/1/20/audio.wav", out="pictures")
+    >>> [picture.name for picture in found.pictures]
+    ['vibration.png']
+    """
+    name = Path(str(source).rpartition(":")[2].rstrip("/")).stem or "source"
+    given = None if sensor is None else sensor_in(sensor)
+    folder = Path(out) if out is not None else Path(f"{name}-inspected")
+    drawn = None if overlay is None else Path(overlay)
+    with Progress(quiet) as progress:
+        return inspect_data(source, folder, given, progress, drawn, force, fps_hz)

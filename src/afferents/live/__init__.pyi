@@ -1,0 +1,78 @@
+from .events import (
+    Begin as Begin,
+)
+from .events import (
+    CameraFrame as CameraFrame,
+)
+from .events import (
+    Event as Event,
+)
+from .events import (
+    Sound as Sound,
+)
+from .events import (
+    Source as Source,
+)
+from .events import (
+    Trouble as Trouble,
+)
+from .events import (
+    Wanted as Wanted,
+)
+from .images import (
+    FoundImages as FoundImages,
+)
+from .images import (
+    Images as Images,
+)
+from .network import (
+    Network as Network,
+)
+from .percept import (
+    Counters as Counters,
+)
+from .percept import (
+    Percept as Percept,
+)
+from .replay import (
+    Pace as Pace,
+)
+from .replay import (
+    ReplayedSound as ReplayedSound,
+)
+from .replay import (
+    ReplayedVideo as ReplayedVideo,
+)
+from .replay import (
+    RigShow as RigShow,
+)
+from .replay import (
+    RigSound as RigSound,
+)
+from .replay import (
+    RigVideo as RigVideo,
+)
+from .senses import (
+    Looker as Looker,
+)
+from .senses import (
+    Perceiver as Perceiver,
+)
+from .sensors import (
+    Camera as Camera,
+)
+from .sensors import (
+    Microphone as Microphone,
+)
+from .sources import (
+    images_of as images_of,
+)
+from .sources import (
+    open_sources as open_sources,
+)
+from .stream import (
+    run as run,
+)
+from .stream import (
+    stream as stream,
+)

@@ -1,0 +1,142 @@
+"""A trained model as one ONNX file, with its card in the metadata."""
+
+import logging
+import warnings
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import nn
+
+from afferents.errors import AfferentsError, InputError
+from afferents.files import Place, write_aside
+from afferents.models.card import METADATA, Card, names_of
+from afferents.models.folder import Deployed, Stepping, load_model
+from afferents.models.networks import CnnLstm
+from afferents.outputs import require_free
+from afferents.plugins import import_extra
+
+AGREES = 1e-4
+"""The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""
+
+
+_TRIALS = 8
+
+
+def export_model(folder: Path, out: Path, force: bool = False) -> Card:
+    """Write a model as ONNX, whole or not at all, once it is seen to say the same.
+
+    The input is `sample`, one as the encoding makes it, not scaled, of shape (1, *shape). Outputs
+    are `probabilities` (1, texture) and `novelty` (1,), above 1 for what nothing learnt fits. A
+    CNN-LSTM goes frame by frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1,
+    feature), zeros at first, and it has the further output `next_past` to give back with the next
+    image; before the first run is full it says nothing of worth.
+
+    Parameters
+    ----------
+    force
+        Whether a model that was exported there before may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the folder is no model's, or that of a scikit-learn estimator, the packages that write
+        ONNX are missing, or `out` is not free.
+    AfferentsError
+        If the file does not say what the model says.
+    """
+    onnx = import_extra("live", "export", "onnx", "onnxscript", "onnxruntime")
+    require_free(out, "an exported model", _is_exported, force=force, reads=[folder])
+    card, deployed = load_model(folder)
+    if not deployed.network.exportable:
+        expected = "a model whose classifier is a torch module, or one of this package"
+        raise InputError(folder, expected, f"the estimator {deployed.network.name}")
+    module, sample = _exported(card, deployed)
+    with write_aside(out) as partial:
+        _write(module, sample, partial)
+        model = onnx.load(str(partial))
+        onnx.helper.set_model_props(model, {METADATA: card.to_json()})
+        onnx.save(model, str(partial))
+        _check(module, sample, card, partial)
+    return card
+
+
+def _is_exported(path: Path) -> bool:
+    """Tell whether a file is a model that `export_model` wrote: its card stands in it as text."""
+    return path.is_file() and b'"format":"afferents model"' in path.read_bytes()
+
+
+def _exported(card: Card, deployed: Deployed) -> tuple[nn.Module, tuple[torch.Tensor, ...]]:
+    """Return what is exported, and a sample of its inputs."""
+    sample = torch.ones(1, *card.shape)
+    if not isinstance(deployed.network, CnnLstm):
+        return deployed, (sample,)
+    past = torch.zeros(1, card.shape[0] - 1, deployed.network.lstm.input_size)
+    return Stepping(deployed).eval(), (sample[:, 0], past)
+
+
+def _write(module: nn.Module, sample: tuple[torch.Tensor, ...], path: Path) -> None:
+    logging.getLogger("torch.onnx").setLevel(logging.ERROR)
+    inputs, outputs = names_of(stepping=len(sample) > 1)
+    with warnings.catch_warnings(action="ignore"):
+        torch.onnx.export(
+            module,
+            sample,
+            path,
+            input_names=list(inputs),
+            output_names=list(outputs),
+            dynamo=True,
+            external_data=False,
+            verbose=False,
+        )
+
+
+@torch.inference_mode()
+def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path: Path) -> None:
+    """Let file and model say something of the same random samples."""
+    import onnxruntime
+
+    session = onnxruntime.InferenceSession(path.read_bytes(), providers=["CPUExecutionProvider"])
+    inputs, _ = names_of(stepping=len(sample) > 1)
+    rng = np.random.default_rng(0)
+    for _ in range(_TRIALS):
+        trial = [rng.exponential(0.2, part.shape).astype(np.float32) for part in sample]
+        trial[0] *= card.scale
+        expected = module(*map(torch.from_numpy, trial))
+        found = session.run(None, dict(zip(inputs, trial, strict=True)))
+        for a, b in zip(found, expected, strict=True):
+            size = 1 + float(b.abs().max())
+            if not np.allclose(a, b.numpy(), atol=AGREES * size):
+                off = float(np.abs(a - b.numpy()).max())
+                raise AfferentsError(f"export: the ONNX file says something else, by {off:g}")
+
+
+def export(model: Place, out: Place, force: bool = False) -> Path:
+    """Write a trained model as one ONNX file, with its card, to be felt live with.
+
+    Parameters
+    ----------
+    model
+        Folder of a trained model.
+    out
+        File to write, ending in ``.onnx``.
+    force
+        Whether a model that was exported there before may be replaced.
+
+    Returns
+    -------
+    Path
+        Of the file.
+
+    Raises
+    ------
+    InputError
+        If the model is none, can't be exported, or another file is there already.
+
+    Examples
+    --------
+    >>> export("model", "model.onnx")
+    PosixPath('model.onnx')
+    """
+    export_model(Path(model), Path(out), force)
+    return Path(out)

@@ -1,0 +1,423 @@
+"""A shorter road for the CNN-LSTM: images first, time after.
+
+The image stack learns from single frames, as the spatial network, and is then kept; what it makes
+of every frame is worked out once, and the LSTMs and dense layers learn from that. A frame costs a
+tenth of a run, and the second stage next to nothing. Not the published recipe.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import ClassVar, cast
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.special import log_softmax
+from torch import Tensor, nn
+
+from afferents import dims
+from afferents.encodings.samples import Samples, labels_of
+from afferents.errors import InputError
+from afferents.folds.protocol import PROTOCOLS, Protocol
+from afferents.models.base import Classifier, Network, Solved
+from afferents.models.config import TrainingConfig
+from afferents.models.fit_solved import fit_solved, learn, new_solved, scores_of
+from afferents.models.fitted import Fitted, Part, new_classifier, solved_facts
+from afferents.models.hardware import autocast, choose_device, computed_with
+from afferents.models.learning_set import (
+    LearningSet,
+    last_within,
+    learning_set,
+    mean_within,
+    scale_of,
+    thinned,
+)
+from afferents.models.loop import Checkpoint, TrainedModel, predict, train
+from afferents.models.model import MODELS, Model
+from afferents.models.networks import CnnLstm, SpatialNet, image_features, last_state
+from afferents.models.own import OwnEstimator
+from afferents.models.solved import LateFusion, MeanFusion
+from afferents.models.table import build, classifier_of
+
+_AT_ONCE = 64
+
+
+class _Head(nn.Module):
+    """The LSTMs and dense layers of a CNN-LSTM, for features (batch, frame, feature)."""
+
+    def __init__(self, model: CnnLstm) -> None:
+        super().__init__()
+        self.lstm, self.dense = model.lstm, model.dense
+
+    def forward(self, features: Tensor) -> Tensor:
+        logits: Tensor = self.dense(last_state(self.lstm, features))
+        return logits
+
+
+def train_in_stages(
+    model: CnnLstm, learnt: LearningSet, config: TrainingConfig, seed: int
+) -> TrainedModel:
+    """Train a CNN-LSTM in place, its image stack from single frames first.
+
+    Of every training run one frame is taken, the first of the first run, the second of the
+    second and so on; the image stage is trained for `config.image_epochs` epochs on as many
+    frames as there are training runs times `config.frames_a_run`.
+
+    Parameters
+    ----------
+    model, learnt, config, seed
+        As for `train`; values are (n_runs, frame, row, column) and not scaled.
+    """
+    start = time.perf_counter()
+    values, labels = learnt.values, learnt.labels
+    n_frames = values.shape[1]
+    stage = config.model_copy(
+        update={"max_epochs": config.image_epochs, "learning_rate": config.image_rate}
+    )
+    n_classes = int(labels.max()) + 1
+    spatial = cast("SpatialNet", build(SpatialNet, n_classes, tuple(values.shape[2:]), seed))
+    spatial.image.load_state_dict(model.image.state_dict())
+    frames = LearningSet(
+        values.flatten(0, 1),
+        labels.repeat_interleave(n_frames),
+        _frames_of(learnt.train, n_frames, config.frames_a_run),
+        _frames_of(learnt.validation, n_frames, 1),
+    )
+    of_images = train(spatial, frames, stage, seed)
+    model.image.load_state_dict(spatial.image.state_dict())
+    used = np.concatenate([learnt.train, learnt.validation])
+    features = _features(model.image, values, used, config)
+    n_train = len(learnt.train)
+    after = LearningSet(
+        features,
+        labels[torch.from_numpy(used)],
+        np.arange(n_train),
+        np.arange(n_train, len(used)),
+    )
+    trained = train(_Head(model), after, config, seed)
+    return replace(
+        trained,
+        model=model,
+        passes=of_images.passes + trained.passes,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _frames_of(runs: NDArray[np.int64], n_frames: int, a_run: int) -> NDArray[np.int64]:
+    """Return `a_run` frames of each run, other places of other runs, as indices of frames."""
+    place = (np.arange(len(runs))[:, None] + np.arange(a_run) * (n_frames // a_run)) % n_frames
+    frames: NDArray[np.int64] = (runs[:, None] * n_frames + place).ravel()
+    return frames
+
+
+@torch.no_grad()
+def _features(
+    image: nn.Module, values: Tensor, runs: NDArray[np.int64], config: TrainingConfig
+) -> Tensor:
+    """Return what the image stack makes of every frame of some runs, (n_runs, frame, feature)."""
+    device = choose_device(config)
+    image.to(device).eval()
+    n_frames, *size = values.shape[1:]
+    features = torch.empty(len(runs), n_frames, image_features(*size))
+    indices = torch.split(torch.from_numpy(runs), _AT_ONCE)
+    for part, index in zip(torch.split(features, _AT_ONCE), indices, strict=True):
+        batch = values.index_select(0, index).to(device)
+        with autocast(config, device):
+            found = image(batch.flatten(0, 1).unsqueeze(1))
+        part.copy_(found.unflatten(0, batch.shape[:2]))
+    return features
+
+
+# Networks of several afferents together: each trained alone, or one network with a stem for each.
+#
+# Ours, made of the paper's own networks. Windows of vibration set when a decision is made; images
+# count for the window that they end in.
+
+Indices = NDArray[np.int64]
+
+
+_LEAST = 1e-12
+"""Probabilities below are as good as 0."""
+
+
+def mean_of(fitted: dict[str, Fitted], parts: Sequence[Part]) -> Fitted:
+    """Return what networks say together that have each learnt alone.
+
+    The mean of their log-probabilities, that of a part's samples first taken over each window; a
+    part with no sample in a window says nothing of it. Nothing is weighed: a network has learnt
+    from all training speeds, so there is none that could say how much each should count.
+
+    Parameters
+    ----------
+    fitted
+        By name of the part's model, in the order of `parts`.
+    """
+    lead = parts[0]
+    labels = labels_of(lead.samples)[lead.fold.test]
+    logs = []
+    for one, part in zip(fitted.values(), parts, strict=True):
+        own = np.log(np.maximum(one.probabilities.astype(np.float64), _LEAST))
+        if part is not lead:
+            own = mean_within(lead.samples, lead.fold.test, part.samples, part.fold.test, own)
+        logs.append(own)
+    fused = np.exp(log_softmax(np.mean(logs, axis=0), axis=1)).astype(np.float32)
+    first = next(iter(fitted.values()))
+    summed = ("passes", "seconds", "job_seconds")
+    facts = {
+        **first.facts,
+        **{name: sum(one.facts[name] for one in fitted.values()) for name in summed},
+        "parts": {
+            name: {
+                "accuracy": float((own.argmax(axis=1) == labels).mean()),
+                "best_epoch": one.facts["best_epoch"],
+                "validation_accuracy": one.facts["validation_accuracy"],
+            }
+            for (name, one), own in zip(fitted.items(), logs, strict=True)
+        },
+    }
+    fusion = MeanFusion({n: one.classifier for n, one in fitted.items()}, [1.0] * len(fitted))
+    return Fitted(fusion, fused, None, facts)
+
+
+@dataclass(frozen=True)
+class Stems:
+    """How the samples of several afferents stand in one row of values; stands for an encoding.
+
+    Attributes
+    ----------
+    shapes
+        Of a sample of each.
+    """
+
+    shapes: tuple[tuple[int, ...], ...]
+    scaled: ClassVar[bool] = False
+    n_copies: ClassVar[int] = 0
+
+    def seen(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return all values."""
+        return values
+
+
+def in_a_row(
+    parts: Sequence[Part],
+    protocol: Protocol,
+    config: TrainingConfig,
+    check: Callable[[Sequence[Indices]], None],
+) -> Part:
+    """Return the first part's samples, each with that of every other part that ends last in it.
+
+    Each part is scaled as its encoding asks, by what is learnt from.
+    """
+    lead, shapes, rows = parts[0], [], []
+    for number, part in enumerate(parts):
+        train = thinned(part.fold.train, config.training_samples)
+        scale, scaled_on = scale_of(part.samples, part.encoding, protocol, train)
+        check([scaled_on if i == number else scaled_on[:0] for i in range(len(parts))])
+        values = part.encoding.seen(part.samples.values)
+        if part is not lead:
+            values = values[last_within(lead.samples, part.samples)]
+        shapes.append(tuple(values.shape[1:]))
+        rows.append(values.reshape(len(values), -1) / np.float32(scale))
+    there = lead.samples.coords
+    coords = {name: there[name] for name in there if there[name].dims == (dims.SAMPLE,)}
+    joined = np.concatenate(rows, axis=1)
+    samples = Samples(joined, dims=(dims.SAMPLE, dims.FEATURE), coords=coords)
+    return Part(samples, lead.fold, Stems(tuple(shapes)))
+
+
+# A scikit-learn estimator of a user's own on a fold.
+
+
+def fit_estimator(
+    model: Model, part: Part, seed: int, check: Callable[[Sequence[Indices]], None]
+) -> Fitted:
+    """Let it learn from the fold's training samples, and say what the test samples are.
+
+    Nothing is picked by the validation samples: what it says of them is for the record alone.
+    """
+    samples, fold = part.samples, part.fold
+    check([fold.train])
+    labels, estimator = labels_of(samples), new_solved(model, samples, part.encoding)
+    learn(estimator, samples, labels, fold.train, seed, 0.0, fold.split)
+    validated = scores_of(estimator, samples, fold.validation).argmax(1).numpy()
+    accuracy = float((validated == labels[fold.validation]).mean())
+    probabilities = scores_of(estimator, samples, fold.test).exp().numpy()
+    return Fitted(
+        estimator,
+        probabilities.astype(np.float32),
+        None,
+        solved_facts(fold, len(fold.train), accuracy),
+    )
+
+
+# Fitting a model on a fold, whatever its classifier is.
+
+
+def recipe_of(model: Model, encoding: object) -> str:
+    """Return the name of the recipe that a model's network is trained by.
+
+    The model's own, else its classifier's, else that of the paper's network for such samples.
+    """
+    kind = classifier_of(model.classifier)
+    usual = "vibration-net" if getattr(encoding, "of_vibration", False) else "spatial-net"
+    return model.recipe or getattr(kind, "recipe", "") or usual
+
+
+def recipes_of(model: Model, parts: Sequence[Part]) -> list[str]:
+    """Return the recipe of a model's network; of networks that learn apart, that of each."""
+    alone = model.parts if classifier_of(model.classifier).learns_parts else ()
+    rows = [MODELS[name] for name in alone] or [model]
+    return [recipe_of(row, part.encoding) for row, part in zip(rows, parts, strict=False)]
+
+
+def fit(
+    model: Model,
+    parts: Sequence[Part],
+    protocol: Protocol,
+    configs: Sequence[TrainingConfig],
+    seed: int,
+    rank: int,
+    check: Callable[[Sequence[Indices]], None],
+    checkpoint: Checkpoint | None = None,
+    searched: bool = False,
+) -> Fitted:
+    """Learn on a fold what a model is, and say what its test samples are.
+
+    Parameters
+    ----------
+    parts
+        Of each of the model's sources.
+    configs
+        Of a network's training, for each of the model's parts; one where it has none.
+    rank
+        Of the fold among its protocol's: stretched copies are drawn anew for each.
+    check
+        Told, for each source, which samples scale or weights are taken from, before they are.
+    checkpoint
+        Where a long training writes its checkpoints.
+    searched
+        Whether all penalties of what is solved at once are chosen inside the fold.
+
+    Raises
+    ------
+    AfferentsError
+        If the training fails; of a classifier of a user's own, whatever it raises.
+    """
+    kind, config = classifier_of(model.classifier), configs[0]
+    if issubclass(kind, MeanFusion):
+        return _fit_each(model, parts, protocol, configs, seed, rank, check)
+    if issubclass(kind, Network):
+        rng = np.random.default_rng([seed, rank])
+        nothing = [part.fold.train[:0] for part in parts[1:]]
+        joined = in_a_row(parts, protocol, config, check) if nothing else parts[0]
+        told = partial(_with, check, 0, len(parts))
+        return _fit_network(model, joined, protocol, config, seed, rng, told, checkpoint)
+    if issubclass(kind, OwnEstimator):
+        return fit_estimator(model, parts[0], seed, check)
+    if issubclass(kind, Solved | LateFusion):
+        return fit_solved(model, parts, protocol.name == "nested", seed, check, searched)
+    raise InputError("classifier", "a Network or a Solved one", kind.__name__)
+
+
+def _fit_each(
+    model: Model,
+    parts: Sequence[Part],
+    protocol: Protocol,
+    configs: Sequence[TrainingConfig],
+    seed: int,
+    rank: int,
+    check: Callable[[Sequence[Indices]], None],
+) -> Fitted:
+    """Train the network of each part alone; a training that is cut off begins anew."""
+    fitted = {}
+    each = zip(model.parts, parts, configs, strict=True)
+    for number, (name, part, config) in enumerate(each):
+        rng = np.random.default_rng([seed, rank])
+        told = partial(_with, check, number, len(parts))
+        fitted[name] = _fit_network(
+            MODELS[name], part, protocol, config, seed, rng, told, checkpoint=None
+        )
+    return mean_of(fitted, parts)
+
+
+def _with(
+    check: Callable[[Sequence[Indices]], None], number: int, n: int, learnt: Sequence[Indices]
+) -> None:
+    """Tell a check what one of several sources is scaled on, and nothing of the others."""
+    check([learnt[0] if i == number else learnt[0][:0] for i in range(n)])
+
+
+def learns_in_a_loop(model: Model) -> bool:
+    """Tell whether a model is a network, that presets of training are for."""
+    return issubclass(classifier_of(model.classifier), Network)
+
+
+def fit_once(
+    model: Model, part: Part, config: TrainingConfig, seed: int
+) -> tuple[Classifier, LearningSet]:
+    """Learn from a fold's training samples; return the classifier and what it learnt from."""
+    if learns_in_a_loop(model):
+        rng, nested = np.random.default_rng(seed), PROTOCOLS["nested"]
+        learnt = learning_set(
+            part.samples, part.encoding, model.stretched, nested, part.fold, config, rng
+        )
+        network = _new_network(model, part, learnt, seed)
+        fit_network(network, learnt, config, seed)
+        return network, learnt
+    solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
+    fold, penalty = part.fold, solved.penalties[0]
+    learn(solved, part.samples, labels, fold.train, seed, penalty, fold.split)
+    values = torch.from_numpy(part.samples.values)
+    numbers = torch.from_numpy(labels)
+    return solved, LearningSet(values, numbers, part.fold.train, part.fold.validation)
+
+
+def _fit_network(
+    model: Model,
+    part: Part,
+    protocol: Protocol,
+    config: TrainingConfig,
+    seed: int,
+    rng: np.random.Generator,
+    check: Callable[[Sequence[Indices]], None],
+    checkpoint: Checkpoint | None,
+) -> Fitted:
+    start = time.perf_counter()
+    fold = part.fold
+    learnt = learning_set(part.samples, part.encoding, model.stretched, protocol, fold, config, rng)
+    check([learnt.scaled_on])
+    network = _new_network(model, part, learnt, seed)
+    trained = fit_network(network, learnt, config, seed, checkpoint)
+    earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
+    probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
+    facts = {
+        fold.split.validation: fold.validated_by,
+        "n_train": len(learnt.train),
+        "n_validation": len(learnt.validation),
+        "n_test": len(fold.test),
+        "scale": learnt.scale,
+        **trained.facts(),
+        **computed_with(config),
+        "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
+    }
+    return Fitted(network, probabilities, None, facts)
+
+
+def _new_network(model: Model, part: Part, learnt: LearningSet, seed: int) -> Classifier:
+    shape = tuple(learnt.values.shape[1:])
+    return new_classifier(model, part.samples, part.encoding, shape, seed)
+
+
+def fit_network(
+    network: Classifier,
+    learnt: LearningSet,
+    config: TrainingConfig,
+    seed: int,
+    checkpoint: Checkpoint | None = None,
+) -> TrainedModel:
+    """Train a network in place, in stages where the recipe says so and the network has stages."""
+    if config.image_epochs and isinstance(network, CnnLstm):
+        return train_in_stages(network, learnt, config, seed)
+    return train(network, learnt, config, seed, checkpoint=checkpoint)

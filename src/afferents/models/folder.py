@@ -1,0 +1,272 @@
+"""A trained model on disk, made ready to recognise texture, and asked from Python."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self, cast
+
+import numpy as np
+import torch
+import xarray as xr
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.torch import load, save
+from torch import Tensor, nn
+
+from afferents import dims
+from afferents.encodings.samples import Samples
+from afferents.errors import InputError, reason_of
+from afferents.files import holds_only, write_aside
+from afferents.models.base import Classifier, Task, build_for
+from afferents.models.card import CARD, ESTIMATOR, WEIGHTS, Card, read_card
+from afferents.models.confidence import Novelty
+from afferents.models.networks import CnnLstm
+from afferents.models.own import OwnEstimator, load_estimator, save_estimator
+from afferents.models.table import classifier_of
+from afferents.plugins import imported
+
+# A trained network or ridge made ready to feel with: calibrated probabilities, and 'unknown'.
+#
+# A sample is unknown if its novelty (`models/novelty.py`), measured on a network's last features or
+# on a ridge's scores, is above 1.
+
+
+class Deployed(nn.Module):
+    """Probabilities and novelty of samples.
+
+    Parameters
+    ----------
+    network
+        A classifier that has learnt.
+    n_classes
+        Number of textures.
+    scale
+        Samples are divided by it.
+    """
+
+    temperature: Tensor
+
+    def __init__(self, network: Classifier, n_classes: int, scale: float) -> None:
+        """Start with temperature 1, and nothing known."""
+        super().__init__()
+        self.network = network
+        self.scale = scale
+        self.register_buffer("temperature", torch.ones(()))
+        self.novelty = Novelty(n_classes, network.n_last)
+
+    def forward(self, samples: Tensor) -> tuple[Tensor, Tensor]:
+        """Return probabilities (batch, n_classes) and novelty (batch,)."""
+        return self.outcome(self.last_features(samples))
+
+    def last_features(self, samples: Tensor) -> Tensor:
+        """Return what the scores are worked out of, (batch, feature)."""
+        return self.network.last_features(samples * (1 / self.scale))
+
+    def outcome(self, features: Tensor) -> tuple[Tensor, Tensor]:
+        """Return probabilities and novelty of last features."""
+        scores = self.network.scores_of(features)
+        novelty = self.novelty(scores if self.network.novelty_of_scores else features)
+        return (scores / self.temperature).softmax(1), novelty
+
+    @torch.no_grad()
+    def fit_novelty(self, features: Tensor, labels: Tensor, unseen: Tensor) -> None:
+        """Learn what is known from last features of training samples, and of unseen ones the limit.
+
+        Parameters
+        ----------
+        features, labels
+            Of training samples, (n, feature) and (n,).
+        unseen
+            Last features of samples that were not learnt from, (m, feature).
+        """
+        network = self.network
+        learnt, held = (
+            network.scores_of(f) if network.novelty_of_scores else f for f in (features, unseen)
+        )
+        self.novelty.fit(learnt, labels, held)
+
+
+class Stepping(nn.Module):
+    """A deployed CNN-LSTM frame by frame: what the image stack made of earlier frames is kept.
+
+    The same as `Deployed` on the run, a tenth of the work.
+    """
+
+    def __init__(self, deployed: Deployed) -> None:
+        """Take over a deployed CNN-LSTM."""
+        super().__init__()
+        self.deployed = deployed
+
+    def forward(self, image: Tensor, past: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Return probabilities, novelty, and `past` for the next frame.
+
+        Parameters
+        ----------
+        image
+            (1, row, column).
+        past
+            Features of the frames before it, (1, n_frames - 1, feature).
+        """
+        whole, network = self.deployed, cast("CnnLstm", self.deployed.network)
+        newest = network.image((image * (1 / whole.scale)).unsqueeze(1))
+        of_frames = torch.cat([past, newest.unsqueeze(1)], 1)
+        last: Tensor = network.dense[:-1](network.after(of_frames))
+        probabilities, novelty = whole.outcome(last)
+        return probabilities, novelty, of_frames[:, 1:]
+
+
+# Weights on disk as safetensors.
+
+
+def save_weights(model: nn.Module, path: Path) -> None:
+    """Write a network's weights and running statistics, whole or not at all."""
+    with write_aside(path) as partial:
+        partial.write_bytes(weights_of(model))
+
+
+def weights_of(model: nn.Module) -> bytes:
+    """Return the content of a file of weights."""
+    state = {name: value.cpu().contiguous() for name, value in model.state_dict().items()}
+    return save(state)
+
+
+def load_weights(model: nn.Module, path: Path) -> None:
+    """Read weights into a network of the same layers, in place.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no safetensors file, or belongs to another network.
+    """
+    try:
+        model.load_state_dict(load(path.read_bytes()))
+    except OSError as error:
+        raise InputError(path, "weights that can be read", reason_of(error)) from error
+    except SafetensorError as error:
+        raise InputError(path, "weights as safetensors", str(error)) from error
+    except RuntimeError as error:
+        found = str(error).splitlines()[-1].strip()
+        raise InputError(path, f"weights of {type(model).__name__}", found) from error
+
+
+# A trained model on disk: a folder with its weights and its card.
+#
+# A scikit-learn estimator lies beside them, and the weights are what calibrates it.
+
+
+def is_model_folder(folder: Path) -> bool:
+    """Tell whether a folder is a model's, and holds nothing else."""
+    return (folder / CARD).is_file() and holds_only(CARD, WEIGHTS, ESTIMATOR)(folder)
+
+
+def save_model(deployed: Deployed, card: Card, folder: Path) -> None:
+    """Write a model's folder, whole or not at all; one that is there is replaced."""
+    with write_aside(folder, replaces=is_model_folder) as partial:
+        partial.mkdir()
+        save_weights(deployed, partial / WEIGHTS)
+        if isinstance(deployed.network, OwnEstimator):
+            save_estimator(deployed.network.fitted, partial / ESTIMATOR)
+        (partial / CARD).write_text(card.to_json(indent=2) + "\n", encoding="utf-8")
+
+
+def load_model(folder: Path) -> tuple[Card, Deployed]:
+    """Read a model's folder.
+
+    Raises
+    ------
+    InputError
+        If it is none, one of its files is damaged, or its classifier is somebody's own and can't be
+        imported.
+    """
+    path = folder / CARD
+    if not path.is_file():
+        raise InputError(folder, f"a model's folder with {CARD}", "none", "run 'afferents train'")
+    card = read_card(path)
+    task = Task(len(card.textures), card.shape, card.sample_dims)
+    if card.estimator is None:
+        network = build_for(_kind(card), task)
+    else:
+        fitted = load_estimator(folder / ESTIMATOR, card.estimator)
+        network = OwnEstimator.of_fitted(fitted, task)
+    deployed = Deployed(network, len(card.textures), card.scale)
+    load_weights(deployed, folder / WEIGHTS)
+    return card, deployed.eval()
+
+
+def _kind(card: Card) -> type[Classifier]:
+    wanted: Any = card.classifier
+    return classifier_of(imported(wanted) if ":" in wanted else wanted)
+
+
+# A trained model that is asked from Python.
+
+_BATCH = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Recogniser:
+    """A trained model, ready to be asked what it feels.
+
+    Attributes
+    ----------
+    card
+        What the model is, what it learnt from, and how far it was tested.
+    """
+
+    card: Card
+    deployed: Deployed
+
+    @classmethod
+    def of_folder(cls, folder: Path) -> Self:
+        """Read the model that is in a folder; see `models.folder.load_model`."""
+        return cls(*load_model(folder))
+
+    @torch.no_grad()
+    def predict(self, samples: Samples) -> xr.Dataset:
+        """Return what samples feel like.
+
+        Parameters
+        ----------
+        samples
+            As `afferents.samples` returns them for the card's channel and encoding, (sample, ...).
+
+        Returns
+        -------
+        xarray.Dataset
+            `probability (sample, texture)`, rows sum to 1; `novelty (sample)`, above 1 where a
+            sample is unlike all that was learnt from; `speed_outside (sample)`, whether the
+            sample's speed is known and slower or faster than all that was learnt from: novelty
+            says nothing there, for known textures are novel too; and the coordinates of the
+            samples.
+
+        Raises
+        ------
+        InputError
+            If a sample has another form than those that the model learnt from.
+        """
+        if samples.shape[1:] != self.card.shape:
+            raise InputError(
+                "samples", f"(sample, ...) of the form {self.card.shape}, as the model learnt from",
+                f"{samples.shape[1:]}", f"encode {self.card.channel} as the card's 'encoding' says",
+            )  # fmt: skip
+        values = torch.as_tensor(samples.values, dtype=torch.float32)
+        outcomes = [self.deployed(batch) for batch in torch.split(values, _BATCH)]
+        probability, novelty = (torch.cat(parts).numpy() for parts in zip(*outcomes, strict=True))
+        of_samples = {
+            str(name): coordinate
+            for name, coordinate in samples.coords.items()
+            if coordinate.dims == (dims.SAMPLE,) and name != dims.TEXTURE
+        }
+        return xr.Dataset(
+            {"probability": ((dims.SAMPLE, dims.TEXTURE), probability),
+             "novelty": (dims.SAMPLE, novelty),
+             "speed_outside": (dims.SAMPLE, self._outside(samples))},
+            {**of_samples, dims.TEXTURE: list(self.card.textures)},
+        )  # fmt: skip
+
+    def _outside(self, samples: Samples) -> NDArray[np.bool_]:
+        """Return which samples are known to be slower or faster than all that was learnt from."""
+        learnt = self.card.learnt_from_mm_s
+        if dims.SPEED not in samples.coords or not learnt:
+            return np.zeros(len(samples), dtype=bool)
+        speed = samples[dims.SPEED].values
+        return np.asarray((speed < min(learnt)) | (speed > max(learnt)))

@@ -1,0 +1,245 @@
+"""Samples that are gathered a batch at a time."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from afferents import dims
+from afferents.encodings.samples import Samples, labels_of
+from afferents.errors import InputError
+from afferents.folds.protocol import Fold, Protocol
+from afferents.models.config import TrainingConfig
+
+
+def gather(values: Tensor, index: Tensor, scale: float) -> Tensor:
+    """Return a scaled copy of some samples."""
+    return values.index_select(0, index).mul_(1 / scale)
+
+
+def split(order: Tensor, batch_size: int) -> list[Tensor]:
+    """Cut indices into batches; the last keeps the rest, and one left alone joins the one before.
+
+    Batch normalisation has no variance of a single sample.
+    """
+    batches = list(torch.split(order, batch_size))
+    if len(batches) > 1 and len(batches[-1]) == 1:
+        batches[-2:] = [torch.cat(batches[-2:])]
+    return batches
+
+
+# What one fold learns from: one tensor of values, index arrays into it, and a scale.
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class LearningSet:
+    """What a network learns from.
+
+    Attributes
+    ----------
+    values
+        All samples in their order, float32 (n, *sample_shape); after them the stretched copies,
+        if there are any.
+    labels
+        Number of each one's texture, int64 (n,).
+    train, validation
+        Samples to learn from and to evaluate by, (n_train,) and (n_validation,).
+    scale
+        A batch is divided by it; 1 for raw units.
+    scaled_on
+        Samples that the scale was taken from.
+    """
+
+    values: Tensor
+    labels: Tensor
+    train: Indices
+    validation: Indices
+    scale: float = 1.0
+    scaled_on: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    def on(self, device: torch.device) -> "LearningSet":
+        """Return it on a device: a GPU holds all samples, on the CPU nothing is copied."""
+        return replace(self, values=self.values.to(device), labels=self.labels.to(device))
+
+    def batch(self, index: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the samples, scaled, and the labels of an index tensor, where they lie."""
+        return gather(self.values, index, self.scale), self.labels.index_select(0, index)
+
+
+def learning_set(
+    samples: Samples,
+    encoding: Any,
+    stretched: bool,
+    protocol: Protocol,
+    fold: Fold,
+    config: TrainingConfig,
+    rng: np.random.Generator,
+) -> LearningSet:
+    """Gather what a fold learns from, without copying the samples.
+
+    Parameters
+    ----------
+    encoding
+        That made the samples; see `encodings.base.Encoding`.
+    stretched
+        Whether stretched copies stand in for speeds never seen.
+    config
+        Says how many samples are used at most.
+    rng
+        Draws the factors of the stretched copies, once a fold as published.
+    """
+    train = thinned(
+        fold.train,
+        originals(encoding.n_copies if stretched else 0, protocol, config.training_samples),
+    )
+    validation = thinned(fold.validation, config.validation_samples)
+    scale, scaled_on = scale_of(samples, encoding, protocol, train)
+    labels = labels_of(samples)
+    values = encoding.seen(samples.values)
+    if stretched:
+        copies, origin = encoding.stretched(samples, train, rng, protocol.stretch)
+        added = np.arange(len(values), len(values) + len(copies))
+        values = np.concatenate([values, copies])
+        labels = np.concatenate([labels, labels[train][origin]])
+        train = np.concatenate([train, added]) if protocol.keep_originals else added
+    return LearningSet(
+        torch.from_numpy(np.ascontiguousarray(values)),
+        torch.from_numpy(labels),
+        train,
+        validation,
+        scale,
+        scaled_on,
+    )
+
+
+def originals(n_copies: int, protocol: Protocol, kept: int | None) -> int | None:
+    """Return how many samples have copies made, so many of each, for `kept` to come out.
+
+    None for all.
+    """
+    if kept is None or n_copies == 0:
+        return kept
+    return max(1, kept // (n_copies + protocol.keep_originals))
+
+
+def scale_of(
+    samples: Samples, encoding: Any, protocol: Protocol, train: Indices
+) -> tuple[float, Indices]:
+    """Return what the values are divided by, and the samples it was taken from.
+
+    Spectra are divided by their largest amplitude, over all bins kept; SA-I and RA-I enter the
+    networks in px, as published.
+    """
+    if not encoding.scaled:
+        return 1.0, np.empty(0, dtype=np.int64)
+    everything = np.arange(samples.sizes[dims.SAMPLE])
+    if dims.VARIANT in samples.coords:  # what is tested disturbed is a copy
+        everything = np.flatnonzero(samples[dims.VARIANT].values == 0)
+    scaled_on = everything if protocol.scale_from == "everything" else train
+    return float(samples.values[scaled_on].max()) or 1.0, scaled_on
+
+
+def thinned(index: Indices, kept: int | None) -> Indices:
+    """Keep at most `kept` samples, evenly spread over recordings and time.
+
+    Samples stand recording by recording, each in the order of time, so even steps through the
+    index take an equal share of every recording.
+    """
+    if kept is None or kept >= len(index):
+        return index
+    steps = (np.arange(kept) + 0.5) * len(index) / kept
+    spread: Indices = index[steps.astype(np.int64)]
+    return spread
+
+
+# Which samples of one kind belong to a window of another: those that end within it.
+
+Floats = NDArray[np.float64]
+
+
+def mean_within(
+    lead: Samples, windows: Indices, other: Samples, index: Indices, values: Floats
+) -> Floats:
+    """Return the mean value of the samples that end within each window.
+
+    Parameters
+    ----------
+    lead, windows
+        Samples whose extents are the windows, and which of them are asked for, (n,).
+    other, index, values
+        Samples of another kind, which of them have values, (m,), and these values, (m, k).
+
+    Returns
+    -------
+    Shape (n, k); 0 where no sample of the other kind ends within a window.
+    """
+    found = np.zeros((len(windows), values.shape[1]))
+    recording, stop_s = _touches(other)[index], other[dims.STOP].values[index]
+    of_window = _touches(lead)[windows]
+    for name in np.unique(of_window):
+        mine = np.flatnonzero(of_window == name)
+        theirs = np.flatnonzero(recording == name)
+        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
+        sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[order], axis=0)])
+        edges = (lead[which].values[windows[mine]] for which in (dims.START, dims.STOP))
+        first, stop = (np.searchsorted(stop_s[order], edge, side="right") for edge in edges)
+        n = (stop - first)[:, None]
+        found[mine] = np.where(n > 0, (sums[stop] - sums[first]) / np.maximum(n, 1), 0.0)
+    return found
+
+
+def last_within(lead: Samples, other: Samples) -> Indices:
+    """Return which sample of another kind ends last in each window, (n,).
+
+    Of a window in which none ends, as where the sound goes on after the video, it is the one of its
+    recording that ended last before it, or the first one. Where parts of a recording are held out,
+    it is one of the same part: a window that is learnt from must not bring what is tested.
+
+    Parameters
+    ----------
+    lead
+        Samples whose extents are the windows, (n,).
+    other
+        Samples of another kind, of the same recordings.
+
+    Raises
+    ------
+    InputError
+        If there is none of a window's recording, or of its part of the recording.
+    """
+    found = np.zeros(len(lead), dtype=np.int64)
+    of_window, of_other = _touches(lead), _touches(other)
+    stop_s = other[dims.STOP].values
+    for name in np.unique(of_window):
+        mine, theirs = np.flatnonzero(of_window == name), np.flatnonzero(of_other == name)
+        if not len(theirs):
+            raise _none(lead, mine[0])
+        order = theirs[np.argsort(stop_s[theirs], kind="stable")]
+        after = np.searchsorted(stop_s[order], lead[dims.STOP].values[mine], side="right")
+        found[mine] = order[np.maximum(after - 1, 0)]
+    return found
+
+
+def _none(lead: Samples, window: int) -> InputError:
+    of = lead[{dims.SAMPLE: window}]
+    part = f" in part {of[dims.GROUP].item()}" if dims.GROUP in of.coords else ""
+    return InputError(
+        f"recording {of[dims.RECORDING].item()}",
+        f"samples of every afferent that a model joins{part}",
+        "none of one of them",
+        "record for longer, or hold out larger parts, such as --split angle-3",
+    )
+
+
+def _touches(samples: Samples) -> NDArray[np.str_]:
+    """Return what names each sample's recording, and its variant and part if it has several."""
+    named = samples[dims.RECORDING].values.astype(np.str_)
+    for mark, name in (("#", dims.VARIANT), ("@", dims.GROUP)):
+        if name in samples.coords:
+            named = np.char.add(named, np.char.add(mark, samples[name].values.astype(np.str_)))
+    return named

@@ -1,0 +1,262 @@
+"""The models: the six of the paper's Table 1, and our own beyond it. A model is a row."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, Literal
+
+from afferents.dims import (
+    RA1,
+    RA1_CIRCUMFERENTIAL,
+    RA1_SIGNED,
+    RA1_SPIKES,
+    RA1_VECTOR,
+    RA2,
+    RA2_SPIKES,
+    SA1,
+    SA1_LOCAL,
+    SA1_SPIKES,
+    SA1_VECTOR,
+    SHEAR,
+)
+from afferents.errors import InputError
+from afferents.plugins import named
+
+MODEL_NAME = r"[^./\\,:\s][^/\\,:\s]*"
+"""A model's folder is named by it."""
+
+
+SpeedFrom = Literal["nobody", "robot", "fingertip"]
+"""Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A way from a channel to textures: what is felt, how it is encoded, and what learns it.
+
+    Each of the three is a name, or an object of your own:
+
+    >>> from sklearn.linear_model import LogisticRegression
+    >>> mine = Model(
+    ...     "logistic", channel="ra1", encoding="spatial", classifier=LogisticRegression()
+    ... )
+    >>> mine.title
+    'logistic'
+
+    Attributes
+    ----------
+    name
+        In commands, files and code.
+    title
+        In tables and figures; the name, if none is given.
+    channel
+        A name in `CHANNELS`, or a `Channel`; of a fusion that of its first part.
+    encoding
+        A name in `ENCODINGS`, or an `Encoding`.
+    classifier
+        A name in `CLASSIFIERS`; a scikit-learn estimator with `predict_proba`; or a function
+        from the number of textures and the shape of a sample to a torch module that gives logits.
+    recipe
+        Of networks, how they are trained: a name in `RECIPES`; none for the classifier's.
+    stretched
+        Whether copies of the training samples stand in for speeds that were never seen: spectra
+        stretched in frequency (section 2.4.3), or images gone through faster and slower (ours).
+    speed_from
+        Who tells it the speed of what is tested.
+    parts
+        Names of the models that a fusion joins; its decisions are timed by the first.
+    variant_of
+        Name of the model that it is, but for the length of its windows; none of most.
+    """
+
+    name: str
+    title: str = ""
+    _: KW_ONLY
+    channel: Any
+    encoding: Any
+    classifier: Any
+    recipe: str = ""
+    stretched: bool = False
+    speed_from: SpeedFrom = "nobody"
+    parts: tuple[str, ...] = ()
+    variant_of: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse names that are no names of folders, and take the name for a title."""
+        if not re.fullmatch(MODEL_NAME, self.name):
+            raise InputError("a model's name", "letters, digits and hyphens", f"{self.name!r}")
+        if not self.title:
+            object.__setattr__(self, "title", self.name)
+
+
+def _row(name: str, title: str, channel: str, encoding: str, classifier: str, **more: Any) -> Model:
+    return Model(name, title, channel=channel, encoding=encoding, classifier=classifier, **more)
+
+
+TABLE1: dict[str, Model] = {
+    model.name: model
+    for model in (
+        _row("sa-se", "SA-SE", SA1, "spatial", "spatial-net"),
+        _row("ra-se", "RA-SE", RA1, "spatial", "spatial-net"),
+        _row("sa-ste", "SA-STE", SA1, "spatiotemporal", "cnn-lstm"),
+        _row("ra-ste", "RA-STE", RA1, "spatiotemporal", "cnn-lstm"),
+        _row("vib-te", "vib-TE", RA2, "spectral", "vibration-net"),
+        _row("vib-te-aug", "vib-TE augmented", RA2, "spectral", "vibration-net", stretched=True),
+    )
+}
+"""The paper's."""
+
+
+BEYOND: dict[str, Model] = {
+    model.name: model
+    for model in (
+        _row("ra-se-aug", "RA-SE augmented", RA1, "spatial", "spatial-net", stretched=True),
+        _row(
+            "sa-ste-aug", "SA-STE augmented", SA1, "spatiotemporal", "cnn-lstm", stretched=True
+        ),
+        _row(
+            "ra-ste-aug", "RA-STE augmented", RA1, "spatiotemporal", "cnn-lstm", stretched=True
+        ),
+        _row("ridge-te", "ridge on log spectra", RA2, "orders", "ridge"),
+        _row("order-te", "orders", RA2, "orders", "orders"),
+        _row(
+            "order-te-measured", "orders, speed measured", RA2, "orders", "orders",
+            speed_from="fingertip",
+        ),
+        _row(
+            "order-te-speed-known", "orders, speed known", RA2, "orders", "orders",
+            speed_from="robot",
+        ),
+        _row("rocket-te", "random kernels", RA2, "kernels", "ridge-searched"),
+        _row("sa-wave", "SA-I waves", SA1, "wavenumbers", "ridge"),
+        _row("sa-wave-vector", "SA-I vector waves", SA1_VECTOR, "wavenumbers", "ridge"),
+        _row("ra-wave", "RA-I waves", RA1, "wavenumbers", "ridge"),
+        _row("ra-wave-signed", "RA-I signed waves", RA1_SIGNED, "wavenumbers", "ridge"),
+        _row(
+            "ra-wave-around", "RA-I circumferential waves", RA1_CIRCUMFERENTIAL, "wavenumbers",
+            "ridge",
+        ),
+        _row("ra-wave-vector", "RA-I vector waves", RA1_VECTOR, "wavenumbers", "ridge"),
+        _row("spike-rate", "RA-I spike rates", RA1_SPIKES, "spike-rate", "discriminant"),
+        _row("sa-spike-rate", "SA-I spike rates", SA1_SPIKES, "spike-rate", "discriminant"),
+        _row("spike-timing", "RA-II spike timing", RA2_SPIKES, "spike-timing", "discriminant"),
+        _row(
+            "spike-images", "RA-I spikes in images", RA1_SPIKES, "spatiotemporal", "cnn-lstm"
+        ),
+        _row("shear", "global shear", SHEAR, "moments", "discriminant"),
+        _row("sa-local", "SA-I vector without shear", SA1_LOCAL, "moments", "discriminant"),
+        _row(
+            "sa-wave-local", "SA-I vector waves without shear", SA1_LOCAL, "wavenumbers", "ridge"
+        ),
+        _row(
+            "fusion-shear", "fusion, late, of shear and the rest", SHEAR, "moments", "late-fusion",
+            parts=("shear", "sa-local", "sa-wave-local"),
+        ),
+        _row(
+            "fusion", "fusion, late", RA2, "orders", "late-fusion",
+            parts=("order-te", "sa-wave-vector"),
+        ),
+        _row(
+            "fusion-speed-known", "fusion, late, speed known", RA2, "orders", "late-fusion",
+            speed_from="robot", parts=("order-te-speed-known", "sa-wave-vector"),
+        ),
+        _row(
+            "fusion-networks", "fusion, late, of the paper's networks", RA2, "spectral",
+            "mean-fusion", parts=("vib-te-aug", "sa-ste", "ra-ste"),
+        ),
+        _row(
+            "three-stems", "fusion, one network with three stems", RA2, "spectral", "three-stems",
+            parts=("vib-te", "sa-ste", "ra-ste"),
+        ),
+        _row(
+            "fusion-joint", "fusion, one ridge", RA2, "orders", "joint-fusion",
+            parts=("order-te", "sa-wave-vector"),
+        ),
+    )
+}  # fmt: skip
+"""Our own: docs/speed-invariant-models.md says what they are."""
+
+
+MODELS: dict[str, Model] = TABLE1 | BEYOND
+
+
+BEST = ("sa-wave-vector", "vib-te-aug")
+"""What is recommended: the first that the data support, to be trained and felt with.
+
+By the kind of data, not by scores at held-out speeds, so that nothing is picked on a test.
+"""
+
+
+def models_named(names: str) -> list[Model]:
+    """Read a comma-separated list of models: those of the tables in their order, then one's own.
+
+    Parameters
+    ----------
+    names
+        Names; ``all`` for the six of Table 1; ``package.module:NAME`` or ``file.py:NAME`` for a
+        `Model` of one's own.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or what is imported is no model.
+    """
+    asked = [name.strip() for name in names.split(",")]
+    chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
+    own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
+    for name in chosen:
+        if ":" not in name and name not in MODELS:
+            raise InputError(
+                "--models", f"'all', 'best' or some of {', '.join(MODELS)}", f"'{name}'"
+            )
+    return [model for name, model in MODELS.items() if name in chosen] + own
+
+
+def _own(where: str) -> Model:
+    found = named(where)
+    if not isinstance(found, Model):
+        raise InputError("--models", f"an afferents.Model at {where}", type(found).__name__)
+    return found
+
+
+def own_of(models: Sequence[Model]) -> list[Model]:
+    """Return those that are none of the package's.
+
+    Raises
+    ------
+    InputError
+        If one has the name of a model of the package, or two have one name: a name stands for one
+        model.
+    """
+    own = [model for model in models if MODELS.get(model.name) is not model]
+    for model in own:
+        if model.name in MODELS:
+            expected = "a name that no model of this package has"
+            raise InputError("a model's name", expected, f"'{model.name}'")
+        if any(other.name == model.name and other is not model for other in own):
+            raise InputError("a model's name", "one model of each", f"several '{model.name}'")
+    return own
+
+
+def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
+    """Return the models asked for; none for ``best``, which depends on the data.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    if isinstance(wanted, Model):
+        return [wanted]
+    names = [name for name in names_in(wanted) if name != "best"]
+    found = models_named(",".join(names)) if names else []
+    own = [] if isinstance(wanted, str) else [one for one in wanted if isinstance(one, Model)]
+    return found + own
+
+
+def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
+    """Return the names among the models asked for, ``all`` and ``best`` with them."""
+    if isinstance(wanted, Model):
+        return []
+    texts = [wanted] if isinstance(wanted, str) else [t for t in wanted if isinstance(t, str)]
+    return [name.strip() for text in texts for name in text.split(",")]

@@ -1,0 +1,446 @@
+"""The paper's networks (section 2.3), and several afferents' stems in one."""
+
+from contextlib import nullcontext
+from math import prod
+from typing import Self
+
+import torch
+from torch import Tensor, nn
+
+from afferents import dims
+from afferents.errors import InputError
+from afferents.models.base import Network, Task
+from afferents.models.layers import (
+    FlattenChannelsLast,
+    RegularisedLinear,
+    batch_norm_maps,
+    batch_norm_units,
+    initialise_like_keras,
+    takes_bfloat16,
+)
+
+# The network of the spatial encoding: one tactile image, SA-I or RA-I (SA-SE, RA-SE).
+#
+# Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.1; layers as in the authors' code,
+# spatial/train_static.ipynb, cell 4 (commit 880f9e4).
+
+SMALLEST_SIDE = 8
+"""Rows and columns that leave at least one value a channel after the image stack."""
+
+
+IMAGE_CHANNELS = 128
+
+
+class SpatialNet(Network):
+    """Texture from one tactile image: three convolutions and two dense layers.
+
+    ========================  =================  ==========
+    layer (ReLU after each)   output at 19 x 19  parameters
+    ========================  =================  ==========
+    Conv 64, 3 x 3, same      19 x 19 x 64              640
+    MaxPool 2                 9 x 9 x 64
+    BatchNorm                 9 x 9 x 64                256
+    Conv 128, 3 x 3, same     9 x 9 x 128            73,856
+    BatchNorm                 9 x 9 x 128               512
+    Conv 128, 3 x 3, valid    7 x 7 x 128           147,584
+    BatchNorm                 7 x 7 x 128               512
+    MaxPool 2                 3 x 3 x 128
+    BatchNorm                 3 x 3 x 128               512
+    Flatten, Dropout 0.4      1152
+    Dense 32, L2              32                     36,896
+    BatchNorm, Dropout 0.4    32                        128
+    Dense 16, L2              16                        528
+    BatchNorm, Dropout 0.2    16                         64
+    Dense 13, L2              13                        221
+    ========================  =================  ==========
+
+    Together 261,709, of which 260,717 are trainable, as Keras counts.
+
+    Deviations: the output are logits, the softmax is in the loss and in prediction; rows and
+    columns are those of the camera view, where the published arrays are transposed. The
+    paper's text has dropout 0.4, 0.2, 0.2 and one normalisation a convolution; the code, which
+    made the results, is followed.
+
+    Parameters
+    ----------
+    n_classes
+        Number of textures.
+    n_rows, n_columns
+        Size of the tactile image, at least 8 x 8.
+
+    Raises
+    ------
+    InputError
+        If the image is too small.
+    """
+
+    name = recipe = "spatial-net"
+    takes = (dims.ROW, dims.COLUMN)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (row, column)."""
+        return cls(task.n_classes, *task.sample_shape)
+
+    def __init__(self, n_classes: int, n_rows: int = 19, n_columns: int = 19) -> None:
+        """Build the layers and draw the weights."""
+        super().__init__()
+        self.image = image_stack()
+        self.dense = nn.Sequential(
+            nn.Dropout(0.4),
+            RegularisedLinear(image_features(n_rows, n_columns), 32),
+            nn.ReLU(),
+            batch_norm_units(32),
+            nn.Dropout(0.4),
+            RegularisedLinear(32, 16),
+            nn.ReLU(),
+            batch_norm_units(16),
+            nn.Dropout(0.2),
+            RegularisedLinear(16, n_classes),
+        )
+        initialise_like_keras(self)
+
+    def features(self, images: Tensor) -> Tensor:
+        """Return what enters the dense layers, (batch, `image_features`).
+
+        Of images (batch, row, column), px or px/frame.
+        """
+        features: Tensor = self.image(images.unsqueeze(1))
+        return features
+
+
+def image_stack() -> nn.Sequential:
+    """Return the layers up to Flatten, which `CnnLstm` applies to every frame.
+
+    Input (batch, 1, row, column), output (batch, `image_features`). ReLU comes after the
+    first pooling instead of before: the two commute, and it has a quarter of the work.
+    """
+    return nn.Sequential(
+        nn.Conv2d(1, 64, 3, padding=1),
+        nn.MaxPool2d(2),
+        nn.ReLU(),
+        batch_norm_maps(64),
+        nn.Conv2d(64, 128, 3, padding=1),
+        nn.ReLU(),
+        batch_norm_maps(128),
+        nn.Conv2d(128, IMAGE_CHANNELS, 3),
+        nn.ReLU(),
+        batch_norm_maps(128),
+        nn.MaxPool2d(2),
+        batch_norm_maps(128),
+        FlattenChannelsLast(),
+    )
+
+
+def image_features(n_rows: int, n_columns: int) -> int:
+    """Return how many values the image stack leaves of an image (1152 of 19 x 19).
+
+    Raises
+    ------
+    InputError
+        If nothing is left: fewer than 8 rows or columns.
+    """
+    if min(n_rows, n_columns) < SMALLEST_SIDE:
+        raise InputError(
+            "tactile images",
+            f"at least {SMALLEST_SIDE} x {SMALLEST_SIDE} markers for this network",
+            f"{n_rows} x {n_columns}",
+        )
+    height, width = ((side // 2 - 2) // 2 for side in (n_rows, n_columns))
+    return height * width * IMAGE_CHANNELS
+
+
+# The network of the spatio-temporal encoding: ten tactile images in a row (SA-STE, RA-STE).
+#
+# Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.2; layers as in the authors' code,
+# spatiotemporal/train_dynamic.ipynb, cell 4 (commit 880f9e4).
+
+UNITS = 10
+
+
+class CnnLstm(Network):
+    """Texture from a run of tactile images: a network for every frame, then three LSTMs.
+
+    ============================  =================  ==========
+    layer                         output             parameters
+    ============================  =================  ==========
+    image stack of `SpatialNet`   10 x 1152             223,872
+    LSTM 10, sequence             10 x 10                46,520
+    LSTM 10, sequence             10 x 10                   840
+    LSTM 10, last state           10                        840
+    Dropout 0.4                   10
+    Dense 32, ReLU, L2            32                        352
+    BatchNorm, Dropout 0.2        32                        128
+    Dense 16, ReLU, L2            16                        528
+    BatchNorm, Dropout 0.2        16                         64
+    Dense 13, L2                  13                        221
+    ============================  =================  ==========
+
+    Together 273,365, of which 272,373 are trainable, as Keras counts. The frames share the
+    image stack's weights, and its batch statistics run over all frames of a batch. The LSTMs
+    have tanh and sigmoid gates. (The paper calls the model a ConvLSTM; it is none.)
+
+    Deviations: the output are logits. PyTorch's LSTM has a second bias of 120 values in all,
+    which stays zero and is not trained.
+
+    Parameters
+    ----------
+    n_classes
+        Number of textures.
+    n_rows, n_columns
+        Size of a tactile image, at least 8 x 8. The number of frames is free.
+
+    Raises
+    ------
+    InputError
+        If the images are too small.
+    """
+
+    name = recipe = "cnn-lstm"
+    takes = (dims.FRAME, dims.ROW, dims.COLUMN)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (frame, row, column)."""
+        return cls(task.n_classes, *task.sample_shape[1:])
+
+    def __init__(self, n_classes: int, n_rows: int = 19, n_columns: int = 19) -> None:
+        """Build the layers and draw the weights."""
+        super().__init__()
+        self.image = image_stack()
+        features = image_features(n_rows, n_columns)
+        self.lstm = nn.LSTM(features, UNITS, num_layers=3, batch_first=True)
+        self.dense = dense_layers(UNITS, n_classes)
+        initialise_like_keras(self)
+
+    def features(self, runs: Tensor) -> Tensor:
+        """Return what enters the dense layers, (batch, 10), of runs (batch, frame, row, column)."""
+        of_frames = self.image(runs.flatten(0, 1).unsqueeze(1))
+        return self.after(of_frames.unflatten(0, runs.shape[:2]))
+
+    def after(self, of_frames: Tensor) -> Tensor:
+        """Return the same of what the image stack made of the frames, (batch, frame, feature)."""
+        return last_state(self.lstm, of_frames)
+
+
+def dense_layers(n_features: int, n_classes: int) -> nn.Sequential:
+    """Return the dense layers behind the LSTM (train_dynamic.ipynb, cell 4)."""
+    return nn.Sequential(
+        nn.Dropout(0.4),
+        RegularisedLinear(n_features, 32),
+        nn.ReLU(),
+        batch_norm_units(32),
+        nn.Dropout(0.2),
+        RegularisedLinear(32, 16),
+        nn.ReLU(),
+        batch_norm_units(16),
+        nn.Dropout(0.2),
+        RegularisedLinear(16, n_classes),
+    )
+
+
+def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:
+    """Return the last state (batch, unit) of LSTMs that go through (batch, frame, feature).
+
+    On a CPU that has no LSTM in bfloat16 it is computed in float32, whatever the rest of the
+    network is in: it is a small part of the work.
+    """
+    apart = torch.is_autocast_enabled("cpu") and not takes_bfloat16()
+    with torch.autocast("cpu", enabled=False) if apart else nullcontext():
+        last: Tensor = lstm(of_frames.float() if apart else of_frames)[0][:, -1]
+    return last
+
+
+# The network of the spectral encoding: vibration spectra (vib-TE).
+#
+# Pestell & Lepora, J. R. Soc. Interface 2022, section 2.4.3; layers as in the authors' code,
+# vibrotactile/train_vibration.ipynb, cell 4 (commit 880f9e4).
+
+SMALLEST_SPECTRUM = 135
+"""Bins that leave at least one value a channel after three poolings by 3 and the last kernel."""
+
+
+CHANNELS = 128
+
+
+class VibrationNet(Network):
+    """Texture from a vibration spectrum: four one-dimensional convolutions and a dense layer.
+
+    ==========================  ==================  ==========
+    layer                       output at 200 bins  parameters
+    ==========================  ==================  ==========
+    Conv 128, 5, same, ReLU     200 x 128                  768
+    MaxPool 3                   66 x 128
+    BatchNorm                   66 x 128                   512
+    Conv 128, 5, same, ReLU     66 x 128                82,048
+    BatchNorm                   66 x 128                   512
+    MaxPool 3                   22 x 128
+    Conv 128, 5, same, ReLU     22 x 128                82,048
+    BatchNorm                   22 x 128                   512
+    MaxPool 3                   7 x 128
+    Conv 128, 5, valid, ReLU    3 x 128                 82,048
+    BatchNorm                   3 x 128                    512
+    Flatten, Dropout 0.4        384
+    Dense 32, ReLU, L2          32                      12,320
+    Dense 13                    13                         429
+    ==========================  ==================  ==========
+
+    Together 261,709, of which 260,685 are trainable, as Keras counts (that `SpatialNet` has
+    the same total is a coincidence). With 16 vibration channels 271,309.
+
+    Deviations: the output are logits. The convolutions are written in two dimensions with a
+    height of 1, which is the same arithmetic and faster on a CPU in channels_last order.
+
+    Parameters
+    ----------
+    n_classes
+        Number of textures.
+    n_channels
+        Vibration channels: 1 for a microphone, 16 for 16 taxels.
+    n_frequencies
+        Bins of the spectrum, at least 135.
+
+    Raises
+    ------
+    InputError
+        If the spectrum is too short.
+    """
+
+    name = recipe = "vibration-net"
+    takes = (dims.CHANNEL, dims.FREQUENCY)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (channel, frequency)."""
+        return cls(task.n_classes, *task.sample_shape)
+
+    def __init__(self, n_classes: int, n_channels: int = 1, n_frequencies: int = 200) -> None:
+        """Build the layers and draw the weights."""
+        super().__init__()
+        if n_frequencies < SMALLEST_SPECTRUM:
+            raise InputError(
+                "spectra",
+                f"at least {SMALLEST_SPECTRUM} bins for this network",
+                f"{n_frequencies}",
+                "pad the windows with zeros before the Fourier transform",
+            )
+        self.spectrum = nn.Sequential(
+            _convolution(n_channels, "same"),
+            nn.MaxPool2d((1, 3)),  # before its ReLU, with which it commutes: less work
+            nn.ReLU(),
+            batch_norm_maps(CHANNELS),
+            _convolution(CHANNELS, "same"),
+            nn.ReLU(),
+            batch_norm_maps(CHANNELS),
+            nn.MaxPool2d((1, 3)),
+            _convolution(CHANNELS, "same"),
+            nn.ReLU(),
+            batch_norm_maps(CHANNELS),
+            nn.MaxPool2d((1, 3)),
+            _convolution(CHANNELS, "valid"),
+            nn.ReLU(),
+            batch_norm_maps(CHANNELS),
+            FlattenChannelsLast(),
+        )
+        self.dense = nn.Sequential(
+            nn.Dropout(0.4),
+            RegularisedLinear((n_frequencies // 27 - 4) * CHANNELS, 32),
+            nn.ReLU(),
+            nn.Linear(32, n_classes),
+        )
+        initialise_like_keras(self)
+
+    def features(self, spectra: Tensor) -> Tensor:
+        """Return what enters the dense layers, (batch, feature).
+
+        Of spectra (batch, channel, frequency).
+        """
+        features: Tensor = self.spectrum(spectra.unsqueeze(2))
+        return features
+
+
+def _convolution(n_channels: int, padding: str) -> nn.Conv2d:
+    return nn.Conv2d(n_channels, CHANNELS, (1, 5), padding=(0, 2 if padding == "same" else 0))
+
+
+# One network with a stem for each kind of afferent: the paper's networks, joined. Ours.
+
+
+class ThreeStems(Network):
+    """Texture from a window of vibration, a run of SA-I and a run of RA-I images together.
+
+    The stems are the layers of `VibrationNet` and of two `CnnLstm` up to their dense layers; these
+    three are one here, after what all stems make of a touch:
+
+    ============================  ==============
+    layer                         output
+    ============================  ==============
+    stem of vibration             384
+    stems of SA-I and RA-I        10 each
+    Dropout 0.4, Dense 32, L2     32
+    BatchNorm, Dropout 0.2        32
+    Dense 16, L2                  16
+    BatchNorm, Dropout 0.2        16
+    Dense, L2                     textures
+    ============================  ==============
+
+    Parameters
+    ----------
+    n_classes
+        Number of textures.
+    shapes
+        Of a spectrum (channel, frequency), and of the two runs (frame, row, column), in the order
+        in which they stand in a sample.
+
+    Raises
+    ------
+    InputError
+        If a spectrum is too short, or images are too small.
+    """
+
+    name, recipe = "three-stems", "cnn-lstm"
+    takes = (dims.FEATURE,)
+    deployable = False
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples (feature), whose encoding says what `shapes` stand in them."""
+        shapes = getattr(task.encoding, "shapes", ())
+        if [len(shape) for shape in shapes] != [2, 3, 3]:
+            expected = "a spectrum and two runs of images"
+            raise InputError("the classifier three-stems", expected, f"samples {shapes}")
+        return cls(task.n_classes, *shapes)
+
+    def __init__(
+        self,
+        n_classes: int,
+        spectrum: tuple[int, ...],
+        slow: tuple[int, ...],
+        fast: tuple[int, ...],
+    ) -> None:
+        """Build the layers and draw the weights."""
+        super().__init__()
+        self.shapes = (spectrum, slow, fast)
+        vibration = VibrationNet(n_classes, *spectrum)
+        self.spectrum = vibration.spectrum
+        runs = [CnnLstm(n_classes, *shape[1:]) for shape in (slow, fast)]
+        self.images = nn.ModuleList(run.image for run in runs)
+        self.lstms = nn.ModuleList(run.lstm for run in runs)
+        first = vibration.dense[1]
+        assert isinstance(first, nn.Linear)
+        self.dense = dense_layers(first.in_features + len(runs) * UNITS, n_classes)
+        initialise_like_keras(self)
+
+    def features(self, touches: Tensor) -> Tensor:
+        """Return what enters the dense layers, (batch, 404), of touches (batch, feature)."""
+        sizes = [prod(shape) for shape in self.shapes]
+        spectrum, *runs = (
+            part.reshape(len(part), *shape)
+            for part, shape in zip(torch.split(touches, sizes, dim=1), self.shapes, strict=True)
+        )
+        found = [self.spectrum(spectrum.unsqueeze(2))]
+        for image, lstm, run in zip(self.images, self.lstms, runs, strict=True):
+            assert isinstance(lstm, nn.LSTM)
+            of_frames = image(run.flatten(0, 1).unsqueeze(1)).unflatten(0, run.shape[:2])
+            found.append(last_state(lstm, of_frames))
+        return torch.cat(found, dim=1)

@@ -1,0 +1,307 @@
+"""Ridge regression on what an encoding gives: nothing is searched for, it is solved at once.
+
+Scores of the textures are linear in the values, standardised; the targets are 1 for the texture
+that it is and 0 for the others (Hoerl & Kennard, Technometrics 1970, 12:55). Probabilities are the
+softmax of the scores over a temperature, which a speed not learnt from sets.
+"""
+
+import operator
+from collections.abc import Sequence
+from functools import reduce
+from typing import ClassVar, Self, cast
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from afferents.models.base import Classifier, FitData, Solved, Task
+from afferents.models.model import SpeedFrom
+
+PENALTY = 30.0
+"""Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
+
+
+SEARCHED = (3.0, 30.0, 300.0, 3e3, 3e4)
+"""Penalties to choose from inside a fold, where that is asked for."""
+
+
+_LEAST_SD = 0.1
+"""Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
+
+
+_LEAST_SHARE = 1e-10
+"""Of a value's square that its variance may be: of one that never varies, rounding is left."""
+
+
+class Gram:
+    """What least squares needs of all samples, gathered in parts: X'WX and X'WY.
+
+    Parameters
+    ----------
+    n_features, n_targets
+        Columns of X, the constant not counted, and of Y.
+    """
+
+    def __init__(self, n_features: int, n_targets: int) -> None:
+        """Start with no samples."""
+        self._xx = torch.zeros(n_features + 1, n_features + 1, dtype=torch.float64)
+        self._xy = torch.zeros(n_features + 1, n_targets, dtype=torch.float64)
+
+    def add(self, x: Tensor, y: Tensor, weight: Tensor) -> None:
+        """Add samples (n, feature), their targets (n, target) and weights (n,)."""
+        x = torch.cat([x.double(), torch.ones(len(x), 1, dtype=torch.float64)], 1)
+        weighted = x * weight.double()[:, None]
+        self._xx += weighted.T @ x
+        self._xy += weighted.T @ y.double()
+
+    def __sub__(self, other: "Gram") -> "Gram":
+        """Return what is needed of these samples without those of another."""
+        return self._joined(other, -1)
+
+    def __add__(self, other: "Gram") -> "Gram":
+        """Return what is needed of the samples of both."""
+        return self._joined(other, 1)
+
+    def of(self, features: Tensor) -> "Gram":
+        """Return what is needed of some of the features, whose numbers are given."""
+        rows = torch.cat([features, torch.tensor([len(self._xx) - 1])])
+        part = Gram(len(features), self._xy.shape[1])
+        part._xx, part._xy = self._xx[rows][:, rows], self._xy[rows]
+        return part
+
+    def _joined(self, other: "Gram", sign: int) -> "Gram":
+        joined = Gram(len(self._xx) - 1, self._xy.shape[1])
+        joined._xx, joined._xy = self._xx + sign * other._xx, self._xy + sign * other._xy
+        return joined
+
+    def solve(self, strength: float | Tensor) -> tuple[Tensor, Tensor]:
+        """Return weights (feature, target) and constants (target,); the latter not penalised.
+
+        Parameters
+        ----------
+        strength
+            Of the penalty, for all features or of each, (feature,).
+        """
+        penalty = torch.full((len(self._xx),), 1e-6, dtype=torch.float64)
+        penalty[:-1] = strength
+        solved = torch.linalg.solve(self._xx + torch.diag(penalty), self._xy).float()
+        return solved[:-1], solved[-1]
+
+    def solve_as_ridge(self) -> tuple[Tensor, Tensor]:
+        """Return weights and constants of what `Ridge` learns from these samples.
+
+        It standardises features first. One divided by its standard deviation has a weight as many
+        times larger, so here the penalty is larger instead, and features stay as they are.
+        """
+        n = self._xx[-1, -1]
+        variance = self._xx.diagonal()[:-1] / n - (self._xx[-1, :-1] / n).square()
+        return self.solve(PENALTY * variance.clamp_min(_LEAST_SD**2))
+
+    def solve_as_discriminant(self, shrinkage: float) -> tuple[Tensor, Tensor]:
+        """Return weights and constants of what `Discriminant` learns from these samples.
+
+        Targets are 1 for the class of a sample, and 0 for the others. A class without samples is
+        taken to lie in the middle of all.
+        """
+        n = self._xx[-1, -1]
+        share, mean = self._xy[-1] / n, self._xx[:-1, -1] / n
+        second = self._xx[:-1, :-1] / n
+        covariance = second - torch.outer(mean, mean)
+        off = torch.where(share > 0, self._xy[:-1] / self._xy[-1] - mean[:, None], 0.0)
+        within = covariance - (off * share) @ off.T
+        variance = torch.maximum(covariance.diagonal(), _LEAST_SHARE * second.diagonal())
+        penalty = shrinkage * variance.clamp_min(torch.finfo(variance.dtype).tiny)
+        solved = torch.linalg.solve(within + torch.diag(penalty), off)
+        return solved.float(), (-((mean[:, None] + off / 2) * solved).sum(0)).float()
+
+
+def sum_of(grams: Sequence[Gram]) -> Gram:
+    """Return what is needed of the samples of several."""
+    return reduce(operator.add, grams)
+
+
+class Ridge(Solved):
+    """Scores of textures from flattened values: one dense layer on standardised ones.
+
+    Parameters
+    ----------
+    n_classes
+        Number of textures.
+    sample_shape
+        Of one sample.
+    """
+
+    name = "ridge"
+    penalties: ClassVar[tuple[float, ...]] = (PENALTY,)
+    searched: ClassVar[tuple[float, ...]] = SEARCHED
+    learns_from_sums = True
+    mean: Tensor
+    sd: Tensor
+
+    def __init__(self, n_classes: int, sample_shape: tuple[int, ...]) -> None:
+        """Start with nothing learnt."""
+        super().__init__()
+        n = torch.Size(sample_shape).numel()
+        self.register_buffer("mean", torch.zeros(n))
+        self.register_buffer("sd", torch.ones(n))
+        self.register_buffer("temperature", torch.ones(()))
+        linear = nn.Linear(n, n_classes)
+        nn.init.zeros_(linear.weight)
+        nn.init.zeros_(linear.bias)
+        self.dense = nn.Sequential(linear).requires_grad_(False)
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one for samples of any shape."""
+        return cls(task.n_classes, task.sample_shape)
+
+    @classmethod
+    def asked_of_unseen_textures(cls, speed_from: SpeedFrom) -> bool:
+        """Tell that it takes part: leaving out a texture takes no time."""
+        return cls.learns_from_sums
+
+    @property
+    def n_last(self) -> int:
+        """Number of textures, whose scores tell what is unknown."""
+        return cast("nn.Linear", self.dense[0]).out_features
+
+    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
+        """Learn from samples, in place; the speeds tell nothing."""
+        flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
+        self.mean, self.sd = flat.mean(0), flat.std(0, correction=0).clamp_min(_LEAST_SD)
+        targets = nn.functional.one_hot(data.labels, linear.out_features)
+        gram = Gram(linear.in_features, linear.out_features)
+        gram.add(self.last_features(data.values), targets, data.weight)
+        solved, constant = gram.solve(penalty)
+        linear.weight.copy_(solved.T)
+        linear.bias.copy_(constant)
+
+    def last_features(self, samples: Tensor) -> Tensor:
+        """Return the standardised values of samples, (n, feature)."""
+        features: Tensor = (samples.flatten(1) - self.mean) / self.sd
+        return features
+
+    def scores_of(self, features: Tensor) -> Tensor:
+        """Return the scores of standardised values, (n, n_classes)."""
+        scores: Tensor = self.dense(features)
+        return scores
+
+    def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
+        """Return the scores of samples, (n, n_classes), whatever their speeds."""
+        return self.scores_of(self.last_features(values))
+
+
+class SearchedRidge(Ridge):
+    """A ridge whose penalty is chosen inside each fold.
+
+    For features that are many, of which nothing says how many tell, as of random kernels.
+    """
+
+    name = "ridge-searched"
+    penalties = (30.0, 1e3, 3e4, 1e6)
+    learns_from_sums = False
+
+
+def log_probabilities(scores: Tensor, temperature: Tensor | float) -> Tensor:
+    """Return the log-probabilities of textures that scores mean at a temperature, (n, n_classes).
+
+    Parameters
+    ----------
+    scores
+        (n, n_classes), or (n, supposed speed, n_classes): a texture's probability is then the sum
+        over its speeds.
+    """
+    joint = (scores / temperature).flatten(1).log_softmax(1).reshape(scores.shape)
+    logs: Tensor = joint.logsumexp(1) if joint.ndim == 3 else joint
+    return logs
+
+
+def equal_weights(labels: Tensor, groups: Tensor) -> Tensor:
+    """Return weights, mean 1, under which every texture counts the same in every group.
+
+    Groups are numbers, such as the speeds.
+    """
+    _, condition, count = torch.unique(
+        torch.stack([labels.double(), groups.double()]),
+        dim=1, return_inverse=True, return_counts=True,
+    )  # fmt: skip
+    weight = 1 / count[condition].double()
+    relative: Tensor = weight / weight.mean()
+    return relative.float()
+
+
+# Linear discriminant analysis: textures are clouds of one shape about means of their own.
+#
+# A score is the logarithm of a Gaussian's density, less what all textures share: linear in the
+# values (Fisher, Ann. Eugenics 1936, 7:179). For few values, of which a texture may take a middle
+# one: there a ridge on indicators of the textures names the outer ones alone (Hastie, Tibshirani &
+# Friedman, The Elements of Statistical Learning, 2009, section 4.2).
+
+
+class Discriminant(Ridge):
+    """A linear discriminant, whose covariance within textures is shrunk.
+
+    Its diagonal gains a share of each value's variance over all samples (Friedman, J. Am. Stat.
+    Assoc. 1989, 84:165). The share is the penalty, chosen inside each fold.
+    """
+
+    name = "discriminant"
+    penalties = (0.01, 0.1, 1.0)
+    learns_from_sums = False
+
+    def solve(self, data: FitData, rng: np.random.Generator, penalty: float) -> None:
+        """Learn from samples, in place; the speeds tell nothing."""
+        flat, linear = data.values.flatten(1), cast("nn.Linear", self.dense[0])
+        gram = Gram(linear.in_features, linear.out_features)
+        targets = nn.functional.one_hot(data.labels, linear.out_features)
+        gram.add(flat, targets, data.weight)
+        solved, constant = gram.solve_as_discriminant(penalty)
+        linear.weight.copy_(solved.T)
+        linear.bias.copy_(constant)
+
+
+# Fusion: what several models of one touch say together.
+#
+# A late fusion weighs the log-probabilities of its parts; a joint one is a ridge on the values of
+# all of them. What they learn on a fold is in `models.fit_solved`.
+
+
+class LateFusion(Classifier):
+    """The models of the parts, and how much each counts.
+
+    Parameters
+    ----------
+    parts
+        By the name of their model, learnt already.
+    weights
+        How often each one's log-probabilities count.
+    """
+
+    name = "late-fusion"
+    deployable = False
+    learns_parts = True
+
+    def __init__(self, parts: dict[str, Classifier], weights: list[float]) -> None:
+        """Take the parts."""
+        super().__init__()
+        self.parts = nn.ModuleDict(parts)
+        self.register_buffer("weights", torch.tensor(weights))
+
+    @classmethod
+    def built_for(cls, task: Task) -> Self:
+        """Return one without parts."""
+        return cls({}, [])
+
+
+class MeanFusion(LateFusion):
+    """Networks of the parts, each learnt alone, whose log-probabilities count the same."""
+
+    name = "mean-fusion"
+
+
+class JointFusion(Ridge):
+    """One ridge on the values of all parts."""
+
+    name = "joint-fusion"
+    deployable = False
+    learns_from_sums = False

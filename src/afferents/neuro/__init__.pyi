@@ -1,0 +1,57 @@
+from .beside import (
+    matched as matched,
+)
+from .decoding import (
+    accuracy_by_resolution as accuracy_by_resolution,
+)
+from .decoding import (
+    accuracy_by_units as accuracy_by_units,
+)
+from .decoding import (
+    decode as decode,
+)
+from .distances import (
+    DISTANCES as DISTANCES,
+)
+from .distances import (
+    distance_matrix as distance_matrix,
+)
+from .distances import (
+    found_by_nearest as found_by_nearest,
+)
+from .exponent import (
+    exponents as exponents,
+)
+from .exponent import (
+    spectral_exponent as spectral_exponent,
+)
+from .exponent import (
+    told_by_exponent as told_by_exponent,
+)
+from .natural.nwb import (
+    read_nwb as read_nwb,
+)
+from .natural.reader import (
+    described_natural as described_natural,
+)
+from .natural.reader import (
+    read_natural as read_natural,
+)
+from .neo import (
+    from_neo as from_neo,
+)
+from .neo import (
+    to_neo as to_neo,
+)
+from .speed import (
+    rate_slopes as rate_slopes,
+)
+from .speed import (
+    stretch_match as stretch_match,
+)
+from .windows import (
+    cut_windows as cut_windows,
+)
+from .windows import (
+    some_units as some_units,
+)

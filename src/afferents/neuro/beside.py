@@ -1,0 +1,227 @@
+"""Two populations made alike, so that what is read from them can be compared.
+
+Artificial and natural recordings differ in how many textures, speeds, units and seconds they have;
+more of any makes reading easier or harder. As many of each are kept as both have.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from afferents.errors import InputError
+from afferents.neuro.decoding import accuracy_by_resolution, require_conditions
+from afferents.neuro.figures import beside_figure
+from afferents.neuro.speed import match_by_class, stretch_match
+from afferents.neuro.windows import some_units
+from afferents.spikes.population import Spikes, joined
+
+_MOST_SPEEDS = 4
+"""Whose ratios are matched."""
+
+
+def matched(
+    first: Spikes, second: Spikes, seed: int = 0, gaps: bool = False
+) -> tuple[Spikes, Spikes]:
+    """Return two populations with as many textures, speeds, units and seconds as each other.
+
+    Classes that one of them lacks are left out. Speeds are chosen so that their ratios are as alike
+    as can be (30, 60 and 90 mm/s beside 40, 80 and 120). Textures and units are drawn with the
+    seed: textures that most units were recorded on first, and units that were recorded on all.
+    Textures need not be the same ones: only their number counts.
+
+    Parameters
+    ----------
+    gaps
+        Whether units stay that were not recorded in every trial. Analyses that compare what two
+        trials both have can bear them; decoding can't. Then seconds are made alike speed by speed,
+        so that the slow trials of one, which are longer, keep their length.
+
+    Raises
+    ------
+    InputError
+        If they have no class in common, or one has fewer than two textures or speeds, or trials
+        without a speed.
+    """
+    both = [name for name in first.units["class"].unique() if name in set(second.units["class"])]
+    if not both:
+        found = " and ".join(", ".join(one.units["class"].unique()) for one in (first, second))
+        raise InputError("natural", "units of a class that the artificial ones have", found)
+    speeds = alike(require_conditions(first), require_conditions(second))
+    parts = [_at(one.of_class(*both), at) for one, at in zip((first, second), speeds, strict=True)]
+    n_textures = min(len(_textures(part, seed)) for part in parts)
+    if n_textures < 2:
+        raise InputError("natural", "2 textures or more at the speeds compared", f"{n_textures}")
+    parts = [_of_textures(part, _textures(part, seed)[:n_textures], gaps) for part in parts]
+    n_units = {name: min(part.of_class(name).n_units for part in parts) for name in both}
+    if not any(n_units.values()):
+        raise InputError("natural", "units that were recorded in every trial compared", "none")
+    here, there = (_some(part, n_units, seed) for part in parts)
+    return _as_long(here, there, by_speed=gaps)
+
+
+def alike(
+    first: NDArray[np.float64], second: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return as many speeds of each as both have, whose ratios differ least.
+
+    Where several do, those that are nearest to each other.
+    """
+    n = min(len(first), len(second), _MOST_SPEEDS)
+
+    def unlike(pair: tuple[tuple[float, ...], tuple[float, ...]]) -> tuple[float, float]:
+        apart = np.log(pair[0]) - np.log(pair[1])
+        return round(float(np.ptp(apart)), 6), float(abs(apart.mean()))  # ratios, then the speeds
+
+    pairs = [(a, b) for a in combinations(first, n) for b in combinations(second, n)]
+    here, there = min(pairs, key=unlike)
+    return np.array(here), np.array(there)
+
+
+def _at(spikes: Spikes, speeds: NDArray[np.float64]) -> Spikes:
+    return spikes.select(trials=spikes.trials["speed_mm_s"].isin(speeds).to_numpy())
+
+
+def _textures(spikes: Spikes, seed: int) -> list[str]:
+    """Return the textures that are there at every speed, those with fewest gaps first."""
+    there = spikes.trials.groupby("texture")["speed_mm_s"].nunique()
+    everywhere = there.index[there == there.max()].to_numpy(str)
+    np.random.default_rng(seed).shuffle(everywhere)
+    texture = spikes.trials["texture"].to_numpy(str)
+    gaps = [np.sum(~spikes.recorded[texture == one]) for one in everywhere]
+    return [str(everywhere[place]) for place in np.argsort(gaps, kind="stable")]
+
+
+def _of_textures(spikes: Spikes, textures: list[str], gaps: bool) -> Spikes:
+    """Return some textures, and the units that were recorded in all (or any) of their trials."""
+    kept = spikes.select(trials=spikes.trials["texture"].isin(textures).to_numpy())
+    there = kept.recorded
+    return kept.select(units=there.any(axis=0) if gaps else there.all(axis=0))
+
+
+def _as_long(first: Spikes, second: Spikes, by_speed: bool) -> tuple[Spikes, Spikes]:
+    """Return both with trials as long as the shortest, of all or of a speed and its counterpart."""
+    if not by_speed:
+        length_s = min(float(one.trials["duration_s"].min()) for one in (first, second))
+        return first.window(0, length_s), second.window(0, length_s)
+    pairs = []
+    for speeds in zip(
+        *(np.unique(one.trials["speed_mm_s"]) for one in (first, second)), strict=True
+    ):
+        here, there = (
+            one.select(trials=(one.trials["speed_mm_s"] == speed).to_numpy())
+            for one, speed in zip((first, second), speeds, strict=True)
+        )
+        pairs.append(_as_long(here, there, by_speed=False))
+    here_all, there_all = (joined(parts) for parts in zip(*pairs, strict=True))
+    return here_all, there_all
+
+
+def _some(spikes: Spikes, n_units: dict[str, int], seed: int) -> Spikes:
+    """Return so many units."""
+    rng = np.random.default_rng(seed)
+    units = [
+        spikes.units.index.get_indexer(some_units(spikes.of_class(name), n, rng).units.index)
+        for name, n in n_units.items()
+    ]
+    return spikes.select(units=np.concatenate(units))
+
+
+# Artificial units beside natural fibres, made alike: `afferents neural --natural`.
+
+_SHARE = 1 / 3
+"""Of the shortest trial: the longest window that still leaves some to learn from."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What both populations say, with a column `population`: ``artificial`` or ``natural``.
+
+    `matches` has both made alike, `natural` all fibres on all textures. `resolution` and `figure`
+    are None where no fibre was recorded in every trial.
+    """
+
+    resolution: pd.DataFrame | None
+    matches: pd.DataFrame
+    natural: pd.DataFrame
+    figure: Figure | None
+    sentences: list[str]
+
+
+def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, source: str) -> Beside:
+    """Read texture from both, from as many textures, speeds, units and seconds of each.
+
+    Trains are matched across speeds with what was recorded; decoding needs units that were
+    recorded in every trial.
+
+    Raises
+    ------
+    InputError
+        As `neuro.matched`, and if trials are too short for windows.
+    """
+    names = ("artificial", "natural")
+    pair = dict(zip(names, matched(artificial, natural, seed, gaps=True), strict=True))
+    both = pd.concat(
+        match_by_class(stretch_match(one, seed=seed)).assign(population=population)
+        for population, one in pair.items()
+    )
+    alone = match_by_class(stretch_match(natural, n_units=None, seed=seed))
+    sentences = [compared(pair), *matches_in_words(both), *all_fibres_in_words(alone)]
+    try:
+        whole = dict(zip(names, matched(artificial, natural, seed), strict=True))
+    except InputError as gaps:
+        said = f"Texture can't be decoded from the fibres' rates and bins ({gaps})."
+        return Beside(None, both, alone, None, [*sentences, said])
+    shortest = min(float(one.trials["duration_s"].min()) for one in whole.values())
+    window_s = min(window_s, shortest * _SHARE)
+    resolution = pd.concat(
+        accuracy_by_resolution(one, window_s=window_s, seed=seed).assign(population=population)
+        for population, one in whole.items()
+    )
+    return Beside(resolution, both, alone, beside_figure(resolution, both, source), sentences)
+
+
+def compared(pair: Mapping[str, Spikes]) -> str:
+    """Return what was made alike."""
+    one = pair["natural"]
+    units = ", ".join(f"{n} {name}" for name, n in one.units["class"].value_counts().items())
+    speeds = {
+        name: ", ".join(f"{speed:g}" for speed in sorted(spikes.trials["speed_mm_s"].unique()))
+        for name, spikes in pair.items()
+    }
+    return (
+        f"Compared: {one.trials['texture'].nunique()} textures of each; {units} of each; "
+        f"{speeds['artificial']} mm/s beside {speeds['natural']} mm/s; of the natural trials "
+        f"{100 * (1 - one.recorded.mean()):.0f}% were not recorded."
+    )
+
+
+def matches_in_words(matches: pd.DataFrame) -> list[str]:
+    """Return what stretching does to trains of both populations; as `match_by_class` has it."""
+    said = []
+    for (name, population), some in matches.groupby(["class", "population"], sort=False):
+        by = some.set_index("stretched")["accuracy"]
+        said.append(
+            f"{name}, {population}: {100 * by[True]:.0f}% of textures are found by their trains at "
+            f"another speed when stretched, {100 * by[False]:.0f}% as they are (chance "
+            f"{100 * some['chance'].iloc[0]:.0f}%)."
+        )
+    return said
+
+
+def all_fibres_in_words(matches: pd.DataFrame) -> list[str]:
+    """Return the same of all natural fibres, and how much was recorded of them."""
+    said = []
+    for name, some in matches.groupby("class", sort=False):
+        by, one = some.set_index("stretched")["accuracy"], some.iloc[0]
+        said.append(
+            f"All {one['n_units']} natural {name} fibres, on {one['n_textures']} textures with the "
+            f"gaps they have (up to {one['n_trains']} trains a pair of speeds): "
+            f"{100 * by[True]:.0f}% of textures are found when stretched, "
+            f"{100 * by[False]:.0f}% as they are (chance {100 * one['chance']:.0f}%)."
+        )
+    return said

@@ -1,0 +1,280 @@
+"""Texture read from spikes: at which temporal resolution, from how many units, across speeds.
+
+Trials are cut into windows. In each, a unit's spikes are counted in bins as wide as the resolution.
+Of the counts their mean and their amplitude spectrum are kept, so nothing hangs on which bump the
+window began with. One bin as long as the window is the rate alone; finer bins add timing. A linear
+discriminant on the principal components of the training windows names the texture.
+
+Comparing decoding over resolutions is how the nerve's own codes for texture were told apart (Weber
+et al., PNAS 110:17107, 2013); the spectrum in place of aligned trains is ours.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from afferents.errors import InputError
+from afferents.neuro.windows import TRIAL, always_recorded, cut_windows, some_units
+from afferents.spikes.population import Spikes
+
+Across = Literal["speeds", "windows"]
+"""What is held out: every speed in turn, or within each speed later windows (or repetitions)."""
+
+
+RESOLUTIONS_S = (0.001, 0.002, 0.005, 0.011, 0.02, 0.05, 0.1, 0.25, 0.5)
+
+
+WINDOW_S = 0.5
+
+
+COMPONENTS = 40
+"""Principal components that the discriminant sees."""
+
+
+_SLACK = 0.95
+"""Of a camera at 90 frames/s, whose frames last 11.1 ms, bins of 11 ms can be asked."""
+
+
+MOST_WINDOWS = 8
+"""Of a trial: more of the same recording adds little."""
+
+
+def decode(
+    windows: Spikes, resolution_s: float, across: Across, seed: int = 0
+) -> dict[float, float]:
+    """Return the share of windows whose texture is named rightly, by the speed tested.
+
+    Parameters
+    ----------
+    windows
+        Trials of one length, as `cut_windows` gives them.
+    resolution_s
+        Width of a bin.
+    across
+        ``speeds``: each speed is tested by what was learnt at all others, and nothing of it is
+        seen before. ``windows``: each speed by itself, learnt from the first half of each trial and
+        tested on the second; from all but one repetition where there are several.
+    seed
+        Of the principal components.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two textures or, across speeds, than two speeds, a speed is not
+        known, there are too few windows to learn from, or bins are finer than the units' times.
+    """
+    speeds = require_conditions(windows, across)
+    if resolution_s < _SLACK * _finest(windows):
+        wanted = f"bins of {_finest(windows):.3g} s or more, as finely as these units fire"
+        raise InputError("resolution", wanted, f"{resolution_s:g} s")
+    features = binned_features(windows, resolution_s)
+    texture = windows.trials["texture"].to_numpy(str)
+    found: dict[float, list[NDArray[np.bool_]]] = {}
+    for speed, train, test in folds(windows, speeds, across):
+        if len(train) <= len(np.unique(texture)):
+            there = f"{len(train)} windows of {len(np.unique(texture))} textures"
+            wanted = "more windows than textures to learn from"
+            raise InputError("spikes", wanted, there, "choose shorter windows")
+        named = _named(features[train], texture[train], features[test], seed)
+        found.setdefault(speed, []).append(named == texture[test])
+    return {speed: float(np.mean(np.concatenate(right))) for speed, right in found.items()}
+
+
+def accuracy_by_resolution(
+    spikes: Spikes,
+    resolutions_s: Sequence[float] = RESOLUTIONS_S,
+    window_s: float = WINDOW_S,
+    n_units: int = 8,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Return how well texture is told at each resolution, for each class and held-out part.
+
+    Units that were not recorded in every trial are left out. So are resolutions finer than a class'
+    own (`resolution_s` of its units: a frame's duration, of a camera): spikes between two frames
+    are interpolation.
+
+    Parameters
+    ----------
+    n_units
+        Of each class, drawn at random with the seed: as many of each, so that classes compare.
+
+    Returns
+    -------
+    pandas.DataFrame
+        `class`, `across`, `resolution_s`, `accuracy`, `low`, `high` (95%, Student's t over the
+        speeds tested, which share most of what was learnt from), `chance`, `n_units`.
+    """
+    rows = []
+    for name, units in _classes(spikes, n_units, seed):
+        windows = cut_windows(units, window_s, MOST_WINDOWS)
+        for resolution_s in _possible(resolutions_s, units, window_s):
+            for across in _parts(windows):
+                by_speed = decode(windows, resolution_s, across, seed)
+                given = {"class": name, "across": across, "resolution_s": resolution_s}
+                rows.append({**given, **summary(by_speed), "n_units": units.n_units})
+    return pd.DataFrame(rows).assign(chance=1 / spikes.trials["texture"].nunique())
+
+
+def accuracy_by_units(
+    spikes: Spikes,
+    numbers: Sequence[int] = (1, 2, 4, 8, 16, 32, 64),
+    window_s: float = WINDOW_S,
+    draws: int = 5,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Return how well texture is told from populations of 1 to N units, by rates and with timing.
+
+    Timing is taken at 11 ms, or as finely as the class has it.
+
+    Parameters
+    ----------
+    draws
+        Of the units, for each number.
+
+    Returns
+    -------
+    pandas.DataFrame
+        `class`, `across`, `code` (``rate`` or ``timing``), `n_units`, `accuracy` (mean over
+        draws), `low`, `high` (95%, Student's t over the speeds tested), `chance`.
+    """
+    rows = []
+    for name in spikes.units["class"].unique():
+        units = always_recorded(spikes, name)
+        windows = cut_windows(units, window_s, MOST_WINDOWS)
+        codes = {"rate": window_s, "timing": max(0.011, _finest(units))}
+        for number in [n for n in numbers if n < units.n_units] + [units.n_units]:
+            if number > max(numbers):
+                continue
+            for across in _parts(windows):
+                for code, resolution_s in codes.items():
+                    drawn = [
+                        decode(some_units(windows, number, rng), resolution_s, across, seed)
+                        for rng in np.random.default_rng(seed).spawn(draws)
+                    ]
+                    by_speed = {one: float(np.mean([d[one] for d in drawn])) for one in drawn[0]}
+                    given = {"class": name, "across": across, "code": code, "n_units": number}
+                    rows.append({**given, **summary(by_speed)})
+    return pd.DataFrame(rows).assign(chance=1 / spikes.trials["texture"].nunique())
+
+
+def summary(by_speed: dict[float, float]) -> dict[str, float]:
+    """Return the mean over speeds, and its 95% interval by Student's t over them."""
+    values = np.array(list(by_speed.values()))
+    mean, n = float(values.mean()), len(values)
+    if n < 2:
+        return {"accuracy": mean, "low": np.nan, "high": np.nan}
+    half = float(student.ppf(0.975, n - 1) * values.std(ddof=1) / np.sqrt(n))
+    return {"accuracy": mean, "low": max(mean - half, 0.0), "high": min(mean + half, 1.0)}
+
+
+def binned_features(windows: Spikes, resolution_s: float) -> NDArray[np.float64]:
+    """Return `(window, feature)`: of each unit the mean count and the spectrum of its bins.
+
+    Square roots of both, which evens out the spread of counts; a unit that was not recorded in a
+    window gives 0.
+    """
+    counts = np.nan_to_num(windows.binned(resolution_s).values)
+    level = counts.mean(axis=-1, keepdims=True)
+    waves = np.abs(np.fft.rfft(counts - level, axis=-1))[..., 1:] / counts.shape[-1]
+    features: NDArray[np.float64] = np.sqrt(np.concatenate([level, waves], axis=-1))
+    return features.reshape(len(counts), -1)
+
+
+def require_conditions(spikes: Spikes, across: Across = "speeds") -> NDArray[np.float64]:
+    """Return the speeds, ascending; refuse spikes that nothing can be held out of.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two textures or, across speeds, than two speeds, or a speed is not
+        known.
+    """
+    n_textures = spikes.trials["texture"].nunique()
+    if n_textures < 2:
+        raise InputError("spikes", "at least 2 textures", f"{n_textures}")
+    speed = spikes.trials["speed_mm_s"].to_numpy(np.float64)
+    if np.isnan(speed).any():
+        found = f"{np.isnan(speed).sum()} of {len(speed)} without"
+        raise InputError("spikes", "the speed of every trial", found)
+    speeds = np.unique(speed)
+    if across == "speeds" and len(speeds) < 2:
+        raise InputError("spikes", "at least 2 speeds", f"{len(speeds)}")
+    return speeds
+
+
+def folds(
+    windows: Spikes, speeds: NDArray[np.float64], across: Across
+) -> Iterator[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
+    """Yield the speed tested and the places of windows to learn from and to test on."""
+    speed = windows.trials["speed_mm_s"].to_numpy(np.float64)
+    for one in speeds:
+        at = speed == one
+        if across == "speeds":
+            yield float(one), np.flatnonzero(~at), np.flatnonzero(at)
+            continue
+        part = _parts_of_speed(windows.trials[at])
+        for number in np.unique(part[part >= 0]):
+            tested = np.zeros(len(at), bool)
+            tested[np.flatnonzero(at)[part == number]] = True
+            yield float(one), np.flatnonzero(at & ~tested), np.flatnonzero(tested)
+
+
+def _parts_of_speed(trials: pd.DataFrame) -> NDArray[np.int64]:
+    """Return the part of each window, held out together; -1 for windows that are only learnt from.
+
+    Its repetition, where there are several; else the second half of its trial is 0, the first -1.
+    """
+    repetition = trials["repetition"].to_numpy(np.int64)
+    if len(np.unique(repetition)) > 1:
+        return np.unique(repetition, return_inverse=True)[1]
+    place = trials.groupby(TRIAL).cumcount()
+    size = trials.groupby(TRIAL)[TRIAL].transform("size")
+    return np.where((place >= (size + 1) // 2).to_numpy(), 0, -1)
+
+
+def _named(
+    train: NDArray[np.float64], texture: NDArray[np.str_], test: NDArray[np.float64], seed: int
+) -> NDArray[np.str_]:
+    """Return the texture that each test window is taken for."""
+    # which take longer to import than all the rest
+    from sklearn.decomposition import PCA
+    from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+    from sklearn.pipeline import make_pipeline
+
+    if not np.ptp(train, axis=0).any():  # silent units tell nothing apart
+        return np.full(len(test), texture[0])
+    n = min(COMPONENTS, train.shape[1], len(train) - 1)
+    reduced = PCA(n, svd_solver="randomized", random_state=seed)
+    solver = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
+    named: NDArray[np.str_] = make_pipeline(reduced, solver).fit(train, texture).predict(test)
+    return named
+
+
+def _classes(spikes: Spikes, n_units: int, seed: int) -> Iterator[tuple[str, Spikes]]:
+    for name in spikes.units["class"].unique():
+        whole = always_recorded(spikes, name)
+        yield name, some_units(whole, n_units, np.random.default_rng(seed))
+
+
+def _finest(units: Spikes) -> float:
+    return float(units.units["resolution_s"].max())
+
+
+def _possible(resolutions_s: Sequence[float], units: Spikes, window_s: float) -> list[float]:
+    """Return the resolutions that units have, of those asked for, that fit into a window."""
+    finest = _finest(units)
+    return [one for one in resolutions_s if _SLACK * finest <= one <= window_s]
+
+
+def _parts(windows: Spikes) -> list[Across]:
+    """Return what can be held out."""
+    n_textures = windows.trials["texture"].nunique()
+    speeds = np.unique(windows.trials["speed_mm_s"])
+    learnt_from = [len(train) for _, train, _ in folds(windows, speeds, "windows")]
+    within = bool(learnt_from) and min(learnt_from) > n_textures
+    parts: dict[Across, bool] = {"speeds": len(speeds) > 1, "windows": within}
+    return [part for part, possible in parts.items() if possible]

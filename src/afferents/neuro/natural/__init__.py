@@ -1,0 +1,1 @@
+"""Natural afferents: recordings of nerve fibres, from MATLAB, NWB and tables."""

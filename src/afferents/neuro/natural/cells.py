@@ -1,0 +1,309 @@
+"""Cells of a MATLAB file as `Spikes`: each trial of each fibre by its place along the axes."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.errors import InputError
+from afferents.neuro.natural.description import (
+    AXES,
+    MM_S,
+    SECONDS,
+    Cells,
+    Fibres,
+    Labels,
+    NaturalFile,
+    Trials,
+    as_text,
+    classes_of,
+)
+from afferents.neuro.natural.matlab import read_variables
+from afferents.spikes.population import Spikes
+
+Place = tuple[int, ...]
+"""A number along each axis, in the order of `Cells.axes`."""
+
+
+@dataclass(frozen=True)
+class Trains:
+    """Spike times of cells.
+
+    Attributes
+    ----------
+    axes
+        Names of the axes of `times`.
+    sizes
+        How many there are along each axis.
+    times
+        s, by place; a place that is missing was not recorded.
+    """
+
+    axes: tuple[str, ...]
+    sizes: tuple[int, ...]
+    times: dict[Place, NDArray[np.float64]]
+
+    def size(self, axis: str) -> int:
+        """Return how many there are along an axis; 1 where there is no such axis."""
+        return self.sizes[self.axes.index(axis)] if axis in self.axes else 1
+
+
+def trains_in(content: Any, cells: Cells, where: Path) -> Trains:
+    """Return the spike times that a variable holds.
+
+    Raises
+    ------
+    InputError
+        If levels are not nested as described, times are no numbers, or it is not said what empty
+        cells are.
+    """
+    if not cells.levels:
+        raise InputError(
+            where, "levels of the cells in [spikes] of the description", "none",
+            'such as levels = [["fibre"], ["texture", "repetition"]]',
+        )  # fmt: skip
+    found = list(_leaves(content, cells, (), 0, where))
+    sizes = tuple(max(place[i] for place, _ in found) + 1 for i in range(len(cells.axes)))
+    times = {place: _times(leaf, place, cells, where) for place, leaf in found}
+    empty = [place for place, one in times.items() if one is not None and not len(one)]
+    if empty and cells.empty is None:
+        raise InputError(
+            where,
+            "in [spikes] of the description what empty cells are",
+            f"{len(empty)} empty cells, the first at {_named(empty[0], cells.axes)}",
+            "add empty = 'silence' (recorded, no spike) or empty = 'gap' (not recorded)",
+        )
+    gaps = set(empty) if cells.empty == "gap" else set()
+    kept = {at: one for at, one in times.items() if one is not None and at not in gaps}
+    if not kept:
+        raise InputError(where, f"spikes in '{cells.variable}'", "gaps alone")
+    return Trains(cells.axes, sizes, kept)
+
+
+def _leaves(
+    content: Any, cells: Cells, place: Place, level: int, where: Path
+) -> Iterator[tuple[Place, Any]]:
+    """Yield what stands after the last level, and where; what is empty before was not recorded."""
+    if level == len(cells.levels):
+        yield place, content
+        return
+    names = cells.levels[level]
+    array = _as_level(content, names, place, cells, where)
+    if array is None:
+        whole = sum(map(len, cells.levels[level:]))
+        yield place + (0,) * whole, np.array([np.nan])
+        return
+    for at in np.ndindex(array.shape[: len(names)]):
+        yield from _leaves(array[at], cells, place + at, level + 1, where)
+
+
+def _as_level(
+    content: Any, names: tuple[str, ...], place: Place, cells: Cells, where: Path
+) -> NDArray[Any] | None:
+    """Return a cell array with a dimension a name; None where nothing is in it.
+
+    Numbers with one dimension more are as good: their last is that of spikes, filled up with NaN.
+    """
+    array = np.asarray(content)
+    if not array.size:
+        return None
+    is_cells = array.dtype.kind == "O"
+    n = len(names) if is_cells else len(names) + 1
+    if is_cells and n == 1 and max(array.shape) == array.size:
+        return array.ravel()
+    shape = array.shape
+    while len(shape) > n and shape[-1] == 1:
+        shape = shape[:-1]
+    is_numbers = array.dtype.kind in "iuf"
+    if len(shape) > n or not (is_cells or (is_numbers and len(shape) == n)):
+        kind = "cells" if is_cells else "numbers" if is_numbers else "text or a struct"
+        size = " x ".join(map(str, array.shape))
+        expected = f"a cell array of {' x '.join(names)} in '{cells.variable}'"
+        found = f"{kind} of {size or 1}{_at(place, cells.axes)}"
+        raise InputError(where, expected, found, "put levels in [spikes] right")
+    return array.reshape(shape + (1,) * (n - len(shape)))
+
+
+def _times(leaf: Any, place: Place, cells: Cells, where: Path) -> NDArray[np.float64] | None:
+    """Return the times of a trial, s; None for NaN alone, which stands for what is missing."""
+    array = np.asarray(leaf)
+    while array.dtype.kind == "O" and array.size == 1:
+        array = np.asarray(array.ravel()[0])
+    if array.size and array.dtype.kind not in "iufb":
+        found = f"cells or text{_at(place, cells.axes)}"
+        do = "name all levels in [spikes]"
+        raise InputError(where, f"times of spikes in '{cells.variable}'", found, do)
+    times = np.asarray(array, np.float64).ravel() if array.size else np.empty(0)
+    known = times[~np.isnan(times)]
+    if times.size and not known.size:
+        return None
+    if cells.unsorted == "sort":
+        known = np.sort(known)
+    if cells.cut is not None:
+        start, stop = cells.cut
+        known = known[(known >= start) & (known < stop)] - start
+    return known * SECONDS[cells.unit]
+
+
+def _at(place: Place, axes: tuple[str, ...]) -> str:
+    return f", at {_named(place, axes)}" if place else ""
+
+
+def _named(place: Place, axes: tuple[str, ...]) -> str:
+    """Return a place in words, counted from 1 as MATLAB does."""
+    return ", ".join(f"{axis} {n + 1}" for axis, n in zip(axes, place, strict=False))
+
+
+# Cells of a MATLAB file, with what is known of fibres and trials, as `Spikes`.
+
+
+def spikes_of_cells(file: Path, described: NaturalFile, description: Path) -> Spikes:
+    """Return the spikes of a MATLAB file.
+
+    Raises
+    ------
+    InputError
+        See `read_natural`.
+    """
+    cells, trials = described.spikes, described.trials
+    labels = (
+        described.fibres.classes, described.fibres.names, trials.textures, trials.speeds_mm_s,
+        trials.duration_s, *trials.conditions.values(),
+    )  # fmt: skip
+    names = {cells.variable, *(one for one in labels if isinstance(one, str))}
+    variables = read_variables(file, *sorted(names))
+    trains = trains_in(variables[cells.variable], cells, file)
+    known = _Known(trains, variables, description)
+    units = known.units(described.fibres)
+    places = known.places()
+    table = known.trials(trials, cells, places)
+    fibre = trains.axes.index("fibre")
+    rows = []
+    for at in places.itertuples(index=False):
+        of_each = ((*at[:fibre], unit, *at[fibre:]) for unit in range(len(units)))
+        rows.append([trains.times.get(place) for place in of_each])
+    kept = [i for i, row in enumerate(rows) if any(train is not None for train in row)]
+    return Spikes.from_trains([rows[i] for i in kept], units, table.iloc[kept], file)
+
+
+class _Known:
+    """What variables and description say of fibres and trials, checked against the cells."""
+
+    def __init__(self, trains: Trains, variables: dict[str, Any], where: Path) -> None:
+        self._trains, self._variables, self._where = trains, variables, where
+
+    def units(self, fibres: Fibres) -> pd.DataFrame:
+        """Return name and class of each fibre."""
+        words = self._labels("fibre", fibres.classes, "classes in [fibres]")
+        classes = classes_of(words, fibres.words, self._where)
+        if fibres.names:
+            names = [as_text(one) for one in self._labels("fibre", fibres.names, "names")]
+        else:
+            number = pd.Series(classes).groupby(classes).cumcount() + 1
+            names = [f"{name}-{n}" for name, n in zip(classes, number, strict=True)]
+        return pd.DataFrame({"name": names, "class": classes})
+
+    def places(self) -> pd.DataFrame:
+        """Return a row a trial: its number along each axis but that of fibres."""
+        axes = [axis for axis in self._trains.axes if axis != "fibre"]
+        numbers = product(*(range(self._trains.size(axis)) for axis in axes))
+        return pd.DataFrame(list(numbers), columns=axes)
+
+    def trials(self, trials: Trials, cells: Cells, places: pd.DataFrame) -> pd.DataFrame:
+        """Return a row a trial: texture, speed, duration, repetition and conditions."""
+        textures = [as_text(t) for t in self._labels("texture", trials.textures, "textures")]
+        if twice := sorted({name for name in textures if textures.count(name) > 1}):
+            raise InputError(self._where, "textures of different names", f"two named '{twice[0]}'")
+        speeds = self._speeds(trials)
+        found: dict[str, Any] = {
+            "texture": np.array(textures, object)[places["texture"]],
+            "speed_mm_s": speeds[places["speed"]] if "speed" in places else speeds[0],
+            "duration_s": self._durations(trials, cells, places),
+            "repetition": places.get("repetition", 0),
+        }
+        self._require_axes(trials.conditions, "conditions")
+        for axis in (str(axis) for axis in places if axis not in AXES):
+            given = trials.conditions.get(axis, tuple(range(self._trains.size(axis))))
+            values = [_plain(one) for one in self._labels(axis, given, f"{axis} in conditions")]
+            found[axis] = pd.Series(values).to_numpy()[places[axis]]
+        return pd.DataFrame(found, index=places.index)
+
+    def _speeds(self, trials: Trials) -> NDArray[np.float64]:
+        """Return a speed for each that there is along the axis, mm/s."""
+        n, given = self._trains.size("speed"), trials.speeds_mm_s
+        if trials.speed_unknown and "speed" not in self._trains.axes:
+            return np.full(1, np.nan)
+        if given == ():
+            do = "add speeds_mm_s to [trials], or speed_unknown = true if nobody knows it"
+            raise InputError(self._where, "the speed of trials", "none", do)
+        labels = (given,) if isinstance(given, float) else given
+        speeds = self._numbers(self._labels("speed", labels, "speeds_mm_s in [trials]"), "speeds")
+        if len(set(speeds)) < n or not (np.isfinite(speeds) & (speeds > 0)).all():
+            found = ", ".join(f"{v:g}" for v in speeds)
+            raise InputError(self._where, "different speeds of more than 0", found)
+        return speeds * MM_S[trials.speed_unit] if isinstance(given, str) else speeds
+
+    def _durations(
+        self, trials: Trials, cells: Cells, places: pd.DataFrame
+    ) -> NDArray[np.float64] | float:
+        """Return the duration of each trial, s."""
+        given = trials.duration_s
+        if cells.cut is not None:
+            return (cells.cut[1] - cells.cut[0]) * SECONDS[cells.unit]
+        if given is None:
+            do = "add duration_s to [trials], or cut to [spikes]"
+            raise InputError(self._where, "how long trials last", "nothing", do)
+        if isinstance(given, float):
+            return given
+        axes = trials.durations_by if isinstance(given, str) else ("speed",)
+        self._require_axes(axes, "durations_by")
+        sizes = tuple(self._trains.size(axis) for axis in axes)
+        content = self._variables[given] if isinstance(given, str) else given
+        values = self._numbers(content, "durations")
+        if values.size == 1:
+            return float(values.ravel()[0])
+        if [n for n in values.shape if n > 1] != [n for n in sizes if n > 1]:
+            expected = f"durations of {' x '.join(axes)} ({' x '.join(map(str, sizes))})"
+            raise InputError(self._where, expected, " x ".join(map(str, values.shape)))
+        at = tuple(places[axis].to_numpy() for axis in axes)
+        return np.asarray(values.reshape(sizes)[at])
+
+    def _require_axes(self, named: Iterable[str], what: str) -> None:
+        """Refuse names that are no axes of trials."""
+        axes = [axis for axis in self._trains.axes if axis != "fibre"]
+        if other := [name for name in named if name not in axes]:
+            expected = f"axes of trials ({', '.join(axes)}) in {what} of [trials]"
+            raise InputError(self._where, expected, f"'{other[0]}'")
+
+    def _labels(self, axis: str, given: Labels, what: str) -> list[Any]:
+        """Return the labels along an axis, as many as there are."""
+        found = self._variables[given] if isinstance(given, str) else given
+        labels = [_single(one) for one in np.asarray(found, object).ravel()]
+        if any(isinstance(one, np.ndarray | dict) for one in labels):
+            raise InputError(self._where, f"a text or a number for each of {what}", "others")
+        n = self._trains.size(axis)
+        if len(labels) != n:
+            found = f"{len(labels)} in '{given}'" if isinstance(given, str) else f"{len(labels)}"
+            raise InputError(self._where, f"{n} {what}, as the cells have", found)
+        return labels
+
+    def _numbers(self, values: Any, what: str) -> NDArray[np.float64]:
+        try:
+            return np.asarray(values, np.float64)
+        except (TypeError, ValueError):
+            raise InputError(self._where, f"numbers for {what}", "others") from None
+
+
+def _single(value: Any) -> Any:
+    """Return what is in a cell of one value."""
+    return value.ravel()[0] if isinstance(value, np.ndarray) and value.size == 1 else value
+
+
+def _plain(value: Any) -> str | float:
+    """Return a condition as a number where it is one."""
+    return float(value) if isinstance(value, int | float | np.number) else as_text(value)

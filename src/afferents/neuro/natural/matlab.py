@@ -1,0 +1,188 @@
+"""Variables of MATLAB files, of version 5 or 7.3, as plain arrays.
+
+Both kinds come out alike: a cell array and an array of structs are arrays of objects, a struct is
+a dict, text is a str, numbers are arrays, in MATLAB's own order of dimensions.
+"""
+
+import struct
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.errors import InputError, reason_of
+from afferents.plugins import import_extra
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+_DEEPEST = 32
+
+
+_BROKEN = (
+    OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, NotImplementedError,
+    EOFError, OverflowError, MemoryError, RuntimeError, NameError,
+    AssertionError, struct.error, zlib.error,
+)  # fmt: skip
+"""What SciPy and h5py raise at files that are damaged; which, follows no rule."""
+
+
+_DO = "export it again from MATLAB with save, or take another file"
+
+
+def read_variables(path: Path, *names: str) -> dict[str, Any]:
+    """Return variables of a MATLAB file, by name.
+
+    Parameters
+    ----------
+    names
+        Of variables, or of fields of structs as ``data.spikes``; of an array of structs, that field
+        of each.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or damaged, `h5py` is needed and missing, or a variable is not in
+        it; then those that are there are listed.
+    """
+    if not path.is_file():
+        raise InputError(path, "a MATLAB file", "no such file", "name it in the description")
+    wanted = {name.partition(".")[0] for name in names}
+    try:
+        read = _read_hdf5 if _is_hdf5(path) else _read_v5
+        found = read(path, wanted)
+    except InputError:
+        raise
+    except _BROKEN as error:
+        raise InputError(path, "a MATLAB file", f"a damaged one ({reason_of(error)})", _DO) from (
+            error
+        )
+    return {name: _field(found[name.partition(".")[0]], name, path) for name in names}
+
+
+def _is_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        head = file.read(520)
+    return _HDF5 in (head[:8], head[512:520]) or head.startswith(b"MATLAB 7.3")
+
+
+def _require(path: Path, wanted: set[str], there: list[str]) -> None:
+    if missing := sorted(wanted - set(there)):
+        found = f"variables {', '.join(there)}" if there else "no variables"
+        raise InputError(path, f"the variable '{missing[0]}'", found, "name one of them")
+
+
+def _read_v5(path: Path, wanted: set[str]) -> dict[str, Any]:
+    from scipy.io import loadmat, whosmat
+
+    _require(path, wanted, [name for name, *_ in whosmat(str(path))])
+    content = loadmat(str(path), variable_names=sorted(wanted), squeeze_me=False)
+    return {name: _plain(content[name]) for name in wanted}
+
+
+def _plain(value: Any) -> Any:
+    """Return what SciPy read in the form that this module promises."""
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        return _mapped(value, lambda one: {name: _plain(one[name]) for name in value.dtype.names})
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        return _mapped(value, _plain, keep=True)
+    if isinstance(value, np.ndarray) and value.dtype.kind == "U":
+        return str(value.ravel()[0]).strip() if value.size == 1 else _rows_of_text(value)
+    return value
+
+
+def _rows_of_text(value: NDArray[Any]) -> Any:
+    """Return a char matrix as a cell of its rows; what is empty as an empty text."""
+    return _mapped(value, lambda one: str(one).strip(), keep=True) if value.size else ""
+
+
+def _mapped(array: NDArray[Any], of: Any, keep: bool = False) -> Any:
+    """Return an array of objects, each made by `of`; of a single struct, itself."""
+    flat = np.empty(array.size, object)
+    for number, one in enumerate(array.ravel()):
+        flat[number] = of(one)
+    return flat[0] if array.size == 1 and not keep else flat.reshape(array.shape)
+
+
+def _read_hdf5(path: Path, wanted: set[str]) -> dict[str, Any]:
+    h5py = import_extra("hdf5", str(path), "h5py")
+    with h5py.File(path, "r") as file:
+        _require(path, wanted, [name for name in file if not name.startswith("#")])
+        return {name: _Hdf5(h5py, file).plain(file[name]) for name in wanted}
+
+
+class _Hdf5:
+    """Reads what MATLAB writes into HDF5: dimensions turned round, cells as references."""
+
+    def __init__(self, h5py: Any, file: Any) -> None:
+        self._h5py, self._file = h5py, file
+
+    def plain(self, item: Any, depth: int = 0) -> Any:
+        if depth > _DEEPEST:
+            raise ValueError(f"more than {_DEEPEST} levels of cells")
+        if isinstance(item, self._h5py.Group):
+            return self._struct(item, depth)
+        kind = self._class(item)
+        if item.attrs.get("MATLAB_empty", 0):
+            return "" if kind == "char" else _empty(item[()], kind)
+        if self._refers(item):
+            return self._followed(item[()].T, depth)
+        values = item[()]
+        if kind == "char":
+            rows = ["".join(map(chr, row)).strip() for row in np.atleast_2d(np.asarray(values).T)]
+            return rows[0] if len(rows) == 1 else np.array(rows, object)
+        return np.asarray(values).T
+
+    def _struct(self, group: Any, depth: int) -> Any:
+        """Return a struct as a dict; an array of them is a group of arrays of references."""
+        fields = list(group)
+        if not (fields and all(self._is_array_of(group[name]) for name in fields)):
+            return {name: self.plain(group[name], depth + 1) for name in fields}
+        columns = {name: self._followed(group[name][()].T, depth) for name in fields}
+        shape = columns[fields[0]].shape
+        structs = np.empty(shape, object)
+        for at in np.ndindex(shape):
+            structs[at] = {name: column[at] for name, column in columns.items()}
+        return structs
+
+    def _is_array_of(self, item: Any) -> bool:
+        return self._refers(item) and self._class(item) != "cell"
+
+    def _refers(self, item: Any) -> bool:
+        is_dataset = isinstance(item, self._h5py.Dataset)
+        return is_dataset and self._h5py.check_ref_dtype(item.dtype) is not None
+
+    def _followed(self, references: NDArray[Any], depth: int) -> NDArray[Any]:
+        found = np.empty(references.size, object)
+        for number, reference in enumerate(references.ravel()):
+            found[number] = self.plain(self._file[reference], depth + 1)
+        return found.reshape(references.shape)
+
+    @staticmethod
+    def _class(item: Any) -> str:
+        kind = item.attrs.get("MATLAB_class", b"")
+        return kind.decode() if isinstance(kind, bytes) else str(kind)
+
+
+def _empty(shape: NDArray[Any], kind: str) -> NDArray[Any]:
+    """Return an empty array: MATLAB writes its size in place of its content."""
+    return np.empty([int(n) for n in shape], object if kind == "cell" else np.float64)
+
+
+def _field(value: Any, name: str, path: Path) -> Any:
+    """Return the field of a struct that a dotted name leads to; of many structs, of each."""
+    for part in name.split(".")[1:]:
+        value = _of_each(value, part, name, path)
+    return value
+
+
+def _of_each(value: Any, part: str, name: str, path: Path) -> Any:
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        return _mapped(value, lambda one: _of_each(one, part, name, path), keep=True)
+    if not isinstance(value, dict):
+        raise InputError(path, f"a struct with the field '{part}', for {name}", "no struct")
+    if part not in value:
+        raise InputError(path, f"the field '{part}', for {name}", f"fields {', '.join(value)}")
+    return value[part]

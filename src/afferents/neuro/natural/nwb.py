@@ -1,0 +1,210 @@
+"""Units and trials of an NWB file as `Spikes`."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.errors import InputError, reason_of
+from afferents.neuro.natural.description import MM_S, Columns, NaturalFile, as_text, classes_of
+from afferents.plugins import import_extra
+from afferents.spikes.population import Spikes
+
+_WITHIN_S = 1e-6
+"""Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
+
+
+_SHOWN = 200
+
+
+_TIMES = ("start_time", "stop_time")
+
+
+def read_nwb(
+    path: str | Path,
+    texture: str = "texture",
+    speed: str | None = "speed_mm_s",
+    repetition: str = "repetition",
+    fibre: str = "unit_name",
+    fibre_class: str = "class",
+    words: Mapping[str, Literal["SA", "RA", "PC"]] | None = None,
+    speed_unit: Literal["mm/s", "cm/s", "m/s"] = "mm/s",
+) -> Spikes:
+    """Read units and trials of an NWB file, ours or anybody's, as natural afferents.
+
+    Parameters
+    ----------
+    path
+        An HDF5 file with units and trials; needs the extra ``nwb``.
+    texture, speed, repetition
+        Columns of the trials. Speed is None where nobody knows it. Without a column of
+        repetitions, trials of one texture and speed are numbered.
+    fibre, fibre_class
+        Columns of the units. Without a column of names, their numbers are taken.
+    words
+        What classes in the file stand for, where that is not plain.
+    speed_unit
+        Of the column of speeds.
+
+    Returns
+    -------
+    Spikes
+        Times in the file are those of the session; here they count from the start of each trial. A
+        unit counts as recorded in a trial that lies within one of its `obs_intervals`, or in all
+        if it has none. Further columns of trials are kept as conditions.
+
+    Raises
+    ------
+    InputError
+        If the file can't be read, or has no units, trials or such columns.
+    """
+    path = Path(path)
+    named = Columns(
+        fibre=fibre,
+        fibre_class=fibre_class,
+        texture=texture,
+        speed=speed or "",
+        repetition=repetition,
+    )
+    return _spikes(path, named, words or {}, MM_S[speed_unit], None)
+
+
+def spikes_of_nwb(file: Path, described: NaturalFile, description: Path) -> Spikes:
+    """Return the spikes of an NWB file that a TOML file describes.
+
+    Raises
+    ------
+    InputError
+        See `read_natural`.
+    """
+    columns, trials = described.columns, described.trials
+    one_speed = trials.speeds_mm_s if isinstance(trials.speeds_mm_s, float) else None
+    if trials.speed_unknown or one_speed is not None:
+        columns = columns.model_copy(update={"speed": ""})
+    words = described.fibres.words
+    return _spikes(file, columns, words, MM_S[trials.speed_unit], one_speed)
+
+
+def _spikes(
+    path: Path,
+    columns: Columns,
+    words: Mapping[str, str],
+    mm_s: float,
+    one_speed: float | None,
+) -> Spikes:
+    with _opened(path) as content:
+        for what in ("units", "trials"):
+            if not getattr(content, what):
+                raise InputError(path, "units and trials", f"no {what}")
+        trials = content.trials.to_dataframe()
+        units = _units(content.units, columns, words, path)
+        found = [_unit(content.units, number, path) for number in range(len(units))]
+    table = _trials(trials, columns, mm_s, one_speed, path)
+    start, stop = (trials[name].to_numpy(np.float64) for name in _TIMES)
+    rows = [
+        [_cut(times, seen, first, last, start) for times, seen in found]
+        for first, last in zip(start, stop, strict=True)
+    ]
+    return Spikes.from_trains(rows, units, table, path)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Yield the content of an NWB file."""
+    if not path.is_file():
+        raise InputError(path, "an NWB file", "no such file")
+    pynwb = import_extra("nwb", str(path), "pynwb")
+    try:
+        with pynwb.NWBHDF5IO(str(path), "r", load_namespaces=True) as io:
+            yield io.read()
+    except InputError:
+        raise
+    except Exception as error:  # of hdmf, h5py and pynwb; which, follows no rule
+        raise InputError(
+            path, "an NWB file", f"a damaged one ({reason_of(error)[:_SHOWN]})"
+        ) from error
+
+
+def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:
+    if "spike_times" not in units.colnames:
+        raise InputError(path, "units with spike_times", _listed(units.colnames))
+    if columns.fibre_class not in units.colnames:
+        raise InputError(
+            path, f"a column '{columns.fibre_class}' of units, their class",
+            _listed(units.colnames), "name the column that says SA, RA or PC",
+        )  # fmt: skip
+    classes = classes_of(units[columns.fibre_class][:], words, path)
+    own = columns.fibre if columns.fibre in units.colnames else None
+    names = [as_text(one) for one in (units[own][:] if own else units.id[:])]
+    found = pd.DataFrame({"name": names, "class": classes})
+    if "resolution_s" in units.colnames:
+        found["resolution_s"] = np.asarray(units["resolution_s"][:], np.float64)
+    if "receptive_field" in units.colnames:
+        fields = units["receptive_field"]
+        found["receptive_field"] = [tuple(map(_plain, fields[i])) for i in range(len(found))]
+    return found
+
+
+def _unit(
+    units: Any, number: int, path: Path
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return a unit's times in the session, s, and when it was observed, `(interval, 2)`, s."""
+    times = np.asarray(units.get_unit_spike_times(number), np.float64)
+    if not (np.diff(times) >= 0).all():
+        raise InputError(path, "times in ascending order", f"others in unit {number}")
+    if "obs_intervals" not in units.colnames:
+        return times, None
+    seen = np.asarray(units.get_unit_obs_intervals(number), np.float64).reshape(-1, 2)
+    return times, seen
+
+
+def _cut(
+    times: NDArray[np.float64],
+    seen: NDArray[np.float64] | None,
+    first: float,
+    last: float,
+    starts: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """Return a unit's times in a trial; None where it was not observed all through it.
+
+    A spike at the very end of a trial belongs to the next one where that starts there.
+    """
+    if seen is not None:
+        whole = (seen[:, 0] <= first + _WITHIN_S) & (seen[:, 1] >= last - _WITHIN_S)
+        if not whole.any():
+            return None
+    side: Literal["left", "right"] = "left" if np.any(starts == last) else "right"
+    inside = slice(np.searchsorted(times, first), np.searchsorted(times, last, side))
+    return np.clip(times[inside] - first, 0, last - first)
+
+
+def _trials(
+    trials: pd.DataFrame, columns: Columns, mm_s: float, one_speed: float | None, path: Path
+) -> pd.DataFrame:
+    """Return the trials by the names of this package; further columns are conditions."""
+    for name, what in ((columns.texture, "texture"), (columns.speed, "speed")):
+        if name and name not in trials:
+            do = f"name the column of {what}" + (", or say it is unknown" * (what == "speed"))
+            raise InputError(path, f"a column '{name}' of trials", _listed(trials), do)
+    found = pd.DataFrame({"texture": trials[columns.texture].map(as_text)})
+    if columns.speed:
+        found["speed_mm_s"] = trials[columns.speed].astype(np.float64) * mm_s
+    else:
+        found["speed_mm_s"] = np.nan if one_speed is None else one_speed
+    if columns.repetition in trials:
+        found["repetition"] = trials[columns.repetition]
+    found["duration_s"] = trials["stop_time"] - trials["start_time"]
+    taken = {*_TIMES, columns.texture, columns.speed, columns.repetition, *found, "timeseries"}
+    return found.join(trials[[name for name in trials if name not in taken]])
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") else value
+
+
+def _listed(names: Any) -> str:
+    return f"columns {', '.join(map(str, names))}"

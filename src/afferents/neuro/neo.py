@@ -1,0 +1,81 @@
+"""Spikes as Neo's segments and trains, and back."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from afferents.errors import InputError
+from afferents.plugins import import_extra
+from afferents.spikes.population import Spikes
+
+_UNIT = ("class", "resolution_s", "receptive_field")
+
+
+def to_neo(spikes: Spikes) -> Any:
+    """Return a `neo.Block`: a segment a trial, a train for each unit that was recorded in it.
+
+    Times are in s from the trial's start. Trials are in the annotations of segments, units in those
+    of trains. Needs the extra ``neural``.
+
+    Raises
+    ------
+    InputError
+        If `neo` is missing.
+    """
+    neo = import_extra("neural", "to_neo", "neo", "quantities")
+    block = neo.Block(name="afferents")
+    for t, trial in enumerate(spikes.trials.to_dict("records")):
+        about = {str(name): value for name, value in trial.items()}
+        segment = neo.Segment(name=f"trial {t}", index=t, **about)
+        for u in np.flatnonzero(spikes.recorded[t]):
+            unit = spikes.units.iloc[int(u)]
+            segment.spiketrains.append(
+                neo.SpikeTrain(
+                    spikes.train(t, int(u)),
+                    units="s",
+                    t_start=0.0,
+                    t_stop=float(trial["duration_s"]),
+                    name=str(unit.name),
+                    **{key: _plain(unit[key]) for key in _UNIT},
+                )
+            )
+        block.segments.append(segment)
+    return block
+
+
+def from_neo(block: Any, where: object = "neo block") -> Spikes:
+    """Return the spikes of a `neo.Block`, ours or anybody's.
+
+    Parameters
+    ----------
+    block
+        Segments are trials and need the annotation `texture`; trains need a name, the same in each
+        segment, and the annotation `class`. A train that a segment lacks was not recorded.
+
+    Raises
+    ------
+    InputError
+        If these are missing, and as `Spikes.from_trains`.
+    """
+    units: dict[str, dict[str, Any]] = {}
+    rows, trials = [], []
+    for segment in block.segments:
+        row: dict[str, Any] = {}
+        duration_s = 0.0
+        for train in segment.spiketrains:
+            start_s = float(train.t_start.rescale("s"))
+            row[str(train.name)] = train.rescale("s").magnitude - start_s
+            duration_s = max(duration_s, float(train.t_stop.rescale("s")) - start_s)
+            known = {key: train.annotations[key] for key in _UNIT if key in train.annotations}
+            units.setdefault(str(train.name), {"name": str(train.name), **known})
+        rows.append(row)
+        trials.append({"duration_s": duration_s, **segment.annotations})
+    if not units:
+        raise InputError(where, "segments with spike trains", "none")
+    trains = [[row.get(name) for name in units] for row in rows]
+    return Spikes.from_trains(trains, pd.DataFrame(list(units.values())), trials, where)
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") else value

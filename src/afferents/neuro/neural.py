@@ -1,0 +1,361 @@
+"""From an extracted store to the spikes of artificial afferents."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from afferents.files import Place, write_aside, write_json
+from afferents.neuro.beside import beside
+from afferents.neuro.decoding import (
+    WINDOW_S,
+    accuracy_by_resolution,
+    accuracy_by_units,
+    require_conditions,
+    summary,
+)
+from afferents.neuro.exponent import exponents, told_by_exponent
+from afferents.neuro.figures import (
+    raster_figure,
+    resolution_figure,
+    slope_figure,
+    stretch_figure,
+    units_figure,
+)
+from afferents.neuro.natural.reader import read_natural
+from afferents.neuro.speed import match_by_class, rate_slopes, stretch_match
+from afferents.neuro.windows import some_units
+from afferents.outputs import require_picture_folder
+from afferents.progress import Progress
+from afferents.reporting.style import save_figure
+from afferents.spikes.artificial import artificial_spikes
+from afferents.spikes.population import Spikes
+from afferents.store.zarr_store import open_responses
+
+
+def spikes_of_store(
+    store: str | Path,
+    model: str = "izhikevich",
+    seed: int = 0,
+    classes: Sequence[str] = ("SA", "RA", "PC"),
+    start_s: float | None = None,
+    stop_s: float | None = None,
+    progress: Progress | None = None,
+) -> Spikes:
+    """Return the spikes of units that the recordings of a store drive; a trial a recording.
+
+    Parameters
+    ----------
+    store
+        As `afferents extract` writes it.
+    model, seed, classes, start_s, stop_s
+        See `artificial_spikes`.
+
+    Raises
+    ------
+    InputError
+        If the store can't be read, and as `artificial_spikes`.
+    """
+    recordings = open_responses(store)
+    progress = progress or Progress(quiet=True)
+    read = progress.track(recordings, "spikes", len(recordings))
+    return artificial_spikes(read, model, seed, classes, start_s, stop_s)
+
+
+# What the tables of spikes mean, in sentences.
+
+SILENT = 0.5
+"""Share of a class' units above which a recording counts as one that leaves it silent."""
+
+
+def sentences_of(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Return what was found, a sentence each: rates, codes, speed, and what stays silent."""
+    return [
+        *_rates(tables["rates"]),
+        *_codes(tables["resolution"]),
+        *_stretched(tables["stretch"]),
+        *_slopes(tables["slopes"]),
+        *_exponents(tables["exponents"]),
+    ]
+
+
+def _rates(rates: pd.DataFrame) -> list[str]:
+    said = []
+    for name, some in rates.groupby("class", sort=False):
+        low, high = some["spikes_per_s"].quantile([0.1, 0.9])
+        said.append(
+            f"{name} units fire {some['spikes_per_s'].mean():.0f} spikes/s in the mean; of the "
+            f"recordings, the middle four fifths lie between {low:.0f} and {high:.0f}."
+        )
+        silent = some[some["silent"] > SILENT]
+        if len(silent):
+            where = [f"{row.texture}/{row.speed_mm_s:g}" for row in silent.itertuples()]
+            shown = ", ".join(where[:6]) + (f" and {len(where) - 6} more" if len(where) > 6 else "")
+            said.append(f"Most {name} units are silent in {shown} (texture/speed).")
+    return said
+
+
+def _codes(found: pd.DataFrame) -> list[str]:
+    said = []
+    for (name, across), some in found.groupby(["class", "across"], sort=False):
+        by = some.set_index("resolution_s")["accuracy"]
+        best_s, rate = float(by.index.to_numpy()[by.argmax()]), by.loc[by.index.max()]
+        where = "not learnt from" if across == "speeds" else "learnt from"
+        said.append(
+            f"{name}, at a speed {where}: rates alone tell {100 * rate:.0f}% of the windows, bins "
+            f"of {1e3 * best_s:g} ms {100 * by.max():.0f}% (chance "
+            f"{100 * some['chance'].iloc[0]:.0f}%)."
+        )
+    return said
+
+
+def _stretched(matches: pd.DataFrame) -> list[str]:
+    found = match_by_class(matches).pivot_table("accuracy", "class", "stretched", sort=False)
+    return [
+        f"{name} trains find their texture at another speed in {100 * stretched:.0f}% of cases "
+        f"when stretched by the ratio of the speeds, in {100 * plain:.0f}% as they are."
+        for name, stretched, plain in zip(found.index, found[True], found[False], strict=True)
+    ]
+
+
+def _slopes(slopes: pd.DataFrame) -> list[str]:
+    return [
+        f"{name} rates grow with speed to the power {some['slope'].mean():.2f}, with a standard "
+        f"deviation of {some['slope'].std():.2f} over units."
+        for name, some in slopes.groupby("class", sort=False)
+        if some["slope"].notna().sum() > 1
+    ]
+
+
+def _exponents(table: pd.DataFrame) -> list[str]:
+    right = told_by_exponent(table)
+    if not right:
+        return []
+    chance = 100 / table["texture"].nunique()
+    return [
+        f"The spectral exponent of the vibration alone, one number, tells "
+        f"{100 * summary(right)['accuracy']:.0f}% of the recordings at a speed not learnt from "
+        f"(chance {chance:.0f}%)."
+    ]
+
+
+# From a store to spikes, tables, figures, and what they mean in words.
+
+FACTS = "neural.json"
+
+
+TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
+"""Of the tables that are written, as CSV."""
+
+
+_BESIDE = ("beside_resolution", "beside_stretch", "natural_stretch")
+
+
+RASTER_UNITS, RASTER_S = 12, 0.5
+"""Of each class in the raster, and how long it is."""
+
+
+@dataclass(frozen=True)
+class NeuralResults:
+    """What was found, and where it lies.
+
+    Attributes
+    ----------
+    spikes
+        That everything was read from.
+    tables
+        By the names of `TABLES`.
+    sentences
+        What they mean.
+    pictures
+        Files.
+    facts
+        For scripts.
+    """
+
+    spikes: Spikes
+    tables: dict[str, pd.DataFrame]
+    sentences: list[str]
+    pictures: list[Path]
+    facts: dict[str, Any]
+
+
+def analyse_spikes(
+    store: Path,
+    out: Path,
+    progress: Progress,
+    model: str = "izhikevich",
+    seed: int = 0,
+    classes: Sequence[str] = ("SA", "RA", "PC"),
+    window_s: float = WINDOW_S,
+    natural: Path | None = None,
+) -> NeuralResults:
+    """Let a store's recordings drive spiking units, and ask what texture and speed do to them.
+
+    Parameters
+    ----------
+    store
+        As `afferents extract` writes it.
+    out
+        Folder for tables, figures and `neural.json`.
+    model, seed, classes
+        See `spikes.artificial_spikes`.
+    window_s
+        Of the stretches that texture is read from.
+    natural
+        Description of recordings of nerve fibres; see `neuro.natural.reader.read_natural`.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, the store can't be read, a recording has no speed, or
+        there are fewer than two textures or speeds.
+    """
+    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in TABLES + _BESIDE))
+    fibres = None if natural is None else read_natural(natural)
+    spikes = spikes_of_store(store, model, seed, classes, progress=progress)
+    require_conditions(spikes)
+    tables = _tables(store, spikes, seed, window_s, progress)
+    source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {model} units"
+    figures = {
+        "raster": raster_figure(_shown(spikes, seed), source),
+        "resolution": resolution_figure(tables["resolution"], source),
+        "units": units_figure(tables["units"], source),
+        "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
+        "slopes": slope_figure(tables["slopes"], source),
+    }
+    sentences = sentences_of(tables)
+    if fibres is not None:
+        both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
+        tables |= {"beside_stretch": both.matches, "natural_stretch": both.natural}
+        if both.resolution is not None and both.figure is not None:
+            tables["beside_resolution"], figures["beside"] = both.resolution, both.figure
+        sentences += both.sentences
+    out.mkdir(parents=True, exist_ok=True)
+    for name, table in tables.items():
+        with write_aside(out / f"{name}.csv") as written:
+            table.to_csv(written, index=False)
+    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
+    facts = {
+        "store": store.name,
+        "units": {
+            "model": model,
+            "seed": seed,
+            "classes": spikes.units["class"].value_counts().to_dict(),
+        },
+        "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
+    }
+    write_json(out / FACTS, facts)
+    return NeuralResults(spikes, tables, sentences, pictures, facts)
+
+
+def _tables(
+    store: Path, spikes: Spikes, seed: int, window_s: float, progress: Progress
+) -> dict[str, pd.DataFrame]:
+    """Return all tables, a step of the bar each."""
+    steps: dict[str, Callable[[], pd.DataFrame]] = {
+        "rates": partial(rates_table, spikes),
+        "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
+        "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
+        "slopes": partial(rate_slopes, spikes),
+        "stretch": partial(stretch_match, spikes, seed=seed),
+        "exponents": lambda: exponents(open_responses(store)),
+    }
+    found = progress.track(steps.items(), "reading spikes", len(steps))
+    return {name: step() for name, step in found}
+
+
+def rates_table(spikes: Spikes) -> pd.DataFrame:
+    """Return the mean rate of each class by texture and speed, and the share of silent units."""
+    rates, rows = spikes.rates(), []
+    for name in spikes.units["class"].unique():
+        of_class = (spikes.units["class"] == name).to_numpy()
+        for (texture, speed), trials in spikes.trials.groupby(["texture", "speed_mm_s"]):
+            some = rates[np.ix_(trials.index, of_class)]
+            given = {"class": name, "texture": texture, "speed_mm_s": speed}
+            mean, silent = float(np.nanmean(some)), float(np.mean(some == 0))
+            rows.append({**given, "spikes_per_s": mean, "silent": silent})
+    return pd.DataFrame(rows)
+
+
+def _shown(spikes: Spikes, seed: int) -> Spikes:
+    """Return some units of each class, in the same half second of three trials of one speed."""
+    speeds = np.unique(spikes.trials["speed_mm_s"])
+    at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]
+    trials = np.flatnonzero(at)
+    trials = trials[np.linspace(0, len(trials) - 1, min(3, len(trials))).astype(int)]
+    rng = np.random.default_rng(seed)
+    parts = [some_units(spikes.of_class(c), RASTER_UNITS, rng).units.index
+             for c in spikes.units["class"].unique()]  # fmt: skip
+    units = spikes.units.index.get_indexer(pd.Index(np.concatenate(parts)))
+    length_s = min(RASTER_S, float(spikes.trials["duration_s"].min()))
+    return spikes.select(trials, units).window(0, length_s)
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return a table's rows for JSON, where there is no NaN."""
+    plain = table.astype(object).where(table.notna(), None)
+    return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]
+
+
+def neural(
+    store: Place,
+    out: Place,
+    units: str = "izhikevich",
+    seed: int = 0,
+    classes: Sequence[str] = ("SA", "RA", "PC"),
+    window_s: float = 0.5,
+    natural: Place | None = None,
+    quiet: bool = False,
+) -> "NeuralResults":
+    """Turn a store's responses into spikes, and ask of them what is asked of nerve fibres.
+
+    How often units fire; at which temporal resolution, and from how many units, texture is read;
+    how rates grow with speed; whether trains stretch with it.
+
+    Parameters
+    ----------
+    store
+        As `extract` writes it: recordings of two textures and two speeds or more.
+    out
+        Folder for tables (CSV), figures (PNG) and `neural.json`.
+    units
+        Model of a unit: ``izhikevich`` or ``lif`` (leaky integrate-and-fire).
+    seed
+        Draws how units differ, and which are analysed.
+    classes
+        Of afferents, some of SA, RA and PC.
+    window_s
+        Of the stretches that texture is read from, s.
+    natural
+        TOML file that describes recordings of nerve fibres, to be put beside; see `read_natural`.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    NeuralResults
+        `spikes`, `tables`, `sentences`, `pictures`.
+
+    Raises
+    ------
+    InputError
+        If the store can't be read, the folder holds something else, a recording has no speed, or
+        there are fewer than two textures or speeds.
+
+    Examples
+    --------
+    >>> found = neural("S.zarr", "neural")  # doctest: +SKIP
+    >>> found.tables["stretch"].groupby(["class", "stretched"]).accuracy.mean()  # doctest: +SKIP
+    """
+    from pathlib import Path
+
+    fibres = None if natural is None else Path(natural)
+    with Progress(quiet) as progress:
+        return analyse_spikes(
+            Path(store), Path(out), progress, units, seed, classes, window_s, fibres
+        )

@@ -1,0 +1,1 @@
+"""An extracted store as a file of Neurodata Without Borders (NWB)."""

@@ -1,0 +1,175 @@
+"""Video, sound and marker tracks of an NWB file.
+
+Sound and tracks are large. The file is written without them first; each recording's are then put
+into their places in it, so that one recording at a time is in memory.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.neuro.nwb.tables import Laid
+from afferents.recordings.media import ImageFolder
+from afferents.store.recording import Recording
+from afferents.store.responses import check_values
+
+TRACKS = "markers"
+
+
+_CHUNK = 4096
+
+
+_REGULAR_S = 1e-6
+"""Steps between frames that differ less are one rate."""
+
+
+_COMPRESSION = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+
+
+def add_videos(
+    nwbfile: Any, laid: Sequence[Laid], recordings: Mapping[str, Recording], out: Path, camera: Any
+) -> None:
+    """Add each recording's video as an external file, by its path from the NWB file."""
+    from pynwb.image import ImageSeries
+
+    for one in laid:
+        video = recordings[one.responses.attrs["name"]].video
+        if video is None or dims.TIME not in one.responses.coords:
+            continue
+        files = [video.path]
+        if isinstance(video, ImageFolder):
+            files = list(video.numbered.values())
+        nwbfile.add_acquisition(
+            ImageSeries(
+                name=f"video_{one.name}",
+                description="Markers on the inside of the skin, as the camera saw them.",
+                external_file=[os.path.relpath(file, out.parent.resolve()) for file in files],
+                starting_frame=list(range(len(files))),
+                format="external",
+                dimension=[video.width, video.height],
+                unit="n.a.",
+                device=camera,
+                num_samples=len(one.frame_times_s),
+                **_clock(one.frame_times_s),
+            )
+        )
+
+
+def _clock(times_s: NDArray[np.float64]) -> dict[str, Any]:
+    """Return a rate where frames come regularly, as NWB wants it, else each frame's time."""
+    steps_s = np.diff(times_s)
+    if len(steps_s) and np.ptp(steps_s) < _REGULAR_S:
+        return {"starting_time": float(times_s[0]), "rate": float(1 / steps_s.mean())}
+    return {"timestamps": times_s}
+
+
+def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
+    """Add room for each recording's vibration: sound, or channels of another kind."""
+    from hdmf.backends.hdf5 import H5DataIO
+    from ndx_sound import AcousticWaveformSeries
+    from pynwb import TimeSeries
+
+    for one in laid:
+        if dims.RA2 not in one.responses:
+            continue
+        shape = one.responses[dims.RA2].shape
+        shape = shape[:1] if shape[1] == 1 else shape
+        kind = AcousticWaveformSeries if len(shape) == 1 or shape[1] == 2 else TimeSeries
+        nwbfile.add_acquisition(
+            kind(
+                name=f"sound_{one.name}",
+                description="RA-II: vibration, as recorded.",
+                data=H5DataIO(shape=shape, dtype=np.dtype("float32"), chunks=True, **_COMPRESSION),
+                unit=str(one.responses[dims.RA2].attrs.get(dims.UNITS) or "n.a."),
+                rate=one.sample_rate_hz,
+                starting_time=one.start_s,
+            )
+        )
+
+
+def add_tracks(nwbfile: Any, laid: Sequence[Laid], camera: Any) -> None:
+    """Add room for where markers are seen: a series a marker, over the whole session."""
+    from hdmf.backends.hdf5 import H5DataIO
+    from ndx_pose import PoseEstimation, PoseEstimationSeries, Skeleton, Skeletons
+
+    tracked = [one for one in laid if dims.POSITION in one.responses]
+    if not tracked:
+        return
+    n_markers = tracked[0].responses.sizes[dims.MARKER]
+    times_s = np.concatenate([one.frame_times_s for one in tracked])
+    n, series = len(times_s), list[Any]()
+    chunk = min(n, _CHUNK)
+    for marker in range(n_markers):
+        series.append(
+            PoseEstimationSeries(
+                name=_node(marker),
+                description=f"Centre of marker {marker} in the camera's image; NaN where lost.",
+                data=H5DataIO(
+                    shape=(n, 2), dtype=np.dtype("float32"), chunks=(chunk, 2), **_COMPRESSION
+                ),
+                confidence=H5DataIO(
+                    shape=(n,), dtype=np.dtype("float32"), chunks=(chunk,), **_COMPRESSION
+                ),
+                confidence_definition="1 where the marker was found, 0 where it was lost",
+                reference_frame="Centre of the pixel at the top left; x to the right, y down.",
+                unit="pixels",
+                timestamps=series[0] if series else H5DataIO(times_s, **_COMPRESSION),
+            )
+        )
+    skeleton = Skeleton(name="skin", nodes=[_node(marker) for marker in range(n_markers)])
+    module = nwbfile.create_processing_module(
+        "behavior", "Where markers on the skin are seen, all recordings one after another."
+    )
+    module.add(Skeletons(skeletons=[skeleton]))
+    module.add(
+        PoseEstimation(
+            name=TRACKS,
+            description="Markers on the inside of the skin, followed from frame to frame.",
+            pose_estimation_series=series,
+            skeleton=skeleton,
+            device=camera,
+            source_software="afferents",
+        )
+    )
+
+
+def fill(file: Any, one: Laid, first_frame: int) -> int:
+    """Write sound and tracks of a recording where there is room for them in the HDF5 file.
+
+    Parameters
+    ----------
+    file
+        A `h5py.File`.
+    first_frame
+        Where its frames begin among those of the session.
+
+    Returns
+    -------
+    Where those of the next begin.
+    """
+    name = one.responses.attrs["name"]
+    sound = f"acquisition/sound_{one.name}/data"
+    if sound in file:
+        values = check_values(one.responses[dims.RA2], f"{dims.RA2} of {name}").values
+        file[sound][...] = values.reshape(file[sound].shape)
+    tracks = f"processing/behavior/{TRACKS}"
+    if tracks not in file or dims.POSITION not in one.responses:
+        return first_frame
+    where = f"{dims.POSITION} of {name}"
+    position = check_values(one.responses[dims.POSITION], where).values
+    detected = one.responses[dims.DETECTED].values
+    last = first_frame + len(position)
+    for marker in range(position.shape[1]):
+        series = file[f"{tracks}/{_node(marker)}"]
+        series["data"][first_frame:last] = position[:, marker]
+        series["confidence"][first_frame:last] = detected[:, marker]
+    return last
+
+
+def _node(marker: int) -> str:
+    return f"marker_{marker:03d}"

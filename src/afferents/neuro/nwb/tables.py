@@ -1,0 +1,192 @@
+"""One clock for a whole session, and the units and trials of an NWB file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.spikes.artificial import stretch_of
+from afferents.spikes.population import Spikes
+from afferents.spikes.units import RATE_HZ
+from afferents.store.responses import Responses, conditions
+
+GAP_S = 1.0
+"""Between recordings: nobody knows how long it really was."""
+
+
+@dataclass(frozen=True)
+class Laid:
+    """A recording's place on the session's clock.
+
+    Attributes
+    ----------
+    responses
+        Of the recording.
+    start_s, stop_s
+        When it began and ended.
+    """
+
+    responses: Responses
+    start_s: float
+    stop_s: float
+
+    @property
+    def name(self) -> str:
+        """Its name, as a file's object may be called: without slashes."""
+        return str(self.responses.attrs["name"]).replace("/", "_").replace(":", "_")
+
+    @property
+    def frame_times_s(self) -> NDArray[np.float64]:
+        """`(time,)`, when its frames were taken, on the session's clock."""
+        return self.start_s + np.asarray(self.responses[dims.TIME].values, np.float64)
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Of its vibration."""
+        return float(self.responses[dims.RA2].attrs[dims.SAMPLE_RATE])
+
+
+def laid_out(recordings: Sequence[Responses]) -> list[Laid]:
+    """Return recordings one after another, each from a whole second on.
+
+    A store does not say at which time of day each recording was made, and NWB has one clock: it
+    counts from the first recording's beginning.
+    """
+    found, start_s = [], 0.0
+    for responses in recordings:
+        stop_s = start_s + _duration_s(responses)
+        found.append(Laid(responses, start_s, stop_s))
+        start_s = float(np.ceil(stop_s + GAP_S))
+    return found
+
+
+def _duration_s(responses: Responses) -> float:
+    """Return how long a recording lasts: its video or its sound, whichever is longer."""
+    ends = [0.0]
+    if dims.TIME in responses.coords:
+        ends.append(float(responses[dims.TIME][-1]))
+    if dims.RA2 in responses:
+        rate = responses[dims.RA2].attrs[dims.SAMPLE_RATE]
+        ends.append(responses.sizes[dims.AUDIO_TIME] / float(rate))
+    return max(ends)
+
+
+# Units and trials of an NWB file.
+
+_TRIALS = {
+    "texture": "What the fingertip slid over.",
+    "speed_mm_s": "Sliding speed in mm/s; NaN where it is not known.",
+    "repetition": "Number of the repetition, from 0.",
+    "recording": "Name of the recording in the store.",
+}
+
+
+_UNITS = {
+    "unit_name": "Name of the unit.",
+    "class": "SA: slowly adapting type I. RA: rapidly adapting type I. PC: Pacinian (RA-II).",
+    "resolution_s": "Spike times are no finer than this, in s: frames of the camera lie so far "
+    "apart, and times between them are interpolated.",
+}
+
+
+_FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."
+
+
+_NUMBERS = "iufb"
+
+
+_TAKEN = ("id", "start_time", "stop_time", "duration_s", "tags", "timeseries")
+
+
+def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np.float64]:
+    """Add a trial a recording: the stretch of it in which units were run.
+
+    Returns
+    -------
+    `(trial,)`, when each begins on the session's clock, s.
+    """
+    begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in laid])
+    table = spikes.trials.drop(columns="duration_s")
+    further = _conditions(laid)
+    table = table.join(further.drop(columns=[name for name in further if name in table]))
+    for name in table:
+        about = _TRIALS.get(str(name), "A condition of the recording.")
+        nwbfile.add_trial_column(str(name), about)
+    end = begin + spikes.trials["duration_s"].to_numpy(np.float64)
+    for trial, row in enumerate(table.to_dict("records")):
+        values = {str(name): value for name, value in row.items()}
+        nwbfile.add_trial(start_time=begin[trial], stop_time=end[trial], **values)
+    return begin
+
+
+def _conditions(laid: Sequence[Laid]) -> pd.DataFrame:
+    """Return conditions of recordings: numbers, NaN where one has none, else texts."""
+    table = pd.DataFrame([conditions(one.responses) for one in laid], index=range(len(laid)))
+    for name in table:
+        values = table[name].infer_objects()
+        is_numeric = values.dtype.kind in _NUMBERS
+        table[name] = values.astype(float) if is_numeric else values.fillna("").astype(str)
+    return table.rename(columns=_column)
+
+
+def _column(name: object) -> str:
+    """Return what a condition is called in the file, where some names mean something else."""
+    plain = str(name).replace("/", "_")
+    return f"condition_{plain}" if plain in _TAKEN else plain
+
+
+def add_units(nwbfile: Any, spikes: Spikes, begin_s: NDArray[np.float64]) -> None:
+    """Add units with their spikes on the session's clock, and when each was observed.
+
+    Columns are made as whole arrays: spike by spike, as `add_unit` has it, a session would not fit
+    into memory.
+    """
+    from hdmf.common import ElementIdentifiers, VectorData
+    from pynwb.misc import Units
+
+    end_s = begin_s + spikes.trials["duration_s"].to_numpy(np.float64)
+    seen = [np.flatnonzero(of_unit) for of_unit in spikes.recorded.T]
+    times = [_times(spikes, unit, trials, begin_s) for unit, trials in enumerate(seen)]
+    intervals = [np.stack([begin_s[trials], end_s[trials]], axis=1) for trials in seen]
+    columns = [
+        *_ragged("spike_times", "Times of spikes on the session's clock, s.", times),
+        *_ragged("obs_intervals", "Trials in which the unit was there, s.", intervals),
+    ]
+    values = {
+        "unit_name": spikes.units.index.to_numpy(str).tolist(),
+        "class": spikes.units["class"].to_numpy(str).tolist(),
+        "resolution_s": spikes.units["resolution_s"].to_numpy(np.float64),
+    }
+    for name, about in _UNITS.items():
+        columns.append(VectorData(name=name, description=about, data=values[name]))
+    fields = [np.asarray(field, np.int64) for field in spikes.units["receptive_field"]]
+    if all(map(len, fields)):
+        columns += _ragged("receptive_field", _FIELD, fields)
+    nwbfile.units = Units(
+        name="units",
+        description="Units that the fingertip's responses drive.",
+        id=ElementIdentifiers(name="id", data=np.arange(spikes.n_units)),
+        resolution=1 / RATE_HZ,
+        columns=columns,
+        colnames=[one.name for one in columns if not one.name.endswith("_index")],
+    )
+
+
+def _times(
+    spikes: Spikes, unit: int, trials: NDArray[np.int64], begin_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    trains = [begin_s[trial] + spikes.train(int(trial), unit) for trial in trials]
+    return np.concatenate([*trains, np.empty(0)])
+
+
+def _ragged(name: str, about: str, parts: Sequence[NDArray[Any]]) -> list[Any]:
+    """Return a column of as many values a row as there are, and where each row's end."""
+    from hdmf.common import VectorData, VectorIndex
+
+    values = VectorData(name=name, description=about, data=np.concatenate(parts))
+    ends = np.cumsum([len(part) for part in parts]).astype(np.uint64)
+    return [values, VectorIndex(name=f"{name}_index", data=ends, target=values)]

@@ -1,0 +1,218 @@
+"""What speed does to spikes: rates that grow with it, and trains that it compresses.
+
+A surface that passes at twice the speed shakes the skin in half the time. If spikes follow the
+surface, a train at one speed, stretched by the ratio of the speeds, is the train at the other
+(Weber et al., PNAS 110:17107, 2013). Rates grow with speed as well, each unit's by a power of its
+own (Lieber & Bensmaia, Cereb. Cortex 2020).
+"""
+
+from itertools import permutations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from afferents.errors import InputError
+from afferents.neuro.decoding import require_conditions, summary
+from afferents.neuro.windows import some_units
+from afferents.spikes.population import Spikes
+
+RESOLUTION_S = 0.002
+"""Bins that trains are compared in, before smoothing."""
+
+
+SMOOTHING_MM = 0.3
+"""Standard deviation of the smoothing, on the surface: less than the finest bumps are apart."""
+
+
+_AT_ONCE = 16
+"""Trials held against all others at a time: 220 at once would take most of a gigabyte."""
+
+
+def rate_slopes(spikes: Spikes) -> pd.DataFrame:
+    """Return how each unit's rate grows with speed: the slope of ln rate over ln speed.
+
+    A slope of 0 is a rate that speed does not change, 1 one that grows in proportion.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a unit: `unit`, `class`, `slope` (mean over textures), `spread` (standard deviation
+        over textures), `n_textures` (those at which it fires at two speeds or more). NaN where
+        there is none.
+
+    Raises
+    ------
+    InputError
+        If a speed is not known, or there are fewer than two.
+    """
+    require_conditions(spikes)
+    rates = spikes.rates()
+    speed = np.log(spikes.trials["speed_mm_s"].to_numpy(np.float64))
+    texture = spikes.trials["texture"].to_numpy(str)
+    slopes = np.array(
+        [_slopes(speed[texture == t], rates[texture == t]) for t in np.unique(texture)]
+    )
+    n = np.sum(np.isfinite(slopes), axis=0)
+    total = np.nansum(slopes, axis=0)
+    mean = np.divide(total, n, out=np.full(len(n), np.nan), where=n > 0)
+    square = np.nansum((slopes - mean) ** 2, axis=0)
+    spread = np.sqrt(np.divide(square, n - 1, out=np.full(len(n), np.nan), where=n > 1))
+    of_units = {"unit": spikes.units.index, "class": spikes.units["class"].to_numpy()}
+    return pd.DataFrame({**of_units, "slope": mean, "spread": spread, "n_textures": n})
+
+
+def _slopes(log_speed: NDArray[np.float64], rates: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (unit,) slopes of ln rate over ln speed, over trials where a unit fires."""
+    fires = np.nan_to_num(rates) > 0
+    logs = np.log(np.where(fires, rates, 1.0))
+    n = fires.sum(axis=0)
+    x = np.where(fires, log_speed[:, None], 0.0)
+    centred = np.where(fires, x - x.sum(axis=0) / np.maximum(n, 1), 0.0)
+    square = (centred**2).sum(axis=0)
+    slope = np.full(rates.shape[1], np.nan)
+    np.divide((centred * logs).sum(axis=0), square, out=slope, where=square > 1e-9)
+    return slope
+
+
+def stretch_match(
+    spikes: Spikes, n_units: int | None = 8, seconds: float = 2.0, seed: int = 0
+) -> pd.DataFrame:
+    """Return how often a train finds its own texture at another speed, stretched and as it is.
+
+    For two speeds, the trains of each texture at the first are held against those of all textures
+    at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
+    summed over the units of a class that both trials have, at the shift where it is greatest: where
+    on the drum a recording began is not known. It is divided by the root of the number of these
+    units, by which sums of noise grow, so that gaps in recordings tell no texture. Of repetitions
+    the mean is taken. Textures that no unit was recorded on at both speeds, and pairs of speeds
+    with fewer than two textures in common, are left out.
+
+    Parameters
+    ----------
+    n_units
+        Of each class, drawn at random; None for all.
+    seconds
+        How long the trains are that are compared, at the second speed.
+
+    Returns
+    -------
+    pandas.DataFrame
+        `class`, `from_mm_s`, `to_mm_s`, `stretched` (bool), `accuracy`, `chance` (one in the number
+        of textures), `n_textures`, `n_units` (recorded at both speeds) and `n_trains` (at both).
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two textures or speeds, a speed is not known, or no unit fires.
+    """
+    speeds = require_conditions(spikes)
+    rows = []
+    for name in spikes.units["class"].unique():
+        units = spikes.of_class(name)
+        if n_units is not None:
+            units = some_units(units, n_units, np.random.default_rng(seed))
+        if not len(units.times):
+            continue
+        for first, second in permutations(speeds, 2):
+            compared = _compared(units, first, second)
+            if compared is None:
+                continue
+            given = {"class": name, "from_mm_s": first, "to_mm_s": second}
+            for stretched in (True, False):
+                found = _match(*compared, first / second if stretched else 1.0, second, seconds)
+                rows.append({**given, "stretched": stretched, **found})
+    if not rows:
+        raise InputError("spikes", "units that fire, on 2 textures at 2 speeds", "none")
+    return pd.DataFrame(rows)
+
+
+def match_by_class(matches: pd.DataFrame) -> pd.DataFrame:
+    """Return the means of `stretch_match` for each class, with 95% intervals over second speeds.
+
+    Of textures, units and trains the most that a pair of speeds had.
+    """
+    rows = []
+    for (name, stretched), some in matches.groupby(["class", "stretched"], sort=False):
+        means = some.groupby("to_mm_s")["accuracy"].mean()
+        by_speed = dict(zip(means.index, means, strict=True))
+        n = {key: int(some[key].max()) for key in ("n_textures", "n_units", "n_trains")}
+        found = {**summary(by_speed), "chance": float(some["chance"].mean()), **n}
+        rows.append({"class": name, "stretched": stretched, **found})
+    return pd.DataFrame(rows)
+
+
+def _compared(units: Spikes, first: float, second: float) -> tuple[Spikes, Spikes] | None:
+    """Return the trials at two speeds of the textures that a unit was recorded on at both."""
+    texture = units.trials["texture"].to_numpy(str)
+    speed = units.trials["speed_mm_s"].to_numpy(np.float64)
+    there = [
+        {t: units.recorded[(texture == t) & (speed == v)].any(axis=0) for t in set(texture)}
+        for v in (first, second)
+    ]
+    both = [t for t in there[0] if (there[0][t] & there[1][t]).any()]
+    if len(both) < 2:
+        return None
+    kept = np.isin(texture, both) & units.recorded.any(axis=1)
+    moved, still = (units.select(trials=kept & (speed == v)) for v in (first, second))
+    return moved, still
+
+
+def _match(
+    moved: Spikes, still: Spikes, factor: float, to_mm_s: float, seconds: float
+) -> dict[str, float]:
+    """Return the share of textures that find themselves, and of how many."""
+    n_units = int((moved.recorded.any(axis=0) & still.recorded.any(axis=0)).sum())
+    n_trains = int(moved.recorded.sum() + still.recorded.sum())
+    moved = moved.stretched(factor)
+    n = _common_bins(moved, still, seconds)
+    sigma = SMOOTHING_MM / to_mm_s / RESOLUTION_S  # of bins
+    likeness = pd.DataFrame(
+        _likeness(_smoothed(moved, n, sigma), _smoothed(still, n, sigma))
+        / _root_of_shared(moved, still),
+        moved.trials["texture"].to_numpy(str),
+        still.trials["texture"].to_numpy(str),
+    )
+    by_texture = likeness.groupby(level=0).mean().T.groupby(level=0).mean().T
+    right = by_texture.fillna(-np.inf).to_numpy().argmax(axis=0) == np.arange(len(by_texture))
+    return {
+        "accuracy": float(np.mean(right)),
+        "chance": 1 / len(by_texture),
+        "n_textures": len(by_texture),
+        "n_units": n_units,
+        "n_trains": n_trains,
+    }
+
+
+def _root_of_shared(first: Spikes, second: Spikes) -> NDArray[np.float64]:
+    """Return (first, second): the root of how many units two trials share; NaN for none."""
+    shared = first.recorded.astype(np.float64) @ second.recorded.T
+    return np.sqrt(np.where(shared > 0, shared, np.nan))
+
+
+def _common_bins(moved: Spikes, kept: Spikes, seconds: float) -> int:
+    shortest = min(moved.trials["duration_s"].min(), kept.trials["duration_s"].min(), seconds)
+    return max(int(shortest / RESOLUTION_S), 2)
+
+
+def _smoothed(spikes: Spikes, n: int, sigma: float) -> NDArray[np.complex128]:
+    """Return (trial, unit, frequency): transforms of smoothed trains of mean 0 and variance 1."""
+    counts = np.nan_to_num(spikes.binned(RESOLUTION_S, (n + 0.5) * RESOLUTION_S).values[..., :n])
+    # no circle: the trains' ends are followed by as much silence
+    frequency = np.fft.rfftfreq(2 * n)
+    smooth = np.exp(-2 * (np.pi * frequency * sigma) ** 2)
+    level = counts - counts.mean(axis=-1, keepdims=True)
+    transformed = np.fft.rfft(level, 2 * n, axis=-1) * smooth
+    size = np.sqrt((np.abs(transformed) ** 2).sum(axis=-1, keepdims=True))
+    scaled: NDArray[np.complex128] = transformed / np.where(size > 0, size, np.inf)
+    return scaled
+
+
+def _likeness(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return (first, second): the greatest correlation over shifts, summed over units."""
+    by_frequency = second.conj().transpose(2, 1, 0)
+    rows = []
+    for start in range(0, len(first), _AT_ONCE):
+        some = first[start : start + _AT_ONCE].transpose(2, 0, 1)
+        rows.append(np.fft.irfft(some @ by_frequency, axis=0).max(axis=0))
+    return np.concatenate(rows)

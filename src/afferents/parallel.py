@@ -1,0 +1,422 @@
+"""Work shared out: over processes of this machine, or over machines with Dask."""
+
+import ctypes
+import os
+import re
+import select
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager, nullcontext, suppress
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from itertools import islice
+from multiprocessing import resource_tracker
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import joblib
+from joblib.externals.loky import process_executor
+from joblib.externals.loky.backend import resource_tracker as loky_resource_tracker
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from afferents.errors import AfferentsError, InputError
+from afferents.files import host_here, size_of
+from afferents.outputs import is_locked_by
+from afferents.stopping import stop_later
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Result = TypeVar("Result")
+
+
+Job = tuple[Any, ...]
+
+
+DEATHS = 3
+"""So often a process may die with nothing come back in between; then all is given up."""
+
+
+_TRIM_THRESHOLD, _TOP_PAD, _MMAP_THRESHOLD = -1, -2, -3
+"""Options of glibc's mallopt(3)."""
+
+
+def side_by_side(
+    function: Callable[..., Result],
+    jobs: Iterable[Job],
+    workers: int | None,
+    note: Callable[[str], None] | None = None,
+) -> Iterator[Result]:
+    """Call `function(*job)` for every job and yield the results as they come.
+
+    Every process has one thread: several of them are faster than one with several, above all
+    on a busy machine, and nothing depends on how many there are. Jobs are handed out one by
+    one, in their order. Where a process dies, the jobs that were being done begin anew, in new
+    processes; so a job may be done twice.
+
+    Parameters
+    ----------
+    workers
+        Processes; None for one a core. With 1 the jobs run in this process.
+    note
+        Told when a process has died.
+
+    Raises
+    ------
+    AfferentsError
+        If processes die again and again. Errors of `function` pass through, and stop the jobs
+        that wait.
+    """
+    waiting, deaths = dict(enumerate(jobs)), 0
+    while waiting:
+        before = len(waiting)
+        try:
+            with closing(_results(function, list(waiting.items()), workers)) as results:
+                for number, result in results:
+                    del waiting[number]
+                    yield result
+        except TerminatedWorkerError as error:
+            deaths = deaths + 1 if len(waiting) == before else 1
+            if deaths == DEATHS:
+                raise AfferentsError(
+                    "a worker process died, and again when its job was begun anew (killed, or out "
+                    "of memory); what is finished is kept: run the same command again, with fewer "
+                    "--workers if memory was short"
+                ) from error
+            if note:
+                note("a worker process died (killed, or out of memory): what it did begins anew")
+
+
+def _results(
+    function: Callable[..., Result], jobs: Iterable[tuple[int, Job]], workers: int | None
+) -> Generator[tuple[int, Result], None, None]:
+    """Do numbered jobs, as long as no process dies."""
+    options: dict[str, Any] = {
+        "return_as": "generator_unordered",
+        "batch_size": 1,
+        "pre_dispatch": "n_jobs",
+        "mmap_mode": "c",  # as if it were the process's own, which PyTorch asks for
+        "initializer": _prepare,
+        "initargs": (os.getpid(),),
+    }
+    n = workers or joblib.cpu_count()
+    with joblib.parallel_config("loky", inner_max_num_threads=1):
+        pool = joblib.Parallel(n_jobs=n, **options)
+        here = Path.cwd()
+        calls = (joblib.delayed(_numbered)(here, number, function, *job) for number, job in jobs)
+        with stop_later(), _deaf_to_the_terminal() if n > 1 else nullcontext():
+            results = pool(calls)
+        try:
+            for result in results:  # noqa: UP028 (closed below, without joblib's warning)
+                yield result
+        finally:
+            with warnings.catch_warnings(action="ignore"):
+                results.close()
+
+
+@contextmanager
+def _deaf_to_the_terminal() -> Iterator[None]:
+    """Start processes inside that a Ctrl-C or a closed terminal, meant for all, does not reach.
+
+    It is for this process to stop them, and they would print what they were at.
+    """
+    meant_for_all = {signal.SIGINT, signal.SIGHUP}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, meant_for_all)
+    try:
+        for tracker in (resource_tracker, loky_resource_tracker):
+            tracker.ensure_running()  # which lets signals through again when it starts its own
+        signal.pthread_sigmask(signal.SIG_BLOCK, meant_for_all)
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _numbered(
+    folder: Path, number: int, function: Callable[..., Result], *job: Any
+) -> tuple[int, Result]:
+    """Do a job in the caller's folder, which may have changed since a process was started."""
+    if Path.cwd() != folder:
+        os.chdir(folder)
+    return number, function(*job)
+
+
+def _prepare(caller: int) -> None:
+    """Let a new process keep its memory, and end soon after the one that called.
+
+    Where psutil is installed, loky takes a process that has grown by 300 MB for a leak, and
+    starts another; ours hold on to what they freed, and map samples, on purpose. And who is killed
+    can't tell its workers to stop.
+    """
+    process_executor._MAX_MEMORY_LEAK_SIZE = 1 << 62
+    keep_freed_memory()
+
+    threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
+
+
+def _end_with(caller: int) -> None:
+    """End this process when its caller is gone."""
+    if hasattr(os, "pidfd_open"):  # Linux says so at once
+        with suppress(OSError):
+            select.select([os.pidfd_open(caller)], [], [])
+    while os.getppid() == caller:
+        time.sleep(0.2)
+    os._exit(1)
+
+
+def keep_freed_memory() -> None:
+    """Let this process hold on to memory that it frees, where the C library is glibc.
+
+    Training asks for as much again at every step. glibc would give it back each time, and on a
+    Dask worker, which is told to, that doubles the time of a step.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
+    if mallopt:
+        mallopt(_TRIM_THRESHOLD, 2**31 - 1)
+        mallopt(_TOP_PAD, 2**28)
+        mallopt(_MMAP_THRESHOLD, 2**30)
+
+
+# Jobs on a Dask cluster: any machines whose workers have this package and can read the data.
+
+ANSWER_S = 10
+"""A scheduler that does not answer for so long is not there."""
+
+
+WORKERS_S = 30
+"""How long a scheduler without workers is waited for."""
+
+
+SAME = ("afferents", "torch")
+"""Packages whose versions decide the numbers."""
+
+
+OF_RECORDINGS = ("av", "numba", "numpy", "opencv-python-headless", "scipy")
+"""Further ones that decide what is recorded and extracted, to the last byte."""
+
+
+AHEAD = 4
+"""So many jobs a worker are with the scheduler at a time: none of them waits for the next, and
+neither the jobs of a million recordings nor what comes back of them pile up anywhere."""
+
+
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
+
+
+_ONE_THREAD = "start it with --nthreads 1, and as many workers as there are cores"
+
+
+@dataclass(frozen=True)
+class Output:
+    """A folder that a command is writing, told from any other of the same path.
+
+    Attributes
+    ----------
+    token
+        Of the lock in it, which no other folder has; see `outputs.writing_alone`.
+    """
+
+    folder: Path
+    token: str
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether this process sees it too, and can write there itself."""
+        return is_locked_by(self.folder, self.token) and os.access(self.folder, os.W_OK)
+
+
+def on_cluster(
+    function: Callable[..., Result],
+    jobs: Iterable[tuple[Any, ...]],
+    address: str,
+    packages: tuple[str, ...] = SAME,
+) -> Iterator[Result]:
+    """Call `function(*job)` for every job on some worker; yield the results as they come.
+
+    A worker that dies costs the job that it was at, which another one does anew.
+
+    Parameters
+    ----------
+    jobs
+        Light: they are sent as they are, `AHEAD` a worker. What is large is read by the workers
+        themselves.
+    address
+        Of the scheduler, such as ``tcp://scheduler:8786``.
+    packages
+        That workers must have in the version that is here.
+
+    Raises
+    ------
+    InputError
+        If there is no scheduler, no worker, or a worker with more than one thread, without this
+        package, or with another version of it; also if such a one joins later.
+    AfferentsError
+        If a job killed several workers, the cluster went away, or a worker that joined later
+        lacks a package. Errors of `function` pass through, and stop the jobs that wait.
+    """
+    with _client(address) as client:
+        from distributed import as_completed
+
+        _require_workers(client, address, packages)
+        here = {package: _installed(package) for package in packages}
+        left = iter(jobs)
+        # And nothing else keeps a future: what has come back is let go.
+        waiting = as_completed(loop=client.loop)  # type: ignore[no-untyped-call]
+
+        def hand_out() -> None:
+            for job in islice(left, _room(client, waiting.count())):  # type: ignore[no-untyped-call]
+                waiting.add(client.submit(_as_here, here, function, *job, pure=False))  # type: ignore[no-untyped-call]
+
+        hand_out()
+        for future in waiting:
+            result = _result(future)
+            del future
+            hand_out()
+            yield result
+            del result
+
+
+def _room(client: "Client", waiting: int) -> int:
+    """Return how many more jobs the workers that are there now should have; one if none waits."""
+    workers = int(client.scheduler_info(n_workers=0)["n_workers"])
+    return max(AHEAD * workers - waiting, 0 if waiting else 1)
+
+
+def workers_at(address: str) -> int:
+    """Return how many workers a cluster has.
+
+    Raises
+    ------
+    InputError
+        As `on_cluster`.
+    """
+    with _client(address) as client:
+        return _require_workers(client, address, SAME)
+
+
+def require_same_file(path: Path, size: int) -> None:
+    """Refuse to go on, on a worker, where a file is not as it is where the command runs.
+
+    Raises
+    ------
+    InputError
+        If it is not there, or of another size in bytes.
+    """
+    found = size_of(path) if path.exists() else None
+    if found != size:
+        raise InputError(
+            f"worker on {host_here()}",
+            f"{path} as it is where the command runs ({size} bytes)",
+            "none" if found is None else f"{found} bytes",
+            "let all workers see the same files at the same paths",
+        )
+
+
+def _as_here(versions: Mapping[str, str], function: Callable[..., Result], *job: Any) -> Result:
+    """Do a job on a worker, after checking it: it may have joined after all others were."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    _require_one_thread(worker.address, worker.state.nthreads)
+    for package, expected in versions.items():
+        _require_version(worker.address, package, expected, _there(package))
+    return function(*job)
+
+
+@lru_cache
+def _there(package: str) -> str:
+    """Return a package's version, which every job asks for and which does not change."""
+    return version(package)
+
+
+@contextmanager
+def _client(address: str) -> Iterator["Client"]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "--cluster", "Dask", "none installed", "pip install 'afferents[cluster]'"
+        ) from None
+    if not _ADDRESS.fullmatch(address):  # Dask would try for half a minute
+        raise InputError("--cluster", "an address like tcp://scheduler:8786", f"'{address}'")
+    try:  # not as Dask's default: whatever else computes with Dask here is none of its business
+        client = Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:  # a timeout is an OSError
+        raise InputError(
+            "--cluster",
+            f"a Dask scheduler at {address}",
+            "none that answers",
+            "start one with 'dask scheduler', and workers with 'dask worker ADDRESS --nthreads 1'",
+        ) from error
+    try:
+        yield client
+    finally:
+        client.close()  # type: ignore[no-untyped-call]
+
+
+def _require_workers(client: "Client", address: str, packages: tuple[str, ...]) -> int:
+    """Count the workers; refuse none, and those that would not compute the same.
+
+    Of two trainings in one process each would draw from the other's random numbers.
+    """
+    with suppress(TimeoutError):
+        client.wait_for_workers(1, timeout=WORKERS_S)
+    threads_of = client.nthreads()  # type: ignore[no-untyped-call]
+    for worker, threads in threads_of.items():
+        _require_one_thread(worker, threads)
+    for package in packages:
+        here = _installed(package)
+        found = client.run(version, package, on_error="return")
+        if not found:
+            expected = f"at least one worker at {address}"
+            hint = f"start some with 'dask worker {address} --nthreads 1'"
+            raise InputError("--cluster", expected, "none", hint)
+        for worker, there in found.items():
+            _require_version(worker, package, here, there)
+    return len(threads_of)
+
+
+def _require_one_thread(worker: str, threads: int) -> None:
+    if threads != 1:
+        raise InputError(f"worker {worker}", "one thread", f"{threads}", _ONE_THREAD)
+
+
+def _require_version(worker: str, package: str, here: str, there: str | Exception) -> None:
+    """Refuse a worker with another version of a package; an error stands for none at all."""
+    if there != here:
+        raise InputError(
+            f"worker {worker}",
+            f"{package} {here}, as here",
+            "none" if isinstance(there, Exception) else f"{there}",
+            "install the same version there",
+        )
+
+
+def _installed(package: str) -> str:
+    return version(package)
+
+
+def _result(future: Any) -> Any:
+    """Return what a job came to, or say in one sentence what became of it."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        return future.result()
+    except KilledWorker as error:
+        raise AfferentsError(
+            "a job killed its worker several times (out of memory?); what is finished is "
+            "kept: run the same command again, with more memory a worker"
+        ) from error
+    except ImportError as error:
+        raise AfferentsError(
+            f"a worker that joined late lacks a package ({error}); what is finished is kept: "
+            "install there what is here, and run the same command again"
+        ) from error
+    except CancelledError as error:
+        raise AfferentsError(
+            "the cluster went away; what is finished is kept: run the same command again"
+        ) from error

@@ -1,1 +1,0 @@
-"""Recording a session: plan, preflight, runs, gate."""

@@ -1,0 +1,147 @@
+"""Packages of optional extras, and objects of a user's own."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib import import_module, invalidate_caches
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from afferents.errors import AfferentsError, InputError, raised
+
+
+def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
+    """Import packages of an optional extra; return the first.
+
+    Parameters
+    ----------
+    asked
+        The option or command that needs them.
+
+    Raises
+    ------
+    InputError
+        If one is missing.
+    """
+    try:
+        modules = [import_module(name) for name in names]
+    except ImportError as error:
+        wanted, remedy = f"the packages of the extra '{extra}'", f"pip install 'afferents[{extra}]'"
+        raise InputError(asked, wanted, str(error), remedy) from error
+    return modules[0]
+
+
+# Objects of a user's own, named by where they are: ``package.module:NAME`` or ``file.py:NAME``.
+
+_of_files: set[str] = set()
+"""Names of modules that were imported as files."""
+
+
+def named(where: str) -> Any:
+    """Return the object that a user names by ``package.module:NAME`` or ``file.py:NAME``.
+
+    What is in a file is sent to other processes whole, so that they need not have the file.
+
+    Raises
+    ------
+    InputError
+        If the module can't be imported, whatever it raises, has nothing of that name, or has the
+        name of another module.
+    """
+    module, _, name = where.rpartition(":")
+    if not module.endswith(".py"):
+        return imported(where)
+    path = Path(module)
+    if not path.is_file():
+        raise InputError(where, "a Python file", "no such file")
+    _forget_another(path.resolve(), where)
+    found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
+    _of_files.add(path.stem)
+    _send_whole(sys.modules[path.stem])
+    return found
+
+
+def imported(where: str, said: str | None = None, folder: Path | None = None) -> Any:
+    """Return the object of a name such as ``package.module:NAME``.
+
+    Parameters
+    ----------
+    said
+        How the user named it, for an error.
+    folder
+        Where modules are looked for first; by default the current folder, after all others.
+
+    Raises
+    ------
+    InputError
+        As `named`.
+    """
+    said = said or where
+    module_name, _, name = where.rpartition(":")
+    if not module_name or not name:
+        raise InputError(said, "package.module:NAME or file.py:NAME", f"'{where}'")
+    place = str(folder or Path.cwd())
+    if folder:
+        sys.path[:] = [place, *(other for other in sys.path if other != place)]
+    elif place not in sys.path:
+        sys.path.append(place)
+    try:
+        found: Any = import_module(module_name)
+    except Exception as error:
+        raise InputError(said, "a module that can be imported", raised(error)) from error
+    for part in name.split("."):
+        if not hasattr(found, part):
+            raise InputError(said, f"'{name}' in {module_name}", "nothing of that name")
+        found = getattr(found, part)
+    return found
+
+
+def _forget_another(file: Path, where: str) -> None:
+    """Let a file be imported although one of the same name was, from another folder."""
+    there = sys.modules.get(file.stem)
+    if there is None or Path(there.__file__ or "").resolve() == file:
+        return
+    if file.stem not in _of_files:
+        raise InputError(
+            where, "a file that has not the name of a module", f"{file.stem}", "rename it"
+        )
+    del sys.modules[file.stem]
+    invalidate_caches()
+
+
+def _send_whole(module: ModuleType) -> None:
+    """Let what is in a module be sent to workers by value; joblib and Dask have a pickler each."""
+    for pickler in ("joblib.externals.cloudpickle", "cloudpickle"):
+        with suppress(ImportError):
+            import_module(pickler).register_pickle_by_value(module)
+
+
+def reference_of(own: Any) -> str:
+    """Return ``module:NAME`` of a function or a class, by which it can be imported again.
+
+    Raises
+    ------
+    InputError
+        If it can't: it is made inside another function, or in a script or a notebook.
+    """
+    module, name = getattr(own, "__module__", None), getattr(own, "__qualname__", None)
+    known = module and name and module != "__main__" and "<" not in name
+    if not known:
+        found = f"{name or type(own).__name__} of {module or 'nowhere'}"
+        raise InputError(
+            "classifier", "a function of a module that can be imported", found,
+            "put it into a file of its own",
+        )  # fmt: skip
+    return f"{module}:{name}"
+
+
+@contextmanager
+def in_a_sentence(where: str) -> Iterator[None]:
+    """Raise as an `InputError` whatever somebody's own code raises as it reads the data `where`."""
+    try:
+        yield
+    except AfferentsError:
+        raise
+    except Exception as error:
+        raise InputError(where, "data that can be read", raised(error)) from error

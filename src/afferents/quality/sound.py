@@ -1,0 +1,95 @@
+"""How loud a vibration is, and whether its samples are numbers within full scale at all."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.errors import InputError
+from afferents.quality.issues import Doubt
+
+LOUDEST = 1.01
+"""Full scale, and what conversions add to it: 8-bit integers divided by 127 reach 1.008."""
+
+
+RUN = 3
+"""A signal that is clipped stays at its extreme for so many samples at least,"""
+
+
+STEEP = 4
+"""and comes there by a step of more than so many of the smallest steps that it makes: the top of a
+slow wave is flat too, but is reached by small ones."""
+
+
+Samples = NDArray[np.floating[Any]]
+
+
+def require_finite(samples: Samples, where: object, rate_hz: float, first: int = 0) -> None:
+    """Refuse samples that are no numbers.
+
+    Parameters
+    ----------
+    samples
+        Shape (n,) or (n, channels).
+    where, first
+        What they are of, and the number of the first of them there.
+
+    Raises
+    ------
+    InputError
+        Naming the first that is NaN or infinite, and when it comes.
+    """
+    finite = np.isfinite(samples)
+    if finite.all():
+        return
+    finite = finite.reshape(len(samples), -1)
+    n = int(np.argmin(finite.all(axis=1)))
+    what = samples.reshape(len(samples), -1)[n][~finite[n]][0]
+    found = f"{what} at sample {first + n} ({(first + n) / rate_hz:.3f} s)"
+    more = int((~finite.all(axis=1)).sum()) - 1
+    if more:
+        found += f" and in {more} more"
+    raise InputError(where, "samples that are numbers", found, "export or record it again")
+
+
+def doubt_loudness(samples: Samples, where: object, rate_hz: float) -> list[Doubt]:
+    """Say where samples of a sound file go beyond full scale, as those of a float file can.
+
+    Parameters
+    ----------
+    samples
+        Shape (n,) or (n, channels).
+    """
+    loud = np.abs(samples).reshape(len(samples), -1).max(axis=1, initial=0.0)
+    n_beyond = int((loud > LOUDEST).sum())
+    if n_beyond == 0:
+        return []
+    n = int(np.argmax(loud > LOUDEST))
+    found = (
+        f"{n_beyond} beyond it, up to {loud.max():.3g}, first at sample {n} ({n / rate_hz:.3f} s)"
+    )
+    return [Doubt("loud", where, "samples within full scale, -1 to 1", found)]
+
+
+def clipped_share(samples: Samples) -> float:
+    """Return the share of samples (n,) that are cut off at the largest or smallest of them."""
+    steps = np.abs(np.diff(samples))
+    if not steps.any():
+        return 0.0
+    finest = float(steps[steps > 0].min())
+    n_clipped = sum(_clipped(samples == end, steps, finest) for end in _ends(samples))
+    return n_clipped / len(samples)
+
+
+def _ends(samples: Samples) -> tuple[float, float]:
+    return float(samples.min()), float(samples.max())
+
+
+def _clipped(at_end: NDArray[np.bool_], steps: Samples, finest: float) -> int:
+    """Count the samples in runs at an extreme that are reached or left by a large step."""
+    edges = np.diff(np.r_[False, at_end, False].astype(np.int8))
+    first, stop = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    around = np.r_[0.0, steps, 0.0]  # into sample n, and out of sample n - 1
+    steep = np.maximum(around[first], around[stop]) > STEEP * finest
+    lengths = stop - first
+    return int(lengths[(lengths >= RUN) & steep].sum())

@@ -1,0 +1,1 @@
+"""Recording a session: plan, preflight, runs, gate; only the command line names it."""

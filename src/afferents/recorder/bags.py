@@ -1,0 +1,261 @@
+"""Bags of ROS 1 and ROS 2 as files that can be imported: a video, its times, and sound.
+
+A bag is a folder of rosbag2 (sqlite3 or MCAP), an MCAP file, or a ``.bag`` of ROS 1. Pictures are
+`sensor_msgs` Image or CompressedImage; sound is `audio_common_msgs` AudioData or AudioDataStamped,
+or Foxglove's RawAudio. Times are those of the messages' headers, else those of the bag.
+"""
+
+import csv
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import soundfile
+from numpy.typing import NDArray
+
+from afferents.devices.base import CameraSettings
+from afferents.errors import InputError, reason_of
+from afferents.recorder.files import Film
+from afferents.recordings.ros_messages import (
+    NS,
+    PCM,
+    PICTURE,
+    RAW_PICTURE,
+    ROS_SOUND,
+    ROS_SOUND_INFO,
+    ROS_SOUND_STAMPED,
+    SOUND,
+    typestore,
+)
+
+_PICTURES = (PICTURE, RAW_PICTURE)
+
+
+_SOUNDS = (SOUND, ROS_SOUND, ROS_SOUND_STAMPED)
+
+
+_GREY = ("mono8", "8UC1")
+
+
+_USUAL_HZ = 44_100
+
+
+JPEG = b"\xff\xd8"
+
+
+@dataclass(frozen=True)
+class Bag:
+    """Which part of a bag is wanted.
+
+    Attributes
+    ----------
+    path
+        Of the bag.
+    image, audio
+        Topics; None for the only one of its kind (sound may be lacking).
+    audio_rate_hz, audio_channels
+        Of sound whose messages do not say it; None to take what an AudioInfo says, else 44100
+        and 1.
+    """
+
+    path: Path
+    image: str | None = None
+    audio: str | None = None
+    audio_rate_hz: int | None = None
+    audio_channels: int | None = None
+
+
+class BagFiles(NamedTuple):
+    """What was made of a bag.
+
+    Attributes
+    ----------
+    video, times, audio
+        Files, as `import_recording` takes them; without sound `audio` is None.
+    audio_start_s
+        When the first sample was taken, on the clock of `times`.
+    """
+
+    video: Path
+    times: Path
+    audio: Path | None
+    audio_start_s: float | None
+
+
+def is_bag(path: Path) -> bool:
+    """Say whether a path looks like a bag."""
+    return path.suffix in (".mcap", ".bag", ".db3") or (path / "metadata.yaml").is_file()
+
+
+def bag_files(bag: Bag, folder: Path) -> BagFiles:
+    """Write what is wanted of a bag into a folder.
+
+    Raises
+    ------
+    InputError
+        If the bag can't be read, lacks the topics, or holds what is no picture or sound.
+    """
+    with _opened(bag.path) as reader:
+        pictures = _topic(reader, bag.path, _PICTURES, bag.image, "--image-topic", "pictures")
+        sounds = _topic(reader, bag.path, _SOUNDS, bag.audio, "--audio-topic", "sound")
+        if pictures is None:
+            there = ", ".join(sorted(reader.topics)) or "no topic"
+            raise InputError(bag.path, "a topic of pictures", there)
+        times_s = _write_video(reader, pictures, bag.path, folder / "video.mp4")
+        with (folder / "times.csv").open("w", newline="") as file:
+            rows = csv.writer(file)
+            rows.writerow(["time_s"])
+            rows.writerows([f"{at_s:.9f}"] for at_s in times_s)
+        video, times = folder / "video.mp4", folder / "times.csv"
+        if sounds is None:
+            return BagFiles(video, times, None, None)
+        start_s = _write_sound(reader, sounds, bag, folder / "audio.wav")
+        return BagFiles(video, times, folder / "audio.wav", start_s)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a bag; what goes wrong in reading it is said in a sentence."""
+    store = typestore()
+    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.rosbag1 import ReaderError as Error1
+    from rosbags.rosbag2 import ReaderError as Error2
+
+    expected = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag)"
+    if not path.exists():
+        raise InputError(path, expected, "nothing there")
+    try:
+        with AnyReader([path], default_typestore=store) as reader:
+            yield reader
+    except InputError:
+        raise
+    except (AnyReaderError, Error1, Error2, OSError) as error:
+        raise InputError(path, expected, reason_of(error)) from error
+    except Exception as error:  # parsers of broken files raise what they like
+        raise InputError(path, "a bag that can be read to its end", reason_of(error)) from error
+
+
+def _topic(
+    reader: Any, path: Path, types: Sequence[str], named: str | None, option: str, what: str
+) -> Any:
+    """Return the connection of a topic: the one that is named, or the only one of its types."""
+    fitting = {one.topic: one for one in reader.connections if one.msgtype in types}
+    if named is not None:
+        if named not in fitting:
+            there = ", ".join(sorted(fitting)) or "none"
+            raise InputError(option, f"a topic of {what} in {path} ({there})", f"'{named}'")
+        return fitting[named]
+    if len(fitting) > 1:
+        expected = f"one topic of {what}, or {option}"
+        raise InputError(path, expected, f"{len(fitting)} ({', '.join(sorted(fitting))})")
+    return next(iter(fitting.values()), None)
+
+
+def _messages(reader: Any, connection: Any) -> Iterator[tuple[float, Any]]:
+    """Yield a topic's messages and when each was made, s: by its header, else by the bag."""
+    for _, at_ns, data in reader.messages(connections=[connection]):
+        message = reader.deserialize(data, connection.msgtype)
+        stamp = getattr(message, "timestamp", None) or getattr(
+            getattr(message, "header", None), "stamp", None
+        )
+        made_ns = at_ns if stamp is None else stamp.sec * NS + stamp.nanosec
+        yield made_ns / NS, message
+
+
+def _write_video(reader: Any, connection: Any, path: Path, target: Path) -> list[float]:
+    """Write pictures: JPEGs as they came, raw ones without loss. Return their times, s."""
+    film: Film | None = None
+    times_s: list[float] = []
+    try:
+        for at_s, message in _messages(reader, connection):
+            format_, size, data = _picture(message, path)
+            if film is None:
+                film = Film(target, CameraSettings(str(path), format_, *size, 90.0))
+                first = format_, size
+            elif (format_, size) != first:
+                expected = f"pictures of {first[1][0]} x {first[1][1]} px as the first"
+                raise InputError(path, expected, f"one of {size[0]} x {size[1]}")
+            if times_s and at_s <= times_s[-1]:
+                expected = f"times that rise in {connection.topic}"
+                raise InputError(path, expected, f"{at_s:.6f} s after {times_s[-1]:.6f}")
+            times_s.append(at_s)
+            film.write(data, at_s - times_s[0])
+    finally:
+        if film is not None:
+            film.close()
+    if len(times_s) < 2:
+        raise InputError(path, f"2 pictures or more in {connection.topic}", f"{len(times_s)}")
+    return times_s
+
+
+def _picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes]:
+    """Return a picture's format, its width and height, and its content as `Film` takes it."""
+    data = np.asarray(message.data, np.uint8)
+    if hasattr(message, "format"):
+        content = data.tobytes()
+        if not content.startswith(JPEG):
+            said = f"'{message.format}'"
+            raise InputError(path, "compressed pictures that are JPEGs", said)
+        return "MJPG", _jpeg_size(content, path), content
+    width, height = int(message.width), int(message.height)
+    return "GREY", (width, height), _grey(message, data, path).tobytes()
+
+
+def _jpeg_size(content: bytes, path: Path) -> tuple[int, int]:
+    import cv2
+
+    picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
+    if picture is None:
+        raise InputError(path, "JPEGs that can be decoded", "one that can't")
+    return picture.shape[1], picture.shape[0]
+
+
+def _grey(message: Any, data: NDArray[np.uint8], path: Path) -> NDArray[np.uint8]:
+    """Return a raw picture's grey levels, (height, width)."""
+    import cv2
+
+    rows = data[: message.height * message.step].reshape(message.height, message.step)
+    if message.encoding in _GREY:
+        return np.ascontiguousarray(rows[:, : message.width])
+    turned = {"bgr8": cv2.COLOR_BGR2GRAY, "rgb8": cv2.COLOR_RGB2GRAY}
+    if message.encoding not in turned:
+        known = ", ".join((*_GREY, *turned))
+        raise InputError(path, f"pictures encoded as {known}", f"'{message.encoding}'")
+    colours = rows[:, : 3 * message.width].reshape(message.height, message.width, 3)
+    return np.asarray(cv2.cvtColor(colours, turned[message.encoding]), np.uint8)
+
+
+def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
+    """Write sound as 16-bit wav; return when its first sample was taken, s."""
+    rate_hz, channels = _declared(reader, bag)
+    blocks, start_s = [], None
+    for at_s, message in _messages(reader, connection):
+        if connection.msgtype == SOUND:
+            if message.format != PCM:
+                raise InputError(bag.path, f"sound of format '{PCM}'", f"'{message.format}'")
+            rate_hz, channels = int(message.sample_rate), int(message.number_of_channels)
+        content = getattr(message, "audio", message).data
+        values = np.asarray(content, np.uint8)
+        if len(values) % (2 * channels):
+            expected = f"16-bit samples of {channels} channel(s)"
+            raise InputError(bag.path, expected, f"{len(values)} bytes in {connection.topic}")
+        start_s = at_s if start_s is None else start_s
+        blocks.append(values.view("<i2").reshape(-1, channels))
+    if start_s is None:
+        raise InputError(bag.path, f"sound in {connection.topic}", "no message")
+    soundfile.write(target, np.concatenate(blocks), rate_hz, "PCM_16", format="WAV")
+    return start_s
+
+
+def _declared(reader: Any, bag: Bag) -> tuple[int, int]:
+    """Return rate, Hz, and channels of sound: as asked for, else as an AudioInfo says."""
+    rate_hz, channels = _USUAL_HZ, 1
+    for connection in reader.connections:
+        if connection.msgtype == ROS_SOUND_INFO:
+            for _, message in _messages(reader, connection):
+                rate_hz, channels = int(message.sample_rate), int(message.channels)
+                break
+    return bag.audio_rate_hz or rate_hz, bag.audio_channels or channels

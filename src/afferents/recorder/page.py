@@ -1,0 +1,160 @@
+"""What the page shows of a recording: camera with markers, sound, and what is to be done."""
+
+import json
+import math
+import time
+from typing import Any
+
+import cv2
+import numpy as np
+
+from afferents.devices.base import Frame as Taken
+from afferents.devices.picture import picture_of
+from afferents.dims import RA1, SA1
+from afferents.encodings.spectra import SpectralEncoding
+from afferents.errors import InputError
+from afferents.live.events import Sound
+from afferents.live.images import FrameImages, Images
+from afferents.live.sense import AudioSense
+from afferents.live.web.snapshot import numbers, ring_px
+from afferents.markers.sensor import Sensor
+from afferents.recorder.watch import Watch
+from afferents.store.recording import Frame
+
+FRESH_S = 0.1
+"""Pictures are drawn up no more often, and only while somebody looks on."""
+
+
+_DIGITS = 4
+
+
+_FULL = 32768
+
+
+class RecordingPage:
+    """Draws up what a `Watch` has, when a visitor asks.
+
+    Parameters
+    ----------
+    watch
+        Written by the recorder's threads.
+    sensor
+        Says where the markers are.
+    """
+
+    def __init__(self, watch: Watch, sensor: Sensor) -> None:
+        """Nothing is seen yet."""
+        self._watch = watch
+        self._images = Images(sensor.model_copy(update={"rest_frame": 0}))
+        self._series, self._felt = -1, None
+        self._audio: AudioSense | None = None
+        self._drawn_s = -math.inf
+        self._newest: tuple[str, bytes | None] = "", None
+
+    def hello(self) -> dict[str, Any]:
+        """Return what does not change: nobody feels, this is a recording."""
+        return {"type": "hello", "models": [], "recording": True}
+
+    def newest(self) -> tuple[str, bytes | None]:
+        """Return the state as JSON, and the picture; drawn up once for many visitors."""
+        now_s = time.monotonic()
+        if now_s - self._drawn_s > FRESH_S:
+            self._newest = self._drawn()
+            self._drawn_s = time.monotonic()
+        return self._newest
+
+    def _drawn(self) -> tuple[str, bytes | None]:
+        pair = self._watch.newest
+        felt, jpeg = self._seen(pair)
+        said: dict[str, Any] = {
+            "type": "state",
+            "ended": None,
+            "percepts": [],
+            "video": self._video(felt),
+            "audio": self._heard(),
+            "recording": self._watch.state(),
+        }
+        return json.dumps(_without_nan(said)), jpeg
+
+    def _seen(self, pair: tuple[Taken, ...]) -> tuple[FrameImages | None, bytes | None]:
+        """Follow the markers of the newest two frames, from the first of the series on."""
+        if not pair or self._watch.camera is None:
+            return None, None
+        first = self._watch.first
+        if self._series != self._watch.series and first is not None:
+            self._series = self._watch.series
+            self._images.begin()
+            self._audio = None
+            self._feed(first)
+        self._images.skip()
+        felt = None
+        for taken in pair:
+            felt = self._feed(taken)
+        return felt, self._jpeg(pair[-1])
+
+    def _feed(self, taken: Taken) -> FrameImages | None:
+        assert self._watch.camera is not None
+        picture = picture_of(taken.data, self._watch.camera)
+        if picture is None:
+            return None
+        try:
+            return self._images.feed(Frame(taken.time_s, *picture))
+        except InputError:  # no markers: the picture itself shows why
+            self._images.begin()
+            return None
+
+    def _jpeg(self, taken: Taken) -> bytes | None:
+        assert self._watch.camera is not None
+        if self._watch.camera.format == "MJPG":
+            return taken.data
+        picture = picture_of(taken.data, self._watch.camera)
+        if picture is None:
+            return None
+        return bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])
+
+    def _video(self, felt: FrameImages | None) -> dict[str, Any] | None:
+        camera = self._watch.camera
+        if camera is None:
+            return None
+        content: dict[str, Any] = {
+            "rate_hz": camera.fps_hz,
+            "sensor": self._images.describe(),
+            "quality": [],
+        }
+        if felt is not None:
+            content |= {
+                "size": (camera.width, camera.height),
+                "markers": numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
+                "ring_px": ring_px(felt.position[felt.detected]),
+                "sa1": numbers(felt.images[SA1], _DIGITS),
+                "ra1": numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
+            }
+        return content
+
+    def _heard(self) -> dict[str, Any] | None:
+        microphone = self._watch.microphone
+        if microphone is None:
+            return None
+        content: dict[str, Any] = {"rate_hz": microphone.rate_hz, "quality": []}
+        if self._audio is None:
+            self._audio = AudioSense(SpectralEncoding(), microphone.rate_hz)
+        while self._watch.blocks:
+            block = self._watch.blocks.popleft()
+            channel = self._watch.sensor_channel
+            samples = (block.samples[:, [channel]] / _FULL).astype(np.float32)
+            self._audio.hear(Sound(block.time_s, samples, time.monotonic()))
+        if (spectrum := self._audio.spectrum()) is not None:
+            amplitude, step_hz = spectrum
+            content |= {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
+        return content
+
+
+def _without_nan(content: Any) -> Any:
+    """Return content as JSON knows it: a speed that nobody reads is null."""
+    if isinstance(content, dict):
+        return {key: _without_nan(value) for key, value in content.items()}
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    if isinstance(content, tuple):
+        return [_without_nan(value) for value in content]
+    return content

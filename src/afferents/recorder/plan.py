@@ -1,0 +1,322 @@
+"""The monotonic clock that a recording goes by; in a dry run it may go faster."""
+
+import hashlib
+import math
+import re
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from afferents.documents import as_form, read_toml
+from afferents.errors import InputError
+from afferents.files import write_aside
+from afferents.recordings.layouts import NOT_TEXTURES
+from afferents.store.drum_path import CONTACT_MM, MARK, Drum
+from afferents.store.recording import require_distinct
+
+
+class Clock:
+    """The monotonic clock.
+
+    Parameters
+    ----------
+    speed
+        How much faster than the machine's it goes; 1 for real devices.
+    """
+
+    def __init__(self, speed: float = 1.0) -> None:
+        """Begin now."""
+        self._begun_s, self._speed = time.monotonic(), speed
+
+    def now(self) -> float:
+        """Return the time, s."""
+        real_s = time.monotonic()
+        return (
+            real_s if self._speed == 1 else self._begun_s + (real_s - self._begun_s) * self._speed
+        )
+
+    def wait(self, seconds: float, ended: threading.Event) -> bool:
+        """Wait so long, or until something has ended; say whether it has."""
+        return ended.wait(max(0.0, seconds) / self._speed)
+
+
+# `PLAN.toml`: what is to be recorded, and with what.
+
+_WHAT = "a plan of a recording"
+
+
+_TEXTURE = re.compile(r"[\w][\w .+-]*")
+
+
+FASTEST_MM_S = 1000.0
+
+
+LEAST_TAP_S = 2.0
+
+
+def is_texture(name: str) -> bool:
+    """Tell whether a texture of this name can be a folder of a session."""
+    return _TEXTURE.fullmatch(name) is not None and name not in NOT_TEXTURES
+
+
+class Tolerance(BaseModel):
+    """What a run may have wrong with it and still be kept.
+
+    Attributes
+    ----------
+    lost
+        Frames lost or damaged, as a share of those that should be there.
+    repeated
+        Frames that say again what the one before said, as a share.
+    speed
+        How far the drum's speed may lie from the one asked for while it is steady, as a share.
+    clipped
+        Samples of the sensor at full scale, as a share.
+    silent
+        A sensor whose sound never goes beyond this share of full scale is taken for dead.
+    markers
+        Markers that may be missing at rest, as a share.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    lost: float = Field(0.002, ge=0, le=1)
+    repeated: float = Field(0.002, ge=0, le=1)
+    speed: float = Field(0.05, gt=0, le=1)
+    clipped: float = Field(0.001, ge=0, le=1)
+    silent: float = Field(0.0005, ge=0, le=1)
+    markers: float = Field(0.02, ge=0, le=1)
+
+
+class Plan(BaseModel):
+    """What is to be recorded.
+
+    Attributes
+    ----------
+    textures
+        Names of the drums, which become folders.
+    speeds_mm_s, repetitions
+        Every texture is recorded at every speed, so many times.
+    seconds
+        Of constant speed in each run.
+    rest_s
+        How long the drum stands still first: the skin at rest.
+    tap_s
+        Between the two: how long somebody taps the fingertip, which gives the offset of sound and
+        picture; 0 for never.
+    settle_s
+        From the start of the drive until the speed is constant.
+    seed
+        Of the order of the runs.
+    redo
+        How many times a run that the gate refuses is done again.
+    drum_mm
+        Diameter of the drums where their surface passes the fingertip; null where it need not be
+        known, or the drive's own ``diameter_mm`` holds.
+    drum_zero
+        Where the drive's positions count from: ``start``, where the drum was when the drive was
+        opened, or ``mark``, the same place of a drum whenever it was mounted.
+    contact_mm
+        Width of the contact patch along the slide.
+    sensor
+        Sensor file, or the name of a packaged sensor.
+    sensor_channel
+        The sensor's channel of the microphone, from 0; null for the last.
+    direction
+        Of the slide in the image.
+    notes, conditions
+        What else is to be remembered; conditions go along with every recording.
+    camera, microphone, drive
+        Which devices, by ``kind``, and their options. Without ``[microphone]`` there is no sound;
+        without ``[drive]`` something else turns the drum.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    textures: tuple[str, ...] = Field(min_length=1)
+    speeds_mm_s: tuple[float, ...] = Field(min_length=1)
+    repetitions: int = Field(1, ge=1, le=1000)
+    seconds: float = Field(gt=0, le=24 * 3600)
+    rest_s: float = Field(0.5, ge=0.2, le=600)
+    tap_s: float = Field(0.0, ge=0, le=60)
+    settle_s: float = Field(1.0, ge=0, le=600)
+    seed: int = Field(0, ge=0, lt=1 << 32)
+    redo: int = Field(2, ge=0, le=20)
+    drum_mm: float | None = Field(None, gt=0, le=1e5)
+    drum_zero: Literal["start", "mark"] = "start"
+    contact_mm: float = Field(CONTACT_MM, ge=0, le=1e4)
+    sensor: str = Field("tip_b", min_length=1)
+    sensor_channel: int | None = Field(None, ge=0)
+    direction: str = Field("+x", pattern=r"^[+-][xy]$")
+    notes: str = ""
+    conditions: Mapping[str, str | float] = Field(default_factory=dict)
+    camera: Mapping[str, Any]
+    microphone: Mapping[str, Any] | None = None
+    drive: Mapping[str, Any] = Field(default_factory=lambda: {"kind": "none"})
+    tolerance: Tolerance = Tolerance()
+
+    @field_validator("textures")
+    @classmethod
+    def _name_folders(cls, textures: tuple[str, ...]) -> tuple[str, ...]:
+        for name in textures:
+            if not is_texture(name):
+                raise ValueError("names that folders may have, such as '3' or 'linen'")
+        return textures
+
+    @field_validator("speeds_mm_s")
+    @classmethod
+    def _are_speeds(cls, speeds: tuple[float, ...]) -> tuple[float, ...]:
+        if not all(0 < speed <= FASTEST_MM_S for speed in speeds):
+            raise ValueError(f"speeds above 0 and up to {FASTEST_MM_S:g} mm/s")
+        return speeds
+
+    @model_validator(mode="after")
+    def _can_tap(self) -> Self:
+        if self.tap_s and (self.tap_s < LEAST_TAP_S or self.microphone is None):
+            raise ValueError(f"with tap_s, a [microphone] and at least {LEAST_TAP_S:g} s")
+        return self
+
+    @property
+    def start_s(self) -> float:
+        """When the drive starts, s."""
+        return self.rest_s + self.tap_s
+
+    @property
+    def total_s(self) -> float:
+        """Length of a run, s."""
+        return self.start_s + self.settle_s + self.seconds
+
+    @property
+    def steady_s(self) -> tuple[float, float]:
+        """Start and end of constant speed, s."""
+        return self.start_s + self.settle_s, self.total_s
+
+    def drum(self, opened: str, texture: str) -> Drum | None:
+        """Return the drum of a texture, mounted on a drive.
+
+        Parameters
+        ----------
+        opened
+            Names the time since when the drive's positions count.
+
+        Returns
+        -------
+        Drum
+            None where its diameter is not known.
+        """
+        diameter_mm = self.drum_mm or self.drive.get("diameter_mm")
+        if not isinstance(diameter_mm, int | float):
+            return None
+        zero = MARK if self.drum_zero == MARK else f"{opened} {texture}"
+        return Drum(math.pi * diameter_mm, self.contact_mm, zero)
+
+    def entries(self) -> "list[Entry]":
+        """Return the runs in the order in which they are made.
+
+        Drums come in an order drawn from the seed, and so do the speeds and repetitions of each:
+        a person changes a drum once, and no speed is always the first.
+        """
+        rng = np.random.default_rng(self.seed)
+        drums = [self.textures[i] for i in rng.permutation(len(self.textures))]
+        found = []
+        for texture in drums:
+            runs = [(s, r) for s in self.speeds_mm_s for r in range(1, self.repetitions + 1)]
+            found += [
+                Entry(texture, runs[i][0], runs[i][1], self.repetitions > 1)
+                for i in rng.permutation(len(runs))
+            ]
+        return found
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One run of the plan."""
+
+    texture: str
+    speed_mm_s: float
+    repetition: int
+    is_repeated: bool
+
+    @property
+    def name(self) -> str:
+        """Its folder in the session, and the recording's name."""
+        name = f"{self.texture}/{self.speed_mm_s:g}"
+        return f"{name}/{self.repetition}" if self.is_repeated else name
+
+    @property
+    def seed(self) -> int:
+        """A number of its own."""
+        return int.from_bytes(hashlib.sha256(self.name.encode()).digest()[:4], "big")
+
+
+def read_plan(path: Path) -> Plan:
+    """Read a plan and check it whole; devices are not touched.
+
+    Raises
+    ------
+    InputError
+        Naming the first key that is missing, unknown or wrong.
+    """
+    plan = as_form(
+        read_toml(path, _WHAT, "'afferents record --example PLAN.toml' writes one"),
+        Plan, path, _WHAT,
+    )  # fmt: skip
+    named = [(f"{speed!r}", speed) for speed in plan.speeds_mm_s]
+    if len(set(plan.textures)) < len(plan.textures) or len(set(named)) < len(named):
+        raise InputError(path, "each texture and each speed once", "one of them twice")
+    require_distinct(path, plan.textures, named)
+    return plan
+
+
+EXAMPLE = """\
+# What is recorded: every texture at every speed.
+textures = ["0", "2", "4"]       # names of the drums; they become folders
+speeds_mm_s = [20, 40, 60]
+repetitions = 1
+seconds = 5.0                    # of constant speed, after:
+rest_s = 0.5                     #   the drum stands still, the skin is at rest
+settle_s = 1.0                   #   the drum gets up to speed
+# tap_s = 3.0                    # between the two: tap the fingertip, to set sound against picture
+seed = 0                         # of the order of drums, and of speeds on each
+redo = 2                         # times a run that is not good enough is done again
+drum_mm = 80                     # diameter of the drums, to hold out a stretch of them later
+sensor = "tip_b"                 # or your sensor file: "mine.toml"
+notes = ""
+
+[conditions]                     # whatever you want to know later of all recordings
+# operator = "Kim"
+
+[camera]                         # 'afferents devices' lists what is plugged in
+kind = "v4l2"
+device = "/dev/video0"
+
+[microphone]
+kind = "portaudio"
+
+[drive]
+kind = "none"                    # the drum is turned by hand, or: "serial", "dynamixel"
+
+[tolerance]                      # what a run may have wrong with it and still be kept
+lost = 0.002                     # frames, as a share
+speed = 0.05                     # of the speed asked for
+"""
+
+
+def write_example(path: Path) -> None:
+    """Write a plan to begin with.
+
+    Raises
+    ------
+    InputError
+        If there is something of that name already.
+    """
+    if path.exists():
+        raise InputError(path, "a name that is free, for a plan", "a file", "choose another name")
+    with write_aside(path) as partial:
+        partial.write_text(EXAMPLE, encoding="utf-8")

@@ -1,0 +1,299 @@
+"""How fast clocks of devices go apart from this machine's."""
+
+import shutil
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from afferents.devices.base import Block, Frame, Microphone
+from afferents.devices.picture import picture_of
+from afferents.errors import AfferentsError
+from afferents.markers.detect import detect
+from afferents.markers.image_quality import image_quality
+from afferents.markers.sensor import Sensor
+from afferents.recorder.gate import Check
+from afferents.recorder.plan import Plan
+from afferents.recorder.run import FIRST_S, WARM_UP, Devices
+from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Drift
+from afferents.store.recording import GreyImage, as_grey
+
+_PARTS = 6
+"""Of the time that was looked at; in each, what arrived with the least delay counts."""
+
+
+def drift_of(own_s: Sequence[float], arrived_s: Sequence[float]) -> Drift:
+    """Return how a clock drifts, from its times and when this machine heard of them, s.
+
+    What arrives late says nothing of the clock: of each sixth of the time only what arrived soonest
+    is taken, and a straight line is laid through these.
+
+    Examples
+    --------
+    >>> own = [0.01 * n for n in range(150)]
+    >>> drift_of(own, [1.001 * t + 0.005 for t in own]).said()
+    '-999 ppm (error 0)'
+    """
+    own, arrived = np.array(own_s), np.array(arrived_s)
+    soonest = [_soonest(part, own, arrived) for part in np.array_split(np.arange(len(own)), _PARTS)]
+    time = arrived[soonest] - arrived[soonest].mean()
+    ahead = own[soonest] - arrived[soonest]
+    slope = float((time * ahead).sum() / (time**2).sum())
+    rest = ahead - ahead.mean() - slope * time
+    error = float(np.sqrt((rest**2).sum() / (_PARTS - 2) / (time**2).sum()))
+    return Drift(slope, error)
+
+
+def _soonest(
+    part: NDArray[np.int64], own: NDArray[np.float64], arrived: NDArray[np.float64]
+) -> int:
+    return int(part[np.argmin(arrived[part] - own[part])])
+
+
+def clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float) -> Check:
+    """Judge whether sound and picture stay together for a run.
+
+    The camera's is the clock of its frames' times, the microphone's that of its samples.
+    """
+    limit = LIMIT_FRAMES / fps_hz / run_s
+    said = f"camera {camera.said()}"
+    apart = camera
+    if microphone is not None:
+        apart = Drift(
+            camera.share - microphone.share, float(np.hypot(camera.error, microphone.error))
+        )
+        said += f", microphone {microphone.said()} from this machine's, {apart.said()} apart"
+    else:
+        said += " from this machine's"
+    passes = abs(apart.share) <= limit + SURE * apart.error
+    found = f"{said}; half a frame in a run is {1e6 * limit:.0f} ppm"
+    return Check("clocks", passes, found, "make runs shorter, or take another sound card or camera")
+
+
+# Before a plan: whether devices, light, sound, disk and drive are fit for it.
+
+LOOKED_S = 1.5
+
+
+RATE = 0.02
+"""How far a measured rate may lie from the one that was read back, as a share."""
+
+
+MARGIN = 1.2
+
+
+SHARPEST_PX = 4.0
+"""A marker's edge is not wider than this in a picture in focus."""
+
+
+_SATURATED = 0.5
+
+
+_REACHED_S = 2.0
+
+
+_ENOUGH = 24
+"""Frames or blocks from which a drift can be told."""
+
+
+_FULL = 32768
+
+
+_BYTES = 2
+
+
+def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> list[Check]:
+    """Look at everything for a moment, and turn the drum at every speed.
+
+    Raises
+    ------
+    DeviceError
+        If a device goes away.
+    InputError
+        If one refuses what it is asked for.
+    """
+    taken = _taken(devices)
+    frames, blocks = taken.frames, taken.blocks
+    checks = [_rate(devices, frames), _picture(devices, frames, sensor)]
+    if devices.microphone is not None:
+        checks += _sound(devices, blocks, plan)
+    checks += _clocks(devices, taken, plan)
+    checks.append(_disk(devices, frames, plan, session))
+    return [*checks, *(_reaches(devices, speed, plan) for speed in sorted(plan.speeds_mm_s))]
+
+
+class _Taken(NamedTuple):
+    """Frames and sound, and when each of them arrived, s."""
+
+    frames: list[Frame]
+    blocks: list[Block]
+    frames_s: list[float]
+    blocks_s: list[float]
+
+
+def _taken(devices: Devices) -> _Taken:
+    """Take frames and sound for a while, side by side."""
+    taken = _Taken([], [], [], [])
+    faults: list[AfferentsError] = []
+
+    def take(works: Callable[[], None]) -> None:
+        try:
+            works()
+        except AfferentsError as error:
+            faults.append(error)
+
+    def look() -> None:
+        for frame in devices.camera.frames():
+            taken.frames_s.append(devices.clock.now())
+            taken.frames.append(frame)
+
+    def listen(microphone: Microphone) -> None:
+        for block in microphone.blocks():
+            taken.blocks_s.append(devices.clock.now())
+            taken.blocks.append(block)
+
+    works: list[Callable[[], None]] = [look]
+    if (microphone := devices.microphone) is not None:
+        works.append(lambda: listen(microphone))
+    threads = [threading.Thread(target=take, args=(work,), daemon=True) for work in works]
+    for thread in threads:
+        thread.start()
+    devices.clock.wait(LOOKED_S, threading.Event())
+    devices.camera.end()
+    if microphone is not None:
+        microphone.end()
+    for thread in threads:
+        thread.join(FIRST_S)
+    if faults:
+        raise faults[0]
+    return taken
+
+
+def _clocks(devices: Devices, taken: _Taken, plan: Plan) -> list[Check]:
+    """Compare the clocks of camera and microphone with this machine's, where both gave enough."""
+    frames, frames_s = taken.frames[WARM_UP:], taken.frames_s[WARM_UP:]
+    if len(frames) < _ENOUGH or (devices.microphone and len(taken.blocks) < _ENOUGH):
+        return []  # said already
+    camera = drift_of([frame.time_s for frame in frames], frames_s)
+    heard = None
+    if devices.microphone is not None:
+        n = np.cumsum([len(block.samples) for block in taken.blocks])
+        heard = drift_of((n / devices.microphone.settings.rate_hz).tolist(), taken.blocks_s)
+    return [clocks(camera, heard, devices.camera.settings.fps_hz, plan.total_s)]
+
+
+def _rate(devices: Devices, frames: list[Frame]) -> Check:
+    settings = devices.camera.settings
+    said = f"{settings.width} x {settings.height} {settings.format} at {settings.fps_hz:g} frames/s"
+    frames = frames[WARM_UP:]
+    if len(frames) < 3:
+        return Check(
+            "camera", False, f"{said}, but it gave {len(frames)} frames", "look at its plug"
+        )
+    numbers = frames[-1].sequence - frames[0].sequence
+    rate = numbers / (frames[-1].time_s - frames[0].time_s)
+    lost = numbers + 1 - len(frames)
+    passes = abs(rate / settings.fps_hz - 1) <= RATE and lost == 0
+    unknown = f"; not known: {'; '.join(settings.unknown)}" if settings.unknown else ""
+    found = f"{said}, measured {rate:.2f}, {lost} lost{unknown}"
+    return Check("camera", passes, found, "more light, a shorter exposure, or another USB port")
+
+
+def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
+    image = next(
+        (as_grey(*p) for f in frames[5:] if (p := picture_of(f.data, devices.camera.settings))),
+        None,
+    )
+    if image is None:
+        return Check("picture", False, "none that can be decoded", "look at the camera's format")
+    return judged(image, sensor)
+
+
+def judged(image: GreyImage, sensor: Sensor) -> Check:
+    """Judge light, focus and markers of a picture of the skin at rest."""
+    found = detect(image, sensor)
+    usual = sensor.n_markers or len(found)
+    if len(found) < max(4, 0.9 * usual):
+        said = f"{len(found)} markers of {usual}, mean grey level {image.mean():.0f}"
+        return Check("picture", False, said, "see to light, focus, and the sensor file")
+    quality = image_quality(image, found)
+    said = (
+        f"{len(found)} markers of {usual}, edges {quality.edge_px:.1f} px, "
+        f"{quality.saturated:.0%} saturated"
+    )
+    passes = quality.edge_px <= SHARPEST_PX and quality.saturated <= _SATURATED
+    do = "less light or gain" if quality.saturated > _SATURATED else "turn the focus"
+    return Check("picture", passes, said, do)
+
+
+def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
+    assert devices.microphone is not None
+    settings = devices.microphone.settings
+    if len(blocks) < 3:
+        return [Check("microphone", False, "it gave no sound", "look at its plug")]
+    n = sum(len(block.samples) for block in blocks[:-1])
+    rate = n / (blocks[-1].time_s - blocks[0].time_s)
+    lost = sum(block.overflowed for block in blocks)
+    drift = 1e6 * (rate / settings.rate_hz - 1)
+    channel = -1 if plan.sensor_channel is None else plan.sensor_channel
+    peak = max(int(np.abs(b.samples[:, channel].astype(np.int32)).max()) for b in blocks) / _FULL
+    loud = peak < 1 - 1 / _FULL
+    return [
+        Check(
+            "microphone",
+            lost == 0 and abs(rate / settings.rate_hz - 1) <= RATE,
+            f"{settings.rate_hz:g} Hz x {settings.channels}, its clock {drift:+.0f} ppm from this "
+            f"machine's, {lost} overflows",
+            "close other programs, or name another in [microphone]",
+        ),
+        Check(
+            "level of the sound",
+            loud and peak > plan.tolerance.silent,
+            f"peak {peak:.2%} of full scale",
+            "look at plug and channel" if loud else "turn the gain down",
+        ),
+    ]
+
+
+def _disk(devices: Devices, frames: list[Frame], plan: Plan, session: Path) -> Check:
+    sound = devices.microphone.settings if devices.microphone else None
+    a_second = devices.camera.settings.fps_hz * (
+        sum(len(frame.data) for frame in frames) / max(1, len(frames))
+    )
+    if sound is not None:
+        a_second += sound.rate_hz * sound.channels * _BYTES
+    needed = MARGIN * a_second * plan.total_s * len(plan.entries())
+    there = next(folder for folder in (session, *session.resolve().parents) if folder.exists())
+    free = shutil.disk_usage(there).free
+    found = f"{needed / 1e9:.2f} GB needed with a margin, {free / 1e9:.1f} GB free"
+    return Check("disk", free > needed, found, "make room, or record to another disk")
+
+
+def _reaches(devices: Devices, speed_mm_s: float, plan: Plan) -> Check:
+    """Turn the drum at a speed until it is reached."""
+    drive, clock, ended = devices.drive, devices.clock, threading.Event()
+    name = f"speed {speed_mm_s:g} mm/s"
+    begun_s, speeds = clock.now(), []
+    try:
+        drive.start(speed_mm_s)
+        while clock.now() - begun_s < plan.settle_s + _REACHED_S:
+            state = drive.read()
+            if state.fault is not None:
+                return Check(name, False, f"the drive reports {state.fault}", "see to the drive")
+            if not np.isfinite(state.speed_mm_s):
+                return Check(name, True, "unknown: nothing reads the drum")
+            speeds.append(state.speed_mm_s)
+            reached = abs(np.mean(speeds[-5:]) / speed_mm_s - 1) <= plan.tolerance.speed
+            if len(speeds) >= 5 and reached:
+                seconds = clock.now() - begun_s
+                late = seconds > plan.settle_s
+                said = f"reached after {seconds:.2f} s"
+                return Check(name, not late, said, "a longer settle_s")
+            clock.wait(0.02, ended)
+    finally:
+        drive.stop()
+    said = f"{np.mean(speeds[-5:]):.2f} mm/s at last"
+    return Check(name, False, said, "see to the drive, or leave the speed out")

@@ -1,0 +1,213 @@
+"""The session that is recorded: runs under temporary names until whole, and `session.json`."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from afferents.documents import read_json
+from afferents.files import checksum, naming, remove, require_same_config, write_json
+from afferents.markers.sensor import packaged_sensors
+from afferents.outputs import require_new_folder
+from afferents.recorder.files import repair
+from afferents.recorder.gate import Check, Counts
+from afferents.recorder.plan import Entry, Plan
+from afferents.recorder.run import AUDIO, VIDEO, Devices
+from afferents.recordings.session_file import SESSION_FILE
+from afferents.version import __version__
+
+RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
+"""Runs that are being made; those that were refused or broke off, and why; what is said of a run
+that is whole: where it is, the run is finished."""
+
+
+AGAIN = "accepted, and another was recorded in its place"
+"""Why an accepted run lies aside."""
+
+
+SENSOR = "sensor.toml"
+"""The plan's sensor file, kept with the recordings."""
+
+
+_PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
+
+
+class RecordedSession:
+    """A session folder that is being recorded.
+
+    Parameters
+    ----------
+    root
+        Its folder.
+    plan
+        What is recorded.
+    simulated
+        Whether it is a dry run.
+
+    Attributes
+    ----------
+    opened
+        When the devices were opened last.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or a session of another plan.
+    """
+
+    def __init__(self, root: Path, plan: Plan, simulated: bool) -> None:
+        """Look whether the folder may be written."""
+        self.root, self.plan, self._simulated = root, plan, simulated
+        self._file = root / SESSION_FILE
+        self._content: dict[str, Any] = {}
+        self.open()
+        if self._file.is_file():
+            self._content = read_json(self._file, "a session file")
+            self._require_same()
+        else:
+            require_new_folder(root, "a new session")
+
+    def _require_same(self) -> None:
+        before: dict[str, Any] = {k: self._content.get(k) for k in (_PLAN, "simulated")}
+        now: dict[str, Any] = {_PLAN: _as_json(self.plan), "simulated": self._simulated}
+        for one in (before, now):  # more runs, or other tolerances, do not make it another session
+            if isinstance(one[_PLAN], dict):
+                one[_PLAN] = {k: v for k, v in one[_PLAN].items() if k not in _MAY_CHANGE}
+        require_same_config(self.root, "a session", before, now)
+
+    def open(self) -> None:
+        """Note that devices are opened, from which on a drive's positions may count anew."""
+        self.opened = datetime.now(UTC).isoformat(timespec="milliseconds")
+
+    @property
+    def finished(self) -> set[str]:
+        """Names of the runs that are whole and accepted."""
+        names = (entry.name for entry in self.plan.entries())
+        return {name for name in names if (self.root / name / RUN).is_file()}
+
+    def folder(self, entry: Entry) -> Path:
+        """Return where a run lies when it is finished."""
+        return self.root / entry.name
+
+    def begin(self, devices: Devices) -> None:
+        """Write what the session is; put aside what an earlier program left unfinished."""
+        camera = devices.camera.settings
+        sound = devices.microphone.settings if devices.microphone else None
+        channels = sound.channels if sound else 2
+        channel = self.plan.sensor_channel
+        with naming(self.root):
+            self.root.mkdir(parents=True, exist_ok=True)
+        self._content = {
+            "simulated": self._simulated,
+            "sample_rate_hz": sound.rate_hz if sound else 44100,
+            "audio_channels": channels,
+            "sensor_channel": channels - 1 if channel is None else channel,
+            "fps_hz": camera.fps_hz,
+            "frame_width": camera.width,
+            "frame_height": camera.height,
+            "steady_s": list(self.plan.steady_s),
+            "direction": self.plan.direction,
+            "sensor": self._keep_sensor(),
+            "conditions": dict(self.plan.conditions),
+            _PLAN: _as_json(self.plan),
+            "camera": asdict(camera),
+            "microphone": asdict(sound) if sound else None,
+            "drive": asdict(devices.drive.limits),
+            "versions": {
+                "afferents": __version__, **{name: version(name) for name in ("av", "numpy")}
+            },
+        }  # fmt: skip
+        self._save()
+        for left in sorted(self.root.glob(f"{RUNNING}-*")):
+            name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
+            self._put_aside(left, name, "the program ended while it was recorded", ())
+
+    def _keep_sensor(self) -> str:
+        """Return the sensor as the session names it; a file is copied, so that it goes along."""
+        if self.plan.sensor in packaged_sensors():
+            return self.plan.sensor
+        with naming(self.root):
+            shutil.copyfile(self.plan.sensor, self.root / SENSOR)
+        return SENSOR
+
+    def running(self, entry: Entry) -> Path:
+        """Return a new folder for a run that is being made."""
+        folder = self.root / f"{RUNNING}-{entry.name.replace('/', '~')}"
+        with naming(folder):
+            remove(folder)
+            folder.mkdir()
+        return folder
+
+    def accept(
+        self,
+        folder: Path,
+        entry: Entry,
+        checks: list[Check],
+        counts: Counts,
+        more: Mapping[str, Any],
+    ) -> Path | None:
+        """Give a run its name: it is whole. Return where an earlier one lies that had it.
+
+        Parameters
+        ----------
+        more
+            What else is to be said of it, ready for JSON.
+        """
+        files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
+        about: dict[str, Any] = {
+            _SUMS: {path.name: checksum(path) for path in files},
+            "checks": [check.as_json() for check in checks],
+            "frames": counts._asdict(),
+            **more,
+        }
+        write_json(folder / RUN, about)
+        target = self.folder(entry)
+        with naming(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            earlier = self._put_aside(target, entry.name, AGAIN, ()) if target.exists() else None
+            folder.replace(target)
+        self._save()
+        return earlier
+
+    def refuse(self, folder: Path, entry: Entry, why: str, checks: list[Check]) -> Path:
+        """Put a run aside: nothing is thrown away. Return where it lies."""
+        return self._put_aside(folder, entry.name, why, checks)
+
+    def _put_aside(
+        self, folder: Path, name: str, why: str, checks: "list[Check] | tuple[()]"
+    ) -> Path:
+        repair(folder / AUDIO)
+        place = self.root / ASIDE / name.replace("/", "~")
+        place.mkdir(parents=True, exist_ok=True)
+        numbers = [int(path.name) for path in place.iterdir() if path.name.isdigit()]
+        target = place / f"{max(numbers, default=0) + 1}"
+        folder.replace(target)
+        try:
+            write_json(target / WHY, {"why": why, "checks": [check.as_json() for check in checks]})
+        except Exception:  # noqa: BLE001  of a full disk: what was recorded is kept without it
+            return target
+        return target
+
+    def _save(self) -> None:
+        """Write `session.json`; what is not finished is a hole, so that it can be read any time."""
+        finished = self.finished
+        missing = {
+            (entry.texture, entry.speed_mm_s)
+            for entry in self.plan.entries()
+            if entry.name not in finished
+        }
+        about = {name: read_json(self.root / name / RUN, "a run") for name in sorted(finished)}
+        sums = {name: said.pop(_SUMS) for name, said in about.items()}
+        holes = sorted(map(list, missing))
+        write_json(self._file, {**self._content, "holes": holes, _SUMS: sums, _RUNS: about})
+
+
+_MAY_CHANGE = ("redo", "tolerance", "notes", "camera", "microphone", "drive")
+
+
+def _as_json(plan: Plan) -> Mapping[str, Any]:
+    return json.loads(plan.model_dump_json())  # type: ignore[no-any-return]

@@ -1,0 +1,275 @@
+"""What a recording is at, for who looks on, and what they ask of it.
+
+Capture leaves references here and goes on: whoever draws them does so in a thread of its own, and
+no frame waits for it.
+"""
+
+import shutil
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+from typing import Any
+
+from afferents.devices.base import Block, CameraSettings, DriveState, Frame, MicrophoneSettings
+from afferents.errors import AfferentsError, Stopped
+from afferents.recorder.plan import Entry, Plan
+
+NEXT, REDO, STOP = REQUESTS = ("next", "redo", "stop")
+"""What may be asked for: go on, make the run once more, and end as Ctrl-C does."""
+
+
+_NOTES = 8
+
+
+_BLOCKS = 300
+
+
+_LOOK_S = 0.1
+
+
+_JOIN_S = 2.0
+
+
+class OnceMoreError(AfferentsError):
+    """Somebody who was asked for something wants the last accepted run once more first."""
+
+    def __init__(self) -> None:
+        """Say it."""
+        super().__init__("the last run was asked for once more, and none is recorded yet")
+
+
+class Watch:
+    """The newest of a recording.
+
+    Parameters
+    ----------
+    show
+        Shows a sentence that a person is to act on, beside the page.
+
+    Attributes
+    ----------
+    camera, microphone
+        How they are set; None before they are open.
+    sensor_channel
+        The sensor's channel of the microphone.
+    series
+        Grows when pictures begin anew: a run, or a look while somebody changes the drum.
+    first, newest
+        The first frame of the series, and the last two in a row, as the camera gave them.
+    blocks
+        Of sound that nobody has taken yet.
+    """
+
+    def __init__(self, show: Callable[[str], object] = str) -> None:
+        """Nothing goes on yet."""
+        self._show = show
+        self.camera: CameraSettings | None = None
+        self.microphone: MicrophoneSettings | None = None
+        self.sensor_channel = -1
+        self.series = 0
+        self.first: Frame | None = None
+        self.newest: tuple[Frame, ...] = ()
+        self.blocks: deque[Block] = deque(maxlen=_BLOCKS)
+        self._plan: Plan | None = None
+        self._session = Path()
+        self._entry: Entry | None = None
+        self._attempt, self._done, self._total = 0, 0, 0
+        self._elapsed_s: float | None = None
+        self._drive: tuple[float, float] | None = None
+        self._say, self._ended = "looking at the devices", False
+        self._notes: deque[str] = deque(maxlen=_NOTES)
+        self._waiting, self._go_on = False, threading.Event()
+        self._redo, self._stop = threading.Event(), threading.Event()
+        self._again, self._accepted = threading.Event(), 0
+        self._look: Callable[[], AbstractContextManager[None]] = nullcontext
+
+    # What the recorder tells.
+
+    def opened(self, devices: Any, plan: Plan, session: Path, done: int, total: int) -> None:
+        """Take devices that are open: they are looked at while a person is waited for."""
+        self.camera = devices.camera.settings
+        self.microphone = devices.microphone.settings if devices.microphone else None
+        channel = plan.sensor_channel
+        self.sensor_channel = -1 if channel is None else channel
+        self._plan, self._session, self._done, self._total = plan, session, done, total
+        self._look = lambda: _looking(devices, self)
+
+    def prepare(self, entry: Entry, attempt: int) -> None:
+        """Say which run comes; attempt 0 is the preflight."""
+        self._entry, self._attempt, self._elapsed_s = entry, attempt, None
+        self._say = (
+            f"{entry.name}: getting ready" if attempt else "preflight: do not touch anything"
+        )
+
+    def begin(self) -> None:
+        """Begin a series of pictures."""
+        self.first, self.newest = None, ()
+        self.blocks.clear()
+        self._redo.clear()
+        self.series += 1
+
+    def frame(self, frame: Frame) -> None:
+        """Take a frame that came."""
+        if self.first is None:
+            self.first = frame
+        self.newest = (*self.newest[-1:], frame)
+
+    def block(self, block: Block) -> None:
+        """Take a block of sound that came."""
+        self.blocks.append(block)
+
+    def drive(self, state: DriveState, set_mm_s: float, elapsed_s: float) -> None:
+        """Take what the drive said, so long after the start of the run."""
+        self._drive, self._elapsed_s = (state.speed_mm_s, set_mm_s), elapsed_s
+
+    def judge(self) -> None:
+        """Say that the run is over and is being looked at."""
+        self._elapsed_s, self._say = None, f"{self._name}: is it good enough?"
+
+    def accepted(self) -> None:
+        """Count a run."""
+        self._done += 1
+        self._accepted += 1
+
+    def taken_back(self) -> None:
+        """Count a run no more: it is made once more."""
+        self._done -= 1
+
+    def note(self, text: str) -> None:
+        """Keep a sentence for a while."""
+        self._notes.append(text)
+
+    def end(self, text: str) -> None:
+        """Say what came of it all."""
+        self._say, self._ended, self._elapsed_s = text, True, None
+
+    def wait(self, sentence: str) -> None:
+        """Say what to do, and wait until somebody says that it is done; the camera goes on.
+
+        Raises
+        ------
+        OnceMoreError
+            If somebody wants the last run once more first.
+        """
+        self._show(sentence)
+        before, self._say, self._waiting = self._say, sentence, True
+        self._go_on.clear()
+        self._again.clear()
+        try:
+            with self._look():
+                while not self._go_on.wait(_LOOK_S):
+                    self.heed()
+                    if self._again.is_set():
+                        raise OnceMoreError
+        finally:
+            self._waiting, self._say = False, before
+
+    def heed(self) -> None:
+        """End, where somebody asked for that.
+
+        Raises
+        ------
+        Stopped
+            As Ctrl-C does.
+        """
+        if self._stop.is_set():
+            raise Stopped(signal.SIGINT)
+
+    @property
+    def wants_redo(self) -> bool:
+        """Whether somebody wants the run that is being made once more."""
+        return self._redo.is_set()
+
+    # What they who look on ask, and see.
+
+    def request(self, what: str) -> bool:
+        """Do what somebody asks; tell whether it can be done now."""
+        if what == NEXT and self._waiting:
+            self._go_on.set()
+        elif what == REDO and self._elapsed_s is not None:
+            self._redo.set()
+        elif what == REDO and self._can_again:
+            self._again.set()
+        elif what == STOP and not self._ended:
+            self._stop.set()
+        else:
+            return False
+        return True
+
+    def state(self) -> dict[str, Any]:
+        """Return where it is, ready for JSON."""
+        running = self._elapsed_s is not None
+        allowed = {NEXT: self._waiting, REDO: running or self._can_again, STOP: not self._ended}
+        return {
+            "ended": self._ended,  # first: what is said is then the last
+            "say": self._said(),
+            "can": [what for what in REQUESTS if allowed[what]],
+            "run": self._name,
+            "attempt": self._attempt,
+            "done": self._done,
+            "total": self._total,
+            "elapsed_s": self._elapsed_s,
+            "run_s": self._plan.total_s if self._plan else None,
+            "drive": self._drive if running else None,
+            "free_gb": _free_gb(self._session),
+            "notes": list(self._notes),
+        }
+
+    @property
+    def _can_again(self) -> bool:
+        """Whether there is a run that was accepted now, and somebody is waited for."""
+        return self._waiting and self._accepted > 0
+
+    @property
+    def _name(self) -> str:
+        return self._entry.name if self._entry else ""
+
+    def _said(self) -> str:
+        """Return what is to be read in large type."""
+        elapsed_s, plan = self._elapsed_s, self._plan
+        if elapsed_s is None or plan is None:
+            return self._say
+        if elapsed_s < plan.rest_s:
+            return f"{self._name}: the skin is at rest, do not touch it"
+        if elapsed_s < plan.start_s:
+            return "tap the fingertip three times, softly"
+        if elapsed_s < plan.steady_s[0]:
+            return f"{self._name}: the drum gets up to speed"
+        return f"{self._name}: recording"
+
+
+def _free_gb(folder: Path) -> float | None:
+    there = next((p for p in (folder, *folder.absolute().parents) if p.is_dir()), None)
+    return None if there is None else round(shutil.disk_usage(there).free / 1e9, 1)
+
+
+@contextmanager
+def _looking(devices: Any, watch: Watch) -> Iterator[None]:
+    """Let camera and microphone run for who looks on; the next run says what is wrong."""
+
+    def take(things: Callable[[], Iterator[Any]], give: Callable[[Any], None]) -> None:
+        try:
+            for thing in things():
+                give(thing)
+        except AfferentsError as error:
+            watch.note(f"while waiting: {error}")
+
+    watch.begin()
+    camera, microphone = devices.camera, devices.microphone
+    works: list[tuple[Any, Any]] = [(camera.frames, watch.frame)]
+    if microphone is not None:
+        works.append((microphone.blocks, watch.block))
+    threads = [threading.Thread(target=take, args=work, daemon=True) for work in works]
+    for thread in threads:
+        thread.start()
+    try:
+        yield
+    finally:
+        camera.end()
+        if microphone is not None:
+            microphone.end()
+        for thread in threads:
+            thread.join(_JOIN_S)

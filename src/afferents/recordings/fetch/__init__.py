@@ -1,0 +1,1 @@
+"""Public data sets on servers: which files they have, and how these come here."""

@@ -1,0 +1,184 @@
+"""Public data sets that `afferents fetch` knows, and lists of their files with checksums."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+from urllib.parse import quote, urljoin
+
+from afferents.errors import InputError, reason_of
+
+# A list of files with their checksums: text, a file a line.
+#
+# A line is ``PATH SHA-256 BYTES``, where a ``-`` stands for what is not known, or as the program
+# ``sha256sum`` writes it, ``SHA-256  PATH``. Lines that begin with ``#`` are left out.
+
+UNKNOWN = "-"
+
+
+_SHA256 = r"[0-9a-fA-F]{64}"
+
+
+_OURS = re.compile(rf"(?P<path>.+?)\s+(?P<sha256>{_SHA256}|-)\s+(?P<bytes>\d+|-)")
+
+
+_THEIRS = re.compile(rf"(?P<sha256>{_SHA256})\s+\*?(?P<path>.+)")
+
+
+@dataclass(frozen=True)
+class RemoteFile:
+    """A file on a server.
+
+    Attributes
+    ----------
+    path
+        Where it goes, from the folder that all go into.
+    url
+        Where it is.
+    sha256
+        Hex; None where it is not known.
+    n_bytes
+        None where it is not known.
+    """
+
+    path: str
+    url: str
+    sha256: str | None = None
+    n_bytes: int | None = None
+
+
+def read_manifest(path: Path, url: str) -> list[RemoteFile]:
+    """Read a list of files.
+
+    Parameters
+    ----------
+    url
+        What their paths count from on the server.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, names none, or has a line that is none of a list; naming the line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, "a list of files", reason_of(error)) from error
+    base = url if url.endswith("/") else f"{url}/"
+    found: dict[str, RemoteFile] = {}
+    for number, line in enumerate(lines, start=1):
+        if line.strip() and not line.startswith("#"):
+            one = _file(line.strip(), base, f"line {number} of {path}")
+            found[one.path] = one
+    if not found:
+        raise InputError(path, "a list of files", "none in it")
+    return list(found.values())
+
+
+def _file(line: str, base: str, where: str) -> RemoteFile:
+    said = _THEIRS.fullmatch(line) or _OURS.fullmatch(line)
+    if said is None:
+        raise InputError(where, "PATH SHA-256 BYTES, or '-' for what is not known", f"'{line}'")
+    parts = said.groupdict()
+    path, sha256, n_bytes = parts["path"], parts["sha256"], parts.get("bytes") or UNKNOWN
+    return RemoteFile(
+        path_within(path, where),
+        urljoin(base, quote(path)),
+        None if sha256 == UNKNOWN else sha256.lower(),
+        None if n_bytes == UNKNOWN else int(n_bytes),
+    )
+
+
+def path_within(path: str, where: object) -> str:
+    """Return a path that a server or a list names, if it stays in the folder.
+
+    Raises
+    ------
+    InputError
+        If it leads elsewhere, or has a name that begins with a dot.
+    """
+    parts = PurePosixPath(path).parts
+    bad = not parts or path.startswith("/") or "\\" in path or ":" in path or "\0" in path
+    if bad or any(part.startswith(".") for part in parts):
+        raise InputError(where, "paths of files within the data set", f"'{path}'")
+    return "/".join(parts)
+
+
+def written(files: Iterable[RemoteFile]) -> str:
+    """Return a list as `read_manifest` reads it."""
+    return "".join(
+        f"{one.path} {one.sha256 or UNKNOWN} {UNKNOWN if one.n_bytes is None else one.n_bytes}\n"
+        for one in files
+    )
+
+
+# Public data sets that `afferents fetch` knows: a row each.
+
+FABRICSLIDE_COMMIT = "eceb7716027cd1bcb5e614927f4cc2d0904adb25"
+
+
+@dataclass(frozen=True)
+class Archive:
+    """A public data set and where it is.
+
+    Attributes
+    ----------
+    name
+        In commands.
+    title
+        In sentences: what it is, and of whom.
+    page
+        What a person reads of it.
+    licence
+        As far as it is known here; where it is empty, the landing page is asked.
+    url
+        What is asked: a DOI's address or a landing page, or, with a `manifest`, what the paths in
+        that count from.
+    key
+        Its name on the server; see `landing.files_on`.
+    manifest
+        The list of its files in this package; None where the landing page lists them.
+    extent
+        What is known of its size.
+    next_step
+        What to do with it, with ``{folder}`` for where it is.
+    tried
+        Whether anybody has fetched it from the real server with this program.
+    """
+
+    name: str
+    title: str
+    page: str
+    url: str
+    next_step: str
+    licence: str = ""
+    key: str = ""
+    manifest: Path | None = None
+    extent: str = ""
+    tried: bool = False
+
+
+_ROWS = (
+    Archive(
+        "pestell2022",
+        "Pestell & Lepora (2022), the recordings of the paper: 13 textures at 10 speeds",
+        page="https://doi.org/10.5523/bris.3ex175ojw0ckt25icp6g6p9j12",
+        url="https://doi.org/10.5523/bris.3ex175ojw0ckt25icp6g6p9j12",
+        key="3ex175ojw0ckt25icp6g6p9j12",
+        next_step="afferents inspect {folder}",
+    ),
+    Archive(
+        "fabricslide",
+        "FabricSlide, Wang et al. (2022): a capacitive finger slid over fabrics",
+        page="https://github.com/wngfra/FabricSlide",
+        url=f"https://raw.githubusercontent.com/wngfra/FabricSlide/{FABRICSLIDE_COMMIT}/",
+        licence="MIT",
+        manifest=Path(__file__).parent / "fabricslide.txt",
+        extent=f"its CSV files at commit {FABRICSLIDE_COMMIT[:10]}, nothing else of the repository",
+        next_step="afferents inspect fabricslide:{folder}",
+    ),
+)
+
+
+ARCHIVES: Mapping[str, Archive] = MappingProxyType({one.name: one for one in _ROWS})

@@ -1,0 +1,339 @@
+"""A public data set, brought here: what it is, how large, under which licence, and then its files.
+
+Nothing that is there is overwritten. What an earlier run brought is checked and kept, and a file
+that was broken off is gone on with. A data set that comes as one archive is unpacked when it is
+here, and the archive is removed once all of it is in place.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from afferents.errors import InputError
+from afferents.files import Place, checksum, remove, remove_partials
+from afferents.outputs import writing_alone
+from afferents.progress import Mark, Progress
+from afferents.recordings.fetch.archives import ARCHIVES, Archive, RemoteFile, read_manifest
+from afferents.recordings.fetch.packed import is_packed
+from afferents.recordings.fetch.resuming import download, n_bytes_here
+from afferents.recordings.fetch.unpacking import (
+    CHECKSUMS,
+    note,
+    noted_in,
+    require_room,
+    size_in_words,
+    unpack_here,
+)
+from afferents.recordings.fetch.web import Listing, files_on, sizes_of, web
+
+
+@dataclass(frozen=True)
+class Fetching:
+    """What is fetched.
+
+    Attributes
+    ----------
+    archive
+        The data set.
+    folder
+        Where it goes.
+    url
+        Another place where it is: a page or folder that lists its files, or, with a list of files
+        at hand, what their paths count from. None for the data set's own.
+    manifest
+        A list of its files; see `recordings.fetch.archives`. None for the data set's own.
+    keep_archive
+        Whether a .zip or .tar of the whole data set stays beside what was in it.
+    """
+
+    archive: Archive
+    folder: Path
+    url: str | None = None
+    manifest: Path | None = None
+    keep_archive: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What there is to fetch, before anything of it is.
+
+    Attributes
+    ----------
+    fetching
+        What was asked for.
+    files
+        All of them, with what is known of sizes and checksums.
+    here
+        Paths of those that are here.
+    licence
+        Empty where nothing names one.
+    page
+        Where it was listed.
+    """
+
+    fetching: Fetching
+    files: tuple[RemoteFile, ...]
+    here: frozenset[str]
+    licence: str
+    page: str
+
+    @property
+    def missing(self) -> list[RemoteFile]:
+        """The files that are not here."""
+        return [file for file in self.files if file.path not in self.here]
+
+    @property
+    def packed(self) -> str | None:
+        """Path of the one archive that is all of it; None if it is not so."""
+        return _packed(self.files)
+
+    def describe(self) -> list[str]:
+        """Say what it is, how large, under which licence, and how sure all that is."""
+        archive, missing = self.fetching.archive, self.missing
+        licence = self.licence or f"not named by {self.page}; read it there before you use them"
+        said = [
+            f"{archive.title} ({archive.page}).",
+            f"Licence: {licence}.",
+            f"{count_of(self.files)}, {size_of_all(self.files)}, listed by {self.page}"
+            + (f": {archive.extent}." if archive.extent and not self.fetching.manifest else "."),
+        ]
+        if self.here:
+            said.append(f"{len(self.here)} are here; {size_of_all(missing)} to fetch.")
+        if self.packed:
+            stays = "stays there" if self.fetching.keep_archive else "is removed when all is whole"
+            said.append(f"It is one archive, unpacked in {self.fetching.folder}, and {stays}.")
+        unknown = sum(file.sha256 is None for file in missing)
+        if unknown:
+            said.append(
+                f"Of {unknown} no checksum is known: what comes first is taken for right, and its "
+                f"checksum noted in {self.fetching.folder / CHECKSUMS}."
+            )
+        if not archive.tried and self.fetching.url is None:
+            said.append("This has not been tried against the real server: please tell us.")
+        return said
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """What came of it: how many files were fetched and kept, and their size in bytes."""
+
+    folder: Path
+    fetched: int
+    kept: int
+    n_bytes: int
+
+
+def archive_named(name: str) -> Archive:
+    """Return a data set by its name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in ARCHIVES:
+        raise InputError("fetch", f"one of {', '.join(ARCHIVES)}", f"'{name}'")
+    return ARCHIVES[name]
+
+
+def plan_fetch(fetching: Fetching, progress: Progress) -> Plan:
+    """Find out which files there are, and which of them are here; nothing is fetched.
+
+    Raises
+    ------
+    InputError
+        If nothing answers or lists them, or what is here is something else.
+    """
+    web()
+    listing, folder = _listing(fetching), fetching.folder
+    noted = noted_in(folder, fetching.url or fetching.archive.url)
+    files = _unpacked_before(listing.files, noted, folder) or [
+        _with_noted(file, noted.get(file.path), folder) for file in listing.files
+    ]
+    sized = list(progress.track(sizes_of(files), "asking for sizes", len(files)))
+    here = frozenset(file.path for file in sized if (folder / file.path).exists())
+    licence = listing.licence or fetching.archive.licence
+    return Plan(fetching, tuple(sized), here, licence, listing.page)
+
+
+def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
+    """Check what is here, and fetch what is not.
+
+    Raises
+    ------
+    InputError
+        If a file that is here is another, the disk is too small, or a file can't be had whole and
+        right; what was fetched before stays, and the same command goes on from it.
+    """
+    folder, packed = plan.fetching.folder, plan.packed
+    _require_room(plan)
+    with writing_alone(folder, "fetch"):
+        remove_partials(folder)
+        got, kept = _bring(plan, progress)
+        if packed is not None:
+            archive = (got + kept)[0]
+            got, kept = unpack_here(folder / packed, folder, noted_in(folder, ""), progress)
+            note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
+            if not plan.fetching.keep_archive:
+                remove(folder / packed)
+    n_bytes = sum(file.n_bytes or 0 for file in got + kept)
+    return Fetched(folder, len(got), len(kept), n_bytes)
+
+
+def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
+    """Fetch what is not here, and check what is; return these, with sizes and checksums."""
+    folder = plan.fetching.folder
+    noted = noted_in(folder, plan.page)
+    got: list[RemoteFile] = []
+    kept: list[RemoteFile] = []
+    total = sum(file.n_bytes or 0 for file in plan.files)
+    done = 0
+    with progress.task("fetching", total or len(plan.files)) as mark, web().Session() as server:
+        for file in plan.files:
+            is_here = (folder / file.path).exists()
+            sha256 = _kept(file, folder) if is_here else _got(file, folder, server, mark, done)
+            n_bytes = (folder / file.path).stat().st_size
+            whole = replace(file, sha256=sha256, n_bytes=n_bytes)
+            (kept if is_here else got).append(whole)
+            done += n_bytes
+            mark(done, file.path)
+            if file.path not in noted and plan.packed is None:
+                note(folder, [whole])
+    return got, kept
+
+
+def _listing(fetching: Fetching) -> Listing:
+    """Return the files that there are, by a list or by the server."""
+    archive = fetching.archive
+    manifest = fetching.manifest or archive.manifest
+    if manifest is None:
+        return files_on(fetching.url or archive.url, archive.key)
+    if archive.manifest is None and fetching.url is None:
+        expected = "--url as well, which says what the paths of the list count from"
+        raise InputError("--manifest", expected, "none")
+    files = read_manifest(manifest, fetching.url or archive.url)
+    where = str(manifest) if fetching.manifest else "this package"
+    return Listing(files, "", where)
+
+
+def _packed(files: Sequence[RemoteFile]) -> str | None:
+    return files[0].path if len(files) == 1 and is_packed(files[0].path) else None
+
+
+def _unpacked_before(
+    files: Sequence[RemoteFile], noted: Mapping[str, RemoteFile], folder: Path
+) -> list[RemoteFile]:
+    """Return what an archive held, if it was unpacked here and all of that is here still."""
+    packed = _packed(files)
+    if packed not in noted:
+        return []
+    held = [file for path, file in noted.items() if path != packed]
+    return held if all((folder / file.path).exists() for file in held) else []
+
+
+def _with_noted(file: RemoteFile, noted: RemoteFile | None, folder: Path) -> RemoteFile:
+    """Return a file with what was noted of it when it came, where its list doesn't say it.
+
+    Servers may pack an archive anew for everybody who asks, so one that isn't here may change.
+    """
+    if noted is None or (is_packed(file.path) and not (folder / file.path).exists()):
+        return file
+    sha256 = file.sha256 or noted.sha256
+    return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
+
+
+def _kept(file: RemoteFile, folder: Path) -> str:
+    """Return the checksum of a file that is here, if it is the one that is listed."""
+    target = folder / file.path
+    sha256, n_bytes = checksum(target), target.stat().st_size
+    same_size = file.n_bytes is None or file.n_bytes == n_bytes
+    if file.sha256 not in (None, sha256) or not same_size:
+        found = f"another ({n_bytes} bytes, SHA-256 {sha256[:12]}...)"
+        raise InputError(target, "the file that is listed", found, "move it elsewhere")
+    return sha256
+
+
+def _got(file: RemoteFile, folder: Path, server: Any, mark: Mark, before: int) -> str:
+    return download(file, folder, server, lambda n: mark(before + n, file.path))
+
+
+def _require_room(plan: Plan) -> None:
+    """Refuse a disk that is too small, before anything is fetched.
+
+    What an archive holds is taken to be as large as the archive: videos can't be packed smaller.
+    Once it is here, its own list of files is asked.
+    """
+    folder = plan.fetching.folder
+    needed = sum((file.n_bytes or 0) - n_bytes_here(file, folder) for file in plan.missing)
+    what = ""
+    if plan.packed:
+        needed += sum(file.n_bytes or 0 for file in plan.files)
+        what = ", the archive and what is in it"
+    require_room(folder, needed, what)
+
+
+def count_of(files: Sequence[RemoteFile]) -> str:
+    """Say how many files there are."""
+    return "1 file" if len(files) == 1 else f"{len(files)} files"
+
+
+def size_of_all(files: Sequence[RemoteFile]) -> str:
+    """Say how large files are together, as far as it is known."""
+    unknown = sum(file.n_bytes is None for file in files)
+    known = size_in_words(sum(file.n_bytes or 0 for file in files))
+    if unknown == 0:
+        return known
+    return "of unknown size" if unknown == len(files) else f"at least {known}"
+
+
+def fetch(
+    name: str,
+    folder: Place,
+    url: str | None = None,
+    manifest: Place | None = None,
+    keep_archive: bool = False,
+    quiet: bool = False,
+) -> "Fetched":
+    """Fetch a public data set; what is here already is checked and kept.
+
+    What it is, its size and its licence are printed before it begins. Files come by `pooch`
+    (extra `fetch`); one that was broken off is gone on with. Where there is but one .zip or .tar of
+    everything, it is unpacked.
+
+    Parameters
+    ----------
+    name
+        ``pestell2022``, the recordings of the paper, or ``fabricslide``.
+    folder
+        Where it goes.
+    url
+        Another place where it is: a page or folder of a web server that lists its files, one
+        archive of them, or, with `manifest`, what the paths in that count from.
+    manifest
+        A list of its files, ``PATH SHA-256 BYTES`` a line, or as ``sha256sum`` writes it.
+    keep_archive
+        Whether a .zip or .tar of everything stays once it is unpacked.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Fetched
+        `folder`, and how many files were `fetched` and `kept`, together `n_bytes` bytes.
+
+    Raises
+    ------
+    InputError
+        If the server or its list is not what it should be, a file has another checksum, or there
+        is no room.
+    """
+    from pathlib import Path
+
+    given = None if manifest is None else Path(manifest)
+    fetching = Fetching(archive_named(name), Path(folder), url, given, keep_archive)
+    with Progress(quiet) as progress:
+        plan = plan_fetch(fetching, progress)
+        for sentence in plan.describe():
+            progress.note(sentence)
+        return fetch_planned(plan, progress)

@@ -1,0 +1,300 @@
+"""Where a session's recordings are: in the published layout, or as its session file says."""
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from afferents.errors import InputError
+from afferents.recordings.audio import WavFile
+from afferents.recordings.media import (
+    SPEED,
+    TEXTURE,
+    ImageFolder,
+    Pattern,
+    is_sound,
+    is_video,
+    media_in,
+    named,
+)
+from afferents.recordings.session_file import ListedRecording, SessionFile, require_label
+from afferents.recordings.video import VideoFile
+from afferents.store.recording import Recording, Vibration, Video
+
+# The published layout: ``<texture>/<speed>/video.mp4`` and ``audio.wav``.
+#
+# Layout (preprocess/process.ipynb, cells 2-3; vibrotactile/process_vibration.ipynb, cells 2-3):
+# texture folders ``0 0.5 ... 6`` (bump spacing, mm), speed folders ``10 20 ... 100`` (mm/s), the
+# marker reference ``throw_away.mp4`` in the first of them, ``0/10``. Repetitions are one folder
+# deeper: ``<texture>/<speed>/<repetition>/``. The video may be in any container (``video.avi``),
+# or a folder of numbered images, ``video/``.
+
+VIDEO, AUDIO, REFERENCE = "video.mp4", "audio.wav", "throw_away.mp4"
+
+
+NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"})
+"""Folders that the published code writes beside the textures."""
+
+
+_POSITIVE = re.compile(r"\d+(\.\d+)?")
+
+
+def published(root: Path, declared: SessionFile) -> list[Recording]:
+    """Return the recordings of a folder in the published layout, in no order; none is opened.
+
+    Raises
+    ------
+    InputError
+        If a folder is not named by a speed, or holds two videos or recordings within a recording.
+    """
+    return [_recording(root, folder, declared) for folder in _conditions(root)]
+
+
+def _conditions(root: Path) -> Iterator[Path]:
+    for texture in _folders(root):
+        if texture.name in NOT_TEXTURES:
+            continue
+        for speed in _folders(texture):
+            repetitions = [folder for folder in _folders(speed) if _is_recorded(folder)]
+            if _is_recorded(speed):
+                _require_alone(speed, repetitions)
+                yield speed
+            yield from repetitions
+
+
+def _folders(parent: Path) -> list[Path]:
+    return [path for path in parent.iterdir() if path.is_dir() and not path.name.startswith(".")]
+
+
+def _is_recorded(folder: Path) -> bool:
+    return _video_in(folder) is not None or (folder / AUDIO).is_file()
+
+
+def _video_in(folder: Path) -> Path | None:
+    """Return the folder's video, in whatever container, or of images."""
+    usual = folder / VIDEO
+    if usual.is_file():  # most are
+        return usual
+    stem = usual.stem
+    found = [
+        path
+        for path in sorted(folder.glob(f"{stem}*"))
+        if path.stem == stem and (path.is_dir() if path.name == stem else is_video(path))
+    ]
+    if len(found) > 1:
+        names = " and ".join(path.name for path in found)
+        raise InputError(folder, "one video", names, "move one of them elsewhere")
+    return found[0] if found else None
+
+
+def _require_alone(folder: Path, inside: list[Path]) -> None:
+    if inside:
+        raise InputError(
+            folder,
+            "a recording, or repetitions of it in folders of their own",
+            f"both ({inside[0].name} among them)",
+            "move its files into a folder of its own",
+        )
+
+
+def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
+    texture, speed, *repetition = folder.relative_to(root).parts
+    if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
+        where = root / texture / speed
+        raise InputError(where, "a folder named by its speed in mm/s", f"'{speed}'")
+    direction = {"direction": declared.direction}
+    again = {"repetition": repetition[0]} if repetition else {}
+    return Recording(
+        name="/".join((texture, speed, *repetition)),
+        texture=texture,
+        speed_mm_s=float(speed),
+        source=folder,
+        video=_video(folder, declared),
+        audio=_audio(folder / AUDIO, sensor_channel(declared)),
+        steady_s=declared.steady_s,
+        conditions={**direction, **declared.conditions, **again},
+        rest_frame=declared.rest_frame,
+        named_by_spacing=True,
+    )
+
+
+def _video(folder: Path, declared: SessionFile) -> Video | None:
+    path = _video_in(folder)
+    if path is not None and path.is_dir():
+        said = "fps_hz" in declared.model_fields_set
+        return images(path, declared.fps_hz if said else None, declared)
+    return None if path is None else VideoFile(path, overruling(declared))
+
+
+def reference_in(recording: Recording) -> Video | None:
+    """Return the video that fixes the order of the markers, beside the first recording."""
+    path = recording.source / REFERENCE
+    return VideoFile(path) if path.is_file() else None
+
+
+def _audio(path: Path, channel: int) -> Vibration | None:
+    return WavFile(path, channel) if path.is_file() else None
+
+
+# Recordings that a session file names, one by one or by a pattern.
+
+
+def listed(root: Path, declared: SessionFile) -> list[Recording]:
+    """Return the recordings of a session whose files are named; none is opened.
+
+    Raises
+    ------
+    InputError
+        If a file is not there, the pattern fits none, or two recordings have one id.
+    """
+    entries = declared.recordings or tuple(_by_pattern(root, declared))
+    _require_names(root / declared.file, entries)
+    return [_listed_recording(root, entry, declared) for entry in entries]
+
+
+def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
+    """Yield the recordings of the files that a pattern fits."""
+    where = root / declared.file
+    pattern = Pattern(declared.pattern or "", where)
+    sound = Pattern(declared.audio_pattern, where) if declared.audio_pattern else None
+    if TEXTURE not in pattern.names:
+        expected = "a pattern with {texture}, or with {texture} and {speed}"
+        raise InputError(where, expected, f"'{pattern.text}'")
+    found = pattern.paths_in(root)
+    if not found:
+        there = media_in(root)
+        raise InputError(
+            where,
+            f"files that the pattern '{pattern.text}' fits",
+            f"none among {named(root, there)}" if there else "no recordings at all",
+            "mend the pattern, or list the recordings",
+        )
+    for path, values in found:
+        file = path.relative_to(root).as_posix()
+        beside = sound.filled(values) if sound else None
+        if beside is not None and not (root / beside).is_file():
+            beside = None  # whether all have sound is asked of all together
+        heard = is_sound(path)
+        speed = float(values[SPEED]) if SPEED in values else None
+        if speed == 0:
+            raise InputError(path, "a speed above 0 mm/s", values[SPEED])
+        others = {name: text for name, text in values.items() if name not in (TEXTURE, SPEED)}
+        yield ListedRecording(
+            video=None if heard else file,
+            audio=file if heard else beside,
+            texture=_label(path, values[TEXTURE]),
+            speed_mm_s=speed,
+            id=_id(path, values, others),
+            conditions=others,
+        )
+
+
+def _id(path: Path, values: Mapping[str, str], others: Mapping[str, str]) -> str:
+    """Return ``texture/speed/rest``; the rest is all other names' values."""
+    speed = [values[SPEED]] if SPEED in values else []
+    rest = ["_".join(others.values())] if others else []
+    return "/".join(_label(path, part) for part in [values[TEXTURE], *speed, *rest])
+
+
+def _label(path: Path, text: str) -> str:
+    try:
+        return require_label(text)
+    except ValueError as error:
+        raise InputError(path, str(error), f"'{text}'", "rename the file") from error
+
+
+def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
+    """Refuse two recordings of one id, and one whose group would lie in another's."""
+    by_name: dict[str, ListedRecording] = {}
+    for entry in entries:
+        other = by_name.setdefault(entry.name, entry)
+        if other is not entry:
+            raise InputError(
+                where,
+                "recordings with an id each",
+                f"{_file(other)} and {_file(entry)}, both {entry.name}",
+                "give them a repetition or an id, or name in the pattern what differs",
+            )
+    for name in by_name:
+        for parent in map(str, Path(name).parents):
+            if parent in by_name:
+                raise InputError(
+                    where,
+                    "ids of which none lies in another",
+                    f"{parent} and {name}",
+                    "give both a repetition, or an id",
+                )
+
+
+def _file(entry: ListedRecording) -> str:
+    return entry.video or entry.audio or ""
+
+
+def _listed_recording(root: Path, entry: ListedRecording, declared: SessionFile) -> Recording:
+    repetition = {} if entry.repetition is None else {"repetition": entry.repetition}
+    said = "direction" in declared.model_fields_set
+    direction = {"direction": declared.direction} if said else {}
+    given = entry.video or entry.audio or ""
+    return Recording(
+        name=entry.name,
+        texture=entry.texture,
+        speed_mm_s=entry.speed_mm_s,
+        source=root / given,
+        video=_listed_video(root, entry, declared) if entry.video else None,
+        audio=_listed_audio(root, entry, declared) if entry.audio else None,
+        steady_s=entry.steady_s or declared.steady_s,
+        conditions={**direction, **declared.conditions, **repetition, **entry.conditions},
+        sensor=sensor_named(root, entry.sensor) if entry.sensor else None,
+        rest_frame=declared.rest_frame if entry.rest_frame is None else entry.rest_frame,
+    )
+
+
+def sensor_named(root: Path, name: str) -> str:
+    """Return the path of a sensor file as a session says it; a packaged sensor's name stays."""
+    path = root / name
+    return str(path) if path.is_file() or Path(name).suffix else name
+
+
+def _listed_video(root: Path, entry: ListedRecording, declared: SessionFile) -> Video:
+    path = root / (entry.video or "")
+    _require_there(root, path, declared)
+    if path.is_dir():
+        return images(path, entry.fps_hz or declared.fps_hz, declared)
+    return VideoFile(path, entry.fps_hz or overruling(declared))
+
+
+def _listed_audio(root: Path, entry: ListedRecording, declared: SessionFile) -> Vibration:
+    path = root / (entry.audio or "")
+    _require_there(root, path, declared)
+    return WavFile(path, sensor_channel(declared))
+
+
+def sensor_channel(declared: SessionFile) -> int:
+    """Return the sensor's channel in all sound files, the last where nothing says so."""
+    return -1 if declared.sensor_channel is None else declared.sensor_channel
+
+
+def overruling(declared: SessionFile) -> float | None:
+    """Return the frame rate that counts instead of all containers', Hz; None where theirs do."""
+    return declared.fps_hz if declared.fps_overrules else None
+
+
+def images(path: Path, fps_hz: float | None, declared: SessionFile) -> ImageFolder:
+    """Return a folder of images as a video.
+
+    Raises
+    ------
+    InputError
+        If nothing says how fast they were taken.
+    """
+    if fps_hz is None:
+        do = f"write fps_hz into {declared.file}"
+        raise InputError(path, "the rate at which the images were taken", "none", do)
+    return ImageFolder(path, fps_hz)
+
+
+def _require_there(root: Path, path: Path, declared: SessionFile) -> None:
+    if path.exists():
+        return
+    there = media_in(root)
+    found = f"no such file (there are {named(root, there)})" if there else "no such file"
+    raise InputError(path, f"a recording that {declared.file} names", found)

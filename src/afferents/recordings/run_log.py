@@ -1,0 +1,340 @@
+"""What is noted of a run while it is recorded, and what it says of the devices' clocks."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from scipy.stats import siegelslopes
+
+from afferents.errors import InputError, reason_of
+from afferents.store.drum_path import DRIVE, ORIGIN, Drum, write_drive
+from afferents.store.recording import Recording, RecordingSet
+
+# Times are those of the monotonic clock, s. A run's own time, that of its video and its sound,
+# counts from ``origin_s``, which every table has in its metadata: when the first sample was taken,
+# or without sound the first frame.
+
+FRAMES, SOUND = "frames.parquet", "sound.parquet"
+
+
+class FrameRow(NamedTuple):
+    """A frame.
+
+    Attributes
+    ----------
+    sequence
+        The driver's number.
+    time_s
+        Capture.
+    written_s
+        When it was handed to the file.
+    damaged
+        The driver's error flag, or data that are cut short.
+    repeated
+        Says again what the one before said, byte for byte.
+    stored
+        Whether it is in the video; damaged ones lie in ``damaged/``.
+    """
+
+    sequence: int
+    time_s: float
+    written_s: float
+    damaged: bool
+    repeated: bool
+    stored: bool
+
+
+class BlockRow(NamedTuple):
+    """A block of sound.
+
+    Attributes
+    ----------
+    time_s
+        Capture of its first sample.
+    first_sample, n_samples
+        Which sample of the file that is, and how many there are.
+    overflowed
+        Samples were lost before it.
+    """
+
+    time_s: float
+    first_sample: int
+    n_samples: int
+    overflowed: bool
+
+
+class DriveRow(NamedTuple):
+    """What the drive said, and the speed that it was asked for."""
+
+    time_s: float
+    position_mm: float
+    speed_mm_s: float
+    set_mm_s: float
+    fault: str | None
+
+
+@dataclass
+class Log:
+    """What is noted of a run; each list is appended to by one thread.
+
+    Attributes
+    ----------
+    origin_s
+        When the run began.
+    peak, clipped
+        Largest value of the sensor's sound, of 32768, and samples at full scale.
+    drum
+        Which drum it is and where its positions count from; None where nobody knows.
+    rest, last
+        A frame at rest and the last one, as they came.
+    """
+
+    origin_s: float | None = None
+    frames: list[FrameRow] = field(default_factory=list)
+    blocks: list[BlockRow] = field(default_factory=list)
+    drive: list[DriveRow] = field(default_factory=list)
+    peak: int = 0
+    clipped: int = 0
+    drum: Drum | None = None
+    rest: bytes = b""
+    last: bytes = b""
+
+    def write(self, folder: Path) -> None:
+        """Write the tables of what there is."""
+        for name, form, rows in (
+            (FRAMES, FrameRow, self.frames),
+            (SOUND, BlockRow, self.blocks),
+        ):
+            if rows:
+                table = _table(form, rows).replace_schema_metadata(
+                    {ORIGIN: repr(self.origin_s).encode()}
+                )
+                pq.write_table(table, folder / name, compression="zstd")
+        if self.drive:
+            write_drive(folder / DRIVE, _table(DriveRow, self.drive), self.origin_s, self.drum)
+
+
+_TYPES = {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str | None: pa.string()}
+
+
+def _table(form: type, rows: Iterable[tuple[object, ...]]) -> pa.Table:
+    types = form.__annotations__
+    schema = pa.schema([(name, _TYPES[kind]) for name, kind in types.items()])
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    return pa.Table.from_arrays(
+        [pa.array(c, t.type) for c, t in zip(columns, schema, strict=True)], schema=schema
+    )
+
+
+# When a microphone's samples were taken, from the times of all its blocks.
+#
+# A sound card stamps each block to within a millisecond. A sound server hands blocks on in heaps,
+# and its stamps err by tens of milliseconds, the first most of all. Samples are regular all the
+# same: so a straight line is laid through the times of many blocks, which a few wrong ones do not
+# move.
+
+_POINTS = 60
+"""The median of as many blocks as make so many points; the line is laid through these."""
+
+
+_DRIFT_FROM_S = 10.0
+"""In less a drift can't be told from scatter: a line over 2 s would put its start off."""
+
+
+_SD = 1.4826
+"""Standard deviations of normal errors in their median absolute one."""
+
+
+SURE = 4.0
+"""Standard errors that a drift may lie beyond the limit: a busy machine delays what arrives."""
+
+
+LIMIT_FRAMES = 0.5
+"""Sound and picture may go apart by so much within a run, in frames."""
+
+
+class Drift(NamedTuple):
+    """How much faster a clock goes than this machine's, and its standard error, as shares."""
+
+    share: float
+    error: float
+
+    def said(self) -> str:
+        """Return it in words."""
+        return f"{1e6 * self.share:+.0f} ppm (error {1e6 * self.error:.0f})"
+
+
+class SoundClock(NamedTuple):
+    """When sound was taken.
+
+    Attributes
+    ----------
+    start_s
+        When its first sample was, on the monotonic clock.
+    error_s
+        Standard error of that. What delays all blocks alike is not in it.
+    drift
+        How much faster the samples come than their rate says; None if they are too few to say.
+    """
+
+    start_s: float
+    error_s: float
+    drift: Drift | None
+
+    def after(self, origin_s: float) -> dict[str, float]:
+        """Return it as `run.json` has it: by how much the sound began after the run's zero."""
+        said = {"seconds": self.start_s - origin_s, "error_s": self.error_s}
+        if self.drift is not None:
+            said |= {"drift": self.drift.share, "drift_error": self.drift.error}
+        return said
+
+
+def sound_clock(blocks: Sequence[BlockRow], rate_hz: float) -> SoundClock:
+    """Lay a straight line through the times of blocks, up to the first before which some are lost.
+
+    The slope is the median of medians of slopes between points (Siegel 1982), the start the median
+    of what is left, so that up to half of the points may be anywhere.
+
+    Parameters
+    ----------
+    blocks
+        One or more, in order.
+    rate_hz
+        Of the samples.
+    """
+    whole = next((n for n, b in enumerate(blocks) if n and b.overflowed), len(blocks))
+    parts = np.array_split(np.arange(whole), min(whole, _POINTS))
+    counted = np.array([block.first_sample for block in blocks[:whole]]) / rate_hz
+    late = np.array([block.time_s for block in blocks[:whole]]) - counted
+    x = np.array([np.median(counted[part]) for part in parts])
+    y = np.array([np.median(late[part]) for part in parts])
+    slope = 0.0
+    tells_drift = bool(counted[-1] - counted[0] >= _DRIFT_FROM_S and len(x) > 2)
+    if tells_drift:
+        slope = float(siegelslopes(y, x)[0])
+    rest = y - slope * x
+    start_s = float(np.median(rest))
+    scatter = _SD * float(np.median(np.abs(rest - start_s)))
+    spread = float(((x - x.mean()) ** 2).sum())
+    if not tells_drift:
+        return SoundClock(start_s, scatter / len(x) ** 0.5, None)
+    error_s = scatter * float(np.sqrt(1 / len(x) + x.mean() ** 2 / spread))
+    return SoundClock(start_s, error_s, Drift(-slope, scatter / spread**0.5))
+
+
+# How the clocks of recordings that are finished went: said by `inspect`.
+
+
+class Clocks(NamedTuple):
+    """Clocks of one recording.
+
+    Attributes
+    ----------
+    name
+        Of the recording.
+    fps_hz
+        Frames a second, by their numbers and times of capture; NaN where unknown.
+    late_s
+        By how much the sound began after the video's zero.
+    sound
+        When the sound was taken.
+    seconds
+        How long the sound is.
+    """
+
+    name: str
+    fps_hz: float
+    late_s: float
+    sound: SoundClock
+    seconds: float
+
+    @property
+    def apart_s(self) -> float:
+        """By how much sound and picture certainly lie apart, at the worst moment."""
+        late = max(0.0, abs(self.late_s) - SURE * self.sound.error_s)
+        if self.sound.drift is None:
+            return late
+        drift = max(0.0, abs(self.sound.drift.share) - SURE * self.sound.drift.error)
+        return late + drift * self.seconds
+
+
+def clock_sentences(session: RecordingSet) -> list[str]:
+    """Say how camera and sound card kept time in recordings made by `afferents record`.
+
+    Nothing is said of others: they have no times of frames and of blocks of sound.
+
+    Raises
+    ------
+    InputError
+        If a recording's tables can't be read.
+    """
+    known = [one for recording in session.recordings if (one := _clocks_of(recording))]
+    if not known:
+        return []
+    late_ms = 1000 * np.array([one.late_s for one in known])
+    said = (
+        f"Clocks of {len(known)} recordings: sound began {late_ms.min():+.1f} to "
+        f"{late_ms.max():+.1f} ms from the picture's zero"
+    )
+    fps_hz = np.array([one.fps_hz for one in known])
+    if np.isfinite(fps_hz).any():
+        said += f", {np.nanmin(fps_hz):.3f} to {np.nanmax(fps_hz):.3f} frames a second were taken"
+    drifts = [one.sound.drift for one in known if one.sound.drift is not None]
+    if drifts:
+        typical = sorted(drifts)[len(drifts) // 2]
+        said += f", and the sound's clock drifted by {typical.said()} in the median"
+    return [f"{said}.", *_far_apart(known)]
+
+
+def _far_apart(known: list[Clocks]) -> list[str]:
+    """Name the recordings in which sound and picture lie more than half a frame apart."""
+    far = [one for one in known if one.apart_s * one.fps_hz > LIMIT_FRAMES]
+    if not far:
+        return []
+    worst = max(far, key=lambda one: one.apart_s)
+    return [
+        f"In {len(far)} of them sound and picture lie more than half a frame apart, most in "
+        f"{worst.name} ({1000 * worst.apart_s:.1f} ms): record shorter runs, or from the sound "
+        "card itself rather than a sound server."
+    ]
+
+
+def _clocks_of(recording: Recording) -> Clocks | None:
+    """Return a recording's clocks; None if it has no table of blocks."""
+    if recording.audio is None:
+        return None
+    folder = Path(recording.audio.path).parent
+    if not (folder / SOUND).is_file():
+        return None
+    table = _read(folder / SOUND)
+    rate_hz, origin = recording.audio.sample_rate_hz, (table.schema.metadata or {}).get(ORIGIN)
+    if origin is None or not len(table):
+        return None
+    rows = [BlockRow(*row.values()) for row in table.select(BlockRow._fields).to_pylist()]
+    clock = sound_clock(rows, rate_hz)
+    seconds = sum(row.n_samples for row in rows) / rate_hz
+    late_s = clock.start_s - float(origin)
+    return Clocks(recording.name, _frame_rate(folder / FRAMES), late_s, clock, seconds)
+
+
+def _frame_rate(path: Path) -> float:
+    """Return frames a second by their numbers and times; NaN if there is nothing to tell it."""
+    if not path.is_file():
+        return float("nan")
+    table = _read(path)
+    number, time_s = (table[name].to_numpy() for name in ("sequence", "time_s"))
+    if len(number) < 2 or time_s[-1] <= time_s[0]:
+        return float("nan")
+    return float((number[-1] - number[0]) / (time_s[-1] - time_s[0]))
+
+
+def _read(path: Path) -> pa.Table:
+    try:
+        return pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        expected = "a table that 'afferents record' wrote"
+        raise InputError(path, expected, reason_of(error)) from error

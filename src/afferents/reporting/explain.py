@@ -1,0 +1,621 @@
+"""Occlusion: how much less likely the true texture is without a part of what was felt.
+
+Zeiler & Fergus, Visualizing and understanding convolutional networks, ECCV 2014. It asks the model
+itself, whatever it is made of, and its answer has a unit: the logarithm of the true texture's odds,
+which unlike its probability does not stand still near 1.
+"""
+
+import math
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.special import logsumexp
+
+from afferents import dims
+from afferents.channels import channel_of
+from afferents.choices import Cut
+from afferents.encodings.base import ImageEncoding
+from afferents.encodings.samples import Samples, concatenate
+from afferents.encodings.settings import encoding_of
+from afferents.errors import InputError
+from afferents.evaluation.data import OpenedData
+from afferents.evaluation.encode import Source, has, kept_part, response_of
+from afferents.evaluation.train import felt_with
+from afferents.files import Place, write_json
+from afferents.folds.held_out import Group, Split, order
+from afferents.markers.places import images_of
+from afferents.models.card import Card
+from afferents.models.folder import Deployed, load_model
+from afferents.outputs import require_picture_folder
+from afferents.progress import Progress
+from afferents.recordings.data_set import Data
+from afferents.reporting.labels import texture_labels
+from afferents.reporting.style import BLUE, GREY, frame_all, new_figure, save_figure, styled
+from afferents.reporting.tables import Table
+from afferents.store.recording import spacing_mm
+from afferents.store.responses import Responses, textures_of
+from afferents.store.trimming import with_steady
+
+Floats = NDArray[np.float32]
+
+
+Predict = Callable[[Floats], NDArray[np.floating]]
+"""What a model says of inputs: log-probabilities (n, n_classes)."""
+
+
+def losses(
+    predict: Predict,
+    inputs: Floats,
+    labels: NDArray[np.int64],
+    masks: Iterable[NDArray[np.bool_]],
+    instead: Floats,
+) -> NDArray[np.float64]:
+    """Return what the true textures lose in log-odds without each part, (part, n), nats.
+
+    Parameters
+    ----------
+    inputs, labels
+        (n, ...) and (n,).
+    masks
+        Of each part, of the inputs' last dimensions: True for what is taken away.
+    instead
+        What stands there then, of the inputs' shape without n, or one that goes with it.
+
+    Returns
+    -------
+    Positive where the part speaks for the true texture.
+    """
+    whole = log_odds(predict(inputs), labels)
+    found = [
+        whole - log_odds(predict(np.where(mask, instead, inputs).astype(np.float32)), labels)
+        for mask in masks
+    ]
+    return np.asarray(found, dtype=np.float64)
+
+
+def log_odds(logs: NDArray[np.floating], labels: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return log p - log (1 - p) of the true textures, (n,), from (n, n_classes) of log p."""
+    is_true = np.arange(logs.shape[1]) == labels[:, None]
+    others = np.where(is_true, -np.inf, logs)
+    return np.asarray(logs[is_true] - logsumexp(others, axis=1), dtype=np.float64)
+
+
+def patches(shape: tuple[int, int], size: int) -> list[NDArray[np.bool_]]:
+    """Return a square patch of a grid round each of its places, (row, column), row by row."""
+    row, column = np.indices(shape)
+    half = size // 2
+    return [
+        (abs(row - r) <= half) & (abs(column - c) <= half)
+        for r in range(shape[0])
+        for c in range(shape[1])
+    ]
+
+
+def neighbourhoods(
+    row: NDArray[np.generic], column: NDArray[np.generic], size: int
+) -> list[NDArray[np.bool_]]:
+    """Return each marker with its nearest, `size` in all, by the places of markers, (marker,)."""
+    place = np.stack([row, column], axis=1).astype(np.float64)
+    _, near = cKDTree(place).query(place, k=min(size, len(place)))
+    return [np.isin(np.arange(len(place)), own) for own in near]
+
+
+def bands(n: int, width: int) -> list[NDArray[np.bool_]]:
+    """Return bands of an axis of n bins, side by side, the last perhaps narrower."""
+    at = np.arange(n)
+    return [at // width == k for k in range(-(-n // width))]
+
+
+# What a model's answers rest on: what is lost without each marker, wave, or frequency.
+
+_TITLES = {
+    "markers": "What is lost where 3 x 3 markers stand still",
+    "parts": "What is lost without each part of the global shear",
+    "waves": "What is lost without each wave",
+    "frequencies": "What is lost without each band of the spectrum",
+    "harmonics": "What is lost without each multiple of a drum's bumps a second",
+}
+
+
+_AXES = {
+    dims.ROW: "row (y, down)",
+    dims.COLUMN: "column (x)",
+    dims.ROW_WAVENUMBER: "down (cycles a marker)",
+    dims.COLUMN_WAVENUMBER: "across (cycles a marker)",
+    dims.FREQUENCY: "frequency (Hz)",
+    "harmonic": "frequency over bumps a second",
+    "part": "part of the global shear",
+}
+
+
+_LOSS = "lost log-odds of the true texture (nats)"
+
+
+_COLOURS = "PuOr_r"
+"""Orange where a part speaks for the true texture, purple where against it, white for neither."""
+
+
+_A_ROW = 7
+
+
+@styled
+def explanation_figure(name: str, lost: xr.DataArray, source: str) -> Figure:
+    """Draw losses by texture: images over a grid, a table over frequency, or one curve.
+
+    Parameters
+    ----------
+    name
+        `markers`, `parts`, `waves`, `frequencies` or `harmonics`.
+    lost
+        (texture, y, x), (texture, x) or (x,), nats.
+    source
+        The line that says what was asked.
+    """
+    if lost.ndim == 3:
+        return _images(_TITLES[name], lost, source)
+    figure = new_figure(7.2, 3.6, _TITLES[name], source)
+    axes = figure.subplots()
+    (dim,) = (str(d) for d in lost.dims if d != dims.TEXTURE)
+    axes.set_xlabel(_AXES[dim])
+    if lost.ndim == 1:
+        axes.axhline(0, color=GREY, linewidth=0.7)
+        axes.plot(lost[dim], lost, color=BLUE, marker="o", markersize=3)
+        axes.set_ylabel(_LOSS.replace(" of", "\nof"))
+        return figure
+    names = lost[dim].values
+    named = names.dtype.kind == "U"
+    at = np.arange(len(names)) if named else names
+    half = (at[1] - at[0]) / 2
+    extent = (at[0] - half, at[-1] + half, len(lost) - 0.5, -0.5)
+    drawn = _draw(axes, lost.values, _largest(lost), extent=extent, aspect="auto")
+    if named:
+        axes.set_xticks(at, names)
+    labels = _labels(lost)
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_ylabel("texture")
+    figure.colorbar(drawn, ax=axes, label=_LOSS)
+    return figure
+
+
+def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
+    """Draw the mean of all textures, and each; a wave's row runs through 0 in the middle."""
+    y, x = (str(dim) for dim in lost.dims[1:])
+    lost = lost.sortby(y)
+    panels = [("all", lost.mean(dims.TEXTURE))]
+    panels += list(zip(_labels(lost), lost, strict=True))
+    n_rows = -(-len(panels) // _A_ROW)
+    wide = lost.sizes[y] < 1.5 * lost.sizes[x]
+    figure = new_figure(10, n_rows * (1.7 if wide else 2.5) + 0.8, title, source)
+    grid = figure.subplots(n_rows, _A_ROW, squeeze=False, sharex=True, sharey=True)
+    half_y, half_x = (float(lost[dim][1] - lost[dim][0]) / 2 for dim in (y, x))
+    extent = (
+        float(lost[x][0]) - half_x, float(lost[x][-1]) + half_x,
+        float(lost[y][-1]) + half_y, float(lost[y][0]) - half_y,
+    )  # fmt: skip
+    for axes, (label, one) in zip(grid.flat, panels, strict=False):
+        drawn = _draw(axes, one.values, _largest(one), extent=extent, aspect="equal")
+        axes.set_title(f"{label}\nup to {_largest(one):.2f}", fontsize=7.5)
+    for axes in list(grid.flat)[len(panels) :]:
+        axes.set_visible(False)
+    grid[0, 0].set_ylabel(_AXES[y])
+    grid[-1, 0].set_xlabel(_AXES[x])
+    bar = figure.colorbar(drawn, ax=grid, shrink=0.7, label="lost nats, of each panel's most")
+    bar.set_ticks([-_largest(one), 0, _largest(one)], labels=["-most", "0", "most"])
+    return figure
+
+
+def _labels(lost: xr.DataArray) -> list[str]:
+    textures = [str(texture) for texture in lost[dims.TEXTURE].values]
+    return list(texture_labels(textures, lost.attrs).values())
+
+
+def _largest(lost: xr.DataArray) -> float:
+    return float(np.abs(lost.values).max()) or 1.0
+
+
+def _draw(axes: Axes, values: Any, most: float, **options: Any) -> AxesImage:
+    frame_all(axes)
+    return axes.imshow(
+        values, cmap=_COLOURS, vmin=-most, vmax=most, interpolation="nearest", **options
+    )
+
+
+# Which samples of a recording a model is asked about, to see what it leans on.
+
+_NUMBER = "number"
+"""Coordinate of samples: which of the recording's they are."""
+
+
+def some_of(
+    responses: Responses,
+    source: Source,
+    cut: Cut,
+    n: int,
+    split: Split,
+    learnt: Collection[Group],
+) -> tuple[Samples, NDArray[np.float32] | None]:
+    """Return up to n samples of a recording, evenly spread, and the runs of images they are of.
+
+    None of them is of a group that was learnt from.
+    """
+    channel, encoding = source
+    kept = kept_part(responses, source, cut)
+    response = response_of(responses, source)
+    samples = encoding.samples(response, kept, channel.lookback)
+    if dims.FREQUENCY in samples.dims:
+        n_seen = encoding.seen(samples.values[:1]).shape[-1]
+        samples = samples.isel({dims.FREQUENCY: slice(n_seen)})
+    samples = samples.assign_coords({_NUMBER: (dims.SAMPLE, np.arange(len(samples)))})
+    samples = split.labelled(samples, [responses])
+    samples = samples[~np.isin(split.of(samples), np.array([*learnt]))] if learnt else samples
+    spread = np.unique(np.linspace(0, len(samples) - 1, n).round().astype(int))
+    samples = samples.isel({dims.SAMPLE: spread})
+    index = samples[_NUMBER].values
+    runs = None
+    if isinstance(encoding, ImageEncoding):
+        runs = encoding.runs(response, kept)[index]
+    return samples.drop_vars(_NUMBER), runs
+
+
+# What decided: which markers, which waves or which frequencies a trained model leans on.
+
+FACTS, PART = "explanation.json", "part"
+
+
+SAMPLES = 130
+"""About how many samples are asked, spread evenly over recordings."""
+
+
+PATCH = 3
+"""Markers on a side of what is covered at once: one alone is made up for by its neighbours."""
+
+
+BAND_HZ = 4.0
+"""Width of what is taken out of a spectrum at once."""
+
+
+HARMONICS = np.arange(0, 5.1, 0.25)
+"""Middles of the bins that frequencies over a drum's bumps a second are gathered in."""
+
+
+_BATCH = 64
+
+
+_RATE_TOLERANCE = 0.02
+"""Clocks are read from a recording, and jitter."""
+
+
+@dataclass
+class Explanation:
+    """Sentences, pictures, numbers for scripts, and tables."""
+
+    sentences: list[str] = field(default_factory=list)
+    pictures: list[Path] = field(default_factory=list)
+    facts: dict[str, Any] = field(default_factory=dict)
+    tables: list[Table] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Samples of known textures that a model is asked about.
+
+    Attributes
+    ----------
+    source
+        What they were made of, and how.
+    samples
+        As the model takes them.
+    labels
+        Among the card's textures, (n,).
+    runs
+        The images that they are made of: (n, frame, component, row, column); none of vibration.
+        Of models that learn from single markers (n, 1, component, marker).
+    places
+        Rows and columns of the markers in an image, (marker,) each; none where nobody knows.
+    """
+
+    source: Source
+    samples: Samples
+    labels: NDArray[np.int64]
+    runs: Floats | None = None
+    places: tuple[NDArray[Any], NDArray[Any]] | None = None
+
+
+def explain_model(
+    model: Path, data: OpenedData, out: Path, cut: Cut, progress: Progress
+) -> Explanation:
+    """Take parts of the samples away, one after the other, and see what the model then misses.
+
+    Squares of three by three markers stand still; a wave, or a band of a spectrum, is as it is in
+    the mean of all that is asked. The loss is that of the true texture's log-odds, nats. Speeds
+    (or groups of the model's split) that it has not learnt from are asked, where there are any.
+
+    Parameters
+    ----------
+    out
+        Folder for the pictures and `explanation.json`.
+
+    Raises
+    ------
+    InputError
+        If the model is none, knows none of the textures, or the data don't go with it.
+    """
+    require_picture_folder(out, FACTS)
+    card, deployed = load_model(model)
+    asked = _asked(card, data, cut, progress)
+    split = card.held_out
+    groups = sorted(np.unique(split.of(asked.samples)).tolist(), key=order)
+    unseen = not set(groups) & set(card.groups)
+    right = float((_predictor(deployed)(asked.samples.values).argmax(1) == asked.labels).mean())
+    found = Explanation(
+        [
+            f"{len(asked.labels)} samples {split.at(groups)}, "
+            f"{'not learnt from' if unseen else 'learnt from'}: {100 * right:.1f}% named rightly."
+        ],
+        facts={
+            "model": card.model,
+            "data": data.origin.describe(),
+            split.groups: groups,
+            "not_learnt_from": unseen,
+            "n_samples": len(asked.labels),
+            "accuracy": right,
+        },
+    )
+    with progress.task("taking parts away", 1) as mark:
+        by_part = _losses(deployed, asked, card.textures)
+        mark(1)
+    kind = "simulated " if data.origin.simulated else ""
+    source = f"{card.title} on {kind}{data.origin.data_set.path.name}. {found.sentences[0]}"
+    for name, lost in by_part.items():
+        figure = explanation_figure(name, lost, source)
+        found.pictures.append(save_figure(figure, out / f"{name}.png"))
+        found.sentences.append(_most(lost))
+        found.facts[name] = {
+            **{str(dim): lost[dim].values.tolist() for dim in lost.dims},
+            "loss_nats": np.round(lost.values, 5).tolist(),
+        }
+    write_json(out / FACTS, found.facts)
+    return found
+
+
+def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
+    """Return some samples of every recording whose texture the model knows.
+
+    Raises
+    ------
+    InputError
+        If there is none, or samples have another form than those learnt from.
+    """
+    everything, split = with_steady(data.responses, card.steady_s), card.held_out
+    known = [r for r in everything if str(r.attrs[dims.TEXTURE]) in card.textures]
+    if not known:
+        found = ", ".join(textures_of(data.responses))
+        raise InputError(data.origin.source, f"some of {', '.join(card.textures)}", found)
+    unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
+    recordings, source = unseen or known, _source(card)
+    _require_fitting(card, data, recordings, source)
+    each = max(1, SAMPLES // len(recordings))
+    parts = [
+        some_of(responses, source, cut, each, split, card.groups if unseen else ())
+        for responses in progress.track(recordings, "encoding", len(recordings))
+    ]
+    samples = concatenate([part for part, _ in parts])
+    if samples.shape[1:] != card.shape:
+        raise InputError(
+            data.origin.source, f"samples of the form {card.shape}, as {card.model} learnt from",
+            f"{samples.shape[1:]}", "take data of the same sensor",
+        )  # fmt: skip
+    labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
+    runs = [run for _, run in parts if run is not None]
+    first = recordings[0]
+    places = (first[dims.ROW].values, first[dims.COLUMN].values) if dims.ROW in first else None
+    return Asked(source, samples, labels, np.concatenate(runs) if runs else None, places)
+
+
+def _require_fitting(
+    card: Card, data: OpenedData, recordings: Sequence[Responses], source: Source
+) -> None:
+    """Refuse data that lack what the model feels with, or are of another sensor."""
+    where = data.origin.source
+    for responses in recordings:
+        if not has(responses, source):
+            raise InputError(
+                where, f"{source.channel.name} in the form that {card.model} learnt from",
+                f"none in {responses.attrs['name']}",
+            )  # fmt: skip
+    found = felt_with([data], source)
+    for name in ("fps_hz", "sample_rate_hz"):
+        learnt = getattr(card, name)
+        if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
+            unit = "frames/s" if name == "fps_hz" else "Hz"
+            raise InputError(
+                where, f"{learnt:g} {unit}, as {card.model} learnt from", f"{here:g}",
+                "take data of the same sensor",
+            )  # fmt: skip
+    if card.sensor is not None and found["sensor"] != card.sensor:
+        raise InputError(
+            where, f"the sensor {card.sensor.get('name')} that {card.model} learnt from",
+            f"another or other settings ({found['sensor'].get('name')})",
+            "take data extracted with the same sensor file",
+        )  # fmt: skip
+
+
+def _source(card: Card) -> Source:
+    """Return what the model's samples were made of, and how."""
+    return Source(channel_of(card.channel), encoding_of(card.encoding, "the model's card"))
+
+
+def _predictor(deployed: Deployed) -> Predict:
+    """Return what asks a model for log-probabilities."""
+
+    @torch.no_grad()
+    def predict(values: Floats) -> NDArray[np.floating]:
+        parts = torch.split(torch.from_numpy(np.ascontiguousarray(values)), _BATCH)
+        logits = [deployed.network.scores_of(deployed.last_features(part)) for part in parts]
+        logs = (torch.cat(logits).double() / deployed.temperature).log_softmax(1)
+        return np.asarray(logs.numpy())
+
+    return predict
+
+
+def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict[str, xr.DataArray]:
+    """Return what each texture loses without each part, by the kind of part, nats."""
+    predict, samples = _predictor(deployed), asked.samples
+    found: dict[str, xr.DataArray] = {}
+    (channel, encoding), runs = asked.source, asked.runs
+    if isinstance(encoding, ImageEncoding) and runs is not None:
+
+        def say_of_runs(runs: Floats) -> NDArray[np.floating]:
+            return predict(encoding.of_runs(runs, channel.lookback))
+
+        if channel.parts:
+            found["parts"] = _parts(textures, say_of_runs, asked, runs)
+        elif encoding.of_pixels:
+            found["markers"] = _markers(textures, say_of_runs, asked, runs)
+        elif asked.places is not None:
+            found["markers"] = _single_markers(textures, say_of_runs, asked, runs, asked.places)
+    if dims.FREQUENCY in samples.dims:
+        found |= _frequencies(textures, predict, asked)
+    if dims.ROW_WAVENUMBER in samples.dims:
+        each = patches((samples.shape[-2], samples.shape[-1]), 1)
+        lost = losses(predict, samples.values, asked.labels, each, samples.values.mean(axis=0))
+        axes = {str(dim): samples[dim].values for dim in samples.dims[-2:]}
+        found["waves"] = _by_texture(textures, asked, lost, axes)
+    return found
+
+
+def _markers(
+    textures: tuple[str, ...], predict: Predict, asked: Asked, images: Floats
+) -> xr.DataArray:
+    """Return the losses where markers stand still, (texture, row, column)."""
+    n_rows, n_columns = images.shape[-2:]
+    still = patches((n_rows, n_columns), PATCH)
+    lost = losses(predict, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
+    axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
+    return _by_texture(textures, asked, lost, axes)
+
+
+def _parts(textures: tuple[str, ...], predict: Predict, asked: Asked, runs: Floats) -> xr.DataArray:
+    """Return the losses where a part of what all markers feel is as it is on average."""
+    names = list(asked.source.channel.parts)
+    taken = bands(len(names), 1)
+    lost = losses(predict, runs, asked.labels, taken, runs.mean(axis=0))
+    return _by_texture(textures, asked, lost, {PART: np.array(names)})
+
+
+def _single_markers(
+    textures: tuple[str, ...],
+    predict: Predict,
+    asked: Asked,
+    runs: Floats,
+    places: tuple[NDArray[Any], NDArray[Any]],
+) -> xr.DataArray:
+    """Return the losses where a marker and its nearest stand still, (texture, row, column).
+
+    As an image of the layout; beside the markers it is 0.
+    """
+    still = neighbourhoods(*places, PATCH**2)
+    nothing = np.zeros(runs.shape[-1], np.float32)
+    lost = losses(predict, runs, asked.labels, still, nothing)
+    images = images_of(lost.T, *places).astype(np.float64)
+    axes = {dims.ROW: np.arange(images.shape[1]), dims.COLUMN: np.arange(images.shape[2])}
+    return _by_texture(textures, asked, images.reshape(len(images), -1).T, axes)
+
+
+def _frequencies(
+    textures: tuple[str, ...], predict: Predict, asked: Asked
+) -> dict[str, xr.DataArray]:
+    """Return the losses over frequency, and over harmonics where textures have a spacing."""
+    values, frequency = asked.samples.values, asked.samples[dims.FREQUENCY].values
+    taken = bands(len(frequency), max(1, round(BAND_HZ / float(frequency[1] - frequency[0]))))
+    lost = losses(predict, values, asked.labels, taken, values.mean(axis=0))
+    middle = np.array([frequency[band].mean() for band in taken])
+    found = {"frequencies": _by_texture(textures, asked, lost, {dims.FREQUENCY: middle})}
+    named = asked.samples.attrs.get(dims.NAMED_BY_SPACING, False)
+    bumps = [(named and spacing_mm(texture)) or 0.0 for texture in textures]
+    spacing = np.array(bumps)[asked.labels]
+    if (bumpy := spacing > 0).any():
+        per_s = asked.samples[dims.SPEED].values[bumpy] / spacing[bumpy]
+        harmonic = middle[:, None] / per_s
+        at = np.digitize(harmonic, np.append(HARMONICS - 0.125, HARMONICS[-1] + 0.125)) - 1
+        there = np.intersect1d(at, np.arange(len(HARMONICS)))
+        means = [lost[:, bumpy][at == k].mean() for k in there]
+        found["harmonics"] = xr.DataArray(means, {"harmonic": HARMONICS[there]}, ("harmonic",))
+    return found
+
+
+def _by_texture(
+    textures: tuple[str, ...],
+    asked: Asked,
+    lost: NDArray[np.float64],
+    axes: dict[str, NDArray[Any]],
+) -> xr.DataArray:
+    """Return the mean losses of each texture's samples, over the axes of the parts."""
+    there = [k for k in range(len(textures)) if (asked.labels == k).any()]
+    shape = [len(axis) for axis in axes.values()]
+    means = [lost[:, asked.labels == k].mean(axis=1).reshape(shape) for k in there]
+    asked_of = [textures[k] for k in there]
+    found = np.stack(means), {dims.TEXTURE: asked_of, **axes}, (dims.TEXTURE, *axes)
+    named = asked.samples.attrs.get(dims.NAMED_BY_SPACING, False)
+    return xr.DataArray(*found, attrs={dims.NAMED_BY_SPACING: named})
+
+
+def _most(lost: xr.DataArray) -> str:
+    """Say without which part most is lost."""
+    mean = lost.mean(dims.TEXTURE) if dims.TEXTURE in lost.dims else lost
+    at = np.unravel_index(int(mean.values.argmax()), mean.shape)
+    where = ", ".join(
+        f"{str(dim).replace('_', ' ')} {mean[dim].values[i]:{'s' if dim == PART else '.3g'}}"
+        for dim, i in zip(mean.dims, at, strict=True)
+    )
+    return f"Most is lost without what is at {where}: {float(mean.values.max()):.2f} nats."
+
+
+def explain(
+    model: Place, data: Data, out: Place, cut: Cut = "all", quiet: bool = False
+) -> "Explanation":
+    """Show what decides: the markers, waves, or frequencies without which a model fails.
+
+    Parameters
+    ----------
+    model
+        Folder of a trained model.
+    data
+        An extracted store.
+    out
+        Folder for the pictures.
+    cut
+        Part of the recordings that is used.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Explanation
+        Sentences, pictures, and numbers.
+
+    Raises
+    ------
+    InputError
+        If the model is none, knows none of the textures, or the data don't go with it.
+
+    Examples
+    --------
+    >>> [picture.name for picture in explain("model", "responses.zarr", "why").pictures]
+    ['markers.png', 'waves.png']
+    """
+    from afferents.evaluation.data import open_data
+
+    with Progress(quiet) as progress:
+        (opened,) = open_data([data], progress=progress)
+        return explain_model(Path(model), opened, Path(out), cut, progress)

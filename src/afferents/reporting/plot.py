@@ -1,0 +1,507 @@
+"""What all plots share: the axes, colours, and how what is given is called."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.encodings.samples import textures_of
+from afferents.errors import InputError
+from afferents.evaluation.results import Results
+from afferents.folds.held_out import SPEED, column_of, group_in, order, split_of
+from afferents.markers.places import covered, fill_frames, images_of
+from afferents.reporting.confusion import (
+    OF_TRUE,
+    Panel,
+    count_confusion,
+    draw_panel,
+    label_edges,
+    percent_of_true,
+    write_numbers,
+)
+from afferents.reporting.images import TactileImage, draw_image, scale_of
+from afferents.reporting.labels import PROTOCOL_TITLES, model_title, speed_key, texture_labels
+from afferents.reporting.recording_figures import draw_bands, draw_markers, draw_traces
+from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_top
+from afferents.reporting.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LINE,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    frame_all,
+    styled,
+)
+from afferents.store.recording import Frame, GreyImage, natural_order
+
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+
+
+def axes_of(ax: Axes | None, width: float, height: float) -> Axes:
+    """Return the axes given, or those of a new figure of that size in inches.
+
+    A notebook shows the figures that pyplot knows of, so here they are made with it.
+    """
+    if ax is not None:
+        return ax
+    new: Axes = pyplot.subplots(figsize=(width, height), layout="constrained")[1]
+    return new
+
+
+def kind_of(given: object) -> str:
+    """Return what something is, in words: its dimensions where it has some."""
+    if isinstance(given, xr.DataArray):
+        return f"({', '.join(map(str, given.dims))})"
+    if isinstance(given, xr.Dataset):
+        return f"a data set of {', '.join(map(str, given.data_vars)) or 'nothing'}"
+    return type(given).__name__
+
+
+# Plots of what is felt: tactile images, markers, responses over time, spectra.
+
+_NAMES = {dims.SA1: "SA-I", dims.RA1: "RA-I", dims.RA2: "RA-II"}
+
+
+@styled
+def tactile_image(
+    response: xr.DataArray, *, time_s: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draw one tactile image: what the markers feel, at their places in rows and columns.
+
+    Parameters
+    ----------
+    response
+        SA-I or RA-I, (time, marker) or (marker), with `row` and `column` of the markers, such as
+        ``example().sa1``; or one image (row, column), such as ``samples(...)[0]``.
+    time_s
+        Of which the nearest frame is drawn, s; None for the one with the strongest response, by
+        the median of its markers. Only of (time, marker).
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The image, y of the camera downwards, grey beside the markers. On layouts that are no square
+        grid, pixels are interpolated between the markers; a lost marker is filled from its
+        neighbours, as models see it. The colour bar, from the 1st to the 99th percentile of the
+        image, has the unit of the response.
+
+    Raises
+    ------
+    InputError
+        If there is no grid, or there are several images and no time to choose by.
+    """
+    _require_array(response, "responses.sa1")
+    found, title = response, []
+    if dims.TIME in response.dims:
+        found = _frame_at(response, time_s)
+        title.append(f"{float(found[dims.TIME]):.2f} s")
+    if dims.TEXTURE in found.coords and not found[dims.TEXTURE].dims:
+        texture = str(found[dims.TEXTURE].item())
+        title.append(f"texture {texture_labels([texture], response.attrs)[texture]}")
+    if dims.SPEED in found.coords and not found[dims.SPEED].dims:
+        title.append(f"{speed_key(found[dims.SPEED].item())} mm/s")
+    image = TactileImage(_grid(found), ", ".join(title))
+    ax = axes_of(ax, 4.2, 3.5)
+    drawn = draw_image(ax, image, *scale_of([image]))
+    rows, columns = image.values.shape
+    ax.set(xticks=[0, columns - 1], yticks=[0, rows - 1], xlabel="column (x) →")
+    ax.set_ylabel("← row (y)")
+    ax.figure.colorbar(drawn, ax=ax, label=_label(response)).outline.set_visible(False)
+    return ax
+
+
+@styled
+def markers(
+    tracks: xr.Dataset,
+    frame: Frame | GreyImage | None = None,
+    *,
+    time_s: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw where the markers were found, on a frame of the video where one is given.
+
+    Parameters
+    ----------
+    tracks
+        `position` (time, marker, space), px, and `detected` (time, marker), as `example`, `track`
+        and `extract` give them.
+    frame
+        Of the video, one of ``open_video(path).frames()``, or its grey values (height, width).
+    time_s
+        Of which the nearest markers are drawn, s; None for the frame's own time, else the middle.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        In px of the camera, x to the right and y down. Crosses: markers that are known at that time
+        but were not detected.
+
+    Raises
+    ------
+    InputError
+        If there are no positions, or the frame is no grey image.
+    """
+    if not isinstance(tracks, xr.Dataset) or dims.POSITION not in tracks:
+        raise InputError(
+            "tracks", "a data set with 'position' (time, marker, space)", kind_of(tracks)
+        )
+    if isinstance(frame, Frame):
+        time_s = frame.time_s if time_s is None else time_s
+        frame = frame.image
+    if frame is not None and np.ndim(frame) != 2:
+        raise InputError("frame", "a grey image (height, width)", f"shape {np.shape(frame)}")
+    now = _frame_at(tracks[dims.POSITION], time_s).transpose(dims.MARKER, dims.SPACE)
+    seen = np.isfinite(now.values).all(axis=1)
+    if dims.DETECTED in tracks:
+        seen &= tracks[dims.DETECTED].sel({dims.TIME: now[dims.TIME]}).values
+    ax = axes_of(ax, 5.2, 4.3)
+    if frame is not None:
+        ax.imshow(frame, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    width_inch = ax.get_window_extent().width / ax.figure.dpi
+    draw_markers(ax, now.values, seen, scale=width_inch / 7)
+    if not seen.all():
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=2)
+    time = f"{float(now[dims.TIME]):.2f} s"
+    ax.set_title(f"{int(seen.sum())} of {len(seen)} markers, {time}", loc="left")
+    ax.set(xlabel="x (px) →", ylabel="← y (px)", aspect="equal")
+    if frame is None and not ax.yaxis_inverted():
+        ax.invert_yaxis()
+    frame_all(ax)
+    return ax
+
+
+@styled
+def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
+    """Draw a response over time: SA-I and RA-I as mean over markers with bands, RA-II as a trace.
+
+    Parameters
+    ----------
+    response
+        SA-I or RA-I (time, marker), or RA-II (audio_time, channel), such as ``example().ra1``.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Time in s; the response in its unit. The bands hold 50 and 90 % of the markers. Several
+        channels of RA-II lie one above the other.
+
+    Raises
+    ------
+    InputError
+        If the dimensions are others.
+    """
+    _require_array(response, "responses.sa1")
+    if set(response.dims) == {dims.TIME, dims.MARKER}:
+        ax = axes_of(ax, 7.0, 2.6)
+        colour = GREEN if str(response.name).startswith(dims.RA1) else BLUE
+        draw_bands(ax, response.transpose(dims.TIME, dims.MARKER), _label(response), colour)
+        ax.legend()
+    elif set(response.dims) == {dims.AUDIO_TIME, dims.CHANNEL}:
+        rate = _rate(response)
+        ax = axes_of(ax, 7.0, 2.6)
+        values = response.transpose(dims.AUDIO_TIME, dims.CHANNEL).values
+        draw_traces(ax, values, rate, f" ({response.attrs.get(dims.UNITS, '?')})")
+        if values.shape[1] == 1:
+            ax.set_ylabel(_label(response))
+    else:
+        expected = "the dimensions (time, marker) or (audio_time, channel)"
+        raise InputError("response", expected, kind_of(response))
+    ax.set_xlabel("time (s)")
+    return ax
+
+
+@styled
+def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
+    """Draw the spectrum of RA-II up to 400 Hz; of samples of several textures, a line for each.
+
+    Parameters
+    ----------
+    data
+        RA-II (audio_time, channel), such as ``example().ra2``, cut into windows of 1 s; or spectra
+        (sample, channel, frequency), such as ``samples(STORE, "ra2", "spectral")``. The mean of all
+        that is given is drawn.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Frequency in Hz; amplitude (`2 |FFT| / N`) in the unit of the vibration.
+
+    Raises
+    ------
+    InputError
+        If there is neither vibration nor a dimension `frequency`.
+    """
+    _require_array(data, "responses.ra2")
+    if dims.AUDIO_TIME in data.dims:
+        data = _windows(data)
+    if dims.FREQUENCY not in data.dims:
+        expected = "the dimensions (audio_time, channel), or one 'frequency'"
+        raise InputError("data", expected, kind_of(data))
+    lines = {label: _mean_spectrum(part) for label, part in _by_texture(data)}
+    ax = axes_of(ax, 7.0, 3.0)
+    for number, (label, line) in enumerate(lines.items()):
+        colour = COLOURS[number % len(COLOURS)]
+        ax.plot(line[dims.FREQUENCY], line, color=colour, lw=0.8, label=label)
+    highest = min(HIGHEST_HZ, float(data[dims.FREQUENCY].max()))
+    ax.set(xlim=(0, highest), ylim=(0, amplitude_top(list(lines.values()))))
+    ax.set(xlabel="frequency (Hz)", ylabel=amplitude_label(data.attrs))
+    if len(lines) > 1:
+        ax.legend(title="texture")
+    return ax
+
+
+def _require_array(given: object, such_as: str) -> None:
+    if not isinstance(given, xr.DataArray):
+        raise InputError("the plot", f"one xarray.DataArray, such as {such_as}", kind_of(given))
+
+
+def _label(response: xr.DataArray) -> str:
+    """Return what a response is called, with its unit."""
+    name = _NAMES.get(str(response.name), str(response.name or "response"))
+    return f"{name} ({response.attrs[dims.UNITS]})" if dims.UNITS in response.attrs else name
+
+
+def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
+    """Return a response at the frame nearest to a time, or where it is strongest."""
+    if dims.TIME not in response.coords:
+        raise InputError("the response", "times of its frames, s (coordinate time)", "none")
+    if time_s is None:
+        level = response.median([d for d in response.dims if d != dims.TIME])
+        return response.isel({dims.TIME: int(np.argmax(level.fillna(-np.inf).values))})
+    return response.sel({dims.TIME: time_s}, method="nearest")
+
+
+def _grid(image: xr.DataArray) -> NDArray[np.float32]:
+    """Return an image (row, column) of what is one, or of markers with their places.
+
+    A pixel is NaN where no markers are around it, and where too few were seen to fill it from.
+    """
+    if set(image.dims) == {dims.ROW, dims.COLUMN}:
+        return np.asarray(image.transpose(dims.ROW, dims.COLUMN).values, np.float32)
+    if image.dims != (dims.MARKER,):
+        several = [str(d) for d in image.dims if d not in (dims.MARKER, dims.ROW, dims.COLUMN)]
+        do = f"choose one, such as .isel({several[0]}=0)" if several else ""
+        raise InputError("response", "the dimensions (row, column) or (marker)", kind_of(image), do)
+    if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
+        raise InputError("response", "markers in a grid (coordinates row and column)", "neither")
+    row, column = image[dims.ROW].values, image[dims.COLUMN].values
+    values = fill_frames(image.values[None], np.stack([row, column], axis=1))
+    lost = np.isnan(values)
+    shown = covered(row, column) & (images_of(lost, row, column)[0] == 0)
+    return np.where(shown, images_of(np.where(lost, 0, values), row, column)[0], np.float32(np.nan))
+
+
+def _rate(response: xr.DataArray) -> float:
+    if dims.SAMPLE_RATE not in response.attrs:
+        raise InputError("the vibration", f"the attribute '{dims.SAMPLE_RATE}'", "none")
+    return float(response.attrs[dims.SAMPLE_RATE])
+
+
+def _windows(response: xr.DataArray) -> xr.DataArray:
+    """Return amplitudes (window, channel, frequency) of vibration in windows of 1 s."""
+    rate = _rate(response)
+    values = response.transpose(dims.AUDIO_TIME, ...).values
+    n = min(round(rate), len(values))
+    windows = values[: len(values) // n * n].reshape(-1, n, *values.shape[1:])
+    amplitude = 2 * np.abs(np.fft.rfft(windows, axis=1)) / n
+    frequency = np.fft.rfftfreq(n, 1 / rate)
+    axes = ("window", dims.FREQUENCY, *response.transpose(dims.AUDIO_TIME, ...).dims[1:])
+    return xr.DataArray(
+        amplitude, dims=axes, coords={dims.FREQUENCY: frequency}, attrs=response.attrs
+    )
+
+
+def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
+    if dims.TEXTURE not in data.coords or not data[dims.TEXTURE].dims:
+        return [("", data)]
+    return [
+        (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
+        for name, label in texture_labels(textures_of(data), data.attrs).items()
+    ]
+
+
+def _mean_spectrum(data: xr.DataArray) -> xr.DataArray:
+    return data.mean([dim for dim in data.dims if dim != dims.FREQUENCY])
+
+
+# Plots of an evaluation: what is taken for what, and how accuracy goes with speed.
+
+_TEXTURES = ["true_texture", "predicted_texture"]
+
+
+_ACCURACY = ("model", "protocol", "accuracy")
+
+
+@styled
+def confusion(
+    results: Results | pd.DataFrame,
+    *,
+    model: str | None = None,
+    protocol: str | None = None,
+    held_out_mm_s: float | None = None,
+    held_out: str | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw a confusion matrix: which texture is taken for which, in percent.
+
+    Parameters
+    ----------
+    results
+        `Results`, or a table of predictions as theirs.
+    model, protocol
+        Which of those evaluated; may be left out where there is one.
+    held_out_mm_s
+        Speed held out, mm/s; None for all of them together.
+    held_out
+        Group held out, of results of another split; None for all of them together.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        True textures to the right, predicted ones up; every column sums to 100 %. The title gives
+        the accuracy.
+
+    Raises
+    ------
+    InputError
+        If there are several models or protocols to choose from, or none as named.
+    """
+    rows = results.predictions if isinstance(results, Results) else results
+    _require_columns(rows, _TEXTURES)
+    named = rows[_TEXTURES].to_numpy().ravel()
+    textures = sorted({str(name) for name in named}, key=natural_order)
+    summary = results.summary if isinstance(results, Results) else {}
+    rows, chosen = _chosen(rows, "model", model)
+    title = [model_title(chosen, summary)] if chosen else []
+    rows, chosen = _chosen(rows, "protocol", protocol)
+    title += [PROTOCOL_TITLES.get(chosen, chosen)] if chosen else []
+    if held_out_mm_s is not None:
+        rows, _ = _chosen(rows, "held_out_speed_mm_s", held_out_mm_s)
+        title.append(f"{speed_key(held_out_mm_s)} mm/s held out")
+    if held_out is not None:
+        rows, _ = _chosen(rows, "held_out_group", held_out)
+        title.append(f"{split_of(summary).printed(held_out) if summary else held_out} held out")
+    counts = count_confusion(rows, textures)
+    accuracy = 100 * np.trace(counts) / counts.sum()
+    ax = axes_of(ax, 4.6, 4.0)
+    panel = Panel(", ".join([*title, f"{accuracy:.0f} %"]), percent_of_true(counts))
+    image = draw_panel(ax, panel)
+    write_numbers(ax, panel, ax.bbox.width / ax.figure.dpi)
+    label_edges(np.array([[ax]]), textures, summary)
+    ax.figure.colorbar(image, ax=ax, label=OF_TRUE).outline.set_visible(False)
+    return ax
+
+
+@styled
+def accuracy_by_speed(
+    results: Results | pd.DataFrame,
+    *,
+    models: Sequence[str] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw how many samples are named rightly at each speed held out, a line for each model.
+
+    Of results of another split, in each group held out.
+
+    Parameters
+    ----------
+    results
+        `Results`, or the table `Results.accuracy`.
+    models
+        Names of those to draw; None for all.
+    ax
+        Where to draw; None for a figure of its own.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Held-out speed in mm/s, or the group's name; accuracy in percent. Open marks: the published
+        protocol. Of `Results`, a dashed line is chance.
+
+    Raises
+    ------
+    InputError
+        If a model was not evaluated, or the table lacks a column.
+    """
+    table = results.accuracy if isinstance(results, Results) else results
+    _require_columns(table, _ACCURACY)
+    held_out = column_of(table) if column_of(table) in table else SPEED.column
+    _require_columns(table, [held_out])
+    summary = results.summary if isinstance(results, Results) else {}
+    there = list(dict.fromkeys(table["model"]))
+    for name in models or ():
+        if name not in there:
+            raise InputError("models", f"some of {', '.join(there)}", f"'{name}'")
+    ax = axes_of(ax, 6.4, 3.0)
+    tested = table.dropna(subset=[held_out, "accuracy"])
+    groups = sorted({group_in(value) for value in tested[held_out]}, key=order)
+    several = len(set(tested["protocol"])) > 1
+    for number, name in enumerate(models or there):
+        for protocol, rows in tested[tested["model"] == name].groupby("protocol"):
+            line = rows.sort_values(held_out, key=lambda column: column.map(groups.index))
+            colour, open_mark = COLOURS[number % len(COLOURS)], protocol == "published"
+            ax.plot(
+                line[held_out],
+                100 * line["accuracy"],
+                color=colour,
+                ls=("--" if open_mark else "-") if held_out == SPEED.column else "",
+                marker="s" if open_mark else "o",
+                markersize=4,
+                markerfacecolor="white" if open_mark else colour,
+                label=model_title(name, summary) + (f", {protocol}" if several else ""),
+            )
+    if "chance" in summary:
+        ax.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
+    axis = split_of(summary).axis if held_out != SPEED.column else SPEED.axis
+    ax.set(xlabel=f"held-out {axis}", ylabel="accuracy (%)", ylim=(0, 103))
+    ax.grid(axis="y", color=LINE, lw=0.4)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return ax
+
+
+def _require_columns(table: object, names: Sequence[str]) -> None:
+    if not isinstance(table, pd.DataFrame):
+        raise InputError("results", "Results, or a table of theirs", type(table).__name__)
+    for name in names:
+        if name not in table:
+            raise InputError("results", f"a table with the column '{name}'", "none of that name")
+
+
+def _chosen(
+    rows: pd.DataFrame, column: str, wanted: str | float | None
+) -> tuple[pd.DataFrame, str]:
+    """Return the rows of one value of a column, and the value; the only one where none is named.
+
+    Raises
+    ------
+    InputError
+        If there are several to choose from, or none of that name.
+    """
+    if column not in rows and wanted is None:
+        return rows, ""
+    _require_columns(rows, [column])
+    there = list(dict.fromkeys(rows[column]))
+    if wanted is None and len(there) != 1:
+        raise InputError(column, f"one of {', '.join(map(str, there))}", "none chosen")
+    one = there[0] if wanted is None else wanted
+    if one not in there:
+        raise InputError(column, f"one of {', '.join(map(str, there))}", f"'{one}'")
+    return rows[rows[column] == one], str(one)

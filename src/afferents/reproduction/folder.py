@@ -1,0 +1,243 @@
+"""What a reproduction began with, and how far it or an evaluation has come."""
+
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from afferents.choices import Like
+from afferents.documents import read_checked
+from afferents.evaluation.fold_files import PLAN
+from afferents.evaluation.job_status import (
+    JobStatus,
+    State,
+    job_statuses,
+    planned_workers,
+    seconds_left,
+)
+from afferents.evaluation.schemas import Form
+from afferents.files import require_same_config, write_json
+from afferents.outputs import is_locked
+from afferents.reproduction.presets import written
+from afferents.store.zarr_store import recordings_there
+
+REPORT = "report.html"
+"""In the results."""
+
+
+BEGUN = "reproduction.json"
+"""In its folder: what was chosen, and how long it was taken to need."""
+
+
+_WHAT, _AGAIN = "what a reproduction began with", "choose another folder"
+
+
+_FREE = frozenset({"protocol", "models"})
+"""Choices that one folder may hold several of: trainings are added."""
+
+
+class Begun(Form):
+    """`reproduction.json`: what a folder's reproduction began with."""
+
+    like: Like
+    choices: dict[str, str]
+    otherwise: tuple[str, ...]
+    differs: tuple[str, ...]
+    recordings: int
+    estimated_s: float | None
+    since: float
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a reproduction puts what.
+
+    Attributes
+    ----------
+    out
+        Holds `session/` (where one is simulated), `session.zarr/` and `results/` afterwards.
+    """
+
+    out: Path
+
+    @property
+    def store(self) -> Path:
+        """Where the responses go."""
+        return self.out / "session.zarr"
+
+    @property
+    def results(self) -> Path:
+        """Where folds, table, figures and report go."""
+        return self.out / "results"
+
+    @property
+    def begun(self) -> Path:
+        """What it began with."""
+        return self.out / BEGUN
+
+
+def require_same(places: Places, like: Like, choices: Mapping[str, Any]) -> None:
+    """Refuse to go on with a reproduction of other choices.
+
+    Raises
+    ------
+    InputError
+        Naming the first that differs.
+    """
+    if places.begun.is_file():
+        found = read_begun(places)
+        earlier, wanted = (
+            {"like": of, **{n: written(v) for n, v in its.items() if n not in _FREE}}
+            for of, its in ((found.like, found.choices), (like, choices))
+        )
+        require_same_config(places.out, "a reproduction", earlier, wanted)
+
+
+def write_begun(
+    places: Places,
+    like: Like,
+    choices: Mapping[str, Any],
+    otherwise: Sequence[str],
+    differs: Sequence[str],
+    n_recordings: int,
+    estimated_s: float | None,
+) -> None:
+    """Write down what a reproduction begins with, for `status` and for whoever reads it later."""
+    content = {
+        "like": like,
+        "choices": {name: written(value) for name, value in choices.items()},
+        "otherwise": list(otherwise),
+        "differs": list(differs),
+        "recordings": n_recordings,
+        "estimated_s": estimated_s,
+        "since": time.time(),
+    }
+    write_json(places.begun, content)
+
+
+def read_begun(places: Places) -> Begun:
+    """Return what a reproduction began with.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
+    return Begun.model_validate(read_checked(places.begun, Begun, _WHAT, _AGAIN))
+
+
+# What an evaluation, or a reproduction, has done so far, in words and as a table.
+
+STATES: tuple[State, ...] = ("done", "running", "to do", "failed", "stopped")
+
+
+@dataclass(frozen=True)
+class Status:
+    """Jobs by model and protocol, sentences, and all of it for scripts."""
+
+    rows: list[tuple[str, ...]]
+    sentences: list[str]
+    facts: dict[str, Any]
+
+
+def status(folder: Path) -> Status:
+    """Look at a results folder, or at that of a reproduction; nothing in it is touched.
+
+    Raises
+    ------
+    InputError
+        If none was begun there.
+    """
+    places = Places(folder)
+    return _of_reproduction(places) if places.begun.is_file() else _of_results(folder)
+
+
+def _of_reproduction(places: Places) -> Status:
+    """Return how far extraction, trainings and report are."""
+    begun = read_begun(places)
+    there = recordings_there(places.store)
+    begins = f"{there} of {begun.recordings} recordings are extracted"
+    said = [f"{begins}{', and more are being' if is_locked(places.store) else ''}."]
+    trained = _of_results(places.results) if (places.results / PLAN).is_file() else None
+    said += trained.sentences if trained else ["No training has begun."]
+    page = places.results / REPORT
+    if page.is_file():
+        said.append(f"Report: {page}")
+    elif begun.estimated_s is not None:
+        end = _clock(begun.since + begun.estimated_s)
+        took = _duration(begun.estimated_s)
+        said.append(f"Estimated before it began: {took}, until {end} if nothing stopped it.")
+    facts = {
+        "like": begun.like,
+        "recordings": begun.recordings,
+        "extracted": there,
+        "report": str(page) if page.is_file() else None,
+        "estimated_s": begun.estimated_s,
+        "trainings": trained.facts if trained else None,
+    }
+    return Status(trained.rows if trained else [], said, facts)
+
+
+def _of_results(results: Path) -> Status:
+    found = job_statuses(results)
+    counts = Counter(standing.state for standing in found)
+    workers, cluster = planned_workers(results)
+    left = seconds_left(found, workers)
+    facts = {
+        "counts": {state: counts[state] for state in STATES},
+        "seconds_left": left,
+        "jobs": [{**s.key.describe(), "state": s.state, "why": s.why} for s in found],
+    }
+    return Status(_rows(found), _sentences(found, counts, left, cluster), facts)
+
+
+def _rows(found: list[JobStatus]) -> list[tuple[str, ...]]:
+    """Return a row a model and protocol: the number of its jobs in each state."""
+    groups: dict[tuple[str, str], Counter[State]] = {}
+    for standing in found:
+        of_group = groups.setdefault((standing.key.model, standing.key.protocol), Counter())
+        of_group[standing.state] += 1
+    return [(*group, *(str(n[state] or "") for state in STATES)) for group, n in groups.items()]
+
+
+def _sentences(
+    found: list[JobStatus], counts: Counter[State], left: float | None, cluster: str | None
+) -> list[str]:
+    said = [f"{counts['done']} of {len(found)} trainings are done."]
+    said += [f"Running: {s.key}, for {_duration(s.seconds or 0)}." for s in found
+             if s.state == "running"]  # fmt: skip
+    said += [f"Failed: {s.key}: {s.why}" for s in found if s.state == "failed"]
+    if counts["stopped"]:
+        said.append(f"{counts['stopped']} were stopped with their process: killed, or no memory.")
+    if counts["done"] == len(found):
+        return said
+    if not counts["running"] and cluster is not None:
+        said.append(f"Workers at {cluster} that don't see this folder leave no mark in it.")
+    elif not counts["running"]:
+        return [*said, "Nothing is running; the same command goes on where it stopped."]
+    if left is not None:
+        end = _clock(time.time() + left)
+        said.append(f"Expected end: {end}, in {_duration(left)}{_unless(found)}.")
+    return said
+
+
+def _clock(at: float) -> str:
+    return time.strftime("%H:%M on %d %b", time.localtime(at))
+
+
+def _unless(found: list[JobStatus]) -> str:
+    """Return what an expected end assumes of models of which no training has ended."""
+    ended = {s.key.model for s in found if s.state == "done"}
+    unknown = list(dict.fromkeys(s.key.model for s in found if s.key.model not in ended))
+    if not unknown:
+        return ""
+    return f", taking {', '.join(unknown)} (none ended yet) to be like the others"
+
+
+def _duration(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"

@@ -1,0 +1,106 @@
+"""The rig with another fingertip: pins and camera as a sensor file describes them."""
+
+import math
+
+import numpy as np
+from pydantic import ValidationError
+
+from afferents.errors import InputError
+from afferents.markers.detect import Positions, spacing_px
+from afferents.markers.sensor import BlobDetector, Sensor
+from afferents.rig.camera import Camera
+from afferents.rig.config import Rig
+from afferents.rig.kernel import N_SIDE
+from afferents.rig.skin import Skin
+
+_SQUARE_SHARE = 0.8
+"""Of the picture's smaller side that a square layout takes up, whose file does not say where."""
+
+
+def rig_of(sensor: Sensor) -> Rig:
+    """Return a rig whose skin has the sensor's pins, and whose camera sees them as it does.
+
+    Pins stand where the sensor file's markers are, in the same order, with their middle on the
+    axis; the slide is along x. Drum, skin, drive and microphone stay the rig's own, and so do the
+    camera's roll, lens and light.
+
+    Raises
+    ------
+    InputError
+        If the file does not say where the markers are or how far apart on the skin, if the sensor
+        has a lens that bends the picture (as the rig's camera has), or if its pins don't fit on a
+        drum.
+    """
+    lattice = (N_SIDE, N_SIDE, Skin().pitch_mm)
+    if (sensor.rows, sensor.columns, sensor.pitch_mm or lattice[2]) == lattice:
+        return Rig()
+    pitch = _require(sensor)
+    if sensor.layout == "square":
+        pins = _square_mm(sensor, pitch)
+        size = np.ptp(pins, axis=0)
+        px_per_mm = _SQUARE_SHARE * min(_width(sensor) / size[0], _height(sensor) / size[1])
+    else:
+        px_per_mm = spacing_px(np.array(sensor.markers)) / pitch
+        pins = _middled(np.array(sensor.markers)) / px_per_mm
+    try:
+        return Rig(
+            skin=Skin(pins_mm=tuple((round(float(x), 4), round(float(y), 4)) for x, y in pins)),
+            camera=_camera(sensor, px_per_mm),
+        )
+    except ValidationError as error:
+        said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise InputError(f"sensor '{sensor.name}'", "pins that the rig can have", said) from None
+
+
+def _require(sensor: Sensor) -> float:
+    """Return the distance of the pins, mm, of a sensor that the rig can have."""
+    where, hint = f"sensor '{sensor.name}'", "calibrate it, with --pitch-mm"
+    if sensor.pitch_mm is None:
+        raise InputError(where, "pitch_mm, the distance of its pins on the skin", "none", hint)
+    if sensor.layout != "square" and sensor.markers is None:
+        raise InputError(where, "where its markers are", "none", hint)
+    if sensor.lens is not None:
+        raise InputError(
+            where, "no lens, since the rig's camera has its own", "one", "leave it out"
+        )
+    return sensor.pitch_mm
+
+
+def _square_mm(sensor: Sensor, pitch_mm: float) -> Positions:
+    """Return the pins of a square layout row by row, (n, 2), mm."""
+    assert sensor.rows is not None
+    assert sensor.columns is not None
+    y, x = np.indices((sensor.rows, sensor.columns))
+    return _middled(np.stack([x.ravel(), y.ravel()], axis=1).astype(np.float64) * pitch_mm)
+
+
+def _middled(position: Positions) -> Positions:
+    return np.asarray(position - position.mean(axis=0))
+
+
+def _camera(sensor: Sensor, px_per_mm: float) -> Camera:
+    """Return a camera to whose pictures the sensor file's detector applies."""
+    detector, usual = sensor.detector, Camera()
+    if isinstance(detector, BlobDetector):
+        area = (detector.min_area_px2 + detector.max_area_px2) / 2
+        diameter_px = 2 * math.sqrt(area / math.pi)
+    else:
+        diameter_px = 2 * detector.radius_px
+    greys = usual.marker_grey, usual.skin_grey
+    marker, skin = greys if detector.blob_colour else greys[::-1]
+    return Camera(
+        width=_width(sensor),
+        height=_height(sensor),
+        px_per_mm=px_per_mm,
+        marker_diameter_mm=diameter_px / px_per_mm,
+        marker_grey=marker,
+        skin_grey=skin,
+    )
+
+
+def _width(sensor: Sensor) -> int:
+    return sensor.width or Camera().width
+
+
+def _height(sensor: Sensor) -> int:
+    return sensor.height or Camera().height

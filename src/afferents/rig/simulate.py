@@ -1,0 +1,360 @@
+"""A whole session of the simulated rig, in the published layout."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from afferents.choices import Nodules, Remount, Size
+from afferents.documents import read_json
+from afferents.errors import InputError
+from afferents.files import (
+    Place,
+    checksum,
+    remove_partials,
+    require_same_config,
+    write_aside,
+    write_json,
+)
+from afferents.markers.sensor import sensor_in
+from afferents.outputs import require_new_folder, writing_alone
+from afferents.parallel import OF_RECORDINGS, SAME, Output, on_cluster, side_by_side
+from afferents.progress import Progress
+from afferents.recordings.layouts import NOT_TEXTURES
+from afferents.recordings.session_file import SESSION_FILE
+from afferents.rig.drive import STEADY_S
+from afferents.rig.drums import height_map
+from afferents.rig.record import AUDIO, RECORDED, TRUTH, VIDEO, record
+from afferents.rig.simulation import RUNS, Simulation, run_name
+from afferents.rig.surface import Drum, Surface, bumped_surface
+from afferents.store.recording import RecordingSet, require_distinct
+
+if TYPE_CHECKING:
+    from afferents.markers.sensor import Sensor
+
+_CHECKSUMS = "checksums"
+"""Key of what is added to a session's configuration when it is whole."""
+
+
+def simulate_session(
+    simulation: Simulation, workers: int | None, progress: Progress, cluster: str | None = None
+) -> Path:
+    """Record every run that the session does not hold yet.
+
+    Recordings come out the same whatever the number of workers; each is written under a
+    temporary name and renamed when whole.
+
+    Parameters
+    ----------
+    workers
+        Processes side by side; None for one a core.
+    cluster
+        Address of a Dask scheduler whose workers simulate; None for this machine.
+
+    Raises
+    ------
+    InputError
+        If the folder holds a session of another configuration, or a run can't be simulated;
+        recordings finished before stay.
+    """
+    _check(simulation)
+    _require_own_session(simulation)
+    with writing_alone(simulation.session, "simulate") as token:
+        _claim(simulation)
+        remove_partials(simulation.session)
+        missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
+        names = (
+            _record_here(simulation, missing, workers, progress)
+            if cluster is None
+            else _record_there(simulation, missing, cluster, token)
+        )
+        _record_missing(simulation, len(missing), names, progress)
+    return simulation.session
+
+
+def _record_missing(
+    simulation: Simulation, missing: int, names: Iterator[str], progress: Progress
+) -> None:
+    done = len(simulation.names) - missing
+    with progress.task("simulating", len(simulation.names)) as mark:
+        mark(done)
+        for name in names:
+            done += 1
+            mark(done, name)
+    if missing or _CHECKSUMS not in read_json(simulation.session / SESSION_FILE, "a session file"):
+        _seal(simulation)
+
+
+def _record_here(
+    simulation: Simulation,
+    missing: Sequence[tuple[str, float]],
+    workers: int | None,
+    progress: Progress,
+) -> Iterator[str]:
+    """Record runs on this machine; yield the names of those that are done."""
+    first = simulation.names[0]
+    jobs = (
+        (replace(simulation, rig=simulation.rig_in(*run)), *run, run == first) for run in missing
+    )
+    return side_by_side(_record_one, jobs, workers, progress.note)
+
+
+def _record_there(
+    simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str, token: str
+) -> Iterator[str]:
+    """Record runs on a cluster; write the files that workers send which don't see the session.
+
+    Maps of heights are large: workers read them where the user said they are.
+    """
+    first = simulation.names[0]
+    output = Output(simulation.session.resolve(), token)
+    sent = replace(
+        simulation,
+        session=output.folder,
+        textures=(),
+        speeds_mm_s=(),
+        height_maps={},
+        maps_as_given={},
+    )
+    maps = {name: _Map.of(simulation, name) for name in simulation.height_maps}
+    jobs = (
+        (
+            replace(sent, rig=simulation.rig_in(*run)),
+            *run,
+            run == first,
+            maps.get(run[0]),
+            output,
+        )
+        for run in missing
+    )
+    for run, files in on_cluster(_record_far, jobs, cluster, SAME + OF_RECORDINGS):
+        if files:
+            with write_aside(_folder(simulation, *run), RECORDED) as partial:
+                partial.mkdir()
+                for name, content in files.items():
+                    (partial / name).write_bytes(content)
+        yield run_name(*run)
+
+
+def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
+    """Tell whether a run is there with all its files; one that lost some is recorded again."""
+    folder = _folder(simulation, texture, speed_mm_s)
+    files = (folder / name for name in (VIDEO, AUDIO, TRUTH))
+    return all(path.is_file() and path.stat().st_size for path in files)
+
+
+def _check(simulation: Simulation) -> None:
+    for speed in simulation.speeds_mm_s:
+        if not 0 < speed <= 500:
+            raise InputError("--speeds", "speeds above 0 and up to 500 mm/s", f"{speed:g}")
+    named = [(f"{speed!r}", speed) for speed in simulation.speeds_mm_s]
+    require_distinct("--speeds", simulation.textures, named)
+    for name in NOT_TEXTURES & set(simulation.textures):
+        raise InputError(
+            "--height-map", "a name that a session may have as a texture", f"'{name}'",
+            "choose another: folders of that name are passed over when a session is read",
+        )  # fmt: skip
+    if not STEADY_S < simulation.seconds < math.inf:
+        raise InputError(
+            "--seconds",
+            f"more than {STEADY_S:g} (the drum runs up before that)",
+            f"{simulation.seconds:g}",
+        )
+
+
+def _require_own_session(simulation: Simulation) -> None:
+    """Refuse a folder that holds something else than a session begun here."""
+    if not (simulation.session / SESSION_FILE).is_file():
+        require_new_folder(simulation.session, "a new session")
+
+
+def _claim(simulation: Simulation) -> None:
+    """Write session.json, or see that the one there is the same."""
+    path = simulation.session / SESSION_FILE
+    if path.is_file():
+        earlier, now = read_json(path, "a session file"), simulation.config()
+        for config in (earlier, now):
+            for name in (RUNS, _CHECKSUMS):
+                config.pop(name, None)
+        require_same_config(simulation.session, "a session", earlier, now)
+        return
+    _require_own_session(simulation)
+    write_json(path, simulation.config())
+
+
+def _folder(simulation: Simulation, texture: str, speed_mm_s: float) -> Path:
+    return simulation.session / run_name(texture, speed_mm_s)
+
+
+def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, reference: bool) -> str:
+    surface = simulation.height_maps.get(texture)
+    if surface is None:
+        surface = _drum_of(texture, simulation.rig.drum)
+    record(
+        simulation.rig,
+        _folder(simulation, texture, speed_mm_s),
+        texture,
+        surface,
+        speed_mm_s,
+        simulation.seconds,
+        simulation.seed,
+        reference,
+    )
+    return run_name(texture, speed_mm_s)
+
+
+@lru_cache(maxsize=1)
+def _drum_of(texture: str, drum: Drum) -> Surface:
+    """Return a drum's surface, once for its runs in a row."""
+    return bumped_surface(float(texture), drum)
+
+
+@dataclass(frozen=True)
+class _Map:
+    """Where workers find a map of heights, as a user tells of it, and what tells it from others."""
+
+    text: str
+    digest: str
+
+    @classmethod
+    def of(cls, simulation: Simulation, name: str) -> "_Map":
+        """Return a map with the file's path as it is found wherever a worker was started."""
+        file, *sizes = simulation.maps_as_given[name].partition("=")[2].rsplit(",", 2)
+        text = ",".join([f"{name}={Path(file).resolve()}", *sizes])
+        return cls(text, _digest(simulation.height_maps[name]))
+
+
+def _digest(surface: Surface) -> str:
+    return sha256(surface.height_mm.tobytes()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _surface_of(given: _Map, drum: Drum) -> Surface:
+    _, surface = height_map(given.text, drum)
+    if _digest(surface) != given.digest:
+        raise InputError(
+            given.text, "the map that is where the command runs", "another on a worker",
+            "let all workers see the same files at the same paths",
+        )  # fmt: skip
+    return surface
+
+
+def _record_far(
+    simulation: Simulation,
+    texture: str,
+    speed_mm_s: float,
+    reference: bool,
+    given: _Map | None,
+    output: Output,
+) -> tuple[tuple[str, float], dict[str, bytes]]:
+    """Record a run on a worker; return which, and its files if the session isn't seen there."""
+    run = (texture, speed_mm_s)
+    if given is not None:
+        maps = {texture: _surface_of(given, simulation.rig.drum)}
+        simulation = replace(simulation, height_maps=maps)
+    if output.is_seen:
+        _record_one(simulation, *run, reference)
+        return run, {}
+    with TemporaryDirectory() as folder:
+        here = replace(simulation, session=Path(folder))
+        _record_one(here, *run, reference)
+        return run, {path.name: path.read_bytes() for path in _folder(here, *run).iterdir()}
+
+
+def _seal(simulation: Simulation) -> None:
+    """Add the checksums of all recordings to session.json."""
+    sums = {
+        run_name(texture, speed): {
+            file: checksum(_folder(simulation, texture, speed) / file)
+            for file in (VIDEO, AUDIO, TRUTH)
+        }
+        for texture, speed in simulation.names
+    }
+    write_json(simulation.session / SESSION_FILE, {**simulation.config(), _CHECKSUMS: sums})
+
+
+def simulate(
+    session: Place,
+    preset: Size = "quick",
+    textures: Iterable[str] = "abcdefghijklm",
+    speeds_mm_s: Iterable[float] | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    height_maps: Sequence[str] = (),
+    nuisances: str = "all",
+    remount: Remount = "session",
+    reprint: int | None = None,
+    indentation_mm: float | None = None,
+    nodules: Nodules = "on",
+    sensor: "str | Path | Sensor" = "tip_b",
+    workers: int | None = None,
+    cluster: str | None = None,
+    quiet: bool = False,
+) -> RecordingSet:
+    """Simulate the rig: fingertip, drums, camera and microphone, as raw mp4 and wav.
+
+    Parameters
+    ----------
+    session
+        Folder to write, in the published layout.
+    preset
+        ``quick``, 5 speeds of 7.5 s, or ``paper``, 10 speeds of 65 s.
+    textures
+        Letters a to m, bump spacings in mm, or names of height maps.
+    speeds_mm_s, seconds
+        Instead of the preset's.
+    seed
+        The same seed gives the same session.
+    height_maps
+        Surfaces of your own, each ``NAME=FILE,LENGTH_MM,HEIGHT_MM``.
+    nuisances
+        What is imperfect about the rig: ``all``, ``hard``, ``none``, or names separated by commas.
+    remount
+        When the fingertip is mounted: once a ``session``, as in the paper, or anew for each
+        ``drum`` or ``run``.
+    reprint
+        Which set of printed drums is used; None for that of the seed's number.
+    indentation_mm
+        How deep the fingertip is pressed on, mm; None for the paper's 1 mm.
+    nodules
+        Whether the skin has its fingerprint's nodules (``on``) or is flat (``off``).
+    sensor
+        Whose pins and picture the rig has.
+    workers, cluster
+        Processes here (None for one a core), or the address of a Dask scheduler.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    Session
+        As `read_session` reads it.
+
+    Raises
+    ------
+    InputError
+        If one of these is not what it should be, or the folder holds something else.
+
+    Examples
+    --------
+    >>> session = simulate("simulated", textures="a", speeds_mm_s=[50], seconds=2)
+    >>> session.recordings[0].name
+    '0/50'
+    """
+    from afferents.recordings.session import read_session
+    from afferents.rig.sensor_rig import rig_of
+    from afferents.rig.simulation import simulation_of
+
+    speeds = None if speeds_mm_s is None else [float(speed) for speed in speeds_mm_s]
+    given = sensor_in(sensor)
+    with Progress(quiet) as progress:
+        wanted = simulation_of(
+            Path(session), preset, list(textures), speeds, seconds, height_maps, nuisances,
+            remount, seed, rig_of(given), given.name, reprint, indentation_mm, nodules,
+        )  # fmt: skip
+        simulate_session(wanted, workers, progress, cluster)
+    return read_session(Path(session))

@@ -1,0 +1,128 @@
+"""Stopping by a signal: Ctrl-C, a closed terminal, or a machine that is wanted back."""
+
+import atexit
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from types import FrameType
+from typing import NoReturn
+
+from afferents.errors import Stopped
+
+PATIENCE_S = 1.0
+"""Signals that come so soon after the first one are that one said twice, as terminals do."""
+
+
+_CURSOR = b"\x1b[?25h"
+
+
+_taken: list[int] = []
+
+
+_codes: list[int] = []
+
+
+STREAM = "afferents-stream"
+"""Name of the thread that feels for a page; it may be in other libraries' code."""
+
+
+def stop_on_signals() -> None:
+    """Let SIGINT, SIGTERM and SIGHUP raise `Stopped`, so that all is tidied up.
+
+    What is ignored from the start (by ``nohup``, or in the background of a script) stays so. Who
+    signals once more a while later ends the process at once.
+    """
+    for number in _heeded():
+        signal.signal(number, _stop)
+    _leave_threads_last()
+
+
+@cache
+def _leave_threads_last() -> None:
+    """Register once; before all else is imported, so that it comes after what they register."""
+    atexit.register(_leave_threads)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process with an exit code, whatever the thread `STREAM` is at."""
+    _codes.append(code)
+    sys.exit(code)
+
+
+def _leave_threads() -> None:
+    """End the process here, where all is tidied up, if that thread is still at work.
+
+    An interpreter that ends unwinds its threads, and a C++ library (ONNX Runtime, LLVM) that one is
+    in then aborts the process.
+    """
+    if _codes and any(thread.name == STREAM for thread in threading.enumerate()):
+        os._exit(_codes[-1])
+
+
+def stopped_by() -> int | None:
+    """Return the signal that has come, if one has.
+
+    What it raised may have been swallowed: a library that is being imported, or an object that is
+    being removed, lets no error of others out, or another in its place.
+    """
+    return _taken[0] if _taken else None
+
+
+@contextmanager
+def stop_later(stop: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Let a signal call `stop` inside, and raise `Stopped` only when the inside has ended.
+
+    For what must not be left at any line, as an event loop, or the start of other processes.
+    Signals reach the main thread alone; in others nothing is done.
+    """
+    if (number := stopped_by()) is not None:
+        raise Stopped(number)
+    here = threading.current_thread() is threading.main_thread()
+    numbers = [number for number in _heeded() if here and signal.getsignal(number) is _stop]
+
+    def note(number: int, _: FrameType | None) -> None:
+        _end_at_the_next(numbers)
+        _taken.append(number)
+        stop()
+
+    for number in numbers:
+        signal.signal(number, note)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, _stop)
+    if (number := stopped_by()) is not None:
+        _end_at_the_next(numbers)
+        raise Stopped(number)
+
+
+def _stop(number: int, _: FrameType | None) -> None:
+    _taken.append(number)
+    _end_at_the_next(_heeded())
+    raise Stopped(number)
+
+
+def _end_at_the_next(numbers: list[int]) -> None:
+    """End the process at once when a signal comes again, a while from now."""
+    begun = time.monotonic()
+
+    def end(again: int, _: FrameType | None) -> None:
+        if time.monotonic() - begun > PATIENCE_S:
+            if os.isatty(2):
+                os.write(2, _CURSOR)  # which progress bars hide
+            os._exit(128 + again)
+
+    for heeded in numbers:
+        signal.signal(heeded, end)
+
+
+def _heeded() -> list[int]:
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    return [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]

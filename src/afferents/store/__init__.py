@@ -1,0 +1,1 @@
+"""What a recording and its responses are, on disk and in memory."""

@@ -1,0 +1,202 @@
+"""The drum's way through a recording: the log of a drive, and what a store keeps of it.
+
+Positions are of the drum's surface, mm, and go on from turn to turn. Where they count from is the
+drum's zero: a mark on the drum (an index pulse, an absolute encoder), or where it was when the
+drive was opened. Of two recordings with one zero it is known which stretches of the drum they
+touched both.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from afferents import dims
+from afferents.documents import as_form
+from afferents.errors import InputError, reason_of
+
+Values = NDArray[np.float64]
+
+
+DRIVE = "drive.parquet"
+"""A table beside a recording's video: `time_s`, `position_mm`, and what else the drive said."""
+
+
+ORIGIN = b"origin_s"
+"""In its metadata: when the recording began, on the clock of `time_s`."""
+
+
+MARK = "mark"
+"""Zero of positions that count from a mark on the drum, whenever it was mounted."""
+
+
+CONTACT_MM = 16.0
+"""Width of the contact patch along the slide.
+
+Of the paper's fingertip, pressed 1 mm on its drum: 2 sqrt(2 R 1 mm), by Hertz' geometry, where
+1 / R = 1 / 40 mm + 1 / 141 mm (the radii of drum and tip).
+"""
+
+
+LONGEST_GAP_MM = 20.0
+"""Way between two entries of a drive's log, up to which a straight line stands for it.
+
+A drum whose speed goes 10% off one way, then the other, is 5% of the gap from the line: 1 mm here.
+That is twice what the drive's gate allows (5%), and small beside the contact patch.
+"""
+
+
+class _Form(BaseModel):
+    """What a store says of a drum."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    circumference_mm: float = Field(gt=0, lt=1e6)
+    contact_mm: float = Field(ge=0, lt=1e6)
+    zero: str = Field(min_length=1)
+
+
+@dataclass(frozen=True)
+class Drum:
+    """What must be known of a drum to say which stretch of it was touched.
+
+    Attributes
+    ----------
+    circumference_mm
+        Where positions are measured.
+    contact_mm
+        Width of the contact patch along the slide.
+    zero
+        `MARK`, or what names the time from which on positions count; equal where it is the same.
+    """
+
+    circumference_mm: float
+    contact_mm: float = CONTACT_MM
+    zero: str = MARK
+
+    def metadata(self) -> dict[bytes, bytes]:
+        """Return it as the metadata of a table."""
+        return {name.encode(): str(value).encode() for name, value in asdict(self).items()}
+
+
+@dataclass(frozen=True)
+class Way:
+    """A drum's way.
+
+    Attributes
+    ----------
+    drum
+        Whose it is.
+    time_s, position_mm
+        Shape (n,), times on the recording's clock, in order.
+    """
+
+    drum: Drum
+    time_s: Values
+    position_mm: Values
+
+    def at(self, time_s: Values) -> Values:
+        """Return the positions at some times, mm: straight lines between what was logged."""
+        return np.asarray(np.interp(time_s, self.time_s, self.position_mm))
+
+    def turns(self, steady_s: tuple[float, float] | None) -> float:
+        """Return how often the drum turned, in the steady part where that is known."""
+        first, last = steady_s or (self.time_s[0], self.time_s[-1])
+        way = self.at(np.array([first, last]))
+        return float(abs(way[1] - way[0]) / self.drum.circumference_mm)
+
+    def longest_gap_mm(self, steady_s: tuple[float, float] | None) -> float:
+        """Return the longest way of which nothing was logged, mm, in the steady part if known.
+
+        Before the first entry and after the last it is reckoned by the mean speed of the log.
+        """
+        first, last = steady_s or (self.time_s[0], self.time_s[-1])
+        touches = (self.time_s[1:] > first) & (self.time_s[:-1] < last)
+        between = np.abs(np.diff(self.position_mm))[touches]
+        whole_s = self.time_s[-1] - self.time_s[0]
+        speed = abs(self.position_mm[-1] - self.position_mm[0]) / whole_s
+        beyond_s = max(0.0, self.time_s[0] - first, last - self.time_s[-1])
+        return float(max(between.max(initial=0.0), speed * beyond_s))
+
+    def variable(self) -> xr.DataArray:
+        """Return it as a store keeps it: float32, within the first turn at its beginning."""
+        whole = np.floor(self.position_mm[0] / self.drum.circumference_mm)
+        position = self.position_mm - whole * self.drum.circumference_mm
+        return xr.DataArray(
+            position.astype(np.float32),
+            dims=dims.DRIVE_TIME,
+            coords={dims.DRIVE_TIME: self.time_s},
+            attrs={dims.UNITS: "mm", **asdict(self.drum)},
+        )
+
+
+def write_drive(path: Path, table: pa.Table, origin_s: float | None, drum: Drum | None) -> None:
+    """Write what a drive logged."""
+    about = {} if drum is None else drum.metadata()
+    table = table.replace_schema_metadata({ORIGIN: repr(origin_s).encode(), **about})
+    pq.write_table(table, path, compression="zstd")
+
+
+def logged_way(folder: Path) -> Way | None:
+    """Read the way of a recording's drum from the log in its folder.
+
+    Returns
+    -------
+    Way
+        None where nothing logged it, or not on which drum.
+
+    Raises
+    ------
+    InputError
+        If the table is there and can't be read.
+    """
+    path = folder / DRIVE
+    if not path.is_file():
+        return None
+    try:
+        table = pq.read_table(path, columns=["time_s", "position_mm"])
+        about = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+        origin_s = float(about.get(ORIGIN.decode(), "nan"))
+        time_s, position = (table[name].to_numpy() for name in table.column_names)
+        named = {k: about[k] if k == "zero" else float(about[k]) for k in _SAID if k in about}
+        drum = _drum(named, path) if named else None
+    except (OSError, ValueError, KeyError, pa.ArrowException) as error:
+        raise InputError(
+            path, "the table of a drive", reason_of(error), "bring it back, or remove it"
+        ) from error
+    known = np.isfinite(position) & np.isfinite(time_s)
+    if drum is None or not np.isfinite(origin_s) or known.sum() < 2:
+        return None
+    time_s, first = np.unique(time_s[known] - origin_s, return_index=True)
+    return Way(drum, time_s, position[known][first])
+
+
+def way_in(responses: xr.Dataset) -> Way | None:
+    """Return the way that the responses to a recording hold; None if they hold none.
+
+    Raises
+    ------
+    InputError
+        If what is said of the drum is not what it should be.
+    """
+    if dims.DRUM_POSITION not in responses:
+        return None
+    stored = responses[dims.DRUM_POSITION]
+    drum = _drum(stored.attrs, f"{dims.DRUM_POSITION} of {responses.attrs['name']}")
+    return Way(drum, stored[dims.DRIVE_TIME].values, stored.values.astype(float))
+
+
+def _drum(about: Mapping[str, Any], where: Path | str) -> Drum:
+    """Return the drum that metadata or attributes tell of."""
+    form = as_form(about, _Form, where, "what is known of a drum")
+    return Drum(**form.model_dump())
+
+
+_SAID = tuple(_Form.model_fields)

@@ -1,0 +1,209 @@
+"""Whether what lies on disk is whole: groups, chunks, and digests of values."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from afferents.documents import read_json
+from afferents.errors import InputError
+from afferents.files import PARTIAL_PREFIX
+
+ROOT = "zarr.json"
+"""What makes a folder a group or an array."""
+
+
+_DEEPEST = 6
+"""Levels of groups; the name of a recording has three parts or fewer as a rule."""
+
+
+def is_group(path: Path) -> bool:
+    """Tell whether a folder is a Zarr group, of whatever content."""
+    return (path / ROOT).is_file()
+
+
+def recording_groups(folder: Path, level: int = 1) -> Iterator[Path]:
+    """Yield the groups that are recordings: all that only hold other groups are passed through."""
+    for path in folder.iterdir():
+        if not path.is_dir() or path.name.startswith(PARTIAL_PREFIX):
+            continue
+        if level < _DEEPEST and _holds_groups_alone(path):
+            yield from recording_groups(path, level + 1)
+        elif (path / ROOT).is_file():
+            yield path
+
+
+def _holds_groups_alone(path: Path) -> bool:
+    """Tell whether a folder is no recording, by its attributes; what is damaged is taken for one.
+
+    A recording that has lost its attributes still has arrays.
+    """
+    try:
+        if (path / ROOT).is_file() and attributes_of(path):
+            return False
+        return not any(_is_array(metadata) for metadata in path.glob(f"*/{ROOT}"))
+    except InputError:
+        return False
+
+
+def _is_array(metadata: Path) -> bool:
+    return read_json(metadata, "a part of a Zarr store").get("node_type") == "array"
+
+
+def require_all_chunks(group: Path) -> None:
+    """Refuse a group that lost part of its arrays, as a copy that was cut off has: it reads as NaN.
+
+    The files are looked for without opening the arrays, which takes as long again as reading them.
+
+    Raises
+    ------
+    InputError
+        If it did.
+    """
+    for metadata in sorted(group.glob(f"*/{ROOT}")):
+        array = read_json(metadata, "a part of a Zarr store")
+        if array["node_type"] == "array":
+            chunks = _chunk_names(array)
+            found = sum((metadata.parent / name).is_file() for name in chunks)
+            if found < len(chunks):
+                raise InputError(
+                    metadata.parent,
+                    f"{len(chunks)} chunks",
+                    f"{found}",
+                    "copy the store again, or remove the recording's folder and extract again",
+                )
+
+
+def _chunk_names(array: Mapping[str, Any]) -> list[str]:
+    """Return the files of an array's chunks (or shards), from its Zarr v3 metadata."""
+    along = array["chunk_grid"]["configuration"]["chunk_shape"]
+    counts = (-(-size // chunk) for size, chunk in zip(array["shape"], along, strict=True))
+    separator = array["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
+    numbers = product(*map(range, counts))
+    return [separator.join(("c", *map(str, number))) for number in numbers]
+
+
+def attributes_of(path: Path) -> dict[str, Any]:
+    """Return the attributes of a group.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is damaged.
+    """
+    attributes = read_json(path / ROOT, "a Zarr group").get("attributes", {})
+    if not isinstance(attributes, dict):
+        raise InputError(path / ROOT, "a Zarr group with attributes", "others", "extract again")
+    return attributes
+
+
+# A recording's digest: what tells responses that have changed since they were written.
+#
+# Each variable carries the SHA-256 of its values, the recording the SHA-256 of everything else: its
+# attributes, and the names, dims, types, sizes and attributes of its variables. So what is small is
+# checked whenever a store is opened, and values when they are read.
+
+DIGEST, VALUES = "digest", "sha256"
+"""Attribute of a recording, and of each of its variables."""
+
+
+_SMALL = 1 << 20
+"""Values of so many bytes are checked at once."""
+
+
+def sealed(responses: xr.Dataset) -> xr.Dataset:
+    """Return responses that carry their digest."""
+    named = responses.copy()
+    for name, variable in named.variables.items():
+        named[name].attrs = {**variable.attrs, VALUES: _of_values(variable)}
+    return described(named)
+
+
+def described(responses: xr.Dataset) -> xr.Dataset:
+    """Return responses, of which only attributes are others, with the digest that they have now."""
+    return responses.assign_attrs({DIGEST: _of_description(responses)})
+
+
+def require_described(responses: xr.Dataset, where: Path | str) -> None:
+    """Refuse a recording whose labels or form have changed since it was written.
+
+    Raises
+    ------
+    InputError
+        If they have, or if it carries no digest.
+    """
+    if responses.attrs.get(DIGEST) != _of_description(responses):
+        raise InputError(
+            where, "responses as they were extracted", "others (their digest says so)",
+            "extract the recording again",
+        )  # fmt: skip
+
+
+def require_small_values(responses: xr.Dataset, where: Path | str) -> None:
+    """Refuse a recording whose coordinates or other small variables have changed.
+
+    What is read is not kept: of many short recordings it would be the whole store.
+
+    Raises
+    ------
+    InputError
+        Naming the first.
+    """
+    for name, variable in responses.variables.items():
+        if variable.nbytes <= _SMALL:
+            require_values(variable.copy(deep=False), f"{where}: {name}")
+
+
+def require_values(variable: xr.Variable | xr.DataArray, where: Path | str) -> None:
+    """Refuse a variable, read whole, whose values have changed since they were written.
+
+    Raises
+    ------
+    InputError
+        If they have.
+    """
+    expected = variable.attrs.get(VALUES)
+    if expected is not None and expected != _of_values(variable):
+        raise InputError(
+            where, "values as they were extracted", "others (their digest says so)",
+            "extract the recording again",
+        )  # fmt: skip
+
+
+def values_digest(responses: xr.Dataset, name: str) -> str | None:
+    """Return the digest of a variable's values, without reading them; None where there is none."""
+    return str(responses[name].attrs[VALUES]) if VALUES in responses[name].attrs else None
+
+
+def _of_values(variable: xr.Variable | xr.DataArray) -> str:
+    values = variable.values
+    if values.dtype.kind in "OUST":  # names: their type depends on who reads them
+        content = json.dumps([str(name) for name in values.flat]).encode()
+    else:
+        content = np.ascontiguousarray(values).tobytes()
+    return hashlib.sha256(content).hexdigest()
+
+
+def _of_description(responses: xr.Dataset) -> str:
+    variables = {
+        str(name): [
+            list(map(str, variable.dims)),
+            list(variable.shape),
+            "name" if variable.dtype.kind in "OUST" else variable.dtype.str,
+            variable.attrs,
+        ]
+        for name, variable in responses.variables.items()
+    }
+    attributes = {name: value for name, value in responses.attrs.items() if name != DIGEST}
+    text = json.dumps([attributes, variables], sort_keys=True, default=_plain)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Return a NumPy value as JSON holds it, which is what comes back from a store."""
+    return value.tolist()

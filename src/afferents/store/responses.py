@@ -1,0 +1,337 @@
+"""Responses of one recording: the labelled data set that extraction writes and encodings read.
+
+========================  ====================  ===========  ==================================
+variable                  dims                  unit         meaning
+========================  ====================  ===========  ==================================
+`position`                time, marker, space   px           marker positions, NaN where lost
+`detected`                time, marker          bool         False where the marker was lost
+`rest_position`           marker, space         px           positions in the rest frame
+`sa1`                     time, marker          px           SA-I (Eq. 1)
+`ra1`                     time, marker          px/frame     RA-I (Eq. 2), first frame NaN
+`ra2`                     audio_time, channel   (as read)    RA-II / vibration
+`drum_position`           drive_time            mm           the drum's way; only where logged
+========================  ====================  ===========  ==================================
+
+A recording without video has only `ra2`, one without audio none. Coordinates: `time` (s),
+`space` (x, y), and on `marker` its place in the tactile image, `row` and `column`: integers where
+the layout is a square grid, floating on other layouts that a sensor file describes. `audio_time`
+carries no coordinate (it would be larger than the data): sample n lies at
+n / `ra2.attrs["sample_rate_hz"]` s.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
+
+from afferents import dims
+from afferents.documents import as_form
+from afferents.errors import InputError, reason_of
+from afferents.quality.issues import Doubt
+from afferents.store.integrity import require_values
+from afferents.store.recording import Recording, natural_order
+
+Responses = xr.Dataset
+"""A data set of the form above."""
+
+
+_AGAIN = "extract again"
+
+
+ACCEPTED = "accepted"
+"""Attribute, and condition, of what is wrong with a recording and was accepted."""
+
+
+_DIMS: dict[str, tuple[str, ...]] = {
+    dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
+    dims.DETECTED: (dims.TIME, dims.MARKER),
+    dims.REST_POSITION: (dims.MARKER, dims.SPACE),
+    dims.SA1: (dims.TIME, dims.MARKER),
+    dims.RA1: (dims.TIME, dims.MARKER),
+    dims.RA2: (dims.AUDIO_TIME, dims.CHANNEL),
+}
+
+
+_BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,)}
+"""What may stand beside these, and is no response."""
+
+
+_ATTRIBUTES = "the attributes of a recording"
+
+
+_LEAST_HZ, _MOST_HZ = 1.0, 1e7
+"""Between these lies the rate of any vibration channel."""
+
+
+_LOUDEST = 1e18
+"""Its square, summed over a window, still is a number in float32."""
+
+
+_MOST_PIXELS = 200
+"""A side of the tactile images of a layout that is not square."""
+
+
+_FARTHEST_PX = 1e5
+"""No camera's image is so large."""
+
+
+class _Declared(BaseModel):
+    """What a source declared of a recording, in its attributes, in part as JSON."""
+
+    model_config = ConfigDict(extra="allow")
+
+    steady_s: Json[tuple[float, float] | None] = None
+    conditions: Json[dict[str, str | float | int | bool]] = Field(default_factory=dict)
+    rest_frame: int = Field(0, ge=0)
+
+    @field_validator("steady_s")
+    @classmethod
+    def _is_an_interval(cls, steady: tuple[float, float] | None) -> object:
+        if steady is not None and not 0 <= steady[0] < steady[1] < np.inf:
+            raise ValueError("start and stop, in this order, 0 or more")
+        return steady
+
+
+class _Attributes(_Declared):
+    """What the attributes of a recording must be; others may stand beside them."""
+
+    name: str = Field(min_length=1)
+    texture: str = Field(min_length=1)
+    speed_mm_s: float
+
+    @field_validator("speed_mm_s")
+    @classmethod
+    def _is_a_speed(cls, speed: float) -> object:
+        if not (np.isnan(speed) or 0 < speed < np.inf):
+            raise ValueError("greater than 0, or NaN where it is not known")
+        return speed
+
+
+def label(responses: Responses, recording: Recording) -> Responses:
+    """Return `responses` with the recording's name, texture, speed and source in the attrs."""
+    steady = list(recording.steady_s) if recording.steady_s else None
+    return responses.assign_attrs(
+        {
+            "name": recording.name,
+            "source": str(recording.source.name),
+            "steady_s": json.dumps(steady),
+            **labels_of(recording),
+        }
+    )
+
+
+def labels_of(recording: Recording, kinds: str = "") -> dict[str, Any]:
+    """Return the attributes that say what was recorded: texture, speed and conditions.
+
+    Parameters
+    ----------
+    kinds
+        Of what is wrong with it and was accepted, which are a condition too; see `with_doubts`.
+    """
+    conditions = {**recording.conditions, **({ACCEPTED: kinds} if kinds else {})}
+    return {
+        dims.TEXTURE: recording.texture,
+        dims.SPEED: np.nan if recording.speed_mm_s is None else float(recording.speed_mm_s),
+        "conditions": json.dumps(conditions),
+        dims.NAMED_BY_SPACING: recording.named_by_spacing,
+    }
+
+
+def named_by_spacing(recordings: Sequence[Responses]) -> dict[str, bool]:
+    """Return that textures are named by their bump spacing, for a summary; nothing of others."""
+    named = all(r.attrs.get(dims.NAMED_BY_SPACING, False) for r in recordings)
+    return {dims.NAMED_BY_SPACING: True} if named else {}
+
+
+def steady_s(responses: Responses) -> tuple[float, float] | None:
+    """Return start and end of constant speed in s, or None where the source did not say."""
+    return _declared(responses).steady_s
+
+
+def conditions(responses: Responses) -> dict[str, str | float]:
+    """Return whatever else the source declared: pressure, direction, repetition."""
+    return {**_declared(responses).conditions}
+
+
+def _declared(responses: Responses) -> _Declared:
+    where = responses.attrs.get("name", "a recording")
+    return as_form(_plain(responses), _Declared, where, _ATTRIBUTES, _AGAIN)
+
+
+def _plain(responses: Responses) -> dict[str, Any]:
+    """Return the attributes as a store holds them."""
+    return {
+        str(name): value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+        for name, value in responses.attrs.items()
+    }
+
+
+def with_doubts(responses: Responses, doubts: Sequence[Doubt]) -> Responses:
+    """Return `responses` with what is wrong with the recording and was accepted.
+
+    The kinds are the condition `accepted`, by which the recording can be left out; the attribute
+    `accepted` says it in sentences.
+    """
+    if not doubts:
+        return responses
+    kinds = " ".join(sorted({doubt.kind for doubt in doubts}))
+    return responses.assign_attrs(
+        conditions=json.dumps({**conditions(responses), ACCEPTED: kinds}),
+        **{ACCEPTED: json.dumps([str(doubt) for doubt in doubts])},
+    )
+
+
+def doubts_in(attributes: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with a recording and was accepted, by its attributes."""
+    said: list[str] = json.loads(attributes.get(ACCEPTED, "[]"))
+    return said
+
+
+def textures_of(recordings: Iterable[Responses]) -> list[str]:
+    """Return the textures that recordings are of, each once, in their natural order."""
+    return sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
+
+
+def speed_of(responses: Responses) -> float | None:
+    """Return the speed of a recording, mm/s; None where it is not known."""
+    speed = float(responses.attrs[dims.SPEED])
+    return None if np.isnan(speed) else speed
+
+
+def speeds_of(recordings: Iterable[Responses]) -> list[float]:
+    """Return the speeds that are known of recordings, mm/s, each once, slowest first."""
+    return sorted({speed for r in recordings if (speed := speed_of(r)) is not None})
+
+
+def check_responses(responses: Responses, where: Path | str) -> Responses:
+    """Return `responses` unchanged if variables, dims and labels are as documented above.
+
+    Raises
+    ------
+    InputError
+        Naming the first variable, dim or attribute that is missing or wrong.
+    """
+    known = [name for name in _DIMS if name in responses]
+    if not known:
+        raise InputError(where, f"one of {', '.join(_DIMS)}", f"{list(responses) or 'nothing'}")
+    for name, its in {**_DIMS, **_BESIDE}.items():
+        if name in responses and responses[name].dims != its:
+            raise InputError(where, f"{name} {its}", f"{name} {responses[name].dims}")
+    _check_attributes(responses, where)
+    _check_clocks(responses, where)
+    _check_layout(responses, where)
+    return responses
+
+
+def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
+    """Return a variable, read whole, unchanged if its values are as extracted, and possible.
+
+    Raises
+    ------
+    InputError
+        If they have changed since, are infinite, or lie where nothing can be; NaN is a marker that
+        was lost, and may be anywhere but in sound.
+    """
+    require_values(response, where)
+    values = response.values
+    if values.dtype.kind != "f" or not values.size:
+        return response
+    if response.name == dims.RA2:
+        _require_sound(values, float(response.attrs[dims.SAMPLE_RATE]), where)
+        return response
+    largest = _largest(values)
+    if not largest < np.inf:
+        raise InputError(where, "values that are numbers", "infinite ones", _AGAIN)
+    if response.name == dims.POSITION and not 0 < largest < _FARTHEST_PX:
+        expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
+        raise InputError(where, expected, f"up to {largest:g}", _AGAIN)
+    return response
+
+
+def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: str) -> None:
+    """Refuse vibration, (audio_time, channel), with what is no number, or has no power."""
+    sound = np.abs(values) < _LOUDEST  # False for NaN
+    if not sound.all():
+        n = int(np.argmin(sound.all(axis=1)))
+        found = f"{values[n][~sound[n]][0]:.3g} at sample {n} ({n / sample_rate_hz:.3f} s)"
+        raise InputError(where, "samples that are numbers", found, _AGAIN)
+
+
+def _largest(values: NDArray[np.floating]) -> float:
+    """Return the largest magnitude among values, NaN passed over; 0 where all are NaN."""
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+
+
+def _check_attributes(responses: Responses, where: Path | str) -> None:
+    for attribute in ("name", dims.TEXTURE, dims.SPEED):
+        if attribute not in responses.attrs:
+            raise InputError(where, f"the attribute '{attribute}'", "none")
+    as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
+
+
+def _check_clocks(responses: Responses, where: Path | str) -> None:
+    """Refuse times that don't go on, and rates that no vibration has."""
+    for clock, what in ((dims.TIME, "frame"), (dims.DRIVE_TIME, "drive")):
+        if clock in responses.coords and not _goes_on(responses[clock].values):
+            raise InputError(where, f"{what} times in s, each after the one before", "others")
+    if dims.RA2 in responses:
+        rate = responses[dims.RA2].attrs.get(dims.SAMPLE_RATE)
+        if rate is None:
+            raise InputError(where, f"ra2 with the attribute '{dims.SAMPLE_RATE}'", "none")
+        if not (isinstance(rate, int | float) and _LEAST_HZ <= rate <= _MOST_HZ):
+            expected = f"a {dims.SAMPLE_RATE} from {_LEAST_HZ:g} to {_MOST_HZ:g} Hz"
+            raise InputError(where, expected, f"{rate!r}", _AGAIN)
+
+
+def _goes_on(time_s: NDArray[Any]) -> bool:
+    finite = time_s.dtype.kind == "f" and bool(np.isfinite(time_s).all())
+    return finite and bool((np.diff(time_s) > 0).all())
+
+
+def _check_layout(responses: Responses, where: Path | str) -> None:
+    """Refuse rows and columns that are no places in an image."""
+    if dims.ROW not in responses.coords:
+        return
+    places = np.stack([responses[name].values for name in (dims.ROW, dims.COLUMN)])
+    n = places.shape[1]
+    first, last = (0, max(n, 1)) if places.dtype.kind in "iu" else (-1, _MOST_PIXELS)
+    if places.dtype.kind not in "iuf" or not ((places >= first) & (places < last)).all():
+        raise InputError(where, f"rows and columns from 0 to {n - 1}", "others")
+    if len(np.unique(places, axis=1).T) < n:
+        raise InputError(where, "a row and column for each marker", "two markers at one")
+
+
+# Reading a response of a recording whole, checked and labelled.
+
+
+def read_whole(responses: Responses, variable: str) -> xr.DataArray:
+    """Read a response into memory, with its own attributes and the recording's.
+
+    Raises
+    ------
+    InputError
+        If it can't be read, has changed since it was extracted, or holds what can't be.
+    """
+    try:
+        # Not `load`, which would keep what was read in the responses.
+        response = check_values(
+            responses[variable].compute(), f"{variable} of {responses.attrs['name']}"
+        )
+    except (OSError, ValueError, RuntimeError, ArithmeticError) as error:
+        raise InputError(
+            f"{variable} of {responses.attrs['name']}",
+            "data that can be read",
+            reason_of(error),
+            "extract the recording again",
+        ) from error
+    return labelled(response, responses)
+
+
+def labelled(response: xr.DataArray, responses: Responses) -> xr.DataArray:
+    """Return a response with its own attributes and those of its recording."""
+    return response.assign_attrs({**response.attrs, **responses.attrs})

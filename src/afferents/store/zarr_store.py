@@ -1,0 +1,395 @@
+"""The store of extracted responses: one Zarr v3 store a session, a group a recording.
+
+A recording is written under a temporary name and renamed when whole, so a group that is there
+is complete; its digest (`store.integrity`) tells one that has changed since. Plain xarray reads it:
+``xarray.open_zarr("OUT.zarr", group="3/50")``.
+"""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+import zarr
+
+from afferents import dims
+from afferents.documents import read_json
+from afferents.errors import InputError, reason_of
+from afferents.files import naming, require_same_config, write_aside
+from afferents.outputs import require_new_folder
+from afferents.store.integrity import (
+    DIGEST,
+    ROOT,
+    attributes_of,
+    described,
+    is_group,
+    recording_groups,
+    require_all_chunks,
+    require_described,
+    require_small_values,
+    sealed,
+)
+from afferents.store.recording import natural_order
+from afferents.store.responses import Responses, check_responses
+
+FORMAT, SCHEMA = "afferents responses", 2
+
+
+TRACKS = "afferents tracks"
+"""Format of a store of one video's tracks."""
+
+
+FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
+
+
+FOLLOWS = ("declared", "recordings", "sensors")
+"""What of a store's configuration follows the session as it is now: a session.json may be mended
+and recordings added without another store; what was made under another declaration is made anew."""
+
+
+LABELS = ("label", "conditions")
+"""What is declared of a recording that no response rests on."""
+
+
+_DECLARED = "declared"
+
+
+def create_store(store: Path, config: Mapping[str, Any]) -> None:
+    """Create an empty store, or check that the one there was begun with the same `config`.
+
+    Raises
+    ------
+    InputError
+        If something else stands there, or a store that holds recordings of another configuration,
+        or such that are not the session's.
+    """
+    if is_group(store):
+        earlier = store_config(store)
+        lost = sorted(set(earlier.get("recordings", ())) - set(config.get("recordings", ())))
+        lost = [name for name in lost if (store / name / ROOT).is_file()]
+        if lost:
+            found = f"responses of {', '.join(lost[:3])}, which it does not have"
+            raise InputError(store, "responses of this session", found, "choose another name")
+        if any(recording_groups(store)):  # a store without any is as good as new
+            require_same_config(store, "responses", _fixed(earlier), _fixed(config))
+        if earlier != config:
+            _rewrite_root(store, config)
+        return
+    require_no_store(store)
+    _write_group(store, _root_attributes(config))
+
+
+def require_no_store(store: Path) -> None:
+    """Refuse anything but a new or empty folder, or a store.
+
+    Raises
+    ------
+    InputError
+        If something else stands there.
+    """
+    if not is_group(store):
+        require_new_folder(store, "a new store")
+
+
+def create_parents(store: Path, names: Iterable[str]) -> None:
+    """Create the groups that recordings of these names stand in, before several are written."""
+    inside = {parent for name in names for parent in Path(name).parents} - {Path()}
+    for parent in sorted(store / name for name in inside):
+        if not (parent / ROOT).is_file():
+            _write_group(parent, {})
+
+
+def store_config(store: Path) -> dict[str, Any]:
+    """Return the configuration that a store was extracted with.
+
+    Raises
+    ------
+    InputError
+        If there is no store, or one of another format.
+    """
+    if not is_group(store):
+        raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
+    attributes = attributes_of(store)
+    if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
+        found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')!r}"
+        do = "extract the session again, into a store of another name"
+        raise InputError(store, f"format {FORMAT!r}, schema {SCHEMA}", found, do)
+    config = attributes.get("config")
+    if not (isinstance(config, dict) and _are_names(config.get("recordings", []))):
+        raise InputError(
+            store / ROOT, "the configuration of a store", "a damaged one", "extract again"
+        )
+    return config
+
+
+def is_tracks(path: Path) -> bool:
+    """Tell whether a folder is a store of one video's tracks."""
+    try:
+        return (path / ROOT).is_file() and attributes_of(path).get("format") == TRACKS
+    except InputError:
+        return False
+
+
+def write_responses(store: Path, responses: Responses) -> None:
+    """Write the responses of one recording as the group of its name, whole or not at all."""
+    target = store / responses.attrs["name"]
+    create_parents(store, [responses.attrs["name"]])
+    write_group(target, sealed(check_responses(responses, target)))
+
+
+def write_group(target: Path, dataset: xr.Dataset) -> None:
+    """Write a dataset as a Zarr v3 group, whole or not at all; it replaces another group."""
+    with write_aside(target, replaces=_holds_arrays) as partial:
+        _without_nan(_variable_strings(dataset)).to_zarr(
+            partial,
+            zarr_format=3,
+            consolidated=False,
+            write_empty_chunks=True,  # so that one that is missing has been lost
+            encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
+        )
+        if not (partial / ROOT).is_file():  # somebody removed it while it was being written
+            raise InputError(target, "to be written undisturbed", "parts of it removed meanwhile")
+        require_all_chunks(partial)
+
+
+def _holds_arrays(folder: Path) -> bool:
+    """Tell whether a folder is a group, whole or not: arrays and metadata, nothing else."""
+    return all(
+        entry.name == ROOT or (entry.is_dir() and {p.name for p in entry.iterdir()} <= {ROOT, "c"})
+        for entry in folder.iterdir()
+    )
+
+
+def has_responses(store: Path, name: str, checksum: str, declared: str = "") -> bool:
+    """Tell whether the store holds this recording whole, from the same files, declared alike.
+
+    One that is broken, or was made when the session declared something else, counts as not there.
+
+    Raises
+    ------
+    InputError
+        If it holds the recording but from other files.
+    """
+    there = _made_of(store / name)
+    if there is None:
+        return False
+    same = is_of_same_files(store / name, there, (checksum, declared))
+    return same and _is_whole(store, name)
+
+
+def update_labels(store: Path, name: str, labels: Mapping[str, Any], declared: str) -> bool:
+    """Give a recording that the store holds whole other labels; its responses stay as they are.
+
+    Parameters
+    ----------
+    labels
+        Attributes that say what was recorded: texture, speed, conditions.
+    declared
+        What the session declares of it now.
+
+    Returns
+    -------
+    Whether any of them was another.
+    """
+    group = store / name
+    responses = _open(store, group)
+    wanted = {**labels, _DECLARED: declared}
+    if all(_same(responses.attrs.get(key), value) for key, value in wanted.items()):
+        return False
+    renamed = _without_nan(described(responses.assign_attrs(wanted)))
+    metadata = read_json(group / ROOT, "a part of a Zarr store")
+    for key in (*wanted, DIGEST):
+        metadata["attributes"][key] = renamed.attrs[key]
+    with write_aside(group / ROOT) as partial:
+        partial.write_text(json.dumps(metadata, indent=2), encoding="utf-8")
+    return True
+
+
+def _same(one: Any, other: Any) -> bool:
+    return bool(one == other or (one != one and other != other))  # NaN: an unknown speed
+
+
+def responses_there(store: Path, name: str) -> tuple[str, str] | None:
+    """Return from which files a recording was made that the store holds whole; None if none.
+
+    Returns
+    -------
+    Their checksum, and what the session declared of them; both may be empty.
+    """
+    there = _made_of(store / name)
+    return there if there is not None and _is_whole(store, name) else None
+
+
+def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str]) -> bool:
+    """Tell whether responses are of these files, declared alike: their checksum, the declaration.
+
+    Labels don't matter here: what was recorded changes nothing in what was tracked, and
+    `update_labels` puts them right.
+
+    Raises
+    ------
+    InputError
+        If they are of other files.
+    """
+    if there[0] not in ("", wanted[0]):
+        raise InputError(
+            where,
+            "responses of the recording as it is now",
+            "responses of other files",
+            "choose another name for the store",
+        )
+    return _without_labels(there[1]) == _without_labels(wanted[1])
+
+
+def _without_labels(declared: str) -> list[Any] | str:
+    """Return what a declaration says, one JSON object after another, but for its labels."""
+    decoder, parts, rest = json.JSONDecoder(), [], declared
+    try:
+        while rest:
+            part, end = decoder.raw_decode(rest)
+            parts.append({key: part[key] for key in sorted(part) if key not in LABELS})
+            rest = rest[end:]
+    except (ValueError, TypeError):  # of a store that somebody changed
+        return declared
+    return [part for part in parts if part]
+
+
+def _made_of(group: Path) -> tuple[str, str] | None:
+    try:
+        attributes = attributes_of(group)
+    except InputError:
+        return None
+    return str(attributes.get("checksum", "")), str(attributes.get("declared", ""))
+
+
+def _is_whole(store: Path, name: str) -> bool:
+    try:
+        _open(store, store / name)
+    except InputError:
+        return False
+    return True
+
+
+def recordings_there(store: Path) -> int:
+    """Return how many of its recordings a store holds whole; 0 where there is none yet."""
+    if not is_group(store):
+        return 0
+    names = store_config(store).get("recordings", [])
+    return sum(responses_there(store, name) is not None for name in names)
+
+
+def stored_attributes(store: Path, names: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Return the attributes of those of these recordings that the store holds."""
+    there = (name for name in names if (store / name / ROOT).is_file())
+    return {name: attributes_of(store / name) for name in there}
+
+
+def open_responses(store: str | Path) -> list[Responses]:
+    """Open all recordings of a folder that `extract` has written, lazily, by texture and speed.
+
+    Returns
+    -------
+    list of xarray.Dataset
+        A recording each, with its `texture` and `speed_mm_s` (mm/s) in the attributes: `sa1` and
+        `ra1` (time, marker), px and px/frame, `ra2` (audio_time, channel), and the markers'
+        `position` (time, marker, space), px; see `afferents.store.responses`.
+
+    Raises
+    ------
+    InputError
+        If there is no store, no recording in it, or one that is not as documented.
+    """
+    store = Path(store)
+    store_config(store)
+    opened = [_open(store, group) for group in sorted(recording_groups(store))]
+    if not opened:
+        raise InputError(store, "at least one recording", "none", "extract again")
+    return sorted(opened, key=_place)
+
+
+def _place(responses: Responses) -> tuple[tuple[float, str], float, str]:
+    """Return by what recordings are put in order; those of unknown speed come last."""
+    speed = float(responses.attrs[dims.SPEED])
+    speed = math.inf if math.isnan(speed) else speed
+    return natural_order(responses.attrs[dims.TEXTURE]), speed, responses.attrs["name"]
+
+
+def _open(store: Path, group: Path) -> Responses:
+    read_json(group / ROOT, "a part of a Zarr store")  # what zarr would choke on
+    try:
+        require_all_chunks(group)
+        responses = _with_nan(xr.open_zarr(group, consolidated=False, chunks=None))
+        checked = check_responses(responses, group)
+        require_described(checked, group)
+        require_small_values(checked, group)
+    except InputError:
+        raise
+    except _UNREADABLE as error:
+        do = "remove the folder and extract again"
+        raise InputError(group, "responses that can be read", reason_of(error), do) from error
+    name = str(group.relative_to(store))
+    if checked.attrs["name"] != name:
+        found = f"those of '{checked.attrs['name']}'"
+        raise InputError(group, f"the responses of '{name}'", found, "extract again")
+    return checked
+
+
+_UNREADABLE = (
+    OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, IndexError,
+    ArithmeticError,
+)  # fmt: skip
+"""What xarray and Zarr raise at metadata that make no sense; which, follows no rule."""
+
+
+def _root_attributes(config: Mapping[str, Any]) -> dict[str, Any]:
+    return {"format": FORMAT, "schema": SCHEMA, "config": dict(config)}
+
+
+def _fixed(config: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in config.items() if name not in FOLLOWS}
+
+
+def _are_names(names: object) -> bool:
+    return isinstance(names, list) and all(isinstance(name, str) for name in names)
+
+
+def _variable_strings(responses: xr.Dataset) -> xr.Dataset:
+    """Names of variable length: Zarr v3 specifies no type for those of fixed length."""
+    fixed = [name for name in responses.variables if responses[name].dtype.kind == "U"]
+    return responses.assign_coords({name: responses[name].astype(object) for name in fixed})
+
+
+def _without_nan(responses: xr.Dataset) -> xr.Dataset:
+    """Return responses whose unknown speed is null, since JSON has no NaN."""
+    speed = responses.attrs.get(dims.SPEED)
+    unknown = isinstance(speed, float) and math.isnan(speed)
+    return responses.assign_attrs({dims.SPEED: None}) if unknown else responses
+
+
+def _with_nan(responses: xr.Dataset) -> xr.Dataset:
+    """Return responses as they were before `_without_nan`."""
+    unknown = responses.attrs.get(dims.SPEED, 0) is None
+    return responses.assign_attrs({dims.SPEED: math.nan}) if unknown else responses
+
+
+def _encoding(variable: xr.DataArray) -> dict[str, Any]:
+    first = variable.dims[0]
+    along = {dims.TIME: FRAMES_A_CHUNK, dims.AUDIO_TIME: AUDIO_SAMPLES_A_CHUNK}.get(str(first))
+    whole = variable.shape
+    chunks = (min(along, whole[0]), *whole[1:]) if along else whole
+    return {"chunks": tuple(max(1, size) for size in chunks)}
+
+
+def _rewrite_root(store: Path, config: Mapping[str, Any]) -> None:
+    """Give a store another configuration, at one stroke, which Zarr does not."""
+    attributes = _root_attributes(config)
+    group = {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
+    with write_aside(store / ROOT) as partial:
+        partial.write_text(json.dumps(group, indent=2), encoding="utf-8")
+
+
+def _write_group(path: Path, attributes: Mapping[str, Any]) -> None:
+    with naming(path):
+        zarr.create_group(path, zarr_format=3, attributes=dict(attributes))
