@@ -4,8 +4,10 @@ OUT ?= out/demo
 
 VENV := .venv
 BIN := $(VENV)/bin
+# Two processes of one thread each, for two processors.
+TESTS := OMP_NUM_THREADS=1 $(BIN)/python -m pytest
 
-.PHONY: install demo live docs test test-processors lint slow bench package clean
+.PHONY: install demo live docs check lint test test-system test-processors slow bench package clean
 
 install: $(VENV)/.installed
 
@@ -32,8 +34,16 @@ lint: install
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-test: lint
-	$(BIN)/python -m pytest
+test: install
+	$(TESTS) -m 'not slow and not system' -n 2 --dist loadfile
+
+test-system: install
+	$(TESTS) -m 'system and not slow'
+
+check:
+	$(MAKE) lint
+	$(MAKE) test
+	$(MAKE) test-system
 
 test-processors: install
 	sh scripts/test_processors.sh $(BIN)/python

@@ -58,6 +58,6 @@ test -s results/report.html
 
 echo "== tests"
 python -m pip install --quiet --disable-pip-version-check -c "$constraints" \
-    pytest pytest-timeout hypothesis
+    filelock pytest pytest-timeout hypothesis
 cp -r "$root/tests" "$root/pyproject.toml" .
 python -m pytest -q -p no:cacheprovider $tests

@@ -1,4 +1,3 @@
-import hashlib
 import json
 import multiprocessing
 import os
@@ -17,6 +16,7 @@ from hypothesis import HealthCheck, settings
 
 from afferents import cli
 
+from .kept import kept
 from .launched import Launched, Server
 
 # Who runs the tests in the background, or under nohup, lets them ignore these; the commands that
@@ -116,12 +116,6 @@ def few_epochs():
         yield
 
 
-def contents(folder):
-    """Return a checksum of every file."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
 @pytest.fixture
 def run(monkeypatch, capsys):
     """Run a command line; return its exit code and what it printed, on stdout and stderr.
@@ -142,9 +136,10 @@ def run(monkeypatch, capsys):
 
 
 @pytest.fixture(scope="session")
-def small_session(tmp_path_factory):
+def small_session():
     """Three textures at three speeds, half a second of video and audio each."""
-    return write_session(tmp_path_factory.mktemp("sessions") / "small")
+    with kept("small_session", write_session) as root:
+        yield root
 
 
 @pytest.fixture(scope="session")
@@ -154,24 +149,24 @@ def session(small_session):
 
 
 @pytest.fixture(scope="session")
-def sounds(tmp_path_factory):
+def sounds():
     """Three textures at four speeds, three seconds of audio each, no video."""
-    root = tmp_path_factory.mktemp("sessions") / "sounds"
-    return write_session(root, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+    audible = partial(write_session, speeds=(20, 30, 40, 60), seconds=3.0, video=False)
+    with kept("sounds", audible) as root:
+        yield root
 
 
 @pytest.fixture(scope="session")
-def stores(small_session, sounds, tmp_path_factory):
+def stores(small_session, sounds):
     """Extracted responses: of videos, and of sound alone. Who changes them copies them first."""
-    root = tmp_path_factory.mktemp("stores")
-    made = {}
-    for kind, recordings in (("video", small_session), ("audio", sounds)):
-        made[kind] = root / f"{kind}.zarr"
-        command = ("extract", recordings, made[kind], "--workers", 1, "--quiet")
-        cli.app([*map(str, command)], standalone_mode=False)
-    before = contents(root)
-    yield made
-    assert contents(root) == before, "a test has changed what others read"
+
+    def extract(root):
+        for kind, recordings in (("video", small_session), ("audio", sounds)):
+            command = ("extract", recordings, root / f"{kind}.zarr", "--workers", 1, "--quiet")
+            cli.app([*map(str, command)], standalone_mode=False)
+
+    with kept("stores", extract) as root:
+        yield {kind: root / f"{kind}.zarr" for kind in ("video", "audio")}
 
 
 @pytest.fixture(scope="session")

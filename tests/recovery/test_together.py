@@ -5,6 +5,8 @@ import time
 
 import pytest
 
+pytestmark = pytest.mark.system
+
 TRIALS = 20
 AT_WORK, DONE = 2, 0
 

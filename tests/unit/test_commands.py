@@ -39,6 +39,7 @@ def test_their_names_are_found_and_their_help_is_whole():
         assert "Parameters\n" in help_text, name
 
 
+@pytest.mark.system
 def test_from_a_session_to_a_report(session, tmp_path):
     store, results_folder = str(tmp_path / "s.zarr"), str(tmp_path / "r")
     recordings = afferents.extract(str(session), store, workers=1, quiet=True)

@@ -13,6 +13,8 @@ from matplotlib import pyplot
 import afferents
 from afferents.rig.simulation import simulation_of
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[2]
 WITH_EXAMPLES = sorted(
     path.relative_to(ROOT / "src").with_suffix("").as_posix().replace("/", ".")

@@ -35,6 +35,7 @@ def wheel(tmp_path_factory):
     return built
 
 
+@pytest.mark.system
 def test_all_of_the_package_is_in_the_wheel(wheel):
     with ZipFile(wheel) as archive:
         shipped = {name for name in archive.namelist() if name.startswith("afferents/")}
@@ -43,6 +44,7 @@ def test_all_of_the_package_is_in_the_wheel(wheel):
     assert shipped == {name for name in written if "__pycache__" not in name}
 
 
+@pytest.mark.system
 def test_without_git_the_version_is_the_one_declared(wheel):
     declared = PROJECT["tool"]["setuptools_scm"]["fallback_version"]
     assert wheel.name == f"afferents-{declared}-py3-none-any.whl"

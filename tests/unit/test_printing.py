@@ -10,6 +10,8 @@ from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.job_status import plan
 from afferents.files import write_json
 
+pytestmark = pytest.mark.system
+
 ASCII = {"LC_ALL": "C", "LANG": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 

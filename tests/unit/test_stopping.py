@@ -27,6 +27,7 @@ def training(launch, stores, tmp_path):
     return start
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("number", "workers", "to_all"),
     [

@@ -16,6 +16,8 @@ import psutil
 import pytest
 import soundfile
 
+pytestmark = pytest.mark.system
+
 KILLS = 20
 RATE_HZ = 8000
 

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
 HEAVY |= {"importlib.metadata"}
 ASK = (
@@ -13,6 +15,7 @@ ASK = (
 )
 
 
+@pytest.mark.system
 def test_help_needs_no_heavy_package():
     """They take most of a second to import; `--help` and a mistyped word should not wait for it."""
     said = subprocess.run([sys.executable, "-c", ASK], capture_output=True, text=True, check=True)

@@ -7,6 +7,8 @@ import time
 
 import pytest
 
+pytestmark = pytest.mark.system
+
 BEGIN = """
 import signal, sys, time
 from afferents.stopping import stop_on_signals

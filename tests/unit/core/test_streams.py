@@ -58,6 +58,7 @@ def test_names_that_are_no_text_can_be_written():
     assert printable("é\udcff") == r"é\udcff"
 
 
+@pytest.mark.system
 def test_what_is_started_has_a_stream_for_a_closed_one():
     script = (
         "import subprocess, sys\n"

@@ -13,6 +13,8 @@ from dialects import Dynamixel, ODrive, SimpleFoc, Slack
 from afferents.devices import DRIVES, ByHand, DeviceError, device_of
 from afferents.errors import InputError
 
+pytestmark = pytest.mark.system
+
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")
 

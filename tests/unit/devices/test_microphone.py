@@ -80,6 +80,7 @@ def taken(microphone, give, n):
     return blocks
 
 
+@pytest.mark.system  # in real time
 def test_blocks_carry_the_converter_s_time_on_our_clock():
     microphone, stream = opened(PortAudio())
     truth = []

@@ -12,6 +12,8 @@ from afferents.devices.drives.serial_drive import SpeedFromPosition, SpeedLoop
 from afferents.devices.simulated_drum import Drum
 from afferents.errors import InputError
 
+pytestmark = pytest.mark.system  # devices keep real time
+
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 pytest.importorskip("pty", reason="no pseudo-terminals here")
 

@@ -10,6 +10,8 @@ import pytest
 
 from afferents.devices import SerialDrive
 
+pytestmark = pytest.mark.system
+
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 PATIENCE_S = 60
 """Nothing here should take a tenth of it, on a machine that has nothing else to do."""

@@ -19,6 +19,8 @@ import soundfile
 
 from afferents.recordings.run_log import BlockRow, sound_clock
 
+pytestmark = pytest.mark.system
+
 RATE_HZ, TONE_HZ, SECONDS = 44_100, 1234.0, 1.0
 NEEDED = ("pulseaudio", "pactl", "paplay")
 REQUIRED = "AFFERENTS_REQUIRE_SOUND_SERVER"

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.system
+
 PATHS = {
     "good": "",
     "faults": "drop=3,7-9&damaged=5&torn=6&repeat=20&late=25",

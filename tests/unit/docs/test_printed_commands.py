@@ -7,7 +7,8 @@ import urllib.request
 
 import pytest
 
-from ...conftest import contents, few_epochs
+from ...conftest import few_epochs
+from ...kept import contents
 from .printed import ROOT, WITH_COMMANDS, printed_on, understood
 from .things import MAKERS, Things
 
@@ -166,6 +167,7 @@ def things(tmp_path_factory):
     )
 
 
+@pytest.mark.system
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [pytest.param(t, id=",".join(p)) for t, p in PLACES.items() if t not in NOT_RUN]

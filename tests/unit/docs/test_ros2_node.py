@@ -51,6 +51,7 @@ def test_probabilities_have_the_names_of_their_textures(node):
     assert len(found) == 5
 
 
+@pytest.mark.system
 def test_lines_of_another_computer_are_printed(lines):
     with socket.create_server(("127.0.0.1", 0)) as server:
 

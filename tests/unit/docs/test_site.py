@@ -123,6 +123,7 @@ def of_a_hexagon(clip, session):
     video.release()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("write_clip", [of_rows_and_columns, of_a_hexagon])
 def test_the_start_page_leads_to_tactile_images(
     write_clip, session, example_cache, run, tmp_path, monkeypatch
@@ -143,6 +144,7 @@ def test_the_start_page_leads_to_tactile_images(
     assert Path("mine.png").read_bytes() == to_check  # the picture that calibrate wrote
 
 
+@pytest.mark.system
 @pytest.mark.slow
 def test_the_site_is_built_without_a_warning(tmp_path):
     """With the examples executed; it is what `make docs` does."""
@@ -155,6 +157,7 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert "novelti" in words or "novelty" in words
 
 
+@pytest.mark.system
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["01_track_a_clip", "02_what_afferents_look_like", "05_your_own_classifier"]

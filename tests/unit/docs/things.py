@@ -17,7 +17,8 @@ import pandas as pd
 from afferents import cli
 from afferents.recorder.plan import EXAMPLE
 
-from ...conftest import contents, few_epochs
+from ...conftest import few_epochs
+from ...kept import contents
 from .printed import DOCS, ROOT, blocks
 
 LARGE = ("--textures", "a,g,m", "--speeds", "20,40,50,100", "--seconds", "6")

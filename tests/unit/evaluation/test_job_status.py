@@ -42,6 +42,7 @@ def test_jobs_are_to_do_then_running_then_done_or_failed(tmp_path):
     assert states(tmp_path)[2] == "to do"
 
 
+@pytest.mark.system
 def test_a_killed_process_leaves_a_stopped_job(tmp_path):
     plan(tmp_path, KEYS, workers=1)
     code = (

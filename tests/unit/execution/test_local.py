@@ -63,6 +63,7 @@ def test_an_error_stays_what_it_was(workers):
         list(side_by_side(refuse, [(3,)], workers))
 
 
+@pytest.mark.system
 def test_a_process_that_died_is_one_sentence():
     with pytest.raises(AfferentsError, match=r"a worker process died, and again .* fewer --work"):
         list(side_by_side(die, [(0,), (1,)], 2))
@@ -78,6 +79,7 @@ def die_once(number, folder):
     return number
 
 
+@pytest.mark.system
 def test_a_process_that_died_costs_what_was_being_done(tmp_path):
     said = []
     found = list(side_by_side(die_once, [(n, tmp_path) for n in range(10)], 2, said.append))
@@ -91,6 +93,7 @@ def say_who_and_sleep(path):
     time.sleep(120)
 
 
+@pytest.mark.system
 def test_workers_end_with_a_caller_that_was_killed(tmp_path):
     here = Path(__file__)
     script = (
@@ -131,6 +134,7 @@ def grow(n):
     return os.getpid()
 
 
+@pytest.mark.system
 def test_a_process_that_keeps_memory_is_kept():
     pids = list(side_by_side(grow, [(n,) for n in range(8)], 2))
     assert len(set(pids)) == 2

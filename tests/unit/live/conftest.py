@@ -10,6 +10,7 @@ from afferents.models.model import MODELS
 from afferents.progress import Progress
 
 from ...conftest import few_epochs
+from ...kept import kept
 
 QUIET = Progress(quiet=True)
 LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.replay"]
@@ -25,9 +26,8 @@ def trained(store, name, folder):
 
 
 @pytest.fixture(scope="session")
-def models(stores, tmp_path_factory):
+def models(stores):
     """Exported models by name; the folders they come from lie beside them."""
-    folder = tmp_path_factory.mktemp("models")
     sources = {
         "sa-se": "video",
         "ra-ste": "video",
@@ -35,8 +35,14 @@ def models(stores, tmp_path_factory):
         "ra-wave-vector": "video",
         "vib-te-aug": "audio",
     }
-    with few_epochs():
-        return {name: trained(stores[kind], name, folder) for name, kind in sources.items()}
+
+    def train_all(folder):
+        with few_epochs():
+            for name, kind in sources.items():
+                trained(stores[kind], name, folder)
+
+    with kept("models", train_all) as folder:
+        yield {name: folder / f"{name}.onnx" for name in sources}
 
 
 @pytest.fixture

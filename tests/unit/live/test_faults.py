@@ -175,6 +175,7 @@ class Stopping:
         self.pictures = []
 
 
+@pytest.mark.system  # in real time
 def test_a_silent_source_is_stalled(models, pictures):
     go_on, percepts = threading.Event(), []
     for percept in stream([Stopping(pictures, go_on)], [models["sa-se"]]):
@@ -186,6 +187,7 @@ def test_a_silent_source_is_stalled(models, pictures):
     assert all(p.texture is None and p.probabilities == {} for p in stalled)
 
 
+@pytest.mark.system  # in real time
 def test_a_slow_listener_is_no_silent_source(models, pictures):
     """Who takes half a second over a percept drops frames; the source was never silent."""
     never, said = threading.Event(), []

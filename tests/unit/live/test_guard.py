@@ -140,6 +140,7 @@ def served(tmp_path_factory):
     assert page.describe().count("\n") == 1
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("said", [b"", HEAD])
 def test_a_crowd_that_asks_for_nothing(served, said):
     before = served.count()
@@ -173,6 +174,7 @@ def drip(visitor, what):
     return False
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "begun",
     [
@@ -229,6 +231,7 @@ def rubbish_frames():
     }
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("what", list(rubbish()))
 def test_rubbish_is_answered_by_hanging_up(served, what):
     said = rubbish()[what]
@@ -241,6 +244,7 @@ def test_rubbish_is_answered_by_hanging_up(served, what):
     assert served.describe().count("\n") == 1
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("what", list(rubbish_frames()))
 def test_rubbish_frames_are_answered_by_hanging_up(served, what):
     said = rubbish_frames()[what]
@@ -251,6 +255,7 @@ def test_rubbish_frames_are_answered_by_hanging_up(served, what):
     assert served.describe().count("\n") == 1
 
 
+@pytest.mark.system
 def test_a_web_socket_that_never_reads(served):
     deaf = socket.socket()
     deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
@@ -269,6 +274,7 @@ def shout(visitor):
         visitor.send("x" * 10_000)
 
 
+@pytest.mark.system
 def test_a_web_socket_that_shouts(served):
     with served.onlooker() as good, served.onlooker() as loud:
         with pytest.raises(ConnectionClosed):
@@ -302,6 +308,7 @@ def hear(visitor, enough):
         counts += [percept["time_s"] for percept in found.get("percepts", [])]
 
 
+@pytest.mark.system
 def test_under_all_of_it_the_stream_goes_on_and_little_is_taken(served):
     """How fast depends on the machine; that it goes on while hundreds press in does not."""
     memory_mb, over, visits = served.memory_mb(), threading.Event(), []

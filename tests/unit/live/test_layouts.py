@@ -28,6 +28,8 @@ from afferents.reporting import explain
 from afferents.reporting.report import figure_data
 from afferents.store.zarr_store import open_responses
 
+pytestmark = pytest.mark.system
+
 ALONE = ("--quiet", "--workers", 1)
 OWN = f"{Path(__file__).parent / 'own_markers.py'}"
 

@@ -24,6 +24,8 @@ from afferents.models.table import build
 
 from .conftest import LIVE
 
+pytestmark = pytest.mark.system
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 SECONDS = 15
 PATIENCE_S = 60

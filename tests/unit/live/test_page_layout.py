@@ -22,6 +22,7 @@ BOXES = """names => names.flatMap(name => [...document.querySelectorAll(name)].m
 WIDE = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("models", [MODELS, ()], ids=["models", "looking"])
 @pytest.mark.parametrize("size", [(1280, 800), (1440, 900), (1280, 680)], ids=str)
 def test_all_is_seen_without_scrolling(browser, size, models):  # noqa: F811
@@ -45,6 +46,7 @@ def test_all_is_seen_without_scrolling(browser, size, models):  # noqa: F811
     page.close()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("size", [(390, 844), (800, 600), (1024, 700)], ids=str)
 @pytest.mark.parametrize("models", [MODELS, ()], ids=["models", "looking"])
 def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
@@ -59,6 +61,7 @@ def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
     page.close()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(("named", "name"), [(True, "3 mm"), (False, "3")])
 def test_numbers_are_spacings_only_where_a_model_says_so(browser, named, name):  # noqa: F811
     page = opened(browser, (1280, 800), hello("m", named_by_spacing=named), state("m"))
@@ -67,6 +70,7 @@ def test_numbers_are_spacings_only_where_a_model_says_so(browser, named, name): 
     page.close()
 
 
+@pytest.mark.system
 def test_no_bar_is_longer_than_a_model_was_found_right(browser):  # noqa: F811
     """Here one sample says 70%; what the touch says comes capped (`ModelSession`)."""
     page = opened(browser, (1280, 800), hello("m", most_sure=0.6), state("m"))
@@ -75,6 +79,7 @@ def test_no_bar_is_longer_than_a_model_was_found_right(browser):  # noqa: F811
     page.close()
 
 
+@pytest.mark.system
 def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  # noqa: F811
     """A column of the image holds one value; the bar shows its colour where its numbers say."""
     sa1 = np.tile(np.linspace(0, 6.4, 19), (15, 1))  # a layout that is wider than high
@@ -105,6 +110,7 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  #
     page.close()
 
 
+@pytest.mark.system
 def test_a_scale_does_not_flicker(browser):  # noqa: F811
     """It grows at once, stays where the largest value varies a little, and shrinks later."""
     page = opened(browser, (1280, 800), hello())

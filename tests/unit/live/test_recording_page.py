@@ -5,7 +5,11 @@ import time
 import urllib.error
 import urllib.request
 
+import pytest
+
 from .test_page import PATIENCE_S, Running, browser, says, visit  # noqa: F401
+
+pytestmark = pytest.mark.system
 
 PLAN = """
 textures = ["0", "4"]

@@ -6,6 +6,8 @@ import pytest
 
 from .conftest import LIVE
 
+pytestmark = pytest.mark.system
+
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize("outlet", ["--json", "--web"])

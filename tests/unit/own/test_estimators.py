@@ -24,11 +24,12 @@ ASK = """
 import sys, numpy as np, torch
 from pathlib import Path
 from afferents.models.folder import load_model
-card, deployed = load_model(Path(sys.argv[1]))
-samples = np.random.default_rng(0).random((20, *card.shape), np.float32)
-with torch.no_grad():
-    probabilities, novelty = deployed(torch.from_numpy(samples))
-np.savez(sys.argv[2], probabilities=probabilities, novelty=novelty)
+for model in map(Path, sys.argv[1:]):
+    card, deployed = load_model(model)
+    samples = np.random.default_rng(0).random((20, *card.shape), np.float32)
+    with torch.no_grad():
+        probabilities, novelty = deployed(torch.from_numpy(samples))
+    np.savez(f"{model.name}.npz", probabilities=probabilities, novelty=novelty)
 """
 
 
@@ -55,19 +56,21 @@ def changed(model, **content):
     (model / "model.json").write_text(json.dumps(card | content))
 
 
-@pytest.mark.parametrize("name", ["logistic", "forest", "nearest", "scaled"])
-def test_another_process_gets_the_same_probabilities(trained, tmp_path, name):
+@pytest.mark.system
+def test_another_process_gets_the_same_probabilities(trained, tmp_path):
     shutil.copy(OWN, tmp_path)
-    command = [sys.executable, "-c", ASK, trained / name, tmp_path / "there.npz"]
+    names = ("logistic", "forest", "nearest", "scaled")
+    command = [sys.executable, "-c", ASK, *(trained / name for name in names)]
     subprocess.run([*map(str, command)], cwd=tmp_path, check=True)
-    card, deployed = load_model(trained / name)
-    samples = np.random.default_rng(0).random((20, *card.shape), np.float32)
-    with torch.no_grad():
-        here = deployed(torch.from_numpy(samples))
-    there = np.load(tmp_path / "there.npz")
-    for one, kept in zip(here, ("probabilities", "novelty"), strict=True):
-        np.testing.assert_allclose(one.numpy(), there[kept], rtol=1e-6)
-    np.testing.assert_allclose(there["probabilities"].sum(axis=1), 1, atol=1e-5)
+    for name in names:
+        card, deployed = load_model(trained / name)
+        samples = np.random.default_rng(0).random((20, *card.shape), np.float32)
+        with torch.no_grad():
+            here = deployed(torch.from_numpy(samples))
+        there = np.load(tmp_path / f"{name}.npz")
+        for one, kept in zip(here, ("probabilities", "novelty"), strict=True):
+            np.testing.assert_allclose(one.numpy(), there[kept], rtol=1e-6, err_msg=name)
+        np.testing.assert_allclose(there["probabilities"].sum(axis=1), 1, atol=1e-5)
 
 
 def test_what_is_kept_are_the_estimator_s_answers_at_the_card_s_temperature(trained, stores):

@@ -43,6 +43,7 @@ def evaluated(run, stored, tmp_path):
     return evaluate
 
 
+@pytest.mark.system
 def test_they_go_all_the_way_beside_ours(run, evaluated, stored, tmp_path, session):
     code, out, err = evaluated("logistic", "mlp", "mine", "second", ":sa-wave", protocol="both")
     assert code == 0, err
@@ -136,6 +137,7 @@ def test_a_file_with_the_name_of_a_module_is_refused(tmp_path):
         named(f"{tmp_path}/random.py:mine")
 
 
+@pytest.mark.system
 def test_a_model_of_a_file_is_exported_by_another_process(run, stored, tmp_path):
     """From the folder of the file, as a user would; and a card names modules, never files."""
     shutil.copy(OWN, tmp_path / "my_models.py")

@@ -18,6 +18,8 @@ from afferents.errors import AfferentsError, InputError
 from afferents.files import write_aside
 from afferents.parallel import _require_version, _result, on_cluster
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture
 def store(stores, tmp_path):

@@ -11,6 +11,8 @@ import afferents
 from afferents import examples as module
 from afferents.errors import InputError
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture
 def another(example_cache, tmp_path, monkeypatch):

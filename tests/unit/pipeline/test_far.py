@@ -14,6 +14,8 @@ from afferents.extraction import extract as extraction
 from afferents.outputs import LOCK
 from afferents.parallel import on_cluster
 
+pytestmark = pytest.mark.system
+
 SIMULATE = ("--textures", "g", "--speeds", "50,100", "--seconds", "1.6", "--quiet")
 
 

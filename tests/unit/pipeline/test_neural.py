@@ -8,6 +8,8 @@ import pytest
 import afferents
 from afferents.encodings.spikes import SpikeRateEncoding
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture(scope="module")
 def found(stores, tmp_path_factory):

@@ -17,6 +17,8 @@ from afferents.models.model import models_named
 from afferents.progress import Progress
 from afferents.reporting.report import write_report
 
+pytestmark = pytest.mark.system
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",

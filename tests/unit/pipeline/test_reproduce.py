@@ -12,6 +12,8 @@ from afferents.rig.simulation import simulation_of
 
 from ...conftest import few_epochs
 
+pytestmark = pytest.mark.system
+
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = ("ra-ste", "vib-te-aug")
 """Enough to see that all are asked for; every model goes its whole way in `test_whole_way`."""

@@ -87,6 +87,7 @@ def test_a_finished_session_is_left_as_it_is(session):
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
+@pytest.mark.system
 def test_a_killed_session_goes_on_where_it_was(launch, session, tmp_path):
     folder = tmp_path / "killed"
     command = ["simulate", folder, "--quiet", "--workers", 1]
@@ -104,6 +105,7 @@ def test_a_killed_session_goes_on_where_it_was(launch, session, tmp_path):
     assert not list(folder.rglob(".partial*"))
 
 
+@pytest.mark.system
 def test_a_full_disk_is_one_sentence_and_no_broken_file(tmp_path):
     """A file-size limit stands in for the disk: the system refuses to write on, as it does then."""
     script = (

@@ -214,8 +214,9 @@ def test_every_kind_of_video_is_tracked(run, kind, tmp_path):
     moved = (tracks[dims.POSITION] - tracks[dims.REST_POSITION]).median(dims.MARKER)
     sideways = -moved.sel(space="y") if KINDS[kind].get("turned") else moved.sel(space="x")
     np.testing.assert_allclose(sideways, shift, atol=0.1)
-    code, out, _ = run("inspect", path, "--out", tmp_path, "--sensor", tmp_path / "mine.toml")
-    assert ("a variable frame rate" in out) == bool(KINDS[kind].get("uneven"))
+    if kind in ("portrait", "frames that come when they like"):
+        code, out, _ = run("inspect", path, "--out", tmp_path, "--sensor", tmp_path / "mine.toml")
+        assert ("a variable frame rate" in out) == bool(KINDS[kind].get("uneven"))
     if KINDS[kind].get("uneven"):
         np.testing.assert_allclose(np.diff(tracks[dims.TIME]), np.diff(time_s), atol=1e-6)
 

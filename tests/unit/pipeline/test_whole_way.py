@@ -11,6 +11,8 @@ import xarray as xr
 
 from ...conftest import few_epochs
 
+pytestmark = pytest.mark.system
+
 ALONE = ("--quiet", "--workers", 1)
 
 

@@ -10,6 +10,8 @@ import pytest
 from afferents.errors import InputError
 from afferents.neuro import read_natural
 
+pytestmark = pytest.mark.system
+
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 (PAGE,) = [*DOCS.glob("neuroscience-files.part.md")] or [DOCS / "neuroscience.md"]
 TEXT = PAGE.read_text(encoding="utf-8").partition("## Natural afferents")[2]

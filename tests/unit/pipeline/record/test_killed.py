@@ -10,6 +10,8 @@ import pytest
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import VideoFile
 
+pytestmark = pytest.mark.system
+
 PLAN = """
 textures = ["4"]
 speeds_mm_s = [40, 60]

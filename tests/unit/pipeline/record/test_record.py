@@ -32,6 +32,8 @@ from afferents.rig import Rig
 from afferents.store.drum_path import MARK, Drum, logged_way, way_in
 from afferents.store.responses import steady_s
 
+pytestmark = pytest.mark.system  # devices keep real time
+
 PLAN = """
 textures = ["4"]
 speeds_mm_s = [60]
