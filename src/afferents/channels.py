@@ -26,7 +26,7 @@ def require_dims(array: xr.DataArray, needed: tuple[str, ...], name: str) -> xr.
         return array.transpose(*needed)
     missing = [dim for dim in needed if dim not in array.dims]
     fault = f"{', '.join(missing)} missing" if missing else "too many"
-    raise InputError(name, f"the dims {needed}", f"{array.dims} ({fault})")
+    raise InputError(f"{name}: expected the dims {needed}, found {array.dims} ({fault})")
 
 
 def change(response: xr.DataArray) -> xr.DataArray:
@@ -134,7 +134,9 @@ class Channel(ABC):
         InputError
             If the channel can't be felt frame by frame.
         """
-        raise InputError("the channel", "one that is felt frame by frame", self.name)
+        raise InputError(
+            f"the channel: expected one that is felt frame by frame, found {self.name}"
+        )
 
     @property
     def felt_live(self) -> bool:
@@ -278,13 +280,16 @@ def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
 def _require_same_markers(position: xr.DataArray, rest: xr.DataArray) -> None:
     n, n_rest = position.sizes[dims.MARKER], rest.sizes[dims.MARKER]
     if n != n_rest:
-        raise InputError(dims.REST_POSITION, f"{n} markers as in {dims.POSITION}", f"{n_rest}")
+        raise InputError(
+            f"{dims.REST_POSITION}: expected {n} markers as in {dims.POSITION}, found {n_rest}"
+        )
     for dim in (dims.MARKER, dims.SPACE):
         if dim in position.indexes and dim in rest.indexes:
             same = position.indexes[dim].equals(rest.indexes[dim])
             if not same:
                 raise InputError(
-                    dims.REST_POSITION, f"the {dim} labels of {dims.POSITION}", "others"
+                    f"{dims.REST_POSITION}: expected the {dim} labels of {dims.POSITION}, found "
+                    "others"
                 )
 
 
@@ -606,15 +611,14 @@ def _frame_before(response: xr.DataArray) -> xr.DataArray:
 def _steps(position: xr.DataArray) -> xr.DataArray:
     """Return the time since the frame before, `(time)`, s, NaN for the first."""
     if dims.TIME not in position.coords:
-        raise InputError(dims.POSITION, f"the coordinate '{dims.TIME}' in s", "none")
+        raise InputError(f"{dims.POSITION}: expected the coordinate '{dims.TIME}' in s, found none")
     time_s = position[dims.TIME].values
     step_s = np.diff(time_s)
     if (stuck := np.flatnonzero(step_s <= 0)).size:
         frame = int(stuck[0]) + 1
         raise InputError(
-            dims.POSITION,
-            "times that rise",
-            f"{time_s[frame]} s at frame {frame} after {time_s[frame - 1]} s",
+            f"{dims.POSITION}: expected times that rise, found {time_s[frame]} s at frame {frame} "
+            f"after {time_s[frame - 1]} s"
         )
     steps = np.concatenate([[np.nan], step_s])[: len(time_s)]
     return xr.DataArray(steps.astype(position.dtype), dims=dims.TIME)
@@ -776,7 +780,7 @@ def ra2(audio: xr.DataArray) -> xr.DataArray:
     """
     vibration = require_dims(audio, (dims.AUDIO_TIME, dims.CHANNEL), "audio")
     if dims.SAMPLE_RATE not in vibration.attrs:
-        raise InputError("audio", f"the attribute '{dims.SAMPLE_RATE}'", "none")
+        raise InputError(f"audio: expected the attribute '{dims.SAMPLE_RATE}', found none")
     return vibration.astype(np.float32, copy=False).rename(dims.RA2)
 
 
@@ -900,7 +904,9 @@ def channel_of(wanted: str | Channel | type[Channel]) -> Channel:
     if isinstance(wanted, Channel):
         return wanted
     if wanted not in CHANNELS:
-        raise InputError("channel", f"a Channel, or one of {', '.join(CHANNELS)}", f"{wanted!r}")
+        raise InputError(
+            f"channel: expected a Channel, or one of {', '.join(CHANNELS)}, found {wanted!r}"
+        )
     return CHANNELS[wanted]
 
 

@@ -81,7 +81,9 @@ def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals:
-            raise InputError(option, "NAME=VALUE, such as pressure=F250", f"'{pair}'")
+            raise InputError(
+                f"{option}: expected NAME=VALUE, such as pressure=F250, found '{pair}'"
+            )
         found[name] = value
     return found
 
@@ -97,7 +99,9 @@ def numbers_in(text: str | None, option: str) -> list[float] | None:
     try:
         return [float(number) for number in text.split(",")] if text else None
     except ValueError:
-        raise InputError(option, "numbers separated by commas", f"'{text}'") from None
+        raise InputError(
+            f"{option}: expected numbers separated by commas, found '{text}'"
+        ) from None
 
 
 def speed_factor(text: str) -> float:
@@ -111,4 +115,4 @@ def speed_factor(text: str) -> float:
     try:
         return float("inf") if text == "max" else float(text)
     except ValueError:
-        raise InputError("--speed", "a factor above 0, or 'max'", f"'{text}'") from None
+        raise InputError(f"--speed: expected a factor above 0, or 'max', found '{text}'") from None

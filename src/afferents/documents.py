@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 
 LARGEST = {"JSON": 64 << 20, "TOML": 1 << 20}
 """Bytes that are read of a file; what people write by hand is small."""
@@ -48,7 +48,7 @@ def read_json(path: Path, what: str, do: str = "") -> dict[str, Any]:
     """
     content = _read("JSON", path, what, do)
     if not isinstance(content, dict):
-        raise InputError(path, what, f"{_named(content)}, no object", do)
+        raise InputError(f"{path}: expected {what}, found {_named(content)}, no object{then(do)}")
     return content
 
 
@@ -100,14 +100,16 @@ def _content(kind: str, path: Path, what: str, do: str) -> bytes:
     try:
         if not path.is_file():
             found = "something that is no file" if path.exists() else "no such file"
-            raise InputError(path, what, found, do)
+            raise InputError(f"{path}: expected {what}, found {found}{then(do)}")
         with path.open("rb") as file:
             content = file.read(LARGEST[kind] + 1)
     except (OSError, ValueError) as error:
         found = f"one that can't be read ({getattr(error, 'strerror', None) or error})"
-        raise InputError(path, what, found, do) from error
+        raise InputError(f"{path}: expected {what}, found {found}{then(do)}") from error
     if len(content) > LARGEST[kind]:
-        raise InputError(path, what, f"more than {LARGEST[kind] >> 20} MiB", do)
+        raise InputError(
+            f"{path}: expected {what}, found more than {LARGEST[kind] >> 20} MiB{then(do)}"
+        )
     return content
 
 
@@ -121,9 +123,11 @@ def _parsed(kind: str, text: object, where: object, what: str, do: str) -> Any:
     except RecursionError:
         fault = f"more than {DEEPEST} levels of lists and tables"
     except (TypeError, ValueError) as error:
-        raise InputError(where, what, f"a damaged file, no {kind} ({error})", do) from error
+        raise InputError(
+            f"{where}: expected {what}, found a damaged file, no {kind} ({error}){then(do)}"
+        ) from error
     if fault:
-        raise InputError(where, what, fault, do)
+        raise InputError(f"{where}: expected {what}, found {fault}{then(do)}")
     return content
 
 
@@ -190,15 +194,23 @@ def _first_fault(
     fault = error.errors()[0]
     key = ".".join(_keys(fault["loc"], content))
     if fault["type"] == "extra_forbidden":
-        return InputError(where, f"keys of {what}", f"the unknown key '{key}'", do)
+        return InputError(
+            f"{where}: expected keys of {what}, found the unknown key '{key}'{then(do)}"
+        )
     if fault["type"] == "missing":
-        return InputError(where, f"{what} with the key '{key}'", "none", do)
+        return InputError(f"{where}: expected {what} with the key '{key}', found none{then(do)}")
     reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if isinstance(fault["input"], dict) and fault["type"] == "value_error":
-        return InputError(where, what, f"a fault{f' in {key}' if key else ''}: {reason}", do)
+        return InputError(
+            f"{where}: expected {what}, found a fault{f' in {key}' if key else ''}: "
+            f"{reason}{then(do)}"
+        )
     found = repr(fault["input"])
     found = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
-    return InputError(where, f"{what} with {key}: {reason}" if key else reason, found, do)
+    return InputError(
+        f"{where}: expected {f'{what} with {key}: {reason}' if key else reason}, found "
+        f"{found}{then(do)}"
+    )
 
 
 def _keys(loc: tuple[int | str, ...], content: Any) -> Iterator[str]:

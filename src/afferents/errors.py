@@ -23,29 +23,18 @@ class AfferentsError(Exception):
 class InputError(AfferentsError):
     """A file or argument is not what it should be.
 
-    Parameters
-    ----------
-    where
-        The file, folder or argument at fault.
-    expected, found
-        What should have been there, and what was.
-    do
-        What the user can do about it (optional, an imperative clause).
+    Its sentence says which file or argument, what was expected, what was found, and what to do:
+    ``the file: expected this, found that; do so``.
     """
-
-    def __init__(self, where: object, expected: str, found: str, do: str = "") -> None:
-        """Build the sentence from its parts."""
-        self._parts = (str(where), expected, found, do)
-        remedy = f"; {do}" if do else ""
-        super().__init__(f"{where}: expected {expected}, found {found}{remedy}")
 
     def at(self, where: object) -> "InputError":
         """Return the same, found elsewhere: of a file, where the error knew of its content only."""
-        return InputError(where, *self._parts[1:])
+        return InputError(f"{where}: {str(self).partition(': ')[2]}")
 
-    def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str, str]]:
-        """Come back from another process as what it was."""
-        return InputError, self._parts
+
+def then(do: str) -> str:
+    """Return what to do about an error as the end of its sentence; nothing where there is none."""
+    return f"; {do}" if do else ""
 
 
 class LeakageError(AfferentsError):

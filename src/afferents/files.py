@@ -194,7 +194,8 @@ def _followed(target: Path) -> Path:
         return target.resolve(strict=True)
     except (OSError, RuntimeError):
         raise InputError(
-            target, "a name to write to", "a link that leads nowhere", "choose another name"
+            f"{target}: expected a name to write to, found a link that leads nowhere; choose "
+            "another name"
         ) from None
 
 
@@ -210,7 +211,9 @@ def _require_replaceable(target: Path, replaces: Replaceable | None) -> None:
         return
     else:
         found = "a folder" if replaces is None else "a folder that holds other things"
-    raise InputError(target, "a name that is free to write to", found, "choose another name")
+    raise InputError(
+        f"{target}: expected a name that is free to write to, found {found}; choose another name"
+    )
 
 
 def _rename(partial: Path, target: Path) -> None:
@@ -231,10 +234,8 @@ def _not_written(target: Path, error: OSError) -> InputError:
     found = _SYSTEM.get(error.errno or 0) or error.strerror or "a write that was cut short"
     kept = "nothing of it is left, and what was there before is untouched"
     return InputError(
-        target,
-        "room and permission to write it",
-        f"{found} ({kept})",
-        "make room, or choose another place",
+        f"{target}: expected room and permission to write it, found {found} ({kept}); make room, "
+        "or choose another place"
     )
 
 
@@ -342,10 +343,8 @@ def require_same_config(
     if differs:
         name, before, now = differs
         raise InputError(
-            where,
-            f"{kind} of this configuration ({name} {now})",
-            f"{kind} of another ({name} {before})",
-            "choose another place",
+            f"{where}: expected {kind} of this configuration ({name} {now}), found {kind} of "
+            f"another ({name} {before}); choose another place"
         )
 
 

@@ -80,7 +80,8 @@ def _made(folder: Path) -> bool:
         return False
     if folder.exists():
         raise InputError(
-            folder, "a folder to write", "something else of that name", "choose another name"
+            f"{folder}: expected a folder to write, found something else of that name; choose "
+            "another name"
         )
     with naming(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -188,10 +189,9 @@ def _busy(folder: Path, content: dict[str, Any]) -> InputError:
     begun = time.strftime("%H:%M:%S", time.localtime(since)) if isinstance(since, float) else "?"
     who = f"process {content.get('pid', '?')} on {content.get('host', '?')}"
     return InputError(
-        folder,
-        "an output that no other command is writing",
-        f"'{content.get('command', '?')}' at work there since {begun} ({who})",
-        "wait until it has ended, or choose another name",
+        f"{folder}: expected an output that no other command is writing, found "
+        f"'{content.get('command', '?')}' at work there since {begun} ({who}); wait until it has "
+        "ended, or choose another name"
     )
 
 
@@ -288,10 +288,8 @@ def require_picture_folder(folder: Path, *files: str) -> None:
     for entry in sorted(folder.iterdir()) if folder.exists() else ():
         if not (entry.name in files or is_our_picture(entry)):
             raise InputError(
-                folder,
-                "a new or empty folder, or one of earlier pictures, to draw into",
-                f"'{entry.name}' in it",
-                "choose another --out",
+                f"{folder}: expected a new or empty folder, or one of earlier pictures, to draw "
+                f"into, found '{entry.name}' in it; choose another --out"
             )
 
 
@@ -336,4 +334,7 @@ def _refuse_what_is_read(target: Path, what: str, reads: Sequence[Path]) -> None
 
 
 def _taken(target: Path, what: str, found: str, do: str = "") -> InputError:
-    return InputError(target, f"a name that is free, for {what}", found, f"{do}choose another name")
+    return InputError(
+        f"{target}: expected a name that is free, for {what}, found {found}; {do}choose another "
+        "name"
+    )

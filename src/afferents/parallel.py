@@ -24,7 +24,7 @@ from joblib.externals.loky import process_executor
 from joblib.externals.loky.backend import resource_tracker as loky_resource_tracker
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import AfferentsError, InputError, then
 from afferents.files import host_here, size_of
 from afferents.outputs import is_locked_by
 from afferents.stopping import stop_later
@@ -309,10 +309,9 @@ def require_same_file(path: Path, size: int) -> None:
     found = size_of(path) if path.exists() else None
     if found != size:
         raise InputError(
-            f"worker on {host_here()}",
-            f"{path} as it is where the command runs ({size} bytes)",
-            "none" if found is None else f"{found} bytes",
-            "let all workers see the same files at the same paths",
+            f"worker on {host_here()}: expected {path} as it is where the command runs ({size} "
+            f"bytes), found {'none' if found is None else f'{found} bytes'}; let all workers see "
+            "the same files at the same paths"
         )
 
 
@@ -339,18 +338,18 @@ def _client(address: str) -> Iterator["Client"]:
         from distributed import Client
     except ImportError:
         raise InputError(
-            "--cluster", "Dask", "none installed", "pip install 'afferents[cluster]'"
+            "--cluster: expected Dask, found none installed; pip install 'afferents[cluster]'"
         ) from None
     if not _ADDRESS.fullmatch(address):  # Dask would try for half a minute
-        raise InputError("--cluster", "an address like tcp://scheduler:8786", f"'{address}'")
+        raise InputError(
+            f"--cluster: expected an address like tcp://scheduler:8786, found '{address}'"
+        )
     try:  # not as Dask's default: whatever else computes with Dask here is none of its business
         client = Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:  # a timeout is an OSError
         raise InputError(
-            "--cluster",
-            f"a Dask scheduler at {address}",
-            "none that answers",
-            "start one with 'dask scheduler', and workers with 'dask worker ADDRESS --nthreads 1'",
+            f"--cluster: expected a Dask scheduler at {address}, found none that answers; start "
+            "one with 'dask scheduler', and workers with 'dask worker ADDRESS --nthreads 1'"
         ) from error
     try:
         yield client
@@ -374,7 +373,7 @@ def _require_workers(client: "Client", address: str, packages: tuple[str, ...]) 
         if not found:
             expected = f"at least one worker at {address}"
             hint = f"start some with 'dask worker {address} --nthreads 1'"
-            raise InputError("--cluster", expected, "none", hint)
+            raise InputError(f"--cluster: expected {expected}, found none{then(hint)}")
         for worker, there in found.items():
             _require_version(worker, package, here, there)
     return len(threads_of)
@@ -382,17 +381,16 @@ def _require_workers(client: "Client", address: str, packages: tuple[str, ...]) 
 
 def _require_one_thread(worker: str, threads: int) -> None:
     if threads != 1:
-        raise InputError(f"worker {worker}", "one thread", f"{threads}", _ONE_THREAD)
+        raise InputError(f"worker {worker}: expected one thread, found {threads}; {_ONE_THREAD}")
 
 
 def _require_version(worker: str, package: str, here: str, there: str | Exception) -> None:
     """Refuse a worker with another version of a package; an error stands for none at all."""
     if there != here:
         raise InputError(
-            f"worker {worker}",
-            f"{package} {here}, as here",
-            "none" if isinstance(there, Exception) else f"{there}",
-            "install the same version there",
+            f"worker {worker}: expected {package} {here}, as here, found "
+            f"{'none' if isinstance(there, Exception) else f'{there}'}; install the same version "
+            "there"
         )
 
 

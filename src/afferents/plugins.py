@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from afferents.errors import AfferentsError, InputError, raised
+from afferents.errors import AfferentsError, InputError, raised, then
 
 
 def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
@@ -28,7 +28,7 @@ def import_extra(extra: str, asked: str, *names: str) -> ModuleType:
         modules = [import_module(name) for name in names]
     except ImportError as error:
         wanted, remedy = f"the packages of the extra '{extra}'", f"pip install 'afferents[{extra}]'"
-        raise InputError(asked, wanted, str(error), remedy) from error
+        raise InputError(f"{asked}: expected {wanted}, found {error!s}{then(remedy)}") from error
     return modules[0]
 
 
@@ -54,7 +54,7 @@ def named(where: str) -> Any:
         return imported(where)
     path = Path(module)
     if not path.is_file():
-        raise InputError(where, "a Python file", "no such file")
+        raise InputError(f"{where}: expected a Python file, found no such file")
     _forget_another(path.resolve(), where)
     found = imported(f"{path.stem}:{name}", where, path.resolve().parent)
     _of_files.add(path.stem)
@@ -80,7 +80,7 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
     said = said or where
     module_name, _, name = where.rpartition(":")
     if not module_name or not name:
-        raise InputError(said, "package.module:NAME or file.py:NAME", f"'{where}'")
+        raise InputError(f"{said}: expected package.module:NAME or file.py:NAME, found '{where}'")
     place = str(folder or Path.cwd())
     if folder:
         sys.path[:] = [place, *(other for other in sys.path if other != place)]
@@ -89,10 +89,14 @@ def imported(where: str, said: str | None = None, folder: Path | None = None) ->
     try:
         found: Any = import_module(module_name)
     except Exception as error:
-        raise InputError(said, "a module that can be imported", raised(error)) from error
+        raise InputError(
+            f"{said}: expected a module that can be imported, found {raised(error)}"
+        ) from error
     for part in name.split("."):
         if not hasattr(found, part):
-            raise InputError(said, f"'{name}' in {module_name}", "nothing of that name")
+            raise InputError(
+                f"{said}: expected '{name}' in {module_name}, found nothing of that name"
+            )
         found = getattr(found, part)
     return found
 
@@ -104,7 +108,8 @@ def _forget_another(file: Path, where: str) -> None:
         return
     if file.stem not in _of_files:
         raise InputError(
-            where, "a file that has not the name of a module", f"{file.stem}", "rename it"
+            f"{where}: expected a file that has not the name of a module, found {file.stem}; "
+            "rename it"
         )
     del sys.modules[file.stem]
     invalidate_caches()
@@ -130,9 +135,9 @@ def reference_of(own: Any) -> str:
     if not known:
         found = f"{name or type(own).__name__} of {module or 'nowhere'}"
         raise InputError(
-            "classifier", "a function of a module that can be imported", found,
-            "put it into a file of its own",
-        )  # fmt: skip
+            f"classifier: expected a function of a module that can be imported, found {found}; "
+            "put it into a file of its own"
+        )
     return f"{module}:{name}"
 
 
@@ -144,4 +149,6 @@ def in_a_sentence(where: str) -> Iterator[None]:
     except AfferentsError:
         raise
     except Exception as error:
-        raise InputError(where, "data that can be read", raised(error)) from error
+        raise InputError(
+            f"{where}: expected data that can be read, found {raised(error)}"
+        ) from error

@@ -59,7 +59,9 @@ def feeling(asked: Asked, models: Sequence[Path], quiet: bool) -> Prepared:
     from afferents.live.sources import open_sources
 
     if asked.fps_hz is not None:
-        raise InputError("--fps", "none beside --model, which has its own", f"{asked.fps_hz:g}")
+        raise InputError(
+            f"--fps: expected none beside --model, which has its own, found {asked.fps_hz:g}"
+        )
     paths = _demo(asked, quiet) if models == [Path(DEMO)] else models
     senses = Perceiver([Network(path) for path in paths], asked.audio_offset_s)
     given = asked.speed, asked.exposure_ms
@@ -80,7 +82,9 @@ def looking(asked: Asked, sensor: str | None) -> Prepared:
     from afferents.markers.sensor import load_sensor
 
     if asked.fps_hz is not None and not 0 < asked.fps_hz < float("inf"):
-        raise InputError("--fps", "a number of frames a second above 0", f"{asked.fps_hz:g}")
+        raise InputError(
+            f"--fps: expected a number of frames a second above 0, found {asked.fps_hz:g}"
+        )
     images = images_of(asked.video, load_sensor(sensor) if sensor else None)
     wanted = Wanted(sensor=images.sensor, fps_hz=asked.fps_hz)
     given = asked.speed, asked.exposure_ms
@@ -95,9 +99,10 @@ def _demo(asked: Asked, quiet: bool) -> list[Path]:
     named = [source for source in (asked.video, asked.audio) if source is not None]
     if not named or any(not source.startswith("rig") for source in named):
         raise InputError(
-            f"--model {DEMO}", "sources of the simulated rig, such as --video rig",
-            ", ".join(named) or "none", "run 'afferents train' and 'afferents export' for others",
-        )  # fmt: skip
+            f"--model {DEMO}: expected sources of the simulated rig, such as --video rig, found "
+            f"{', '.join(named) or 'none'}; run 'afferents train' and 'afferents export' for "
+            "others"
+        )
     with Progress(quiet) as progress:
         both = demo_models(Path("out/live"), progress)
     kinds = dict(zip(BEST, (asked.video, asked.audio), strict=True))
@@ -177,6 +182,8 @@ def live(
 
     asked = Asked(video, audio, speed_factor(speed), fps, exposure_ms, audio_offset_ms / 1000)
     if model and sensor:
-        raise InputError("--sensor", "none beside --model, which carries its own", sensor)
+        raise InputError(
+            f"--sensor: expected none beside --model, which carries its own, found {sensor}"
+        )
     sources, senses = feeling(asked, model, quiet or as_json) if model else looking(asked, sensor)
     give_out(sources, senses, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)

@@ -113,11 +113,15 @@ def explain(
     from afferents.errors import InputError
 
     if shear and data is not None:
-        raise InputError("--shear", "DATA alone, without a model", f"'{model}' before '{data}'")
+        raise InputError(
+            f"--shear: expected DATA alone, without a model, found '{model}' before '{data}'"
+        )
     if shear:
         found = afferents.explain_shear(model, out, cut, quiet or as_json)
     elif data is None:
-        raise InputError("DATA", "a store beside the model", "none", "or --shear for data alone")
+        raise InputError(
+            "DATA: expected a store beside the model, found none; or --shear for data alone"
+        )
     else:
         found = afferents.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]

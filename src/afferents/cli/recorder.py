@@ -107,7 +107,9 @@ def record(
     if check:
         return _check(plan, session, dry_run, as_json)
     if session is None:
-        raise InputError("SESSION", "a folder to write", "none", "name one, or give --check")
+        raise InputError(
+            "SESSION: expected a folder to write, found none; name one, or give --check"
+        )
     page = (host, port, token) if web else None
     done = afferents.record(
         plan, session, dry_run, quiet=quiet or as_json, web=page, again=again or ()

@@ -83,9 +83,9 @@ class PortableCamera(Camera):
         if found != asked:
             container.close()
             raise InputError(
-                f"camera {options.device}", f"{asked[0]} x {asked[1]} px",
-                f"{found[0]} x {found[1]} px", "ask for a size that it has",
-            )  # fmt: skip
+                f"camera {options.device}: expected {asked[0]} x {asked[1]} px, found {found[0]} "
+                f"x {found[1]} px; ask for a size that it has"
+            )
         self._container = container
         self.settings = CameraSettings(
             options.device, _format(stream) or "GREY", *found,
@@ -144,9 +144,9 @@ class PortableCamera(Camera):
             except (av.FFmpegError, OSError, ValueError) as error:
                 last = error
         raise InputError(
-            f"camera {options.device}", "a camera that is plugged in and free",
-            reason_of(last).lower(), "close what else uses it, or name another",
-        ) from last  # fmt: skip
+            f"camera {options.device}: expected a camera that is plugged in and free, found "
+            f"{reason_of(last).lower()}; close what else uses it, or name another"
+        ) from last
 
     def _data(self, packet: Any) -> bytes | None:
         """Return a frame as it came, or in grey where there is no name for how it came."""

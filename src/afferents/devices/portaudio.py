@@ -204,9 +204,9 @@ class PortAudioMicrophone(Microphone):
         except (portaudio.PortAudioError, ValueError) as error:
             there = [d["name"] for d in portaudio.query_devices() if d["max_input_channels"]]
             raise InputError(
-                f"microphone {options.device}",
-                f"one of {options.rate_hz:g} Hz with {options.channels} channel(s)",
-                f"{error} (there are: {', '.join(there) or 'none'})",
+                f"microphone {options.device}: expected one of {options.rate_hz:g} Hz with "
+                f"{options.channels} channel(s), found {error} (there are: "
+                f"{', '.join(there) or 'none'})"
             ) from error
         return stream
 
@@ -234,10 +234,8 @@ def import_portaudio() -> ModuleType:
         import sounddevice
     except (ImportError, OSError) as error:  # OSError: the PortAudio library is not there
         raise InputError(
-            "microphone",
-            "sounddevice and the PortAudio library",
-            str(error),
-            "pip install 'afferents[record]'; on Debian also apt-get install libportaudio2",
+            f"microphone: expected sounddevice and the PortAudio library, found {error!s}; pip "
+            "install 'afferents[record]'; on Debian also apt-get install libportaudio2"
         ) from error
     return sounddevice  # type: ignore[no-any-return]
 

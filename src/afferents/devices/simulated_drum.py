@@ -129,7 +129,9 @@ class SimulatedDrum:
     def __enter__(self) -> Self:
         """Open the pseudo-terminal, and answer in a thread."""
         if sys.platform == "win32":
-            raise InputError("simulated drum", "a system with pseudo-terminals", "Windows")
+            raise InputError(
+                "simulated drum: expected a system with pseudo-terminals, found Windows"
+            )
         import pty
         import tty
 

@@ -89,6 +89,6 @@ def device_of(kinds: Mapping[str, Kind[Made]], table: Mapping[str, Any], where: 
     kind = table.get("kind")
     if kind not in kinds:
         found = "none" if kind is None else repr(kind)
-        raise InputError(where, f"kind = one of {', '.join(kinds)}", found)
+        raise InputError(f"{where}: expected kind = one of {', '.join(kinds)}, found {found}")
     made = kinds[str(kind)]
     return made(as_form(table, made.Options, where, f"options of {kind}"))

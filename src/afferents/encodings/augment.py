@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 
 # Stretching spectra in frequency, to stand in for speeds never seen (paper, section 2.4.3).
 #
@@ -52,7 +52,7 @@ def stretch_spectrum(
         If the factor is not a positive number.
     """
     if not np.isfinite(factor) or factor <= 0:
-        raise InputError("factor", "a stretch above 0", f"{factor}")
+        raise InputError(f"factor: expected a stretch above 0, found {factor}")
     bins = bins or spectrum.shape[-1]
     stretched = _fourier if kind == "fourier" else _rebinned
     return stretched(spectrum, factor, bins).astype(np.float32)
@@ -160,7 +160,10 @@ def faster_images(
     """
     if not grows_with_speed(samples):
         do = "augment RA-I, or runs of images"
-        raise InputError("augmentation", "samples that change with the speed", "single images", do)
+        raise InputError(
+            "augmentation: expected samples that change with the speed, found single "
+            f"images{then(do)}"
+        )
     values = samples.values[index]
     factors = [rng.uniform(*between, len(index)).astype(np.float32) for between in RANGES]
     return (

@@ -243,7 +243,9 @@ class Encoding(BaseModel, ABC):
         InputError
             If the encoding has no such copies.
         """
-        raise InputError("augmentation", "an encoding whose samples can be stretched", self.name)
+        raise InputError(
+            f"augmentation: expected an encoding whose samples can be stretched, found {self.name}"
+        )
 
     @property
     @abstractmethod
@@ -292,14 +294,18 @@ class Encoding(BaseModel, ABC):
         flags = {name: option.flag for name, option in self.options().items()}
         for name, value in own.items():
             if isinstance(value, float) and not math.isfinite(value):
-                raise InputError(flags.get(name, name), "a positive number", f"{value}")
+                raise InputError(
+                    f"{flags.get(name, name)}: expected a positive number, found {value}"
+                )
         try:
             return type(self)(**{**dict(self), **own})
         except ValidationError as error:
             first = error.errors()[0]
             name = str(first["loc"][0]) if first["loc"] else self.name
             wrong = own.get(name, first["input"])
-            raise InputError(flags.get(name, name), "a positive number", f"{wrong}") from error
+            raise InputError(
+                f"{flags.get(name, name)}: expected a positive number, found {wrong}"
+            ) from error
 
 
 class ImageEncoding(Encoding):
@@ -339,7 +345,9 @@ class ImageEncoding(Encoding):
         InputError
             If the encoding does not say.
         """
-        raise InputError("the encoding", "one that says what it makes of images", self.name)
+        raise InputError(
+            f"the encoding: expected one that says what it makes of images, found {self.name}"
+        )
 
     def stream(self, lookback: int) -> ImageStream:
         """Return what encodes images as they come, one by one.
@@ -349,7 +357,7 @@ class ImageEncoding(Encoding):
         InputError
             If it can't be felt live.
         """
-        raise InputError("the encoding", "one that can be felt live", self.name)
+        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
 
     @property
     def felt_live(self) -> bool:
@@ -402,7 +410,7 @@ class VibrationEncoding(Encoding):
         InputError
             If it can't be felt live.
         """
-        raise InputError("the encoding", "one that can be felt live", self.name)
+        raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
 
     @property
     def felt_live(self) -> bool:
@@ -421,4 +429,6 @@ class VibrationEncoding(Encoding):
 def require_run(n_frames: int, where: str, length: int) -> None:
     """Refuse a recording with fewer than `length` frames after the cut."""
     if n_frames < length:
-        raise InputError(where, f"at least {length} frames after the cut", f"{n_frames}")
+        raise InputError(
+            f"{where}: expected at least {length} frames after the cut, found {n_frames}"
+        )

@@ -57,7 +57,9 @@ class KernelEncoding(WindowEncoding):
         kept = rate_hz / decimation(rate_hz, self.highest_hz)
         length = round((self.window_s or n / rate_hz) * kept)
         if length < _LONGEST:
-            raise InputError(where, f"windows of at least {_LONGEST} values", f"{length}")
+            raise InputError(
+                f"{where}: expected windows of at least {_LONGEST} values, found {length}"
+            )
 
     def require_packages(self) -> None:
         """Refuse if the package that has the kernels is missing."""

@@ -108,7 +108,7 @@ class OrderEncoding(WindowEncoding):
         super().require(n, rate_hz, where)
         if rate_hz / 2 * 0.95 < 2 * self.lowest_hz:
             expected = f"a sample rate for an octave above {self.lowest_hz:g} Hz"
-            raise InputError(where, expected, f"{rate_hz:g} Hz")
+            raise InputError(f"{where}: expected {expected}, found {rate_hz:g} Hz")
 
     def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
         """Return samples `(sample, feature, frequency)`; see `order_samples`."""

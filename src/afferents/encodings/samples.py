@@ -69,15 +69,14 @@ def concatenate(parts: Sequence[Samples]) -> Samples:
         frequencies of its bins or in the length of the windows that it depends on.
     """
     if not parts:
-        raise InputError("the data", "at least one recording with samples", "none")
+        raise InputError("the data: expected at least one recording with samples, found none")
     for part in parts:
         if _form(part) != _form(parts[0]):
             name = part[dims.RECORDING].values[:1]
             raise InputError(
-                f"recording {', '.join(map(str, name))}",
-                f"samples like those of the other recordings ({_form(parts[0])})",
-                _form(part),
-                "evaluate recordings of one sensor together, in windows of one length",
+                f"recording {', '.join(map(str, name))}: expected samples like those of the other "
+                f"recordings ({_form(parts[0])}), found {_form(part)}; evaluate recordings of one "
+                "sensor together, in windows of one length"
             )
     joined = xr.concat(
         parts,

@@ -74,7 +74,9 @@ class Encodings:
             If there is no encoding of a name, or it can't have such options.
         """
         if unknown := sorted(set(options) - set(ENCODINGS)):
-            raise InputError(where, f"options of {', '.join(ENCODINGS)}", f"of {unknown[0]}")
+            raise InputError(
+                f"{where}: expected options of {', '.join(ENCODINGS)}, found of {unknown[0]}"
+            )
         words = "options of the encoding '{}'"
         suited = {n: as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items()}
         if known is not None:
@@ -114,7 +116,7 @@ class Encodings:
                 return suited
         if encoding not in ENCODINGS:
             known = f"an Encoding, or one of {', '.join(ENCODINGS)}"
-            raise InputError("encoding", known, f"{encoding!r}")
+            raise InputError(f"encoding: expected {known}, found {encoding!r}")
         return ENCODINGS[encoding]()
 
     def describe(self) -> dict[str, dict[str, Any]]:
@@ -141,7 +143,9 @@ def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:
     name = str(described.get("name"))
     kind = imported(name) if ":" in name else ENCODINGS.get(name)
     if not (isinstance(kind, type) and issubclass(kind, Encoding)):
-        raise InputError(where, f"one of the encodings {', '.join(ENCODINGS)}", f"'{name}'")
+        raise InputError(
+            f"{where}: expected one of the encodings {', '.join(ENCODINGS)}, found '{name}'"
+        )
     fields = {field: value for field, value in described.items() if field != "name"}
     wanted = f"the encoding '{name}' of this version"
     return as_form(fields, kind, where, wanted, "train the model again")

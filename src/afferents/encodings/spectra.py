@@ -59,7 +59,7 @@ class Lines(BaseModel):
         for part in text.split(","):
             line = re.fullmatch(r"\s*(\d*\.?\d+)\s*(Hz|/mm)\s*", part)
             if line is None or float(line[1]) == 0:
-                raise InputError("--mask", "lines as in 50Hz,0.0573/mm", f"'{part}'")
+                raise InputError(f"--mask: expected lines as in 50Hz,0.0573/mm, found '{part}'")
             found[line[2]].append(float(line[1]))
         return cls(hertz=tuple(found["Hz"]), per_mm=tuple(found["/mm"]))
 
@@ -190,16 +190,20 @@ class SpectralEncoding(VibrationEncoding):
         points = self.fft_points or length
         if n < length:
             expected = f"at least one window of {self.window_s:g} s"
-            raise InputError(where, expected, f"{n / rate_hz:.2f} s")
+            raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
         if length < 2:
-            raise InputError("--window-s", f"at least two samples at {rate_hz:g} Hz", f"{length}")
+            raise InputError(
+                f"--window-s: expected at least two samples at {rate_hz:g} Hz, found {length}"
+            )
         require_stride(self.stride_s, self.window_s)
         if points < length:
-            raise InputError("--fft-points", f"at least the window's {length} samples", f"{points}")
+            raise InputError(
+                f"--fft-points: expected at least the window's {length} samples, found {points}"
+            )
         bins = min(points // 2 + 1, self.kept_bins)
         if self.model_bins > bins:
             nyquist = f"the {bins} bins that the encoding has (of {rate_hz / points:g} Hz)"
-            raise InputError("--bins", f"at most {nyquist}", f"{self.model_bins}")
+            raise InputError(f"--bins: expected at most {nyquist}, found {self.model_bins}")
 
     def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
         """Return samples `(sample, channel, frequency)`; see `spectral_samples`."""
@@ -239,7 +243,7 @@ def require_stride(stride_s: float, window_s: float) -> None:
     """Refuse windows that lie so densely that they would fill the memory with the same sound."""
     if stride_s < window_s / _DENSEST:
         expected = f"at least {window_s / _DENSEST:g} s, a thousandth of the window"
-        raise InputError("--stride-s", expected, f"{stride_s:g}")
+        raise InputError(f"--stride-s: expected {expected}, found {stride_s:g}")
 
 
 def window_starts(n: int, length: int, stride: int, count: int | None) -> NDArray[np.int64]:
@@ -353,7 +357,7 @@ class SpectrumStream:
         """
         if samples.ndim != 2 or samples.shape[1] != len(self._ring):
             found = f"samples of shape {samples.shape}"
-            raise InputError("the vibration", f"{len(self._ring)} channels", found)
+            raise InputError(f"the vibration: expected {len(self._ring)} channels, found {found}")
         ready: list[Ready] = []
         done = 0
         while done < len(samples):

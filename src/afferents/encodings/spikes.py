@@ -107,7 +107,7 @@ class SpikeTimingEncoding(VibrationEncoding):
         require_stride(self.stride_s, self.window_s)
         if n < round(self.window_s * rate_hz):
             expected = f"at least one window of {self.window_s:g} s"
-            raise InputError(where, expected, f"{n / rate_hz:.2f} s")
+            raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
 
     def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
         """Return samples `(sample, channel, interval)`, ln(1 + count)."""

@@ -31,10 +31,9 @@ def tactile_images(response: xr.DataArray) -> NDArray[np.float32]:
     where = name_of(response)
     if dims.ROW not in response.coords or dims.COLUMN not in response.coords:
         raise InputError(
-            where,
-            "markers whose places are known (coordinates row and column)",
-            "a layout that no sensor file describes",
-            "calibrate the sensor and extract again, or use the vibrotactile models",
+            f"{where}: expected markers whose places are known (coordinates row and column), "
+            "found a layout that no sensor file describes; calibrate the sensor and extract "
+            "again, or use the vibrotactile models"
         )
     require_filled(response)
     values = response.transpose(dims.TIME, dims.MARKER).values
@@ -51,7 +50,8 @@ def require_filled(response: xr.DataArray) -> None:
     """
     if bool(response.isnull().any()):
         raise InputError(
-            name_of(response), "lost markers filled", "NaN", "fill them with channels.fill"
+            f"{name_of(response)}: expected lost markers filled, found NaN; fill them with "
+            "channels.fill"
         )
 
 

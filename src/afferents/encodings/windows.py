@@ -106,11 +106,13 @@ class WindowEncoding(VibrationEncoding):
         seconds = self.window_s or n / rate_hz
         kept_hz = rate_hz / decimation(rate_hz, self.highest_hz)
         if self.window_s is not None and (length := round(self.window_s * kept_hz)) < 2:
-            raise InputError("--window-s", f"at least two samples at {kept_hz:g} Hz", f"{length}")
+            raise InputError(
+                f"--window-s: expected at least two samples at {kept_hz:g} Hz, found {length}"
+            )
         require_stride(self.stride_s, self.window_s or 0.0)
         if n < round(seconds * rate_hz) or n < 2:
             expected = f"at least one window of {seconds:g} s"
-            raise InputError(where, expected, f"{n / rate_hz:.2f} s")
+            raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
 
 
 class Windows(NamedTuple):

@@ -59,7 +59,9 @@ def require_disturbed(
     for option, one in [*options, ("--disturb-training", disturbances.training)]:
         if one and not ((one.sound and hears) or (one.of_markers and sees)):
             names = ", ".join(model.name for model in models)
-            raise InputError(option, f"models that notice {one}", names, "leave it out")
+            raise InputError(
+                f"{option}: expected models that notice {one}, found {names}; leave it out"
+            )
 
 
 def require_searched(models: Sequence[Model], penalty: Penalty) -> None:
@@ -73,7 +75,9 @@ def require_searched(models: Sequence[Model], penalty: Penalty) -> None:
     if penalty == "searched" and not any(_has_penalty(model) for model in models):
         able = ", ".join(name for name, model in MODELS.items() if _has_penalty(model))
         names = ", ".join(model.name for model in models)
-        raise InputError("--penalty", f"models that have one ({able})", names, "leave it out")
+        raise InputError(
+            f"--penalty: expected models that have one ({able}), found {names}; leave it out"
+        )
 
 
 def _has_penalty(model: Model) -> bool:
@@ -101,7 +105,9 @@ def require_trained_so(
     if not used & set(hyperparameters.changed):
         networks = ", ".join(hyperparameters.changed)
         names = ", ".join(model.name for model in models)
-        raise InputError("--recipe", f"models that learn as {networks}", names, "leave it out")
+        raise InputError(
+            f"--recipe: expected models that learn as {networks}, found {names}; leave it out"
+        )
 
 
 def require_told(models: Sequence[Model], encodings: Encodings) -> None:
@@ -120,10 +126,9 @@ def require_told(models: Sequence[Model], encodings: Encodings) -> None:
             if source.encoding.needs_speed and part.speed_from != "robot":
                 told = [name for name, one in MODELS.items() if one.speed_from == "robot"]
                 raise InputError(
-                    "--mask",
-                    f"lines in Hz alone, or models that are told the speed ({', '.join(told)})",
-                    f"lines in /mm for {model.name}, which would be told by where they lie",
-                    "leave out the lines in /mm",
+                    "--mask: expected lines in Hz alone, or models that are told the speed "
+                    f"({', '.join(told)}), found lines in /mm for {model.name}, which would be "
+                    "told by where they lie; leave out the lines in /mm"
                 )
 
 

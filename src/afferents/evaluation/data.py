@@ -98,9 +98,9 @@ def open_data(
     opened = [_open(source, keep_going, progress or Progress(quiet=True)) for source in sources]
     kinds = {data.origin.data_set.name for data in opened}
     if len(kinds) > 1:
-        raise InputError("DATA", "data of one kind", " and ".join(sorted(kinds)))
+        raise InputError(f"DATA: expected data of one kind, found {' and '.join(sorted(kinds))}")
     if len({data.origin.fingerprint for data in opened}) < len(opened):
-        raise InputError("DATA", "each repetition once", "the same recordings twice")
+        raise InputError("DATA: expected each repetition once, found the same recordings twice")
     if without:
         _require_declared(without, recordings_in(opened))
         opened = [_leave_out(data, without) for data in opened]
@@ -114,7 +114,7 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
     source, data_set = source_of(given), data_set_of(given)
     if data_set.extracted_first:
         wanted = "a store written by 'afferents extract'"
-        raise InputError(data_set.path, wanted, "none", "extract first")
+        raise InputError(f"{data_set.path}: expected {wanted}, found none; extract first")
     with in_a_sentence(source):
         config, found = dict(data_set.config()), data_set.responses()
         if found is not None:
@@ -129,7 +129,9 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
                 fingerprint = hashlib.sha256(json.dumps([config, fingerprint]).encode()).hexdigest()
     names = Counter(str(r.attrs["name"]) for r in responses)
     if twice := [name for name, n in names.items() if n > 1]:
-        raise InputError(source, "recordings of different names", f"several '{twice[0]}'")
+        raise InputError(
+            f"{source}: expected recordings of different names, found several '{twice[0]}'"
+        )
     simulated = bool(config.get("declared", {}).get("simulated"))
     origin = Origin(data_set.located(), source, fingerprint, len(responses), simulated)
     return OpenedData(origin, tuple(responses), failed)
@@ -147,10 +149,9 @@ def _whole(
     missing = [name for name in config.get("recordings", []) if name not in there]
     if missing and not keep_going:
         raise InputError(
-            data_set.path,
-            f"the {len(missing) + len(there)} recordings of its session",
-            f"{len(there)} ({', '.join(missing[:5])} missing)",
-            "extract again, or use --keep-going",
+            f"{data_set.path}: expected the {len(missing) + len(there)} recordings of its "
+            f"session, found {len(there)} ({', '.join(missing[:5])} missing); extract again, or "
+            "use --keep-going"
         )
     why = "not in the store: its extraction failed or was stopped"
     return responses, dict.fromkeys(missing, why)
@@ -175,7 +176,9 @@ def _read(session: RecordingSet, title: str, keep_going: bool, progress: Progres
 def _heard(recording: Recording) -> Responses:
     """Return the response to a recording's vibration; a video is followed by `extract` alone."""
     if recording.video is not None or recording.audio is None:
-        raise InputError(recording.name, "vibration alone, or responses", "a video or nothing")
+        raise InputError(
+            f"{recording.name}: expected vibration alone, or responses, found a video or nothing"
+        )
     return responses_of(recording)
 
 
@@ -202,9 +205,9 @@ def require_one_of_each(recordings: Sequence[Responses]) -> None:
             other = seen.setdefault(digest, name)
             if other != name and not _is_silent(responses, variable):
                 raise InputError(
-                    f"recording {name}", "a recording of its own", f"a copy of {other}",
-                    "remove one from its session and extract again",
-                )  # fmt: skip
+                    f"recording {name}: expected a recording of its own, found a copy of {other}; "
+                    "remove one from its session and extract again"
+                )
     speeds = [(f"{v:.10g}", v) for r in recordings if (v := speed_of(r)) is not None]
     require_distinct("DATA", (str(r.attrs[dims.TEXTURE]) for r in recordings), speeds)
 
@@ -240,10 +243,12 @@ def _require_declared(without: Mapping[str, str], recordings: Sequence[Responses
             known.setdefault(name, set()).add(str(value))
     for name, value in without.items():
         if name not in known:
-            raise InputError("--without", f"one of {', '.join(sorted(known)) or 'none'}", name)
+            raise InputError(
+                f"--without: expected one of {', '.join(sorted(known)) or 'none'}, found {name}"
+            )
         if value not in known[name]:
             values = ", ".join(sorted(known[name]))
-            raise InputError("--without", f"{name}= one of {values}", value)
+            raise InputError(f"--without: expected {name}= one of {values}, found {value}")
 
 
 def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
@@ -253,7 +258,7 @@ def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
         if not any(str(declared.get(name)) == value for name, value in without.items()):
             kept.append(responses)
     if not kept:
-        raise InputError("--without", "to leave some recordings", "none left")
+        raise InputError("--without: expected to leave some recordings, found none left")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))
     digest = hashlib.sha256(f"{data.origin.fingerprint} without {names}".encode()).hexdigest()
     origin = replace(data.origin, fingerprint=digest, n_recordings=len(kept))

@@ -11,7 +11,7 @@ from afferents.choices import Cut
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings, options
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Disturbance, Disturbances, disturbed, in_variants
 from afferents.models.model import BEST, MODELS, Model, own_of
@@ -86,9 +86,9 @@ def require_support(
         assert without is not None
         possible = [name for name, model in MODELS.items() if lacking(model, recordings) is None]
         raise InputError(
-            "--models",
-            f"some that these data support ({', '.join(possible) or 'none'})",
-            f"{refused.name}, for which {without.attrs['name']} lacks {_needs(refused, without)}",
+            f"--models: expected some that these data support ({', '.join(possible) or 'none'}), "
+            f"found {refused.name}, for which {without.attrs['name']} lacks "
+            f"{_needs(refused, without)}"
         )
     for model in able:
         for source in sources_of(model, Encodings()):
@@ -124,7 +124,9 @@ def require_used(models: Sequence[Model], encodings: Encodings) -> None:
             able = ", ".join(name for name, model in MODELS.items() if has(model, field))
             flag = every[field].flag if field in every else field
             names = ", ".join(model.name for model in models)
-            raise InputError(flag, f"models that it is for ({able})", names, "leave it out")
+            raise InputError(
+                f"{flag}: expected models that it is for ({able}), found {names}; leave it out"
+            )
 
 
 def require_speeds_known(
@@ -141,7 +143,10 @@ def require_speeds_known(
     for model in models if unknown else ():
         if any(source.encoding.needs_speed for source in sources_of(model, encodings)):
             found, do = f"none of {unknown[0]}", "leave out the lines in /mm"
-            raise InputError("--mask", f"the speed of every recording for {model.name}", found, do)
+            raise InputError(
+                f"--mask: expected the speed of every recording for {model.name}, found "
+                f"{found}{then(do)}"
+            )
 
 
 def best_of(recordings: Sequence[Responses]) -> Model:

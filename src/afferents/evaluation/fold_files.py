@@ -116,7 +116,9 @@ def _key_of(results: Path, path: Path) -> FoldKey:
     """Return the key of the fold whose facts lie at `path`."""
     key = FoldKey.of(read_facts(path))
     if key.folder(results) != path.parent:
-        raise InputError(path, "the facts of the fold that its folder names", str(key), AGAIN)
+        raise InputError(
+            f"{path}: expected the facts of the fold that its folder names, found {key!s}; {AGAIN}"
+        )
     return key
 
 
@@ -197,7 +199,8 @@ def check_results_folder(results: Path, config: Mapping[str, Any]) -> None:
         require_same_config(results, "results", _comparable(earlier), _comparable(config))
     elif results.exists() and (not results.is_dir() or _foreign(results)):
         raise InputError(
-            results, "a new, empty or results folder", "something else", "choose another --out"
+            f"{results}: expected a new, empty or results folder, found something else; choose "
+            "another --out"
         )
 
 

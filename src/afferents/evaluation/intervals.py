@@ -216,7 +216,7 @@ def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Differen
     key = [column_of(one.table), "recording"]
     common = one.table[key].merge(other.table[key]).drop_duplicates()
     if common.empty:
-        raise InputError("a comparison", "recordings that both were tested on", "none")
+        raise InputError("a comparison: expected recordings that both were tested on, found none")
     a, b = (Accuracy.of_counts(side.table.merge(common)) for side in (one, other))
     mean = a.mean() - b.mean()
     drawn = a.resampled(seed) - b.resampled(seed)

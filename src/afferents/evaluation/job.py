@@ -218,9 +218,7 @@ def opened_again(recipe: Recipe) -> list[OpenedData]:
     for found, expected in zip(data, recipe.data, strict=True):
         if found.origin.fingerprint != expected.fingerprint:
             raise InputError(
-                expected.source,
-                "the data that the evaluation began with",
-                "changed data",
-                "bring them back, or evaluate them into another folder",
+                f"{expected.source}: expected the data that the evaluation began with, found "
+                "changed data; bring them back, or evaluate them into another folder"
             )
     return data

@@ -99,7 +99,9 @@ def job_statuses(results: Path) -> list[JobStatus]:
         If nothing was planned in this folder.
     """
     if not (results / PLAN).is_file():
-        raise InputError(results, "a results folder that evaluate has begun", "none")
+        raise InputError(
+            f"{results}: expected a results folder that evaluate has begun, found none"
+        )
     return [_job_status(results, key) for key in _planned(results)[0]]
 
 

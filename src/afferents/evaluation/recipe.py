@@ -54,7 +54,7 @@ def lengths_in(given: object) -> tuple[int, ...]:
         lengths = (0,)
     if min(lengths) < 1:
         expected = "whole numbers of frames with commas between, such as 1,2,5,10"
-        raise InputError(FLAG, expected, f"'{given}'")
+        raise InputError(f"{FLAG}: expected {expected}, found '{given}'")
     return lengths
 
 
@@ -70,7 +70,9 @@ def by_length(models: Sequence[Model], lengths: Sequence[int], encodings: Encodi
     if found == list(models):
         able = ", ".join(name for name, one in MODELS.items() if _encoding(one, encodings))
         names = ", ".join(model.name for model in models)
-        raise InputError(FLAG, f"models that it is for ({able})", names, "leave it out")
+        raise InputError(
+            f"{FLAG}: expected models that it is for ({able}), found {names}; leave it out"
+        )
     return found
 
 
@@ -153,10 +155,9 @@ def keep_own_models(results: Path, models: Sequence[Model], encodings: Encodings
         found = describe(model, encodings)
         if kept.setdefault(model.name, found) != found:
             raise InputError(
-                results,
-                f"results of the model '{model.name}' as it is now",
-                "those of another that had its name",
-                "give it another name, or choose another --out",
+                f"{results}: expected results of the model '{model.name}' as it is now, found "
+                "those of another that had its name; give it another name, or choose another "
+                "--out"
             )
     if kept:
         write_json(results / OWN_MODELS, kept)

@@ -20,7 +20,7 @@ import pyarrow as pa
 from pandas.api.types import is_numeric_dtype
 
 from afferents.documents import read_checked
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.evaluation.schemas import About, Config, RoughnessSummary, Summary, UnknownSummary
 from afferents.folds.held_out import SPEED, Split, column_of, split_of
 
@@ -144,16 +144,20 @@ def load_results(root: str | Path) -> Results:
     root = Path(root)
     for name in (CONFIG, SUMMARY, PREDICTIONS):
         if not (root / name).is_file():
-            raise InputError(root, f"a results folder with {name}", "none", "run evaluate first")
+            raise InputError(
+                f"{root}: expected a results folder with {name}, found none; run evaluate first"
+            )
     config, summary = read_config(root), read_summary(root)
     predictions = read_predictions(root / PREDICTIONS)
     if column_of(predictions) != split_of(summary).column:
         expected = f"predictions with the column '{split_of(summary).column}'"
-        raise InputError(root / PREDICTIONS, expected, "none", AGAIN)
+        raise InputError(f"{root / PREDICTIONS}: expected {expected}, found none; {AGAIN}")
     named = {*predictions["true_texture"], *predictions["predicted_texture"]}
     if foreign := named - set(summary["textures"]):
         expected = f"predictions of the textures that {SUMMARY} names"
-        raise InputError(root / PREDICTIONS, expected, f"one of '{min(foreign)}'", AGAIN)
+        raise InputError(
+            f"{root / PREDICTIONS}: expected {expected}, found one of '{min(foreign)}'; {AGAIN}"
+        )
     return Results(root, config, summary, predictions)
 
 
@@ -202,9 +206,11 @@ def read_predictions(path: Path) -> pd.DataFrame:
             table = pd.read_parquet(file)
     except (OSError, KeyError, ValueError, pa.ArrowException) as error:
         said = " ".join(str(error).split())[:200]
-        raise InputError(path, "a table of predictions", said, do) from error
+        raise InputError(
+            f"{path}: expected a table of predictions, found {said}{then(do)}"
+        ) from error
     if fault := _fault(table):
-        raise InputError(path, "a table of predictions", fault, do)
+        raise InputError(f"{path}: expected a table of predictions, found {fault}{then(do)}")
     return table
 
 

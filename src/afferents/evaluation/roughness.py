@@ -246,7 +246,6 @@ def _require_enough(conditions: Sequence[Condition]) -> None:
     spacings, speeds = ({c[i] for c in conditions} for i in (0, 1))
     if len(spacings) < LEAST_TEXTURES or len(speeds) < 3:
         raise InputError(
-            "the data",
-            f"at least {LEAST_TEXTURES} textures with bumps and 3 speeds to ask for mm",
-            f"{len(spacings)} and {len(speeds)}",
-        )  # fmt: skip
+            f"the data: expected at least {LEAST_TEXTURES} textures with bumps and 3 speeds to "
+            f"ask for mm, found {len(spacings)} and {len(speeds)}"
+        )

@@ -133,7 +133,9 @@ def _require_images(models: Sequence[Model], encodings: Encodings) -> None:
         for encoding in (source.encoding for source in sources_of(model, encodings)):
             if not encoding.of_vibration and not {dims.ROW, dims.MARKER} & {*encoding.sample_dims}:
                 found = f"{model.name}, which learns from their {encoding.name}"
-                raise InputError("--markers", "models of tactile images or of vibration", found)
+                raise InputError(
+                    f"--markers: expected models of tactile images or of vibration, found {found}"
+                )
 
 
 def _note_limits(
@@ -171,21 +173,23 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
     textures = textures_of(recordings)
     if len(textures) < 2:
         found = ", ".join(textures) or "none"
-        raise InputError("the data", "at least 2 textures to tell apart", found)
+        raise InputError(f"the data: expected at least 2 textures to tell apart, found {found}")
     split = evaluation.recipe.split
     groups = split.groups_of(recordings)
     nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
     solved = not all(learns_in_a_loop(model) for model in evaluation.recipe.models)
     needed = 3 if nested or solved else 2
     if len(groups) < needed:
-        raise InputError(
-            "the data",
-            f"at least {needed} {split.many}, to hold one out{' under nested' if nested else ''}",
-            f"{len(groups)} ({', '.join(map(key_of, groups))}{split.unit})",
+        do = (
             f"record more {split.many}, or use --protocol published with models of Table 1"
             if len(groups) == 2
-            else f"with one {split.name} no model can be tested at another; record more",
-        )  # fmt: skip
+            else f"with one {split.name} no model can be tested at another; record more"
+        )
+        raise InputError(
+            f"the data: expected at least {needed} {split.many}, to hold one out"
+            f"{' under nested' if nested else ''}, found {len(groups)} "
+            f"({', '.join(map(key_of, groups))}{split.unit}); {do}"
+        )
     _require_shared_textures(split, recordings)
 
 
@@ -196,11 +200,9 @@ def _require_shared_textures(split: Split, recordings: Sequence[Responses]) -> N
         groups = split.groups_of(its)
         if len(groups) == 1:
             raise InputError(
-                "the data",
-                f"each texture in at least 2 {split.many}, so that it is learnt from when one is "
-                "held out",
-                f"{texture} in {split.printed(groups[0])} alone",
-                "record it again, leave it out with --textures, or hold out something else",
+                f"the data: expected each texture in at least 2 {split.many}, so that it is "
+                f"learnt from when one is held out, found {texture} in {split.printed(groups[0])} "
+                "alone; record it again, leave it out with --textures, or hold out something else"
             )
 
 

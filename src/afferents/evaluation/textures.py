@@ -139,10 +139,14 @@ def _refuse(evaluation: Evaluation) -> None:
     for model in evaluation.recipe.models:
         if not can_be_asked(model):
             able = ", ".join(name for name, other in MODELS.items() if can_be_asked(other))
-            raise InputError("--models", f"some of {able} with --split texture", model.name)
+            raise InputError(
+                f"--models: expected some of {able} with --split texture, found {model.name}"
+            )
     protocols = [protocol.name for protocol in evaluation.protocols]
     if protocols != ["nested"]:
-        raise InputError("--protocol", "nested with --split texture", " and ".join(protocols))
+        raise InputError(
+            f"--protocol: expected nested with --split texture, found {' and '.join(protocols)}"
+        )
     options = {
         "--held-out": evaluation.held_out,
         "--train-speeds": evaluation.recipe.ablation.train_speeds,
@@ -156,11 +160,14 @@ def _refuse(evaluation: Evaluation) -> None:
     }
     for option, given in options.items():
         if given:
-            raise InputError(option, "none with --split texture", f"{given}", "leave it out")
+            raise InputError(
+                f"{option}: expected none with --split texture, found {given}; leave it out"
+            )
     out = evaluation.recipe.out
     if out.exists() and not any((out / f"{name}.json").is_file() for name in (UNKNOWN, ROUGHNESS)):
         raise InputError(
-            out, "a new folder, or one of --split texture", "something else", "choose another --out"
+            f"{out}: expected a new folder, or one of --split texture, found something else; "
+            "choose another --out"
         )
 
 
@@ -168,7 +175,6 @@ def _require_enough(textures: Sequence[str], recordings: Sequence[Responses]) ->
     speeds = speeds_of(recordings)
     if len(textures) < LEAST_TEXTURES or len(speeds) < LEAST_SPEEDS:
         raise InputError(
-            "the data",
-            f"at least {LEAST_TEXTURES} textures and {LEAST_SPEEDS} speeds for --split texture",
-            f"{len(textures)} and {len(speeds)}",
+            f"the data: expected at least {LEAST_TEXTURES} textures and {LEAST_SPEEDS} speeds for "
+            f"--split texture, found {len(textures)} and {len(speeds)}"
         )

@@ -15,7 +15,7 @@ from afferents.channels import name_of_channel
 from afferents.choices import PRESET_ASKED, Cut, Device, Precision, Preset, Statistics
 from afferents.encodings.samples import Samples, textures_of
 from afferents.encodings.settings import Encodings, described
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.evaluation.choice import require_options, require_trainable
 from afferents.evaluation.data import OpenedData, recordings_in
 from afferents.evaluation.encode import (
@@ -124,7 +124,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     source = sources_of(training.model, training.encodings)[0]
     if source.encoding.step != 1:
         found = f"one of {source.encoding.step}"
-        raise InputError("encodings", "every frame, as live feels them", found)
+        raise InputError(f"encodings: expected every frame, as live feels them, found {found}")
     for responses in recordings:
         require_within(responses, source.channel.made_of, training.steady_s)
     require_trainable([training.model], recordings, training.encodings, training.cut)
@@ -190,9 +190,8 @@ def _require_deployable(model: Model) -> None:
     if not can_be_felt(model):
         able = ", ".join(name for name, other in MODELS.items() if can_be_felt(other))
         raise InputError(
-            "--model",
-            f"'best' or one of {able} (others can be evaluated, not deployed)",
-            f"'{model.name}'",
+            f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
+            f"found '{model.name}'"
         )
 
 
@@ -220,7 +219,7 @@ def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
     groups = sorted(np.unique(group).tolist(), key=order)
     if len(groups) < 2:
         expected = f"at least 2 {split.many}, one of them to validate with"
-        raise InputError("the data", expected, f"{len(groups)}")
+        raise InputError(f"the data: expected {expected}, found {len(groups)}")
     middle = groups[len(groups) // 2]
     train_model, validation = np.flatnonzero(group != middle), np.flatnonzero(group == middle)
     texture = samples[dims.TEXTURE].values
@@ -228,7 +227,7 @@ def all_but_the_middle(samples: Samples, split: Split = SPEED) -> Fold:
     if only_there:
         found = f"none of {', '.join(map(str, only_there))}"
         expected = f"every texture at another {split.name} than {split.printed(middle)}"
-        raise InputError("the data", expected, found)
+        raise InputError(f"the data: expected {expected}, found {found}")
     return Fold(middle, middle, train_model, validation, np.empty(0, dtype=np.int64), split)
 
 
@@ -255,10 +254,9 @@ def scores_of(training: Training) -> tuple[Score, ...]:
     found = summary["models"].get(training.model.name, {})
     if not found:
         raise InputError(
-            training.results,
-            f"a finished evaluation of {training.model.name}",
-            f"of {', '.join(summary['models']) or 'nothing'}",
-            "evaluate it there, or leave out --results",
+            f"{training.results}: expected a finished evaluation of {training.model.name}, found "
+            f"of {', '.join(summary['models']) or 'nothing'}; evaluate it there, or leave out "
+            "--results"
         )
     same, split = _same_data(training, results.config), split_of(summary)
     return tuple(
@@ -319,13 +317,19 @@ def felt_with(data: Sequence[OpenedData], source: Source) -> dict[str, Any]:
         return {"sample_rate_hz": float(first[source.channel.made_of].attrs[dims.SAMPLE_RATE])}
     sensors = [one.origin.data_set.config().get("sensor") for one in data]
     if sensors[0] is None:
-        raise InputError(data[0].origin.source, "data that name their sensor", "none named")
+        raise InputError(
+            f"{data[0].origin.source}: expected data that name their sensor, found none named"
+        )
     if any(sensor != sensors[0] for sensor in sensors):
-        raise InputError("STORE", "stores of one sensor", "of several", "extract with one file")
+        raise InputError(
+            "STORE: expected stores of one sensor, found of several; extract with one file"
+        )
     several = data[0].origin.data_set.config().get("sensors", [])
     if len(several) > 1:
         do = "make a session and a store of each sensor"
-        raise InputError("STORE", "recordings of one sensor", f"of {', '.join(several)}", do)
+        raise InputError(
+            f"STORE: expected recordings of one sensor, found of {', '.join(several)}{then(do)}"
+        )
     step_s = float(np.median(np.diff(first[dims.TIME].values)))
     return {"sensor": sensors[0], "fps_hz": round(1 / step_s, 3)}
 
@@ -400,7 +404,7 @@ def train(
     hyperparameters = Hyperparameters.of(recipe, preset)
     asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
     if len(asked) + ("best" in names_in(model)) > 1:
-        raise InputError("--model", "'best' or one model", f"'{model}'")
+        raise InputError(f"--model: expected 'best' or one model, found '{model}'")
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)

@@ -77,7 +77,7 @@ def compare_with_authors(store: Path, authors: Path, progress: Progress) -> Comp
     networks = tuple(asked for model in models for asked in model.networks)
     if not found and not networks:
         expected = "arrays or networks of recordings and speeds that the store has"
-        raise InputError(authors, expected, "none")
+        raise InputError(f"{authors}: expected {expected}, found none")
     missing = "; ".join(stage.stage for stage in stages if not stage.where)
     said = [f"Not there to be compared: {missing}."] if missing else []
     return Comparison(found, networks, (*responses.otherwise, *said))

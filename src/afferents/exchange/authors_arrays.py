@@ -14,7 +14,7 @@ from scipy.spatial.distance import cdist
 
 from afferents import dims
 from afferents.encodings.settings import Encodings
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.evaluation.encode import encode, has, sources_of
 from afferents.models.model import Model
 from afferents.store.recording import natural_order
@@ -126,7 +126,10 @@ class AuthorsFolder:
         pickled = next(self.path.rglob("*.pkl"), None) if self.path.is_dir() else None
         found = f"the pickle {pickled.name}, which is not opened here" if pickled else "none"
         do = f"convert the authors' files with {CONVERT}, in an environment of their own"
-        raise InputError(self.path, f"some of the folders {', '.join(_PARTS)}", found, do)
+        raise InputError(
+            f"{self.path}: expected some of the folders {', '.join(_PARTS)}, found "
+            f"{found}{then(do)}"
+        )
 
     def responses(self, name: str) -> dict[str, Floats] | None:
         """Return rest positions, SA-I and RA-I of a recording; None where they are not there."""
@@ -152,11 +155,11 @@ def _read(path: Path, wanted: Mapping[str, int], *beside: str) -> dict[str, Floa
             found = {name: np.asarray(arrays[name], dtype=np.float32) for name in names}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         expected = f"the arrays {', '.join(wanted)} as numbers"
-        raise InputError(path, expected, str(error), _AGAIN) from error
+        raise InputError(f"{path}: expected {expected}, found {error!s}; {_AGAIN}") from error
     for name, n_dims in wanted.items():
         if n_dims and found[name].ndim != n_dims:
             expected = f"{name} of {n_dims} dims"
-            raise InputError(path, expected, f"{found[name].ndim}", _AGAIN)
+            raise InputError(f"{path}: expected {expected}, found {found[name].ndim}; {_AGAIN}")
     return found
 
 
@@ -197,7 +200,7 @@ class ResponseDifferences:
         rest = recording[dims.REST_POSITION].values
         if len(rest) != len(theirs["rest_position"]):
             found = f"{len(theirs['rest_position'])} of the authors"
-            raise InputError(name, f"{len(rest)} markers, as here", found)
+            raise InputError(f"{name}: expected {len(rest)} markers, as here, found {found}")
         order = same_markers(rest, theirs["rest_position"])
         self.tracks.add(rest[order], theirs["rest_position"], name)
         first = int(recording.attrs.get("rest_frame", 0))
@@ -267,11 +270,16 @@ class TestSets:
         samples, labels = found["samples"], found["labels"]
         if len(labels) % n or not np.array_equal(labels, np.arange(len(labels)) % n):
             expected = f"samples of the {n} textures of the store in turn"
-            raise InputError(where, expected, f"{len(labels)} of {int(labels.max()) + 1} textures")
+            raise InputError(
+                f"{where}: expected {expected}, found {len(labels)} of {int(labels.max()) + 1} "
+                "textures"
+            )
         shape = self.shape(model)
         if samples[0].size != int(np.prod(shape)):
             expected = f"samples of {' x '.join(map(str, shape))}"
-            raise InputError(where, expected, " x ".join(map(str, samples.shape[1:])))
+            raise InputError(
+                f"{where}: expected {expected}, found {' x '.join(map(str, samples.shape[1:]))}"
+            )
         in_turn = samples.reshape(-1, n, *shape)
         (source,) = sources_of(model, Encodings())
         return in_turn if source.encoding.of_vibration else in_turn.swapaxes(-1, -2)
@@ -300,7 +308,7 @@ class TestSets:
         if not source.encoding.of_vibration:
             if theirs is not None and len(theirs) != len(encoded[1::2]):
                 expected = f"{len(encoded[1::2])} samples of each texture of {model.name}, as here"
-                raise InputError(f"{speed_mm_s:g} mm/s", expected, f"{len(theirs)}")
+                raise InputError(f"{speed_mm_s:g} mm/s: expected {expected}, found {len(theirs)}")
             return encoded[1::2]
         spectra = source.encoding.seen(encoded) / self.largest_amplitude
         return spectra if theirs is None else spectra[nearest(spectra, theirs)]

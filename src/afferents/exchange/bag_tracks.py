@@ -75,7 +75,9 @@ def jpegs(video: Video, quality: int) -> Iterator[tuple[float, bytes]]:
         picture = frame.in_colour() if frame.in_colour else frame.image
         done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
         if not done:
-            raise InputError(video.path, "frames that can be encoded as JPEG", "one that can't")
+            raise InputError(
+                f"{video.path}: expected frames that can be encoded as JPEG, found one that can't"
+            )
         yield frame.time_s, data.tobytes()
 
 
@@ -89,7 +91,9 @@ def sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
                 yield _sounds(make, first, samples, rate_hz)
                 first += len(samples)
     except soundfile.SoundFileError as error:
-        raise InputError(audio.path, "a readable sound file", reason_of(error)) from error
+        raise InputError(
+            f"{audio.path}: expected a readable sound file, found {reason_of(error)}"
+        ) from error
 
 
 def sound_of_store(make: Messages, responses: Responses) -> Iterator[Stamped]:
@@ -155,7 +159,7 @@ def percepts(make: Messages, path: Path | None) -> Iterator[Stamped]:
                 found.append((_ns(said["time_s"]), line))
     except (OSError, ValueError, TypeError) as error:
         expected = "lines that 'afferents live --json' wrote"
-        raise InputError(path, expected, reason_of(error)) from error
+        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
     for at_ns, line in sorted(found):
         yield Stamped(at_ns, PERCEPT, ros_messages.TEXT, make.text(line))
 

@@ -78,11 +78,11 @@ def write_bags(wanted: McapExport, progress: Progress) -> list[Path]:
     types = typestore()
     require_new_folder(wanted.out, "a new folder for bags")
     if not 1 <= wanted.quality <= 100:
-        raise InputError("--quality", "a number from 1 to 100", f"{wanted.quality}")
+        raise InputError(f"--quality: expected a number from 1 to 100, found {wanted.quality}")
     parts = _parts(wanted)
     if wanted.percepts is not None and len(parts) != 1:
         expected = "one recording, named with --recording"
-        raise InputError("--percepts", expected, f"{len(parts)}")
+        raise InputError(f"--percepts: expected {expected}, found {len(parts)}")
     written = []
     with write_aside(wanted.out) as partial:
         partial.mkdir(parents=True)
@@ -98,7 +98,9 @@ def _parts(wanted: McapExport) -> dict[str, list[Any]]:
     """Return what is to be written of each recording: functions that yield stamped messages."""
     if is_group(wanted.source):
         if wanted.store is not None:
-            raise InputError("--store", "a session beside it", f"the store {wanted.source}")
+            raise InputError(
+                f"--store: expected a session beside it, found the store {wanted.source}"
+            )
         stored = _named(wanted, {str(r.attrs["name"]): r for r in open_responses(wanted.source)})
         parts = {name: _of_store(responses, alone=True) for name, responses in stored.items()}
     else:
@@ -119,7 +121,9 @@ def _named(wanted: McapExport, found: Mapping[str, Any]) -> dict[str, Any]:
     for name in wanted.recordings:
         if name not in found:
             some = ", ".join(list(found)[:5])
-            raise InputError("--recording", f"one of {wanted.source} ({some}, ...)", f"'{name}'")
+            raise InputError(
+                f"--recording: expected one of {wanted.source} ({some}, ...), found '{name}'"
+            )
     return {name: one for name, one in found.items() if name in (wanted.recordings or found)}
 
 
@@ -129,7 +133,9 @@ def _responses(store: Path | None, found: Mapping[str, Recording]) -> dict[str, 
     stored = {str(one.attrs["name"]): one for one in open_responses(store)}
     if lacking := [name for name in found if name not in stored]:
         expected = f"the recording '{lacking[0]}', extracted from the session"
-        raise InputError(store, expected, "none", "give the store of that session")
+        raise InputError(
+            f"{store}: expected {expected}, found none; give the store of that session"
+        )
     return {name: stored[name] for name in found}
 
 

@@ -71,7 +71,7 @@ def write_lerobot(wanted: LeRobotExport, progress: Progress) -> int:
     require_new_folder(wanted.out, "a new folder for a LeRobot data set")
     recordings = [one for one in open_responses(wanted.store) if dims.POSITION in one]
     if not recordings:
-        raise InputError(wanted.store, "recordings with markers", "none")
+        raise InputError(f"{wanted.store}: expected recordings with markers, found none")
     videos = _videos(wanted.session, recordings)
     fps = _frame_rate(wanted.store, recordings)
     _require_one_shape(wanted.store, recordings)
@@ -275,7 +275,7 @@ def _pictures(video: Video, n: int) -> Iterator[GreyImage]:
         found += 1
         yield frame.image
     if found < n:
-        raise InputError(video.path, f"{n} frames, as the store has", f"{found}")
+        raise InputError(f"{video.path}: expected {n} frames, as the store has, found {found}")
 
 
 def _videos(session: Path | None, recordings: Sequence[Responses]) -> dict[str, Video]:
@@ -288,12 +288,14 @@ def _videos(session: Path | None, recordings: Sequence[Responses]) -> dict[str, 
         name = str(responses.attrs["name"])
         video = found[name].video if name in found else None
         if video is None:
-            raise InputError(session, f"the video of the recording '{name}' of the store", "none")
+            raise InputError(
+                f"{session}: expected the video of the recording '{name}' of the store, found none"
+            )
         videos[name] = video
     sizes = {(video.width, video.height) for video in videos.values()}
     if len(sizes) > 1:
         found_sizes = " and ".join(f"{w} x {h} px" for w, h in sorted(sizes))
-        raise InputError(session, "videos of one size", found_sizes)
+        raise InputError(f"{session}: expected videos of one size, found {found_sizes}")
     return videos
 
 
@@ -303,7 +305,10 @@ def _frame_rate(store: Path, recordings: Sequence[Responses]) -> int:
     fps = round(float(np.median(rates)))
     if max(abs(rate / max(fps, 1) - 1) for rate in rates) > _OFF_RATE:
         found = f"{min(rates):.2f} to {max(rates):.2f} frames/s"
-        raise InputError(store, "one whole number of frames a second in all recordings", found)
+        raise InputError(
+            f"{store}: expected one whole number of frames a second in all recordings, found "
+            f"{found}"
+        )
     return fps
 
 
@@ -323,7 +328,7 @@ def _require_one_shape(store: Path, recordings: Sequence[Responses]) -> None:
     ):
         if len(shapes) > 1:
             found = " and ".join(sorted(map(str, shapes)))
-            raise InputError(store, f"{what} in all recordings", found)
+            raise InputError(f"{store}: expected {what} in all recordings, found {found}")
 
 
 def export_lerobot(

@@ -56,9 +56,13 @@ def write_view(
     names = list(recordings or responses)
     name = names[0] if recording is None else recording
     if name not in names:
-        raise InputError("recording", f"one of {source} ({', '.join(names[:5])}, ...)", f"'{name}'")
+        raise InputError(
+            f"recording: expected one of {source} ({', '.join(names[:5])}, ...), found '{name}'"
+        )
     if store is not None and name not in responses:
-        raise InputError(store, f"the recording '{name}'", "none", "give the session's own store")
+        raise InputError(
+            f"{store}: expected the recording '{name}', found none; give the session's own store"
+        )
     rr.init("afferents", recording_id=name, spawn=save is None)
     values = _logged(rr, recordings.get(name), responses.get(name))
     if save is None:

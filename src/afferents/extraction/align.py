@@ -111,14 +111,15 @@ def measure_offset(
     ends_s = min(float(time_s[-1]) if len(time_s) else 0.0, len(sound) / sample_rate_hz)
     if len(time_s) < 2 or ends_s - time_s[0] < LEAST_S:
         raise InputError(
-            "the recording", f"at least {LEAST_S:g} s of video and audio", f"{ends_s:.2f} s"
+            f"the recording: expected at least {LEAST_S:g} s of video and audio, found "
+            f"{ends_s:.2f} s"
         )
     moved = _main_motions(position)
     touch_s = _beginning(time_s, moved)
     time, motion = _motion(time_s, moved, touch_s)
     if len(time) < LEAST_S * RATE_HZ:
         found = f"{len(time) / RATE_HZ:.2f} s round it"
-        raise InputError("the recording", f"a touch with {LEAST_S:g} s of it", found)
+        raise InputError(f"the recording: expected a touch with {LEAST_S:g} s of it, found {found}")
     n = round(len(sound) * RATE_HZ / sample_rate_hz)
     heard = _with_integrals(resample(np.asarray(sound, np.float64), n))
     delays = np.arange(-FARTHEST_S, FARTHEST_S + STEP_S / 2, STEP_S)
@@ -127,11 +128,9 @@ def measure_offset(
     best = int(explained[1:-1].argmax()) + 1
     if explained[best] < LEAST_EXPLAINED or best in (1, len(delays) - 2):
         raise InputError(
-            "the recording",
-            f"a touch within {1000 * FARTHEST_S:g} ms of its sound, of which the skin's motion "
-            f"explains {100 * LEAST_EXPLAINED:g}%",
-            f"{100 * explained[best]:.0f}%",
-            "tap the fingertip with something smooth",
+            f"the recording: expected a touch within {1000 * FARTHEST_S:g} ms of its sound, of "
+            f"which the skin's motion explains {100 * LEAST_EXPLAINED:g}%, found "
+            f"{100 * explained[best]:.0f}%; tap the fingertip with something smooth"
         )
     before, at, after = explained[best - 1 : best + 2]
     bend = before - 2 * at + after
@@ -150,7 +149,7 @@ def _main_motions(position: Floats) -> Floats:
     """Return the course of the skin's main motions, (n_frames, MOTIONS), px."""
     seen = np.isfinite(position).all(axis=(0, 2))
     if not seen.any():
-        raise InputError("the recording", "markers that are seen all the time", "none")
+        raise InputError("the recording: expected markers that are seen all the time, found none")
     flat = position[:, seen].reshape(len(position), -1)
     flat = flat - flat[0]
     _, _, shapes = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)

@@ -229,9 +229,9 @@ def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Posi
     if extraction.rest == "reference":
         if session.reference is None or extraction.method == "published":
             raise InputError(
-                "--rest reference",
-                "a session with throw_away.mp4 and a tracker other than 'published'",
-                "none" if session.reference is None else "the published tracker",
+                "--rest reference: expected a session with throw_away.mp4 and a tracker other "
+                "than 'published', found "
+                f"{'none' if session.reference is None else 'the published tracker'}"
             )
         return ordered_rest(session.reference, sensor)
     if session.reference is None or extraction.method != "published":
@@ -319,7 +319,7 @@ def _new_responses(
     """Extract a recording; its responses say what they were made of, and what was accepted."""
     if not extraction.vibration:
         if recording.video is None:
-            raise InputError(recording.name, "a video to track", "none")
+            raise InputError(f"{recording.name}: expected a video to track, found none")
         recording = replace(recording, audio=None)
     recording = watched(recording)
     found = responses_of(
@@ -375,11 +375,9 @@ def _require_times_that_go_on(tracks: xr.Dataset, path: Path) -> None:
     if len(back):
         before, after = time_s[back[0]], time_s[back[0] + 1]
         raise InputError(
-            path,
-            "frame times of which each is after the one before",
-            f"{after:.3f} s after {before:.3f} s",
-            "give --fps with the true rate, or write its fps_hz into session.toml: times then "
-            "count from it",
+            f"{path}: expected frame times of which each is after the one before, found "
+            f"{after:.3f} s after {before:.3f} s; give --fps with the true rate, or write its "
+            "fps_hz into session.toml: times then count from it"
         )
 
 

@@ -58,7 +58,9 @@ def track_into(
         track_session(source, out, sensor, method, workers, progress, cluster, fps_hz)
         return []
     if cluster is not None:
-        raise InputError("--cluster", "a session, whose videos go side by side", "one video")
+        raise InputError(
+            "--cluster: expected a session, whose videos go side by side, found one video"
+        )
     return track_video(source, out, sensor, method, progress, force, fps_hz)
 
 

@@ -49,9 +49,11 @@ class Ablation:
     def __post_init__(self) -> None:
         """Refuse shares and numbers that make no sense."""
         if not 0 < self.markers <= 1:
-            raise InputError("--markers", "a share above 0, up to 1", f"{self.markers:g}")
+            raise InputError(
+                f"--markers: expected a share above 0, up to 1, found {self.markers:g}"
+            )
         if self.train_speeds is not None and self.train_speeds < 1:
-            raise InputError("--train-speeds", "at least 1", f"{self.train_speeds}")
+            raise InputError(f"--train-speeds: expected at least 1, found {self.train_speeds}")
 
     def describe(self) -> dict[str, Any]:
         """Return what is left out, ready for JSON; empty where nothing is."""
@@ -94,9 +96,9 @@ class Ablation:
         if not 0 < len(tested) < len(declared):
             there = sorted({f"{k}={v}" for _, its in declared for k, v in its.items()})
             raise InputError(
-                "--test-only",
-                f"a condition of some recordings ({', '.join(there) or 'none is declared'})",
-                f"{name}={value}, of {len(tested)} of {len(declared)}",
+                "--test-only: expected a condition of some recordings "
+                f"({', '.join(there) or 'none is declared'}), found {name}={value}, of "
+                f"{len(tested)} of {len(declared)}"
             )
         return tested
 
@@ -112,7 +114,9 @@ class Ablation:
             return response
         if dims.ROW not in response.coords:
             where = response.attrs.get("name", "a recording")
-            raise InputError("--markers", "markers whose places are known", f"none in {where}")
+            raise InputError(
+                f"--markers: expected markers whose places are known, found none in {where}"
+            )
         at = _SPREAD[0] * response[dims.ROW] + _SPREAD[1] * response[dims.COLUMN]
         return response.where(at % 1 < self.markers, 0)
 
@@ -136,11 +140,14 @@ class Ablation:
         speeds = samples[dims.SPEED].values[fold.train]
         if np.isnan(speeds).any():
             expected = "the speed of every recording"
-            raise InputError("--train-speeds", expected, "none of some", "leave it out")
+            raise InputError(
+                f"--train-speeds: expected {expected}, found none of some; leave it out"
+            )
         there = np.unique(speeds)
         if len(there) < self.train_speeds:
             raise InputError(
-                "--train-speeds", f"at most {len(there)}, as each fold has", f"{self.train_speeds}"
+                f"--train-speeds: expected at most {len(there)}, as each fold has, found "
+                f"{self.train_speeds}"
             )
         places = np.linspace(0, len(there) - 1, self.train_speeds).round().astype(int)
         return replace(fold, train=fold.train[np.isin(speeds, there[places])])
@@ -157,7 +164,10 @@ def _apart(fold: Fold, tested: NDArray[np.bool_]) -> Fold:
     for name in ("train", "validation", "test"):
         if len(getattr(kept, name)) == 0:
             found = f"nothing to {name} with {fold.split.printed(fold.held_out)} held out"
-            raise InputError("--test-only", f"some of both kinds at every {fold.split.name}", found)
+            raise InputError(
+                f"--test-only: expected some of both kinds at every {fold.split.name}, found "
+                f"{found}"
+            )
     return kept
 
 
@@ -182,7 +192,7 @@ def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...
             speeds = []
             break
     if text and not speeds:
-        raise InputError(option, "mm/s as in 10,50,100 or 10..100:30", f"'{text}'")
+        raise InputError(f"{option}: expected mm/s as in 10,50,100 or 10..100:30, found '{text}'")
     return tuple(float(v) for v in dict.fromkeys(speeds))
 
 
@@ -198,7 +208,7 @@ def require_speeds(wanted: Sequence[float], there: Sequence[float], option: str)
         if speed not in there:
             known = ", ".join(f"{v:g}" for v in there)
             expected = f"some of {known} mm/s" if there else "recordings whose speed is known"
-            raise InputError(option, expected, f"{speed:g}")
+            raise InputError(f"{option}: expected {expected}, found {speed:g}")
 
 
 def _known_texture(name: str, there: Sequence[str]) -> str:
@@ -206,4 +216,4 @@ def _known_texture(name: str, there: Sequence[str]) -> str:
         return name
     if name in tuple(LETTERS) and (folder := folder_of(name)) in there:
         return folder
-    raise InputError("--textures", f"some of {', '.join(there)}", f"'{name}'")
+    raise InputError(f"--textures: expected some of {', '.join(there)}, found '{name}'")

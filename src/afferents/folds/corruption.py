@@ -83,13 +83,15 @@ class Disturbance:
         """Refuse amounts that make no sense."""
         for name in ("markers", "sound"):
             if not 0 <= getattr(self, name) < np.inf:
-                raise InputError("--disturb", f"{name}= 0 or more", f"{getattr(self, name):g}")
+                raise InputError(
+                    f"--disturb: expected {name}= 0 or more, found {getattr(self, name):g}"
+                )
         for name in ("frames", "lost"):
             if not 0 <= getattr(self, name) <= 0.9:
                 expected = f"{name}= a share from 0 to 0.9"
-                raise InputError("--disturb", expected, f"{getattr(self, name):g}")
+                raise InputError(f"--disturb: expected {expected}, found {getattr(self, name):g}")
         if self.seed < 0:
-            raise InputError("--disturb", "seed= 0 or more", f"{self.seed}")
+            raise InputError(f"--disturb: expected seed= 0 or more, found {self.seed}")
 
     @classmethod
     def of(cls, given: "str | Mapping[str, Any] | Disturbance | None", option: str) -> Self:
@@ -115,7 +117,9 @@ class Disturbance:
         values: dict[str, Any] = {}
         for name, value in (given or {}).items():
             if name not in known:
-                raise InputError(option, f"some of {', '.join(known)}, {_FORM}", f"'{name}'")
+                raise InputError(
+                    f"{option}: expected some of {', '.join(known)}, {_FORM}, found '{name}'"
+                )
             values[name] = _number(name, value, option)
         return cls(**values)
 
@@ -176,7 +180,7 @@ class Disturbance:
 def _part(part: str, option: str) -> tuple[str, str]:
     name, found, value = part.partition("=")
     if not found:
-        raise InputError(option, _FORM, f"'{part}'")
+        raise InputError(f"{option}: expected {_FORM}, found '{part}'")
     return name.strip(), value.strip()
 
 
@@ -187,7 +191,7 @@ def _number(name: str, value: Any, option: str) -> float | int:
     try:
         return 10 ** (float(decibel[1]) / 20) if decibel else kind(value)
     except (TypeError, ValueError) as error:
-        raise InputError(option, _FORM, f"'{name}={value}'") from error
+        raise InputError(f"{option}: expected {_FORM}, found '{name}={value}'") from error
 
 
 @dataclass(frozen=True)
@@ -248,7 +252,9 @@ def disturbed(responses: Responses, of_vibration: bool, disturbance: Disturbance
         return responses.assign({dims.RA2: _of_no_digest(whole.copy(data=noisy))})
     if dims.POSITION not in responses:
         expected = "recordings with the positions of markers"
-        raise InputError("--disturb", expected, f"none in {name}", "disturb the sound alone")
+        raise InputError(
+            f"--disturb: expected {expected}, found none in {name}; disturb the sound alone"
+        )
     return _with_markers(responses, disturbance, name)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.encodings.samples import Samples
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.store.drum_path import LONGEST_GAP_MM, MARK, Way, way_in
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, conditions, speed_of, steady_s
@@ -135,7 +135,9 @@ class Split(ABC):
         for group in wanted:
             if group not in there:
                 known = ", ".join(map(key_of, there))
-                raise InputError(option, f"some of {known}{self.unit}", key_of(group))
+                raise InputError(
+                    f"{option}: expected some of {known}{self.unit}, found {key_of(group)}"
+                )
 
 
 def key_of(group: Group) -> str:
@@ -231,26 +233,24 @@ class ByAngle(Split):
             different places.
         """
         if not 2 <= self.n_arcs <= _MOST:
-            raise InputError(OPTION, f"2 to {_MOST} arcs", f"'{self.name}'")
+            raise InputError(f"{OPTION}: expected 2 to {_MOST} arcs, found '{self.name}'")
         zeros: dict[str, tuple[str, str]] = {}
         for responses in recordings:
             name, way = str(responses.attrs["name"]), _way(responses)
             if (turns := way.turns(steady_s(responses))) < 1:
                 raise InputError(
-                    OPTION,
-                    "a drum that turns at least once in each recording",
-                    f"{turns:.2f} turns in {name}",
-                    "record for longer, or leave slow recordings out with --speeds",
+                    f"{OPTION}: expected a drum that turns at least once in each recording, found "
+                    f"{turns:.2f} turns in {name}; record for longer, or leave slow recordings "
+                    "out with --speeds"
                 )
             _require_no_gap(way, responses)
             texture, zero = str(responses.attrs[dims.TEXTURE]), way.drum.zero
             first, there = zeros.setdefault(texture, (name, zero))
             if there != zero:
                 raise InputError(
-                    OPTION,
-                    "angles of each drum that count from one place",
-                    f"{first} and {name}, between which the drive was opened again",
-                    f"record with an index pulse or an absolute encoder (drum_zero = '{MARK}')",
+                    f"{OPTION}: expected angles of each drum that count from one place, found "
+                    f"{first} and {name}, between which the drive was opened again; record with "
+                    f"an index pulse or an absolute encoder (drum_zero = '{MARK}')"
                 )
         return [str(number + 1) for number in range(self.n_arcs)]
 
@@ -294,11 +294,10 @@ class ByAngle(Split):
         arcs = np.where(first == last, first % self.n_arcs, _NOWHERE).astype(np.int64)
         if len(arcs) and (arcs == _NOWHERE).all():
             raise InputError(
-                OPTION,
-                f"samples that touch less than an arc, which is {length_mm:.1f} mm long",
-                f"{(high - low).min():.1f} mm at least in {responses.attrs['name']}, with "
-                f"{way.drum.contact_mm:g} mm of contact",
-                "take shorter windows (--window-s), fewer arcs (--split angle-3) or lower speeds",
+                f"{OPTION}: expected samples that touch less than an arc, which is "
+                f"{length_mm:.1f} mm long, found {(high - low).min():.1f} mm at least in "
+                f"{responses.attrs['name']}, with {way.drum.contact_mm:g} mm of contact; take "
+                "shorter windows (--window-s), fewer arcs (--split angle-3) or lower speeds"
             )
         return arcs
 
@@ -310,11 +309,9 @@ class ByAngle(Split):
             for number in range(1, self.n_arcs + 1):
                 if str(number) not in there:
                     raise InputError(
-                        OPTION,
-                        "samples of every texture in every arc",
-                        f"none of {texture} in {self.printed(str(number))}",
-                        "take shorter windows (--window-s), fewer arcs (--split angle-3), or "
-                        "record for longer",
+                        f"{OPTION}: expected samples of every texture in every arc, found none of "
+                        f"{texture} in {self.printed(str(number))}; take shorter windows "
+                        "(--window-s), fewer arcs (--split angle-3), or record for longer"
                     )
 
 
@@ -322,10 +319,9 @@ def _way(responses: Responses) -> Way:
     way = way_in(responses)
     if way is None:
         raise InputError(
-            OPTION,
-            "the drum's angle in every recording",
-            f"none logged for {responses.attrs['name']}",
-            "record with a drive that is read and the plan's drum_mm, and extract into a new store",
+            f"{OPTION}: expected the drum's angle in every recording, found none logged for "
+            f"{responses.attrs['name']}; record with a drive that is read and the plan's drum_mm, "
+            "and extract into a new store"
         )
     return way
 
@@ -335,10 +331,9 @@ def _require_no_gap(way: Way, responses: Responses) -> None:
     gap_mm = way.longest_gap_mm(steady_s(responses))
     if gap_mm > LONGEST_GAP_MM:
         raise InputError(
-            OPTION,
-            f"at most {LONGEST_GAP_MM:g} mm of the drum's way between two entries of its log",
-            f"{gap_mm:.1f} mm in {responses.attrs['name']}",
-            "record it again, or leave such recordings out",
+            f"{OPTION}: expected at most {LONGEST_GAP_MM:g} mm of the drum's way between two "
+            f"entries of its log, found {gap_mm:.1f} mm in {responses.attrs['name']}; record it "
+            "again, or leave such recordings out"
         )
 
 
@@ -399,7 +394,10 @@ class _BySpeed(Split):
             if speed is None:
                 name = responses.attrs["name"]
                 do = "hold out something else, such as --split trial"
-                raise InputError(OPTION, "the speed of every recording", f"none of {name}", do)
+                raise InputError(
+                    f"{OPTION}: expected the speed of every recording, found none of "
+                    f"{name}{then(do)}"
+                )
             found.add(speed)
         return sorted(found, key=order)
 
@@ -410,7 +408,7 @@ class _BySpeed(Split):
         try:
             return tuple(float(speed) for speed in wanted)
         except (TypeError, ValueError):
-            raise InputError(option, "speeds in mm/s", f"{wanted!r}") from None
+            raise InputError(f"{option}: expected speeds in mm/s, found {wanted!r}") from None
 
 
 class _ByCondition(Split):
@@ -455,16 +453,17 @@ class _ByCondition(Split):
         if lacking:
             shared = set.intersection(*(set(its) for its in declared.values()))
             raise InputError(
-                OPTION,
-                "'speed', 'texture', 'angle', or a condition that all recordings carry "
-                f"({', '.join(sorted(shared)) or 'none'})",
-                f"'{self.name}', which {_some(lacking, len(declared))}",
+                f"{OPTION}: expected 'speed', 'texture', 'angle', or a condition that all "
+                f"recordings carry ({', '.join(sorted(shared)) or 'none'}), found '{self.name}', "
+                f"which {_some(lacking, len(declared))}"
             )
         found = {name: _text(its[self.name]) for name, its in declared.items()}
         for name, group in found.items():
             if not 0 < len(group) <= _LONGEST:
                 expected = f"a {self.name} of 1 to {_LONGEST} characters"
-                raise InputError(f"recording {name}", expected, f"'{group[:_LONGEST]}'")
+                raise InputError(
+                    f"recording {name}: expected {expected}, found '{group[:_LONGEST]}'"
+                )
         return found
 
 
@@ -492,12 +491,12 @@ def split_named(name: str) -> Split:
         return SPEED
     if name == TEXTURE:
         do = "from Python call evaluate_textures for it"
-        raise InputError(OPTION, "'speed' or a condition", f"'{TEXTURE}'", do)
+        raise InputError(f"{OPTION}: expected 'speed' or a condition, found '{TEXTURE}'{then(do)}")
     if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
         return ByAngle(name)
     if not re.fullmatch(NAME, name):
         expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
-        raise InputError(OPTION, expected, f"'{name}'")
+        raise InputError(f"{OPTION}: expected {expected}, found '{name}'")
     return _ByCondition(name)
 
 

@@ -97,10 +97,9 @@ class Protocol(BaseModel):
         n = len(groups)
         if n < 3:
             raise InputError(
-                "the data",
-                f"at least 3 {split.many} for the nested protocol (train, validate, hold out)",
-                f"{n} ({', '.join(map(key_of, groups))}{split.unit})",
-                f"record more {split.many} or use --protocol published",
+                f"the data: expected at least 3 {split.many} for the nested protocol (train, "
+                f"validate, hold out), found {n} ({', '.join(map(key_of, groups))}{split.unit}); "
+                f"record more {split.many} or use --protocol published"
             )
         ranked = sorted(groups, key=order)
         opposite = (ranked.index(held_out) + n // 2) % n
@@ -137,5 +136,5 @@ def protocols(name: str) -> list[Protocol]:
     if name == "both":
         return list(PROTOCOLS.values())
     if name not in PROTOCOLS:
-        raise InputError("--protocol", "nested, published or both", f"'{name}'")
+        raise InputError(f"--protocol: expected nested, published or both, found '{name}'")
     return [PROTOCOLS[name]]

@@ -109,7 +109,7 @@ class LeaveOneGroupOut:
         ranked = tuple(sorted(np.unique(groups).tolist(), key=order))
         if len(ranked) < 2:
             expected = f"at least 2 {self.what.many} to hold one out"
-            raise InputError("the data", expected, f"{len(ranked)}")
+            raise InputError(f"the data: expected {expected}, found {len(ranked)}")
         return ranked
 
     def _fold(
@@ -168,7 +168,9 @@ def number_in_recording(recordings: NDArray[Any]) -> Indices:
 
 def _required(groups: ArrayLike | None) -> ArrayLike:
     if groups is None:
-        raise InputError("groups", "the group of every sample, such as its speed", "none")
+        raise InputError(
+            "groups: expected the group of every sample, such as its speed, found none"
+        )
     return groups
 
 

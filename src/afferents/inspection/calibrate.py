@@ -40,7 +40,7 @@ def calibrate_sensor(
         it or the picture is not free.
     """
     if out.suffix != ".toml":
-        raise InputError("--out", "a name that ends in .toml", f"'{out}'")
+        raise InputError(f"--out: expected a name that ends in .toml, found '{out}'")
     _require_clips(videos)
     picture = out.with_suffix(".png")
     require_free(out, "a sensor file", _is_calibrated, force=force, reads=videos)
@@ -62,10 +62,10 @@ def calibrate_sensor(
 def _require_clips(videos: Sequence[Path]) -> None:
     """Refuse no clip, and a clip that counts twice."""
     if not videos:
-        raise InputError("calibrate", "a clip of the skin at rest, or several", "none")
+        raise InputError("calibrate: expected a clip of the skin at rest, or several, found none")
     for n, video in enumerate(videos):
         if any(video.resolve() == other.resolve() for other in videos[:n]):
-            raise InputError(video, "each clip once", "it twice")
+            raise InputError(f"{video}: expected each clip once, found it twice")
 
 
 def _is_calibrated(path: Path) -> bool:

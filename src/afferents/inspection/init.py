@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.files import Place, write_text
 from afferents.markers.sensor import load_sensor
 from afferents.outputs import has_mark, require_free
@@ -143,13 +143,13 @@ def first_session(folder: Path, force: bool = False) -> FirstSession:
     """
     if not folder.is_dir():
         found_there = "a file" if folder.exists() else "no such folder"
-        raise InputError(folder, "a folder of recordings", found_there)
+        raise InputError(f"{folder}: expected a folder of recordings, found {found_there}")
     if is_of_tables(folder):
         return FirstSession(*first_data_set(folder, MARK, force))
     target = folder / SESSION_TOML
     if (folder / SESSION_FILE).exists():
         do = "it says already what a session file says"
-        raise InputError(folder, f"a folder without {SESSION_FILE}", "one", do)
+        raise InputError(f"{folder}: expected a folder without {SESSION_FILE}, found one{then(do)}")
     require_free(target, "a session file", lambda path: has_mark(path, MARK), force=force)
     found = _look(folder)
     lines, sentences = _written(found)
@@ -164,9 +164,11 @@ def _look(folder: Path) -> _Found:
     except InputError:
         in_layout = False
     except OSError as error:
-        raise InputError(folder, "a readable folder", f"{error.strerror}") from error
+        raise InputError(f"{folder}: expected a readable folder, found {error.strerror}") from error
     if not paths:
-        raise InputError(folder, "videos, sound, or folders of numbered images", "none of them")
+        raise InputError(
+            f"{folder}: expected videos, sound, or folders of numbered images, found none of them"
+        )
     rates, lengths, broken = {}, {}, {}
     media = [_as_named(folder, path) for path in paths]
     for name, path in zip(media, paths, strict=True):

@@ -175,20 +175,22 @@ def inspect_data(
     path = source.path if isinstance(source, DataSet) else Path(source)
     is_wav = path.suffix.lower() == ".wav"
     if overlay is not None and (is_wav or not path.is_file()):
-        raise InputError("--overlay", "a video to draw markers into", f"'{source}'")
+        raise InputError(f"--overlay: expected a video to draw markers into, found '{source}'")
     require_pictures_free(out, MARKERS, RESPONSES, VIBRATION, STEADINESS)
     if overlay is not None:
         require_free(overlay, "a video with its markers", is_overlay, force=force, reads=[path])
     if not isinstance(source, DataSet) and path.is_file() and not is_described(path):
         if is_wav and fps_hz is not None:
-            raise InputError("--fps", "a video, or a session of videos", f"'{source}'")
+            raise InputError(f"--fps: expected a video, or a session of videos, found '{source}'")
         if is_wav:
             return inspect_wav(path, out)
         return inspect_video(path, out, sensor, progress, overlay, fps_hz)
     data_set = data_set_of(source)
     data_set = data_set if fps_hz is None else data_set.at_rate(fps_hz)
     if data_set.path == path and not path.exists():
-        raise InputError(path, "a video, a wav file, a session or a store", "nothing there")
+        raise InputError(
+            f"{path}: expected a video, a wav file, a session or a store, found nothing there"
+        )
     stored = data_set.responses()
     if stored is not None:
         return inspect_responses(str(source), data_set, stored, out)

@@ -98,7 +98,9 @@ class Images:
         if sensor.layout != "square" and sensor.markers is None:
             expected = "a sensor file that says where the markers are"
             where = f"sensor '{sensor.name}'"
-            raise InputError(where, expected, f"a {sensor.layout} layout without")
+            raise InputError(
+                f"{where}: expected {expected}, found a {sensor.layout} layout without"
+            )
         self.sensor: Sensor | None = sensor
         self._sensor = sensor
         self._channels = channels

@@ -11,7 +11,7 @@ from afferents.channels import channel_of
 from afferents.documents import as_form
 from afferents.encodings.base import ImageEncoding, ImageStream
 from afferents.encodings.settings import encoding_of
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.models.card import METADATA, Card, names_of, parse_card
 from afferents.plugins import import_extra
 
@@ -55,10 +55,8 @@ class Network:
         text = self._session.get_modelmeta().custom_metadata_map.get(METADATA)
         if text is None:
             raise InputError(
-                path,
-                f"an ONNX file of 'afferents export', with the metadata '{METADATA}'",
-                "one without",
-                "export the model again",
+                f"{path}: expected an ONNX file of 'afferents export', with the metadata "
+                f"'{METADATA}', found one without; export the model again"
             )
         self.card: Card = parse_card(text, path)
         self._check()
@@ -78,11 +76,9 @@ class Network:
         alike = set(shapes) == set(inputs) and set(found) == set(outputs)
         if not alike or (shapes[self._input], found[outputs[0]]) != (shape, says):
             raise InputError(
-                self.path,
-                f"the input {self._input} {shape} and the outputs {', '.join(sorted(outputs))}, "
-                f"{outputs[0]} {says}, as its card says",
-                f"{shapes} and {found}",
-                "export the model again",
+                f"{self.path}: expected the input {self._input} {shape} and the outputs "
+                f"{', '.join(sorted(outputs))}, {outputs[0]} {says}, as its card says, found "
+                f"{shapes} and {found}; export the model again"
             )
         self._past = np.zeros(shapes["past"], np.float32) if self._stepping else None
 
@@ -145,7 +141,7 @@ def _session(path: Path) -> Any:
     if not path.is_file():
         there = "a folder" if path.is_dir() else "no such file"
         hint = "run 'afferents export' on it first" if path.is_dir() else ""
-        raise InputError(path, "a model's ONNX file", there, hint)
+        raise InputError(f"{path}: expected a model's ONNX file, found {there}{then(hint)}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 4
@@ -154,5 +150,5 @@ def _session(path: Path) -> Any:
     except Exception as error:
         said = str(error).splitlines()[0][:200]
         raise InputError(
-            path, "a model's ONNX file", f"one that can't be loaded ({said})"
+            f"{path}: expected a model's ONNX file, found one that can't be loaded ({said})"
         ) from error

@@ -39,9 +39,9 @@ def published(
         import pylsl
     except (ImportError, RuntimeError, OSError) as error:
         raise InputError(
-            "--lsl", "pylsl and the LSL library", str(error).splitlines()[0],
-            "pip install 'afferents[lsl]'",
-        ) from error  # fmt: skip
+            f"--lsl: expected pylsl and the LSL library, found {str(error).splitlines()[0]}; pip "
+            "install 'afferents[lsl]'"
+        ) from error
     words = {name: pylsl.StreamOutlet(_words(pylsl, name)) for name in textures}
     numbers = {
         name: pylsl.StreamOutlet(_numbers(pylsl, name, several))

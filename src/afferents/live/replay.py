@@ -45,7 +45,7 @@ class Pace:
     def __init__(self, speed: float = 1.0) -> None:
         """Begin with the first event that anybody waits for."""
         if not speed > 0:
-            raise InputError("--speed", "a factor above 0, or 'max'", f"{speed:g}")
+            raise InputError(f"--speed: expected a factor above 0, or 'max', found {speed:g}")
         self.speed = speed
         self._lock = threading.Lock()
         self._start_s: float | None = None
@@ -132,7 +132,9 @@ class ReplayedSound(_Played):
         super().__init__(pace, begin_s)
         if audio.channel >= audio.n_channels:
             found = f"{audio.n_channels} channel(s)"
-            raise InputError(audio.path, f"the sensor on channel {audio.channel + 1}", found)
+            raise InputError(
+                f"{audio.path}: expected the sensor on channel {audio.channel + 1}, found {found}"
+            )
         self._audio = audio
         self.rate_hz = audio.sample_rate_hz
 
@@ -162,7 +164,9 @@ def recorded(path: Path, name: str) -> Path:
     if path.is_dir():
         path = path / name
     if not path.is_file():
-        raise InputError(path, "a recording to replay, such as SESSION/3/50", "no such file")
+        raise InputError(
+            f"{path}: expected a recording to replay, such as SESSION/3/50, found no such file"
+        )
     return path
 
 

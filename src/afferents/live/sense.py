@@ -125,7 +125,7 @@ def require_alike(networks: Sequence[Network], fields: Sequence[str], what: str)
     first, *others = networks
     for other in others:
         if any(getattr(other.card, name) != getattr(first.card, name) for name in fields):
-            raise InputError(other.path, f"the {what} of {first.path}", "others")
+            raise InputError(f"{other.path}: expected the {what} of {first.path}, found others")
 
 
 # From vibration to percepts, by RA-II.
@@ -185,7 +185,9 @@ class AudioSense(Sense):
         first, card = networks[0], networks[0].card
         require_alike(networks, ("sample_rate_hz", "encoding", "shape"), "sample rate and spectra")
         if not isinstance(first.encoding, VibrationEncoding):
-            raise InputError(first.path, "an encoding of vibration", first.encoding.name)
+            raise InputError(
+                f"{first.path}: expected an encoding of vibration, found {first.encoding.name}"
+            )
         assert card.sample_rate_hz is not None
         return cls(first.encoding, card.sample_rate_hz, card.shape[0], offset_s, networks)
 

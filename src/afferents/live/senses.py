@@ -86,7 +86,9 @@ def check_offset(audio_offset_s: float) -> None:
         Naming the option.
     """
     if not math.isfinite(audio_offset_s):
-        raise InputError("--audio-offset-ms", "a number of milliseconds", f"{audio_offset_s}")
+        raise InputError(
+            f"--audio-offset-ms: expected a number of milliseconds, found {audio_offset_s}"
+        )
 
 
 # Models that feel: senses made for what the models learnt from.
@@ -112,12 +114,12 @@ class Perceiver(Senses):
         """Prepare for the first frame and the first sample."""
         check_offset(audio_offset_s)
         if not networks:
-            raise InputError("--model", "at least one model", "none")
+            raise InputError("--model: expected at least one model, found none")
         self._networks = networks
         names = [network.card.model for network in networks]
         for name in names:
             if names.count(name) > 1:
-                raise InputError("--model", "each model once", f"several of {name}")
+                raise InputError(f"--model: expected each model once, found several of {name}")
         images = [network for network in networks if not network.encoding.of_vibration]
         vibration = [network for network in networks if network.encoding.of_vibration]
         super().__init__(
@@ -176,9 +178,9 @@ class Looker(Senses):
         rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
         if not rates:
             raise InputError(
-                "--video", "a source to look at, such as camera:0, a video file or rig", "none",
-                "give --video, --audio or both",
-            )  # fmt: skip
+                "--video: expected a source to look at, such as camera:0, a video file or rig, "
+                "found none; give --video, --audio or both"
+            )
         video = audio = None
         if "video" in rates:
             video = VideoSense(images or FoundImages(), rates["video"])

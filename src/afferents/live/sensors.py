@@ -153,7 +153,8 @@ def _camera_of(
         return devices.V4l2Camera(linux)
     if exposure_ms is not None:
         raise InputError(
-            "--exposure-ms", "Linux, where it can be set", sys.platform, "leave it out"
+            f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave it "
+            "out"
         )
     portable = devices.PortableCamera.Options(
         device=device, driver=driver, width=width, height=height, fps_hz=fps_hz

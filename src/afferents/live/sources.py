@@ -124,7 +124,7 @@ def _open(
             rig = None if wanted.sensor is None else rig_of(wanted.sensor)
             opened.append(RigVideo(shows.setdefault(name, _show(name, rig))))
         else:
-            raise InputError("--video", VIDEO_SOURCES, f"'{video}'")
+            raise InputError(f"--video: expected {VIDEO_SOURCES}, found '{video}'")
     if "audio" in wanted.channels and audio is not None:
         kind, name = _parted(audio)
         if kind == "mic":
@@ -135,7 +135,7 @@ def _open(
         elif kind == "rig":
             opened.append(RigSound(shows[name] if name in shows else _show(name)))
         else:
-            raise InputError("--audio", AUDIO_SOURCES, f"'{audio}'")
+            raise InputError(f"--audio: expected {AUDIO_SOURCES}, found '{audio}'")
 
 
 def _parted(source: str) -> tuple[str, str]:
@@ -169,7 +169,9 @@ def _show(name: str, rig: Rig | None = None) -> RigShow:
     try:
         speed_mm_s = float(speed) if speed else None
     except ValueError:
-        raise InputError("rig", "rig:TEXTURE/SPEED, such as rig:g/50", f"'rig:{name}'") from None
+        raise InputError(
+            f"rig: expected rig:TEXTURE/SPEED, such as rig:g/50, found 'rig:{name}'"
+        ) from None
     if speed_mm_s is not None and not 0 < speed_mm_s <= 500:
-        raise InputError("rig", "a speed above 0 and up to 500 mm/s", speed)
+        raise InputError(f"rig: expected a speed above 0 and up to 500 mm/s, found {speed}")
     return RigShow(texture or None, speed_mm_s, rig=rig)

@@ -90,7 +90,7 @@ def check_sources(sources: Sequence[Source], senses: Senses) -> None:
         if len(fitting) != 1:
             listening = ", ".join(session.name for session in sense.sessions)
             found = f"{len(fitting) or 'none'}"
-            raise InputError(f"--{channel}", f"one source for {listening}", found)
+            raise InputError(f"--{channel}: expected one source for {listening}, found {found}")
         _check_rate(fitting[0], sense)
 
 
@@ -98,10 +98,8 @@ def _check_rate(source: Source, sense: Sense) -> None:
     unit, tolerance = ("frames/s", RATE_TOLERANCE) if source.channel == "video" else ("Hz", 0.0)
     if abs(source.rate_hz - sense.rate_hz) > tolerance * sense.rate_hz:
         raise InputError(
-            f"--{source.channel}",
-            f"{sense.rate_hz:g} {unit}, as the model learnt from",
-            f"{source.rate_hz:g}",
-            "use a source of that rate, or train a model for this one",
+            f"--{source.channel}: expected {sense.rate_hz:g} {unit}, as the model learnt from, "
+            f"found {source.rate_hz:g}; use a source of that rate, or train a model for this one"
         )
 
 

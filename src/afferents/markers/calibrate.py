@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.image_quality import ImageQuality, image_quality
@@ -83,7 +83,7 @@ def look_at_rest(video: Video) -> Clip:
     """
     images = [frame.image for frame in islice(video.frames(), N_FRAMES)]
     if not images:
-        raise InputError(video.path, "a clip of the skin at rest", "no frames")
+        raise InputError(f"{video.path}: expected a clip of the skin at rest, found no frames")
     image, n_still = still_picture(images, estimate_detector(images[0], video.path))
     sensor = estimate_detector(image, video.path)
     return Clip(video, image, sensor, seen_at_rest(image, sensor), n_still, len(images))
@@ -106,7 +106,9 @@ def seen_in_most(clips: Sequence[Clip]) -> Positions:
         if _alike(placed[present], template[present]) * present.mean() < LEAST_ALIKE:
             first = f"the {len(template)} markers of {clips[0].video.path.name}"
             hint = "give the clips of one sensor, in one picture size, at a time"
-            raise InputError(where, first, f"{int(present.sum())} of them", hint)
+            raise InputError(
+                f"{where}: expected {first}, found {int(present.sum())} of them{then(hint)}"
+            )
         gate = GATE_SHARE * spacing_px(template)
         new = put_back(found, placed[present], template[present])
         far = np.hypot(*(new[:, None] - template[None]).transpose(2, 0, 1)).min(axis=1) > gate
@@ -204,7 +206,7 @@ def calibrate_from_clips(
         If a clip shows no markers, or another sensor than the first.
     """
     if pitch_mm is not None and not 0 < pitch_mm < math.inf:
-        raise InputError("--pitch-mm", "a distance above 0, mm", f"{pitch_mm:g}")
+        raise InputError(f"--pitch-mm: expected a distance above 0, mm, found {pitch_mm:g}")
     clips = tuple(
         look_at_rest(each) for each in (video if isinstance(video, Sequence) else [video])
     )
@@ -240,7 +242,10 @@ def _of_one_size(clips: Sequence[Clip]) -> None:
         if clip.image.shape != (height, width):
             found = f"{clip.image.shape[1]} x {clip.image.shape[0]} px"
             expected = f"{width} x {height} px, as in {clips[0].video.path.name}"
-            raise InputError(clip.video.path, expected, found, "calibrate each size by itself")
+            raise InputError(
+                f"{clip.video.path}: expected {expected}, found {found}; calibrate each size by "
+                "itself"
+            )
 
 
 def _found_again(followed: Sequence[Followed]) -> tuple[np.ndarray, int]:

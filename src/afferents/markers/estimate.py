@@ -82,10 +82,9 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
             colour, centre, area = evened
     if len(centre) < FEWEST:
         raise InputError(
-            where,
-            f"at least {FEWEST} bright or dark blobs of like size",
-            f"{len(centre)}{fault_of_light(image)}",
-            "give a sensor file that says what its markers look like",
+            f"{where}: expected at least {FEWEST} bright or dark blobs of like size, found "
+            f"{len(centre)}{fault_of_light(image)}; give a sensor file that says what its markers "
+            "look like"
         )
     detector = _discs(image, colour, centre, area)
     markers, _ = find_markers(image, detector)

@@ -92,16 +92,14 @@ def assign_grid(
     """
     expected = f"{rows} x {columns} = {rows * columns} markers in a grid"
     if not (1 - MOST_MISSING) * rows * columns <= len(position) <= rows * columns:
-        raise InputError(where, expected, f"{len(position)} markers")
+        raise InputError(f"{where}: expected {expected}, found {len(position)} markers")
     row, column = places_of(position)
     size = (int(row.max()) + 1, int(column.max()) + 1)
     n_places = len(np.unique(row * size[1] + column))
     if size != (rows, columns) or n_places < len(position):
         raise InputError(
-            where,
-            expected,
-            f"{size[0]} rows and {size[1]} columns with {n_places} places taken",
-            "check the picture for lost or false markers",
+            f"{where}: expected {expected}, found {size[0]} rows and {size[1]} columns with "
+            f"{n_places} places taken; check the picture for lost or false markers"
         )
     return Grid(row, column, _roll_from_places(position, row, column))
 

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from afferents.choices import Layout
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.grid import MOST_MISSING, Grid, find_grid, turn
 from afferents.markers.link import NO_BLOB, link_one_to_one
@@ -271,7 +271,9 @@ def match_layout(
             "sensor, or calibrate it"
         )
         expected = "markers where the sensor's layout has them"
-        raise InputError(where, expected, f"{len(found)} in another layout", do)
+        raise InputError(
+            f"{where}: expected {expected}, found {len(found)} in another layout{then(do)}"
+        )
     present = np.zeros(len(template), dtype=bool)
     present[own] = True
     placed[own] = found[blob]
@@ -282,11 +284,10 @@ def match_layout(
         placed[lost[at]], present[lost[at]] = free[its], True
     if present.mean() < needed:
         raise InputError(
-            where,
-            f"the {len(template)} markers of the sensor's layout",
-            f"{int(present.sum())} of them",
-            "a run must begin with the skin at rest: check its first picture, name a later frame "
-            "at rest as rest_frame in session.toml, or calibrate this sensor",
+            f"{where}: expected the {len(template)} markers of the sensor's layout, found "
+            f"{int(present.sum())} of them; a run must begin with the skin at rest: check its "
+            "first picture, name a later frame at rest as rest_frame in session.toml, or "
+            "calibrate this sensor"
         )
     return placed, present
 

@@ -50,7 +50,9 @@ def image_places(position: Positions, size: tuple[int, int] | None = None) -> Im
         hull, mesh = ConvexHull(position), Delaunay(position)
     except QhullError:
         expected = f"{FEWEST} markers or more, not in a line"
-        raise InputError("the sensor's markers", expected, f"{len(position)}") from None
+        raise InputError(
+            f"the sensor's markers: expected {expected}, found {len(position)}"
+        ) from None
     low, high = hull.min_bound, hull.max_bound
     if size is None:
         # A triangulation has two triangles a marker, but for those at the edge.

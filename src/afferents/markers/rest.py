@@ -50,7 +50,7 @@ def rest_images(video: Video, rest_frame: int) -> list[GreyImage]:
 def too_short(video: Video, rest_frame: int, n_frames: int) -> InputError:
     """Return the refusal of a video that ends before its rest frame."""
     expected = f"at least {rest_frame + 1} frames (frame {rest_frame} is the rest frame)"
-    return InputError(video.path, expected, f"{n_frames}")
+    return InputError(f"{video.path}: expected {expected}, found {n_frames}")
 
 
 def count_still(images: Sequence[GreyImage], sensor: Sensor) -> int:
@@ -179,16 +179,16 @@ def find_rest_markers(
                 found, image, n_still = again, median, n_median
     if len(found) == 0 or not _plausible(len(found), sensor, method, led):
         near = _plausible(len(found), sensor, method, led=True)
-        raise InputError(
-            where,
-            f"{sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in frame "
-            f"{sensor.rest_frame}",
-            f"{len(found)}{fault_of_light(image)}",
+        do = (
             "the tracker 'published' needs a reference clip that shows all of them; use another "
             "tracker"
             if near and len(found)
             else "a run must begin with the skin at rest: check its first picture, name a later "
-            "frame at rest as rest_frame in session.toml, or give a sensor file that fits it",
+            "frame at rest as rest_frame in session.toml, or give a sensor file that fits it"
+        )
+        raise InputError(
+            f"{where}: expected {sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in "
+            f"frame {sensor.rest_frame}, found {len(found)}{fault_of_light(image)}; {do}"
         )
     return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
 
@@ -310,7 +310,7 @@ def _match_reference(found: Positions, reference: Positions, where: object) -> N
     """Return for each reference marker the index of its own marker, the nearest on the whole."""
     if len(found) != len(reference):
         expected = f"the {len(reference)} markers of the reference video"
-        raise InputError(where, expected, f"{len(found)}")
+        raise InputError(f"{where}: expected {expected}, found {len(found)}")
     _, own = linear_sum_assignment(cdist(reference, found, "sqeuclidean"))
     return np.asarray(own, dtype=np.intp)
 
@@ -325,13 +325,11 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
     """
     declared = (sensor.width or size[0], sensor.height or size[1])
     if size != declared:
+        turned = size == declared[::-1]
+        do = "turn the video, or calibrate anew" if turned else "give a sensor file for this size"
         raise InputError(
-            where,
-            f"{declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says",
-            f"{size[0]} x {size[1]} px",
-            "turn the video, or calibrate anew"
-            if size == declared[::-1]
-            else "give a sensor file for this size",
+            f"{where}: expected {declared[0]} x {declared[1]} px, as sensor '{sensor.name}' says, "
+            f"found {size[0]} x {size[1]} px; {do}"
         )
 
 

@@ -256,7 +256,8 @@ def load_sensor(name_or_path: str | Path) -> Sensor:
     if not path.is_file():
         known = ", ".join(packaged_sensors())
         raise InputError(
-            name_or_path, f"a sensor file, or a sensor of the package ({known})", "none"
+            f"{name_or_path}: expected a sensor file, or a sensor of the package ({known}), found "
+            "none"
         )
     what = "a sensor file in TOML"
     return as_form(read_toml(path, what), Sensor, path, what)
@@ -312,7 +313,9 @@ def sensors_of(session: Session, given: Sensor | None) -> Sensors:
     if given is not None and named:
         name, sensor = next(iter(named.items()))
         found = f"{sensor} for {name} in {session.declared.file}"
-        raise InputError("--sensor", "a session whose recordings name no sensor", found, "leave it")
+        raise InputError(
+            f"--sensor: expected a session whose recordings name no sensor, found {found}; leave it"
+        )
     files = {sensor: load_sensor(sensor) for sensor in dict.fromkeys(named.values())}
     own = {name: files[sensor] for name, sensor in named.items()}
     if given is not None:

@@ -346,7 +346,7 @@ def track_markers(
     own = tracker.rest_position
     if count_from is not None and count_from.shape != own.shape:
         expected = f"{len(count_from)} markers, as the reference clip shows"
-        raise InputError(video.path, expected, f"{len(own)}")
+        raise InputError(f"{video.path}: expected {expected}, found {len(own)}")
     tracks = labelled(time_s, tracked, own if count_from is None else count_from, grid)
     tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(change))
     return tracks.assign_attrs(

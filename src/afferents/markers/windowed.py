@@ -425,5 +425,5 @@ def _radius(image: GreyImage, position: Positions, sensor: Sensor) -> float:
     """
     _, area = find_markers(image, sensor.detector)
     if len(area) == 0:
-        raise InputError("the rest frame", f"{len(position)} markers", "none")
+        raise InputError(f"the rest frame: expected {len(position)} markers, found none")
     return float(np.sqrt(np.median(area) / np.pi))

@@ -98,16 +98,16 @@ class Classifier(nn.Module, ABC):
 
     def last_features(self, samples: Tensor) -> Tensor:
         """Return what the scores are worked out of, (batch, feature), of scaled samples."""
-        raise InputError("the classifier", "one that can be felt live", self.name)
+        raise InputError(f"the classifier: expected one that can be felt live, found {self.name}")
 
     def scores_of(self, features: Tensor) -> Tensor:
         """Return the scores of the textures (logits), (batch, n_classes), of last features."""
-        raise InputError("the classifier", "one that can be felt live", self.name)
+        raise InputError(f"the classifier: expected one that can be felt live, found {self.name}")
 
     @property
     def n_last(self) -> int:
         """Number of values by which what is unknown is told."""
-        raise InputError("the classifier", "one that can be felt live", self.name)
+        raise InputError(f"the classifier: expected one that can be felt live, found {self.name}")
 
     def forward(self, samples: Tensor) -> Tensor:
         """Return the scores of the textures, (batch, n_classes), of scaled samples."""
@@ -219,14 +219,16 @@ def build_for(kind: type[Classifier], task: Task) -> Classifier:
         If the samples have other dims or are too small, or there is nothing to tell apart.
     """
     if task.n_classes < 2:
-        raise InputError("the data", "at least 2 textures to tell apart", f"{task.n_classes}")
+        raise InputError(
+            f"the data: expected at least 2 textures to tell apart, found {task.n_classes}"
+        )
     if kind.takes and task.sample_dims != kind.takes:
         expected = f"({', '.join(kind.takes)})"
         found = f"({', '.join(task.sample_dims)})"
-        raise InputError(f"the classifier {kind.name}", f"samples {expected}", found)
+        raise InputError(f"the classifier {kind.name}: expected samples {expected}, found {found}")
     if len(task.sample_dims) != len(task.sample_shape):
         expected = f"the shape ({', '.join(task.sample_dims)})"
-        raise InputError("samples", expected, f"{task.sample_shape}")
+        raise InputError(f"samples: expected {expected}, found {task.sample_shape}")
     with torch.random.fork_rng(devices=[]):
         torch.default_generator.manual_seed(task.seed)
         return kind.built_for(task)

@@ -199,9 +199,9 @@ def training_config(
         If the preset or the recipe is unknown.
     """
     if preset not in _PRESETS:
-        raise InputError("--preset", "quick, fast or paper", f"'{preset}'")
+        raise InputError(f"--preset: expected quick, fast or paper, found '{preset}'")
     if recipe not in RECIPES:
-        raise InputError("recipe", f"one of {', '.join(RECIPES)}", f"'{recipe}'")
+        raise InputError(f"recipe: expected one of {', '.join(RECIPES)}, found '{recipe}'")
     usual = _PRESETS[preset][recipe]
     kept = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
     others = {**kept, **(changed or {}), **(compute._asdict() if compute else {})}
@@ -289,7 +289,9 @@ def _changed(
     """Return what is changed of each network, after checking that its training is then whole."""
     tables = {name: value for name, value in content.items() if isinstance(value, Mapping)}
     if unknown := [name for name in tables if name not in RECIPES]:
-        raise InputError(where, f"tables named {', '.join(RECIPES)}", f"[{unknown[0]}]")
+        raise InputError(
+            f"{where}: expected tables named {', '.join(RECIPES)}, found [{unknown[0]}]"
+        )
     for_all = {name: value for name, value in content.items() if name not in tables}
     changed = {}
     for network in RECIPES:
@@ -298,7 +300,7 @@ def _changed(
             _require_known(fields, where)
             changed[network] = _checked(network, fields, where, preset)
     if not changed:
-        raise InputError(where, _WHAT, "nothing")
+        raise InputError(f"{where}: expected {_WHAT}, found nothing")
     return changed
 
 
@@ -306,9 +308,11 @@ def _require_known(fields: Mapping[str, Any], where: object) -> None:
     names = [name for name in TrainingConfig.model_fields if name not in _OPTIONS]
     for name in fields:
         if name in _OPTIONS:
-            raise InputError(where, "hyperparameters", f"'{name}'", f"give it as --{name}")
+            raise InputError(
+                f"{where}: expected hyperparameters, found '{name}'; give it as --{name}"
+            )
         if name not in names:
-            raise InputError(where, f"some of {', '.join(names)}", f"'{name}'")
+            raise InputError(f"{where}: expected some of {', '.join(names)}, found '{name}'")
 
 
 def _checked(
@@ -320,7 +324,7 @@ def _checked(
     n, dropout = DROPOUT_LAYERS[network], config.dropout
     if isinstance(dropout, tuple) and len(dropout) != n:
         expected = f"one share, or {n}, of the dropout layers of {network}"
-        raise InputError(where, expected, f"{len(dropout)}")
+        raise InputError(f"{where}: expected {expected}, found {len(dropout)}")
     return {name: config.model_dump(mode="json")[name] for name in fields}
 
 
@@ -338,6 +342,8 @@ def set_dropout(network: nn.Module, dropout: float | tuple[float, ...] | None) -
     shares = dropout if isinstance(dropout, tuple) else (dropout,) * len(layers)
     if len(shares) != len(layers):
         found = f"{len(shares)} shares"
-        raise InputError("dropout", f"one for each of {len(layers)} dropout layers", found)
+        raise InputError(
+            f"dropout: expected one for each of {len(layers)} dropout layers, found {found}"
+        )
     for layer, share in zip(layers, shares, strict=True):
         layer.p = share

@@ -50,7 +50,9 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     card, deployed = load_model(folder)
     if not deployed.network.exportable:
         expected = "a model whose classifier is a torch module, or one of this package"
-        raise InputError(folder, expected, f"the estimator {deployed.network.name}")
+        raise InputError(
+            f"{folder}: expected {expected}, found the estimator {deployed.network.name}"
+        )
     module, sample = _exported(card, deployed)
     with write_aside(out) as partial:
         _write(module, sample, partial)

@@ -213,9 +213,9 @@ def _unseen(
     group, many = split.of(samples)[learnt_from], split.many
     if len(np.unique(group)) < 2:
         raise InputError(
-            "the data", f"at least 2 {many} to learn from, as each is left out in its turn", "1",
-            f"use more {many}, or a model of Table 1",
-        )  # fmt: skip
+            f"the data: expected at least 2 {many} to learn from, as each is left out in its "
+            f"turn, found 1; use more {many}, or a model of Table 1"
+        )
     scores: list[tuple[Indices, Tensor]] = []
     for left_out in np.unique(group):
         its = np.flatnonzero(group == left_out)

@@ -318,7 +318,7 @@ def fit(
         return fit_estimator(model, parts[0], seed, check)
     if issubclass(kind, Solved | LateFusion):
         return fit_solved(model, parts, protocol.name == "nested", seed, check, searched)
-    raise InputError("classifier", "a Network or a Solved one", kind.__name__)
+    raise InputError(f"classifier: expected a Network or a Solved one, found {kind.__name__}")
 
 
 def _fit_each(

@@ -140,12 +140,16 @@ def load_weights(model: nn.Module, path: Path) -> None:
     try:
         model.load_state_dict(load(path.read_bytes()))
     except OSError as error:
-        raise InputError(path, "weights that can be read", reason_of(error)) from error
+        raise InputError(
+            f"{path}: expected weights that can be read, found {reason_of(error)}"
+        ) from error
     except SafetensorError as error:
-        raise InputError(path, "weights as safetensors", str(error)) from error
+        raise InputError(f"{path}: expected weights as safetensors, found {error!s}") from error
     except RuntimeError as error:
         found = str(error).splitlines()[-1].strip()
-        raise InputError(path, f"weights of {type(model).__name__}", found) from error
+        raise InputError(
+            f"{path}: expected weights of {type(model).__name__}, found {found}"
+        ) from error
 
 
 # A trained model on disk: a folder with its weights and its card.
@@ -179,7 +183,9 @@ def load_model(folder: Path) -> tuple[Card, Deployed]:
     """
     path = folder / CARD
     if not path.is_file():
-        raise InputError(folder, f"a model's folder with {CARD}", "none", "run 'afferents train'")
+        raise InputError(
+            f"{folder}: expected a model's folder with {CARD}, found none; run 'afferents train'"
+        )
     card = read_card(path)
     task = Task(len(card.textures), card.shape, card.sample_dims)
     if card.estimator is None:
@@ -245,9 +251,10 @@ class Recogniser:
         """
         if samples.shape[1:] != self.card.shape:
             raise InputError(
-                "samples", f"(sample, ...) of the form {self.card.shape}, as the model learnt from",
-                f"{samples.shape[1:]}", f"encode {self.card.channel} as the card's 'encoding' says",
-            )  # fmt: skip
+                f"samples: expected (sample, ...) of the form {self.card.shape}, as the model "
+                f"learnt from, found {samples.shape[1:]}; encode {self.card.channel} as the "
+                "card's 'encoding' says"
+            )
         values = torch.as_tensor(samples.values, dtype=torch.float32)
         outcomes = [self.deployed(batch) for batch in torch.split(values, _BATCH)]
         probability, novelty = (torch.cat(parts).numpy() for parts in zip(*outcomes, strict=True))

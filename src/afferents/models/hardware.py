@@ -20,7 +20,7 @@ def choose_device(config: TrainingConfig) -> torch.device:
     """
     available = torch.cuda.is_available()
     if config.device == "cuda" and not available:
-        raise InputError("device", "a CUDA GPU", "none", "use device 'auto' or 'cpu'")
+        raise InputError("device: expected a CUDA GPU, found none; use device 'auto' or 'cpu'")
     return torch.device("cuda" if available and config.device != "cpu" else "cpu")
 
 

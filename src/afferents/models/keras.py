@@ -110,20 +110,26 @@ class _Taken:
 
     def next(self, role: str) -> Floats:
         if not self._left.get(role):
-            raise InputError(self._where, f"another {role} for the layers of this network", "none")
+            raise InputError(
+                f"{self._where}: expected another {role} for the layers of this network, found none"
+            )
         return self._left[role].pop(0)
 
     def put(self, ours: Tensor | None, values: Floats) -> None:
         assert ours is not None
         if tuple(ours.shape) != values.shape:
             expected, found = (" x ".join(map(str, shape)) for shape in (ours.shape, values.shape))
-            raise InputError(self._where, f"weights of {expected} in this layer", found)
+            raise InputError(
+                f"{self._where}: expected weights of {expected} in this layer, found {found}"
+            )
         ours.copy_(torch.from_numpy(np.ascontiguousarray(values)))
 
     def require_all(self) -> None:
         if left := {role: len(arrays) for role, arrays in self._left.items() if arrays}:
             found = ", ".join(f"{n} of the kind {role}" for role, n in left.items())
-            raise InputError(self._where, "no more weights than this network has", f"{found} more")
+            raise InputError(
+                f"{self._where}: expected no more weights than this network has, found {found} more"
+            )
 
 
 def _as_ours(kernel: Floats) -> Floats:
@@ -202,25 +208,27 @@ def read_keras_weights(path: Path) -> list[KerasArray]:
     """
     h5py = import_extra("hdf5", str(path), "h5py")
     if not path.is_file():
-        raise InputError(path, _WHAT, "no such file")
+        raise InputError(f"{path}: expected {_WHAT}, found no such file")
     try:
         with h5py.File(path, "r") as file:
             _require_settings(path, file.attrs.get("model_config"))
             return list(_arrays(path, file.get(_WEIGHTS, file)))
     except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
-        raise InputError(path, _WHAT, str(error)) from error
+        raise InputError(f"{path}: expected {_WHAT}, found {error!s}") from error
 
 
 def _arrays(path: Path, weights: Any) -> Iterator[KerasArray]:
     if "layer_names" not in weights.attrs:
-        raise InputError(path, _WHAT, "no list of layers")
+        raise InputError(f"{path}: expected {_WHAT}, found no list of layers")
     for layer in map(_text, weights.attrs["layer_names"]):
         group = weights[layer]
         for name in map(_text, group.attrs["weight_names"]):
             role = name.rpartition("/")[2].partition(":")[0]
             if group[name].size > _LARGEST:
                 found = f"an array of {group[name].size:,} values"
-                raise InputError(path, "a network as small as the paper's", found)
+                raise InputError(
+                    f"{path}: expected a network as small as the paper's, found {found}"
+                )
             yield KerasArray(role, np.asarray(group[name][()], dtype=np.float32))
 
 
@@ -233,7 +241,7 @@ def _require_settings(path: Path, config: Any) -> None:
             same = np.isclose(theirs, ours) if isinstance(ours, float) else theirs == ours
             if not same:
                 expected = f"{layer['class_name']} with {name} = {ours}, as our networks have it"
-                raise InputError(path, expected, f"{theirs}")
+                raise InputError(f"{path}: expected {expected}, found {theirs}")
 
 
 def _layers(config: Any) -> Iterator[dict[str, Any]]:

@@ -229,10 +229,9 @@ def _none(lead: Samples, window: int) -> InputError:
     of = lead[{dims.SAMPLE: window}]
     part = f" in part {of[dims.GROUP].item()}" if dims.GROUP in of.coords else ""
     return InputError(
-        f"recording {of[dims.RECORDING].item()}",
-        f"samples of every afferent that a model joins{part}",
-        "none of one of them",
-        "record for longer, or hold out larger parts, such as --split angle-3",
+        f"recording {of[dims.RECORDING].item()}: expected samples of every afferent that a model "
+        f"joins{part}, found none of one of them; record for longer, or hold out larger parts, "
+        "such as --split angle-3"
     )
 
 

@@ -20,7 +20,7 @@ from torch.nn.modules.batchnorm import _BatchNorm
 from torch.optim.lr_scheduler import OneCycleLR
 
 from afferents.documents import parse_json
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import AfferentsError, InputError, then
 from afferents.files import write_aside
 from afferents.models.config import TrainingConfig, set_dropout
 from afferents.models.hardware import autocast, choose_device, computed_with, to_channels_last
@@ -497,9 +497,9 @@ def _seeded(seed: int, device: torch.device) -> Iterator[None]:
 
 def _check(learnt: LearningSet) -> None:
     if len(learnt.train) < 2:
-        raise InputError("a fold", "at least 2 training samples", f"{len(learnt.train)}")
+        raise InputError(f"a fold: expected at least 2 training samples, found {len(learnt.train)}")
     if len(learnt.validation) < 1:
-        raise InputError("a fold", "at least 1 validation sample", "none")
+        raise InputError("a fold: expected at least 1 validation sample, found none")
     if not (math.isfinite(learnt.scale) and learnt.scale > 0):
         do = "look for samples that are NaN or infinite"
-        raise InputError("a fold", "a positive scale", f"{learnt.scale}", do)
+        raise InputError(f"a fold: expected a positive scale, found {learnt.scale}{then(do)}")

@@ -84,7 +84,9 @@ class Model:
     def __post_init__(self) -> None:
         """Refuse names that are no names of folders, and take the name for a title."""
         if not re.fullmatch(MODEL_NAME, self.name):
-            raise InputError("a model's name", "letters, digits and hyphens", f"{self.name!r}")
+            raise InputError(
+                f"a model's name: expected letters, digits and hyphens, found {self.name!r}"
+            )
         if not self.title:
             object.__setattr__(self, "title", self.name)
 
@@ -207,7 +209,7 @@ def models_named(names: str) -> list[Model]:
     for name in chosen:
         if ":" not in name and name not in MODELS:
             raise InputError(
-                "--models", f"'all', 'best' or some of {', '.join(MODELS)}", f"'{name}'"
+                f"--models: expected 'all', 'best' or some of {', '.join(MODELS)}, found '{name}'"
             )
     return [model for name, model in MODELS.items() if name in chosen] + own
 
@@ -215,7 +217,9 @@ def models_named(names: str) -> list[Model]:
 def _own(where: str) -> Model:
     found = named(where)
     if not isinstance(found, Model):
-        raise InputError("--models", f"an afferents.Model at {where}", type(found).__name__)
+        raise InputError(
+            f"--models: expected an afferents.Model at {where}, found {type(found).__name__}"
+        )
     return found
 
 
@@ -232,9 +236,11 @@ def own_of(models: Sequence[Model]) -> list[Model]:
     for model in own:
         if model.name in MODELS:
             expected = "a name that no model of this package has"
-            raise InputError("a model's name", expected, f"'{model.name}'")
+            raise InputError(f"a model's name: expected {expected}, found '{model.name}'")
         if any(other.name == model.name and other is not model for other in own):
-            raise InputError("a model's name", "one model of each", f"several '{model.name}'")
+            raise InputError(
+                f"a model's name: expected one model of each, found several '{model.name}'"
+            )
     return own
 
 

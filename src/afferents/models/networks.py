@@ -142,9 +142,8 @@ def image_features(n_rows: int, n_columns: int) -> int:
     """
     if min(n_rows, n_columns) < SMALLEST_SIDE:
         raise InputError(
-            "tactile images",
-            f"at least {SMALLEST_SIDE} x {SMALLEST_SIDE} markers for this network",
-            f"{n_rows} x {n_columns}",
+            f"tactile images: expected at least {SMALLEST_SIDE} x {SMALLEST_SIDE} markers for "
+            f"this network, found {n_rows} x {n_columns}"
         )
     height, width = ((side // 2 - 2) // 2 for side in (n_rows, n_columns))
     return height * width * IMAGE_CHANNELS
@@ -319,10 +318,8 @@ class VibrationNet(Network):
         super().__init__()
         if n_frequencies < SMALLEST_SPECTRUM:
             raise InputError(
-                "spectra",
-                f"at least {SMALLEST_SPECTRUM} bins for this network",
-                f"{n_frequencies}",
-                "pad the windows with zeros before the Fourier transform",
+                f"spectra: expected at least {SMALLEST_SPECTRUM} bins for this network, found "
+                f"{n_frequencies}; pad the windows with zeros before the Fourier transform"
             )
         self.spectrum = nn.Sequential(
             _convolution(n_channels, "same"),
@@ -408,7 +405,9 @@ class ThreeStems(Network):
         shapes = getattr(task.encoding, "shapes", ())
         if [len(shape) for shape in shapes] != [2, 3, 3]:
             expected = "a spectrum and two runs of images"
-            raise InputError("the classifier three-stems", expected, f"samples {shapes}")
+            raise InputError(
+                f"the classifier three-stems: expected {expected}, found samples {shapes}"
+            )
         return cls(task.n_classes, *shapes)
 
     def __init__(

@@ -114,9 +114,9 @@ class OrderSearch(Solved):
         super().__init__()
         if speed_from == "fingertip" and n_channels == 1:
             raise InputError(
-                "the data", "several vibration channels to measure the speed between", "one",
-                "use order-te or order-te-speed-known",
-            )  # fmt: skip
+                "the data: expected several vibration channels to measure the speed between, "
+                "found one; use order-te or order-te-speed-known"
+            )
         self.n_channels, self.speed_from = n_channels, speed_from
         self._low = float(frequencies[0])
         self._octaves = math.log2(frequencies[1] / frequencies[0])
@@ -170,7 +170,7 @@ class OrderSearch(Solved):
         if self.speed_from == "robot":
             if speed_mm_s is None:
                 raise InputError(
-                    "order-te-speed-known", "the sliding speed", "none", "use order-te"
+                    "order-te-speed-known: expected the sliding speed, found none; use order-te"
                 )
             return self._at(values, speed_mm_s)[:, None]
         if self.speed_from == "fingertip":

@@ -40,10 +40,9 @@ def own_classifier(wanted: Any) -> type[Classifier]:
         title = getattr(wanted, "__qualname__", title)
         return type("OwnNetwork", (OwnNetwork,), {"name": title, "make": staticmethod(wanted)})
     raise InputError(
-        "classifier",
-        "a name, a scikit-learn estimator with predict_proba, or a function (n_classes, "
-        "sample_shape) that returns a torch.nn.Module",
-        f"{title}{' without predict_proba' if hasattr(wanted, 'fit') else ''}",
+        "classifier: expected a name, a scikit-learn estimator with predict_proba, or a function "
+        "(n_classes, sample_shape) that returns a torch.nn.Module, found "
+        f"{title}{' without predict_proba' if hasattr(wanted, 'fit') else ''}"
     )
 
 
@@ -79,7 +78,7 @@ class OwnNetwork(Network):
         shape = tuple(getattr(logits, "shape", ()))
         if shape != (_TRIAL, task.n_classes):
             expected = f"logits of shape ({_TRIAL}, {task.n_classes}) of {_TRIAL} samples"
-            raise InputError(f"the classifier {cls.name}", expected, f"{shape}")
+            raise InputError(f"the classifier {cls.name}: expected {expected}, found {shape}")
         return made
 
     @property
@@ -239,7 +238,9 @@ def load_estimator(path: Path, own: Sequence[str]) -> Any:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise InputError(path, "an estimator that can be read", raised(error)) from error
+        raise InputError(
+            f"{path}: expected an estimator that can be read, found {raised(error)}"
+        ) from error
     return _load(content, own, path)
 
 
@@ -250,7 +251,7 @@ def _stored(fitted: Any) -> bytes:
         return bytes(dumps(fitted))
     except Exception as error:
         raise InputError(
-            "classifier", "an estimator that skops can store", raised(error)
+            f"classifier: expected an estimator that skops can store, found {raised(error)}"
         ) from error
 
 
@@ -261,7 +262,7 @@ def _load(content: bytes, own: Sequence[str], where: object) -> Any:
     trusted = [imported(reference) for reference in own]
     for one, reference in zip(trusted, own, strict=True):
         if not (isinstance(one, type) and issubclass(one, BaseEstimator)):
-            raise InputError(where, _WHAT, reference)
+            raise InputError(f"{where}: expected {_WHAT}, found {reference}")
     try:
         trusted += [
             _of_sklearn(name) for name in _untrusted(content) if name.startswith("sklearn.")
@@ -270,9 +271,11 @@ def _load(content: bytes, own: Sequence[str], where: object) -> Any:
     except AfferentsError:
         raise
     except Exception as error:
-        raise InputError(where, _WHAT, raised(error)) from error
+        raise InputError(f"{where}: expected {_WHAT}, found {raised(error)}") from error
     if not (hasattr(found, "predict_proba") and hasattr(found, "classes_")):
-        raise InputError(where, "a fitted estimator with predict_proba", type(found).__name__)
+        raise InputError(
+            f"{where}: expected a fitted estimator with predict_proba, found {type(found).__name__}"
+        )
     return found
 
 
@@ -280,7 +283,7 @@ def _of_sklearn(name: str) -> type:
     """Return a class of scikit-learn by its name, not one that it has imported from elsewhere."""
     found = _of_name(name)
     if not isinstance(found, type) or not found.__module__.startswith("sklearn."):
-        raise InputError("estimator", _WHAT, name)
+        raise InputError(f"estimator: expected {_WHAT}, found {name}")
     return found
 
 

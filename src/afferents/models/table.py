@@ -45,7 +45,7 @@ def classifier_of(wanted: Any) -> type[Classifier]:
     if isinstance(wanted, str):
         if wanted not in CLASSIFIERS:
             known = f"one of {', '.join(CLASSIFIERS)}, or an object"
-            raise InputError("classifier", known, f"'{wanted}'")
+            raise InputError(f"classifier: expected {known}, found '{wanted}'")
         return CLASSIFIERS[wanted]
     return own_classifier(wanted)
 

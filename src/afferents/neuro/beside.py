@@ -50,16 +50,22 @@ def matched(
     both = [name for name in first.units["class"].unique() if name in set(second.units["class"])]
     if not both:
         found = " and ".join(", ".join(one.units["class"].unique()) for one in (first, second))
-        raise InputError("natural", "units of a class that the artificial ones have", found)
+        raise InputError(
+            f"natural: expected units of a class that the artificial ones have, found {found}"
+        )
     speeds = alike(require_conditions(first), require_conditions(second))
     parts = [_at(one.of_class(*both), at) for one, at in zip((first, second), speeds, strict=True)]
     n_textures = min(len(_textures(part, seed)) for part in parts)
     if n_textures < 2:
-        raise InputError("natural", "2 textures or more at the speeds compared", f"{n_textures}")
+        raise InputError(
+            f"natural: expected 2 textures or more at the speeds compared, found {n_textures}"
+        )
     parts = [_of_textures(part, _textures(part, seed)[:n_textures], gaps) for part in parts]
     n_units = {name: min(part.of_class(name).n_units for part in parts) for name in both}
     if not any(n_units.values()):
-        raise InputError("natural", "units that were recorded in every trial compared", "none")
+        raise InputError(
+            "natural: expected units that were recorded in every trial compared, found none"
+        )
     here, there = (_some(part, n_units, seed) for part in parts)
     return _as_long(here, there, by_speed=gaps)
 

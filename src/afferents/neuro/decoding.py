@@ -70,7 +70,7 @@ def decode(
     speeds = require_conditions(windows, across)
     if resolution_s < _SLACK * _finest(windows):
         wanted = f"bins of {_finest(windows):.3g} s or more, as finely as these units fire"
-        raise InputError("resolution", wanted, f"{resolution_s:g} s")
+        raise InputError(f"resolution: expected {wanted}, found {resolution_s:g} s")
     features = binned_features(windows, resolution_s)
     texture = windows.trials["texture"].to_numpy(str)
     found: dict[float, list[NDArray[np.bool_]]] = {}
@@ -78,7 +78,7 @@ def decode(
         if len(train) <= len(np.unique(texture)):
             there = f"{len(train)} windows of {len(np.unique(texture))} textures"
             wanted = "more windows than textures to learn from"
-            raise InputError("spikes", wanted, there, "choose shorter windows")
+            raise InputError(f"spikes: expected {wanted}, found {there}; choose shorter windows")
         named = _named(features[train], texture[train], features[test], seed)
         found.setdefault(speed, []).append(named == texture[test])
     return {speed: float(np.mean(np.concatenate(right))) for speed, right in found.items()}
@@ -195,14 +195,14 @@ def require_conditions(spikes: Spikes, across: Across = "speeds") -> NDArray[np.
     """
     n_textures = spikes.trials["texture"].nunique()
     if n_textures < 2:
-        raise InputError("spikes", "at least 2 textures", f"{n_textures}")
+        raise InputError(f"spikes: expected at least 2 textures, found {n_textures}")
     speed = spikes.trials["speed_mm_s"].to_numpy(np.float64)
     if np.isnan(speed).any():
         found = f"{np.isnan(speed).sum()} of {len(speed)} without"
-        raise InputError("spikes", "the speed of every trial", found)
+        raise InputError(f"spikes: expected the speed of every trial, found {found}")
     speeds = np.unique(speed)
     if across == "speeds" and len(speeds) < 2:
-        raise InputError("spikes", "at least 2 speeds", f"{len(speeds)}")
+        raise InputError(f"spikes: expected at least 2 speeds, found {len(speeds)}")
     return speeds
 
 

@@ -133,14 +133,16 @@ def distance_matrix(
         the extra ``neural`` is missing.
     """
     if distance not in DISTANCES:
-        raise InputError("distance", f"one of {', '.join(DISTANCES)}", f"'{distance}'")
+        raise InputError(f"distance: expected one of {', '.join(DISTANCES)}, found '{distance}'")
     lengths = spikes.trials["duration_s"]
     if float(np.ptp(lengths)) > 1e-6:
         found = f"{lengths.min():g} to {lengths.max():g} s"
-        raise InputError("spikes", "trials of one length", found, "cut windows of them")
+        raise InputError(
+            f"spikes: expected trials of one length, found {found}; cut windows of them"
+        )
     if not spikes.recorded[:, unit].all():
         name = spikes.units.index[unit]
-        raise InputError("spikes", f"unit {name} in every trial", "trials without it")
+        raise InputError(f"spikes: expected unit {name} in every trial, found trials without it")
     trains = [spikes.train(trial, unit) for trial in range(spikes.n_trials)]
     return DISTANCES[distance].matrix(trains, float(lengths.iloc[0]), time_s)
 

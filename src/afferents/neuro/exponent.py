@@ -56,10 +56,12 @@ def spectral_exponent(
     """
     high_hz = min(high_hz, 0.9 * rate_hz / 2)
     if high_hz < 2 * low_hz:
-        raise InputError("vibration", f"more than {4.5 * low_hz:g} samples/s", f"{rate_hz:g}")
+        raise InputError(
+            f"vibration: expected more than {4.5 * low_hz:g} samples/s, found {rate_hz:g}"
+        )
     if len(vibration) < WINDOW_S * rate_hz:
         found = f"{len(vibration) / rate_hz:.2f} s"
-        raise InputError("vibration", f"at least {WINDOW_S:g} s", found)
+        raise InputError(f"vibration: expected at least {WINDOW_S:g} s, found {found}")
     frequency, power = welch(vibration, rate_hz, nperseg=round(WINDOW_S * rate_hz))
     inside = (frequency >= low_hz) & (frequency <= high_hz) & (power > 0)
     if inside.sum() < 3:

@@ -72,7 +72,7 @@ def from_neo(block: Any, where: object = "neo block") -> Spikes:
         rows.append(row)
         trials.append({"duration_s": duration_s, **segment.annotations})
     if not units:
-        raise InputError(where, "segments with spike trains", "none")
+        raise InputError(f"{where}: expected segments with spike trains, found none")
     trains = [[row.get(name) for name in units] for row in rows]
     return Spikes.from_trains(trains, pd.DataFrame(list(units.values())), trials, where)
 

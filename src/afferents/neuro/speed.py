@@ -123,7 +123,7 @@ def stretch_match(
                 found = _match(*compared, first / second if stretched else 1.0, second, seconds)
                 rows.append({**given, "stretched": stretched, **found})
     if not rows:
-        raise InputError("spikes", "units that fire, on 2 textures at 2 speeds", "none")
+        raise InputError("spikes: expected units that fire, on 2 textures at 2 speeds, found none")
     return pd.DataFrame(rows)
 
 

@@ -34,7 +34,9 @@ def cut_windows(spikes: Spikes, window_s: float, most: int | None = None) -> Spi
     shortest = float(spikes.trials["duration_s"].min())
     if shortest < window_s - 1e-9:
         found = f"a trial of {shortest:g} s"
-        raise InputError("spikes", f"trials of at least a window, {window_s:g} s", found)
+        raise InputError(
+            f"spikes: expected trials of at least a window, {window_s:g} s, found {found}"
+        )
     parts = []
     for trial, duration_s in enumerate(spikes.trials["duration_s"]):
         there = int(duration_s / window_s + 1e-9)
@@ -70,5 +72,7 @@ def always_recorded(spikes: Spikes, name: str) -> Spikes:
     if units.n_units and not whole.n_units:
         found = f"{units.n_units} with gaps"
         wanted = f"units of class {name} that were recorded in every trial"
-        raise InputError("spikes", wanted, found, "leave out textures or trials with gaps")
+        raise InputError(
+            f"spikes: expected {wanted}, found {found}; leave out textures or trials with gaps"
+        )
     return whole

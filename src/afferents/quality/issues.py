@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 
 Kind = Literal["length", "dark", "frozen", "repeated", "loud"]
 
@@ -39,7 +39,7 @@ class Doubt:
         do = f"record it again, or keep it as it is with --accept {self.kind}"
         if self.cause:
             do = f"{self.cause}; else {do}"
-        return InputError(self.where, self.expected, self.found, do)
+        return InputError(f"{self.where}: expected {self.expected}, found {self.found}{then(do)}")
 
     @property
     def what(self) -> str:
@@ -61,7 +61,7 @@ def kinds_named(names: Collection[str]) -> frozenset[Kind]:
     """
     for name in names:
         if name not in KINDS:
-            raise InputError("--accept", f"one of {', '.join(KINDS)}", f"'{name}'")
+            raise InputError(f"--accept: expected one of {', '.join(KINDS)}, found '{name}'")
     return frozenset(kind for kind in KINDS if kind in names)
 
 

@@ -49,7 +49,9 @@ def require_finite(samples: Samples, where: object, rate_hz: float, first: int =
     more = int((~finite.all(axis=1)).sum()) - 1
     if more:
         found += f" and in {more} more"
-    raise InputError(where, "samples that are numbers", found, "export or record it again")
+    raise InputError(
+        f"{where}: expected samples that are numbers, found {found}; export or record it again"
+    )
 
 
 def doubt_loudness(samples: Samples, where: object, rate_hz: float) -> list[Doubt]:

@@ -103,7 +103,7 @@ def bag_files(bag: Bag, folder: Path) -> BagFiles:
         sounds = _topic(reader, bag.path, _SOUNDS, bag.audio, "--audio-topic", "sound")
         if pictures is None:
             there = ", ".join(sorted(reader.topics)) or "no topic"
-            raise InputError(bag.path, "a topic of pictures", there)
+            raise InputError(f"{bag.path}: expected a topic of pictures, found {there}")
         times_s = _write_video(reader, pictures, bag.path, folder / "video.mp4")
         with (folder / "times.csv").open("w", newline="") as file:
             rows = csv.writer(file)
@@ -126,16 +126,18 @@ def _opened(path: Path) -> Iterator[Any]:
 
     expected = "a bag of ROS (a rosbag2 folder, an .mcap or a .bag)"
     if not path.exists():
-        raise InputError(path, expected, "nothing there")
+        raise InputError(f"{path}: expected {expected}, found nothing there")
     try:
         with AnyReader([path], default_typestore=store) as reader:
             yield reader
     except InputError:
         raise
     except (AnyReaderError, Error1, Error2, OSError) as error:
-        raise InputError(path, expected, reason_of(error)) from error
+        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
     except Exception as error:  # parsers of broken files raise what they like
-        raise InputError(path, "a bag that can be read to its end", reason_of(error)) from error
+        raise InputError(
+            f"{path}: expected a bag that can be read to its end, found {reason_of(error)}"
+        ) from error
 
 
 def _topic(
@@ -146,11 +148,15 @@ def _topic(
     if named is not None:
         if named not in fitting:
             there = ", ".join(sorted(fitting)) or "none"
-            raise InputError(option, f"a topic of {what} in {path} ({there})", f"'{named}'")
+            raise InputError(
+                f"{option}: expected a topic of {what} in {path} ({there}), found '{named}'"
+            )
         return fitting[named]
     if len(fitting) > 1:
         expected = f"one topic of {what}, or {option}"
-        raise InputError(path, expected, f"{len(fitting)} ({', '.join(sorted(fitting))})")
+        raise InputError(
+            f"{path}: expected {expected}, found {len(fitting)} ({', '.join(sorted(fitting))})"
+        )
     return next(iter(fitting.values()), None)
 
 
@@ -177,17 +183,21 @@ def _write_video(reader: Any, connection: Any, path: Path, target: Path) -> list
                 first = format_, size
             elif (format_, size) != first:
                 expected = f"pictures of {first[1][0]} x {first[1][1]} px as the first"
-                raise InputError(path, expected, f"one of {size[0]} x {size[1]}")
+                raise InputError(f"{path}: expected {expected}, found one of {size[0]} x {size[1]}")
             if times_s and at_s <= times_s[-1]:
                 expected = f"times that rise in {connection.topic}"
-                raise InputError(path, expected, f"{at_s:.6f} s after {times_s[-1]:.6f}")
+                raise InputError(
+                    f"{path}: expected {expected}, found {at_s:.6f} s after {times_s[-1]:.6f}"
+                )
             times_s.append(at_s)
             film.write(data, at_s - times_s[0])
     finally:
         if film is not None:
             film.close()
     if len(times_s) < 2:
-        raise InputError(path, f"2 pictures or more in {connection.topic}", f"{len(times_s)}")
+        raise InputError(
+            f"{path}: expected 2 pictures or more in {connection.topic}, found {len(times_s)}"
+        )
     return times_s
 
 
@@ -198,7 +208,7 @@ def _picture(message: Any, path: Path) -> tuple[str, tuple[int, int], bytes]:
         content = data.tobytes()
         if not content.startswith(JPEG):
             said = f"'{message.format}'"
-            raise InputError(path, "compressed pictures that are JPEGs", said)
+            raise InputError(f"{path}: expected compressed pictures that are JPEGs, found {said}")
         return "MJPG", _jpeg_size(content, path), content
     width, height = int(message.width), int(message.height)
     return "GREY", (width, height), _grey(message, data, path).tobytes()
@@ -209,7 +219,7 @@ def _jpeg_size(content: bytes, path: Path) -> tuple[int, int]:
 
     picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
     if picture is None:
-        raise InputError(path, "JPEGs that can be decoded", "one that can't")
+        raise InputError(f"{path}: expected JPEGs that can be decoded, found one that can't")
     return picture.shape[1], picture.shape[0]
 
 
@@ -223,7 +233,9 @@ def _grey(message: Any, data: NDArray[np.uint8], path: Path) -> NDArray[np.uint8
     turned = {"bgr8": cv2.COLOR_BGR2GRAY, "rgb8": cv2.COLOR_RGB2GRAY}
     if message.encoding not in turned:
         known = ", ".join((*_GREY, *turned))
-        raise InputError(path, f"pictures encoded as {known}", f"'{message.encoding}'")
+        raise InputError(
+            f"{path}: expected pictures encoded as {known}, found '{message.encoding}'"
+        )
     colours = rows[:, : 3 * message.width].reshape(message.height, message.width, 3)
     return np.asarray(cv2.cvtColor(colours, turned[message.encoding]), np.uint8)
 
@@ -235,17 +247,21 @@ def _write_sound(reader: Any, connection: Any, bag: Bag, target: Path) -> float:
     for at_s, message in _messages(reader, connection):
         if connection.msgtype == SOUND:
             if message.format != PCM:
-                raise InputError(bag.path, f"sound of format '{PCM}'", f"'{message.format}'")
+                raise InputError(
+                    f"{bag.path}: expected sound of format '{PCM}', found '{message.format}'"
+                )
             rate_hz, channels = int(message.sample_rate), int(message.number_of_channels)
         content = getattr(message, "audio", message).data
         values = np.asarray(content, np.uint8)
         if len(values) % (2 * channels):
             expected = f"16-bit samples of {channels} channel(s)"
-            raise InputError(bag.path, expected, f"{len(values)} bytes in {connection.topic}")
+            raise InputError(
+                f"{bag.path}: expected {expected}, found {len(values)} bytes in {connection.topic}"
+            )
         start_s = at_s if start_s is None else start_s
         blocks.append(values.view("<i2").reshape(-1, channels))
     if start_s is None:
-        raise InputError(bag.path, f"sound in {connection.topic}", "no message")
+        raise InputError(f"{bag.path}: expected sound in {connection.topic}, found no message")
     soundfile.write(target, np.concatenate(blocks), rate_hz, "PCM_16", format="WAV")
     return start_s
 

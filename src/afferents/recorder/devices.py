@@ -26,7 +26,8 @@ def devices_of(plan: Plan, path: Path) -> Devices:
     sound = plan.microphone
     if any(map(_is_simulated, (plan.camera, sound or {}, plan.drive))):
         raise InputError(
-            path, "real devices", f"kind = '{rehearsal.NAME}'", "give --dry-run, or name real ones"
+            f"{path}: expected real devices, found kind = '{rehearsal.NAME}'; give --dry-run, or "
+            "name real ones"
         )
     return Devices(
         device_of(CAMERAS, plan.camera, f"{path}, [camera]"),
@@ -78,17 +79,15 @@ def _check_sound(settings: MicrophoneSettings, plan: Plan, path: Path) -> None:
     channel = plan.sensor_channel
     if channel is not None and channel >= settings.channels:
         raise InputError(
-            path,
-            f"sensor_channel below {settings.channels}, as the microphone has channels",
-            f"{channel}",
+            f"{path}: expected sensor_channel below {settings.channels}, as the microphone has "
+            f"channels, found {channel}"
         )
     longest_s = LONGEST_BYTES / (settings.rate_hz * settings.channels * SAMPLE_BYTES)
     if plan.total_s > longest_s:
         raise InputError(
-            path,
-            f"runs of at most {longest_s / 3600:.1f} h, as long as a wav of this sound can be",
-            f"{plan.total_s / 3600:.1f} h",
-            "take shorter runs and more repetitions",
+            f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav of this "
+            f"sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs and more "
+            "repetitions"
         )
 
 
@@ -112,9 +111,7 @@ def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
         for speed in plan.speeds_mm_s:
             if not limits.lowest_mm_s <= speed <= limits.highest_mm_s:
                 raise InputError(
-                    path,
-                    f"speeds from {limits.lowest_mm_s:g} to {limits.highest_mm_s:g} mm/s, as the "
-                    "drive can hold",
-                    f"{speed:g}",
+                    f"{path}: expected speeds from {limits.lowest_mm_s:g} to "
+                    f"{limits.highest_mm_s:g} mm/s, as the drive can hold, found {speed:g}"
                 )
         yield devices

@@ -173,9 +173,9 @@ class Film:
         kind = FORMATS.get(settings.format)
         if kind is None:
             raise InputError(
-                settings.name, f"a camera of format {', '.join(FORMATS)}", settings.format,
-                "choose another format in [camera]",
-            )  # fmt: skip
+                f"{settings.name}: expected a camera of format {', '.join(FORMATS)}, found "
+                f"{settings.format}; choose another format in [camera]"
+            )
         self._container = av.open(f"file:{path}", "w", format="mp4", options=CONTAINER)
         self._stored = kind(self._container, settings)
         self._last = -1
@@ -297,7 +297,9 @@ def repair(path: Path) -> int:
             return 0
         fields = _HEADER.unpack(head)
         if (fields[0], fields[2], fields[11]) != (b"RIFF", b"WAVE", b"data"):
-            raise InputError(path, "a wav that 'afferents record' began", "another file")
+            raise InputError(
+                f"{path}: expected a wav that 'afferents record' began, found another file"
+            )
         channels, rate_hz = fields[6], fields[7]
         n: int = (path.stat().st_size - _HEADER.size) // (SAMPLE_BYTES * channels)
         file.truncate(_HEADER.size + n * SAMPLE_BYTES * channels)

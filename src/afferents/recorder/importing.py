@@ -88,7 +88,9 @@ def import_recording(wanted: Import) -> list[Check]:
     earlier = _earlier(wanted, declared)
     target = wanted.session / wanted.name
     if target.exists():
-        raise InputError(target, "a recording that is new", "one", "choose another session")
+        raise InputError(
+            f"{target}: expected a recording that is new, found one; choose another session"
+        )
     log, checks = _judged(wanted, video, table)
     with writing_alone(wanted.session, "import"):
         with write_aside(target) as partial:
@@ -105,10 +107,12 @@ def import_recording(wanted: Import) -> list[Check]:
 def _require_label(wanted: Import) -> None:
     """Refuse a texture or speed that can't be a folder."""
     if not is_texture(wanted.texture):
-        raise InputError("--texture", "a name that a folder may have", f"'{wanted.texture}'")
+        raise InputError(
+            f"--texture: expected a name that a folder may have, found '{wanted.texture}'"
+        )
     if not 0 < wanted.speed_mm_s <= FASTEST_MM_S:
         expected = f"a speed above 0 and up to {FASTEST_MM_S:g} mm/s"
-        raise InputError("--speed", expected, f"{wanted.speed_mm_s:g}")
+        raise InputError(f"--speed: expected {expected}, found {wanted.speed_mm_s:g}")
 
 
 def _times(path: Path) -> pd.DataFrame:
@@ -123,19 +127,23 @@ def _times(path: Path) -> pd.DataFrame:
     try:
         table = pd.read_csv(path)
     except (OSError, ValueError) as error:
-        raise InputError(path, what, reason_of(error)) from error
+        raise InputError(f"{path}: expected {what}, found {reason_of(error)}") from error
     if TIME not in table:
-        raise InputError(path, what, f"columns {', '.join(map(str, table.columns))}")
+        raise InputError(
+            f"{path}: expected {what}, found columns {', '.join(map(str, table.columns))}"
+        )
     if len(table) < 2:
-        raise InputError(path, f"{what}, of at least 2 frames", f"{len(table)} rows")
+        raise InputError(f"{path}: expected {what}, of at least 2 frames, found {len(table)} rows")
     try:
         table = table.astype({TIME: float, **({SEQUENCE: int} if SEQUENCE in table else {})})
     except ValueError as error:
-        raise InputError(path, "numbers", reason_of(error)) from error
+        raise InputError(f"{path}: expected numbers, found {reason_of(error)}") from error
     wrong = np.flatnonzero(~(np.diff(table[TIME]) > 0))
     if len(wrong) or not np.isfinite(table[TIME]).all():
         row = int(wrong[0]) + 1 if len(wrong) else 0
-        raise InputError(path, "times that rise", f"{table[TIME].iloc[row]} in row {row + 1}")
+        raise InputError(
+            f"{path}: expected times that rise, found {table[TIME].iloc[row]} in row {row + 1}"
+        )
     return table
 
 
@@ -166,10 +174,10 @@ def _judged(wanted: Import, video: VideoFile, table: pd.DataFrame) -> tuple[Log,
     failed = [check for check in checks if not check.passes]
     if failed and not wanted.keep:
         raise InputError(
-            wanted.bag or wanted.times, "a recording that the gate lets pass",
-            "; ".join(f"{check.name}: {check.found}" for check in failed),
-            "record it again, or import it nevertheless with --keep",
-        )  # fmt: skip
+            f"{wanted.bag or wanted.times}: expected a recording that the gate lets pass, found "
+            f"{'; '.join(f'{check.name}: {check.found}' for check in failed)}; record it again, "
+            "or import it nevertheless with --keep"
+        )
     return log, checks
 
 
@@ -194,18 +202,20 @@ def _retime(video: Path, time_s: NDArray[np.float64], target: Path) -> None:
                     packet.duration = 0
                     out.mux(packet)
     except av.FFmpegError as error:
-        raise InputError(video, "a video that mp4 can hold", reason_of(error)) from error
+        raise InputError(
+            f"{video}: expected a video that mp4 can hold, found {reason_of(error)}"
+        ) from error
 
 
 def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> None:
     if len(packets) != n:
-        raise InputError(video, f"{n} frames, as there are times", f"{len(packets)}")
+        raise InputError(f"{video}: expected {n} frames, as there are times, found {len(packets)}")
     shown = [packet.pts for packet in packets if packet.pts is not None]
     if shown != sorted(shown):
         raise InputError(
-            video, "frames in the order in which they are shown", "B-frames",
-            f"encode it again: ffmpeg -i {video.name} -c:v libx264 -qp 0 -bf 0 OUT.mp4",
-        )  # fmt: skip
+            f"{video}: expected frames in the order in which they are shown, found B-frames; "
+            f"encode it again: ffmpeg -i {video.name} -c:v libx264 -qp 0 -bf 0 OUT.mp4"
+        )
 
 
 def _write_sound(wanted: Import, first_s: float, target: Path) -> float:
@@ -230,7 +240,9 @@ def _samples(audio: Path) -> tuple[NDArray[np.int16], int]:
     try:
         samples, rate_hz = soundfile.read(str(audio), dtype="int16", always_2d=True)
     except soundfile.SoundFileError as error:
-        raise InputError(audio, "a readable sound file", reason_of(error)) from error
+        raise InputError(
+            f"{audio}: expected a readable sound file, found {reason_of(error)}"
+        ) from error
     return samples, int(rate_hz)
 
 
@@ -245,7 +257,9 @@ def _declared(wanted: Import, video: VideoFile, table: pd.DataFrame) -> dict[str
         try:
             info = soundfile.info(str(wanted.audio))
         except soundfile.SoundFileError as error:
-            raise InputError(wanted.audio, "a readable sound file", reason_of(error)) from error
+            raise InputError(
+                f"{wanted.audio}: expected a readable sound file, found {reason_of(error)}"
+            ) from error
         said |= {
             "sample_rate_hz": info.samplerate,
             "audio_channels": info.channels,
@@ -272,7 +286,7 @@ def _earlier(wanted: Import, declared: Mapping[str, Any]) -> dict[str, Any]:
         if before is None or now is None or abs(before - now) <= 0.1 * before * (key == "fps_hz"):
             continue
         where = wanted.bag or wanted.video
-        raise InputError(where, f"{key} {before:g}, as in {path}", f"{now:g}")
+        raise InputError(f"{where}: expected {key} {before:g}, as in {path}, found {now:g}")
     return earlier
 
 

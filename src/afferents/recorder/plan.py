@@ -269,7 +269,9 @@ def read_plan(path: Path) -> Plan:
     )  # fmt: skip
     named = [(f"{speed!r}", speed) for speed in plan.speeds_mm_s]
     if len(set(plan.textures)) < len(plan.textures) or len(set(named)) < len(named):
-        raise InputError(path, "each texture and each speed once", "one of them twice")
+        raise InputError(
+            f"{path}: expected each texture and each speed once, found one of them twice"
+        )
     require_distinct(path, plan.textures, named)
     return plan
 
@@ -317,6 +319,8 @@ def write_example(path: Path) -> None:
         If there is something of that name already.
     """
     if path.exists():
-        raise InputError(path, "a name that is free, for a plan", "a file", "choose another name")
+        raise InputError(
+            f"{path}: expected a name that is free, for a plan, found a file; choose another name"
+        )
     with write_aside(path) as partial:
         partial.write_text(EXAMPLE, encoding="utf-8")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from afferents.devices.base import Drive
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import AfferentsError, InputError, then
 from afferents.markers.sensor import Sensor, load_sensor
 from afferents.outputs import writing_alone
 from afferents.progress import Progress
@@ -212,7 +212,7 @@ def _require_runs(wanted: Iterable[str], there: Sequence[str]) -> None:
     for name in wanted:
         if name not in there:
             some = ", ".join(there[:5]) + (", ..." if len(there) > 5 else "")
-            raise InputError("--again", f"runs of the plan ({some})", f"'{name}'")
+            raise InputError(f"--again: expected runs of the plan ({some}), found '{name}'")
 
 
 def _require(checks: Sequence[Check], recording: Recording, progress: Progress) -> None:
@@ -222,11 +222,10 @@ def _require(checks: Sequence[Check], recording: Recording, progress: Progress) 
         recording.watch.note(line.describe())
     failed = [line for line in checks if not line.passes]
     if failed:
+        found = "; ".join(f"{line.name}: {line.found}" for line in failed)
+        do = "; ".join(line.do for line in failed if line.do)
         raise InputError(
-            recording.path,
-            "devices that are ready",
-            "; ".join(f"{line.name}: {line.found}" for line in failed),
-            "; ".join(line.do for line in failed if line.do),
+            f"{recording.path}: expected devices that are ready, found {found}{then(do)}"
         )
 
 
@@ -291,9 +290,9 @@ def _attempt(recording: Recording, kept: RecordedSession, entry: Entry, outcome:
         _put_aside(kept, folder, entry, str(error), [], outcome)
         if isinstance(error, RunFailedError) and error.ends_plan:
             raise InputError(
-                kept.root, "room for what is recorded", str(error),
-                "the same command then goes on; what is finished is kept",
-            ) from error  # fmt: skip
+                f"{kept.root}: expected room for what is recorded, found {error!s}; the same "
+                "command then goes on; what is finished is kept"
+            ) from error
         _open_again(devices)
         kept.open()
         return str(error)

@@ -161,7 +161,9 @@ def import_recording(
     path, target = Path(video), Path(session)
     if is_bag(path):
         if audio is not None or times is not None:
-            raise InputError(path, "a bag alone, which holds sound and times", "more files")
+            raise InputError(
+                f"{path}: expected a bag alone, which holds sound and times, found more files"
+            )
         bag = Bag(path, image_topic, audio_topic, audio_rate_hz, audio_channels)
         with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
             files = bag_files(bag, Path(folder))
@@ -173,7 +175,9 @@ def import_recording(
                 )
             )  # fmt: skip
     if times is None:
-        raise InputError("--times", "a CSV with the time of each frame", "none", "or give a bag")
+        raise InputError(
+            "--times: expected a CSV with the time of each frame, found none; or give a bag"
+        )
     sound = None if audio is None else Path(audio)
     return run(Import(path, sound, Path(times), target, texture, speed_mm_s, audio_start_s, keep))
 
@@ -200,4 +204,6 @@ def ask_in_terminal(sentence: str) -> None:
 
         raise OnceMoreError
     if not line:
-        raise InputError("stdin", "somebody who changes drums and presses enter", "nobody")
+        raise InputError(
+            "stdin: expected somebody who changes drums and presses enter, found nobody"
+        )

@@ -117,14 +117,14 @@ class Bench:
         self.rig, self._plan = rig.with_nuisances(on), plan
         if plan.settle_s < STEADY_S - STILL_S:
             raise InputError(
-                "settle_s", f"at least {STEADY_S - STILL_S:g}, as the simulated drum needs",
-                f"{plan.settle_s:g}",
-            )  # fmt: skip
+                f"settle_s: expected at least {STEADY_S - STILL_S:g}, as the simulated drum "
+                f"needs, found {plan.settle_s:g}"
+            )
         if plan.total_s > LONGEST_S:
             raise InputError(
-                "seconds", f"runs of at most {LONGEST_S:g} s in a dry run, whose film is in memory",
-                f"{plan.total_s:g} s", "rehearse shorter ones",
-            )  # fmt: skip
+                f"seconds: expected runs of at most {LONGEST_S:g} s in a dry run, whose film is "
+                f"in memory, found {plan.total_s:g} s; rehearse shorter ones"
+            )
         self.clock = Clock(speed)
         self._lock = threading.Lock()
         self._entry: Entry | None = None
@@ -155,7 +155,7 @@ class Bench:
         """
         with self._lock:
             if self.film is None:
-                raise InputError("the bench", "a drum that is mounted", "none")
+                raise InputError("the bench: expected a drum that is mounted, found none")
             if not np.isfinite(self._zero_s):
                 self._zero_s = self.clock.now()
             return self._zero_s, self.film

@@ -92,7 +92,7 @@ def _measured(folder: Path, plan: Plan, sensor: Sensor) -> Offset:
         time_s.append(frame.time_s)
         position.append(tracker.step(frame.luma)[0])
     if not position:
-        raise InputError(folder, "frames before the drum starts", "none")
+        raise InputError(f"{folder}: expected frames before the drum starts, found none")
     with soundfile.SoundFile(folder / AUDIO) as sound:
         n = round(plan.start_s * sound.samplerate)
         samples = sound.read(n, dtype="float64", always_2d=True)

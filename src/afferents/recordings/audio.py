@@ -130,13 +130,15 @@ class WavFile:
             If the file is missing, unreadable, shorter than it declares, or holds no samples.
         """
         if not self.path.is_file():
-            raise InputError(self.path, "a sound file", "no such file")
+            raise InputError(f"{self.path}: expected a sound file, found no such file")
         try:
             info = soundfile.info(os.fsencode(self.path))
         except soundfile.SoundFileError as error:
-            raise InputError(self.path, "a readable sound file", reason_of(error)) from error
+            raise InputError(
+                f"{self.path}: expected a readable sound file, found {reason_of(error)}"
+            ) from error
         if info.frames == 0:
-            raise InputError(self.path, "a sound file with samples", "none in it")
+            raise InputError(f"{self.path}: expected a sound file with samples, found none in it")
         declared = declared_samples(self.path)
         if declared is not None and info.frames < declared:
             raise self._too_short(declared, info.frames)
@@ -194,9 +196,8 @@ class WavFile:
         """
         if not -1 <= self.channel < self.n_channels:
             raise InputError(
-                self.path,
-                f"the sensor on channel {self.channel + 1}",
-                f"{self.n_channels} channel(s)",
+                f"{self.path}: expected the sensor on channel {self.channel + 1}, found "
+                f"{self.n_channels} channel(s)"
             )
         samples = np.empty(self.n_samples, np.float32)
         n = 0
@@ -206,15 +207,15 @@ class WavFile:
                     samples[n : n + len(block)] = block[:, self.channel]
                     n += len(block)
         except soundfile.SoundFileError as error:
-            raise InputError(self.path, "a readable sound file", reason_of(error)) from error
+            raise InputError(
+                f"{self.path}: expected a readable sound file, found {reason_of(error)}"
+            ) from error
         if n < self.n_samples:
             raise self._too_short(self.n_samples, n)
         return samples
 
     def _too_short(self, declared: int, found: int) -> InputError:
         return InputError(
-            self.path,
-            f"{declared} samples as it declares",
-            f"{found}",
-            "copy or record the file again",
+            f"{self.path}: expected {declared} samples as it declares, found {found}; copy or "
+            "record the file again"
         )

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.files import checksum, size_of
 from afferents.quality.issues import Doubt, Kind, accepted
 from afferents.quality.lasting import EDGE_S
@@ -56,10 +56,8 @@ def require_own_files(session: RecordingSet) -> None:
             other = seen.setdefault(_checksum(path), path)
             if other != path:
                 raise InputError(
-                    path,
-                    "a recording of its own",
-                    f"the same bytes as {other}",
-                    "remove the copy, or record what is missing",
+                    f"{path}: expected a recording of its own, found the same bytes as {other}; "
+                    "remove the copy, or record what is missing"
                 )
 
 
@@ -67,14 +65,14 @@ def _size(path: Path) -> int:
     try:
         return size_of(path)
     except OSError as error:
-        raise InputError(path, "a readable file", f"{error.strerror}") from error
+        raise InputError(f"{path}: expected a readable file, found {error.strerror}") from error
 
 
 def _checksum(path: Path) -> str:
     try:
         return checksum(path)
     except OSError as error:
-        raise InputError(path, "a readable file", f"{error.strerror}") from error
+        raise InputError(f"{path}: expected a readable file, found {error.strerror}") from error
 
 
 def check_files(recording: Recording, declared: SessionFile) -> str:
@@ -95,10 +93,8 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
     for path in recording.files:
         if expected.get(path.name, found[path.name]) != found[path.name]:
             raise InputError(
-                path,
-                f"the file whose checksum {declared.file} declares",
-                "another",
-                "bring it back, or take its checksum out if it was changed on purpose",
+                f"{path}: expected the file whose checksum {declared.file} declares, found "
+                "another; bring it back, or take its checksum out if it was changed on purpose"
             )
     return hashlib.sha256(json.dumps(found, sort_keys=True).encode()).hexdigest()
 
@@ -136,20 +132,17 @@ def _check_video(video: ClipFile, audio: WavFile | None, declared: SessionFile) 
     width, height = declared.frame_width or found[0], declared.frame_height or found[1]
     if found != (width, height):
         raise InputError(
-            video.path,
-            f"frames of {width}x{height} px",
-            f"{found[0]}x{found[1]}",
-            f"declare frame_width and frame_height in {declared.file}",
+            f"{video.path}: expected frames of {width}x{height} px, found {found[0]}x{found[1]}; "
+            f"declare frame_width and frame_height in {declared.file}"
         )
     expected_hz = declared.fps_hz
     if expected_hz is None or (isinstance(video, VideoFile) and video.rate_hz is not None):
         return
     if abs(video.fps_hz - expected_hz) > RATE_TOLERANCE * expected_hz:
+        do = wrong_rate(video.n_frames, video.fps_hz, expected_hz, audio, declared.file)
         raise InputError(
-            video.path,
-            f"about {expected_hz:g} frames a second",
-            f"{video.fps_hz:g}",
-            wrong_rate(video.n_frames, video.fps_hz, expected_hz, audio, declared.file),
+            f"{video.path}: expected about {expected_hz:g} frames a second, found "
+            f"{video.fps_hz:g}{then(do)}"
         )
 
 
@@ -158,10 +151,9 @@ def _check_audio(audio: WavFile, declared: SessionFile) -> None:
     expected = (declared.sample_rate_hz or rate, declared.audio_channels or channels)
     if (rate, channels) != expected:
         raise InputError(
-            audio.path,
-            f"{expected[1]} channel(s) at {expected[0]:g} Hz",
-            f"{channels} at {rate:g} Hz",
-            f"declare audio_channels and sample_rate_hz in {declared.file}",
+            f"{audio.path}: expected {expected[1]} channel(s) at {expected[0]:g} Hz, found "
+            f"{channels} at {rate:g} Hz; declare audio_channels and sample_rate_hz in "
+            f"{declared.file}"
         )
 
 

@@ -128,7 +128,9 @@ class DataSet(ABC):
         InputError
             If it has none.
         """
-        raise InputError("--fps", "a video, or a session of videos", f"'{self}'", "leave it out")
+        raise InputError(
+            f"--fps: expected a video, or a session of videos, found '{self}'; leave it out"
+        )
 
     def located(self) -> Self:
         """Return it with its path as any process finds it, wherever it was started."""

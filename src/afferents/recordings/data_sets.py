@@ -29,7 +29,7 @@ class Stored(DataSet):
 
     def recordings(self) -> RecordingSet:
         """Refuse: a store holds none."""
-        raise InputError(self.path, "recordings", "a store of their responses")
+        raise InputError(f"{self.path}: expected recordings, found a store of their responses")
 
     def responses(self) -> list[Responses]:
         """Open all recordings of the store, lazily, in order of texture and speed."""
@@ -105,5 +105,5 @@ def _own(where: str, path: str | None) -> DataSet:
         return found(path)
     if path is not None or not isinstance(found, DataSet):
         expected = f"an afferents.DataSet at {where}, or a class of them and a path"
-        raise InputError("DATA", expected, type(found).__name__)
+        raise InputError(f"DATA: expected {expected}, found {type(found).__name__}")
     return found

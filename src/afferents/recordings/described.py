@@ -85,7 +85,9 @@ class Described(DataSet):
     def recordings(self) -> RecordingSet:
         """Return a recording a file; a file's fault shows when it is read."""
         if not self.root.is_dir():
-            raise InputError(self.root, f"a folder of {self.title}", "no such folder")
+            raise InputError(
+                f"{self.root}: expected a folder of {self.title}, found no such folder"
+            )
         found = self.matching()
         if not found:
             raise self._nothing_matches()
@@ -120,7 +122,7 @@ class Described(DataSet):
         seen = [path.relative_to(self.root).as_posix() for path in _some_files(self.root)]
         found = f"none of them ({', '.join(seen)}, ...)" if seen else "none of them"
         wanted = files.pattern or files.regex
-        return InputError(self.root, f"files that match {wanted}", found)
+        return InputError(f"{self.root}: expected files that match {wanted}, found {found}")
 
     def _recording(self, series: SeriesFile, match: re.Match[str]) -> Recording:
         files, said = self.form.files, match.groupdict(default="")
@@ -144,9 +146,11 @@ class Described(DataSet):
         try:
             speed = abs(float(text)) * self.form.files.mm_s
         except ValueError:
-            raise InputError(path, "a speed in its name", f"'{text}'") from None
+            raise InputError(f"{path}: expected a speed in its name, found '{text}'") from None
         if speed == 0:
-            raise InputError(path, "a slide faster than 0 mm/s", f"'{text}' in its name")
+            raise InputError(
+                f"{path}: expected a slide faster than 0 mm/s, found '{text}' in its name"
+            )
         return speed
 
     def _name(self, path: Path) -> str:
@@ -163,10 +167,10 @@ class Described(DataSet):
             if other is not one:
                 at = "" if one.speed_mm_s is None else f" at {one.speed_mm_s:g} mm/s"
                 raise InputError(
-                    self.path, "files that their names tell apart",
-                    f"{other.source.name} and {one.source.name}, both {one.texture}{at}",
-                    "name what differs in the pattern, such as {trial}",
-                )  # fmt: skip
+                    f"{self.path}: expected files that their names tell apart, found "
+                    f"{other.source.name} and {one.source.name}, both {one.texture}{at}; name "
+                    "what differs in the pattern, such as {trial}"
+                )
 
 
 def is_described(path: Path) -> bool:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import (
     SPEED,
@@ -82,17 +82,15 @@ def _video_in(folder: Path) -> Path | None:
     ]
     if len(found) > 1:
         names = " and ".join(path.name for path in found)
-        raise InputError(folder, "one video", names, "move one of them elsewhere")
+        raise InputError(f"{folder}: expected one video, found {names}; move one of them elsewhere")
     return found[0] if found else None
 
 
 def _require_alone(folder: Path, inside: list[Path]) -> None:
     if inside:
         raise InputError(
-            folder,
-            "a recording, or repetitions of it in folders of their own",
-            f"both ({inside[0].name} among them)",
-            "move its files into a folder of its own",
+            f"{folder}: expected a recording, or repetitions of it in folders of their own, found "
+            f"both ({inside[0].name} among them); move its files into a folder of its own"
         )
 
 
@@ -100,7 +98,7 @@ def _recording(root: Path, folder: Path, declared: SessionFile) -> Recording:
     texture, speed, *repetition = folder.relative_to(root).parts
     if not _POSITIVE.fullmatch(speed) or float(speed) == 0:
         where = root / texture / speed
-        raise InputError(where, "a folder named by its speed in mm/s", f"'{speed}'")
+        raise InputError(f"{where}: expected a folder named by its speed in mm/s, found '{speed}'")
     direction = {"direction": declared.direction}
     again = {"repetition": repetition[0]} if repetition else {}
     return Recording(
@@ -158,15 +156,14 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
     sound = Pattern(declared.audio_pattern, where) if declared.audio_pattern else None
     if TEXTURE not in pattern.names:
         expected = "a pattern with {texture}, or with {texture} and {speed}"
-        raise InputError(where, expected, f"'{pattern.text}'")
+        raise InputError(f"{where}: expected {expected}, found '{pattern.text}'")
     found = pattern.paths_in(root)
     if not found:
         there = media_in(root)
         raise InputError(
-            where,
-            f"files that the pattern '{pattern.text}' fits",
-            f"none among {named(root, there)}" if there else "no recordings at all",
-            "mend the pattern, or list the recordings",
+            f"{where}: expected files that the pattern '{pattern.text}' fits, found "
+            f"{f'none among {named(root, there)}' if there else 'no recordings at all'}; mend the "
+            "pattern, or list the recordings"
         )
     for path, values in found:
         file = path.relative_to(root).as_posix()
@@ -176,7 +173,7 @@ def _by_pattern(root: Path, declared: SessionFile) -> Iterator[ListedRecording]:
         heard = is_sound(path)
         speed = float(values[SPEED]) if SPEED in values else None
         if speed == 0:
-            raise InputError(path, "a speed above 0 mm/s", values[SPEED])
+            raise InputError(f"{path}: expected a speed above 0 mm/s, found {values[SPEED]}")
         others = {name: text for name, text in values.items() if name not in (TEXTURE, SPEED)}
         yield ListedRecording(
             video=None if heard else file,
@@ -199,7 +196,7 @@ def _label(path: Path, text: str) -> str:
     try:
         return require_label(text)
     except ValueError as error:
-        raise InputError(path, str(error), f"'{text}'", "rename the file") from error
+        raise InputError(f"{path}: expected {error!s}, found '{text}'; rename the file") from error
 
 
 def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
@@ -209,19 +206,16 @@ def _require_names(where: Path, entries: tuple[ListedRecording, ...]) -> None:
         other = by_name.setdefault(entry.name, entry)
         if other is not entry:
             raise InputError(
-                where,
-                "recordings with an id each",
-                f"{_file(other)} and {_file(entry)}, both {entry.name}",
-                "give them a repetition or an id, or name in the pattern what differs",
+                f"{where}: expected recordings with an id each, found {_file(other)} and "
+                f"{_file(entry)}, both {entry.name}; give them a repetition or an id, or name in "
+                "the pattern what differs"
             )
     for name in by_name:
         for parent in map(str, Path(name).parents):
             if parent in by_name:
                 raise InputError(
-                    where,
-                    "ids of which none lies in another",
-                    f"{parent} and {name}",
-                    "give both a repetition, or an id",
+                    f"{where}: expected ids of which none lies in another, found {parent} and "
+                    f"{name}; give both a repetition, or an id"
                 )
 
 
@@ -288,7 +282,9 @@ def images(path: Path, fps_hz: float | None, declared: SessionFile) -> ImageFold
     """
     if fps_hz is None:
         do = f"write fps_hz into {declared.file}"
-        raise InputError(path, "the rate at which the images were taken", "none", do)
+        raise InputError(
+            f"{path}: expected the rate at which the images were taken, found none{then(do)}"
+        )
     return ImageFolder(path, fps_hz)
 
 
@@ -297,4 +293,4 @@ def _require_there(root: Path, path: Path, declared: SessionFile) -> None:
         return
     there = media_in(root)
     found = f"no such file (there are {named(root, there)})" if there else "no such file"
-    raise InputError(path, f"a recording that {declared.file} names", found)
+    raise InputError(f"{path}: expected a recording that {declared.file} names, found {found}")

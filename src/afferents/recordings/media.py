@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.store.recording import Frame, GreyImage, natural_order
 
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
@@ -49,7 +49,7 @@ class ImageFolder:
         """
         what = "a folder of numbered images"
         if not self.path.is_dir():
-            raise InputError(self.path, what, "no such folder")
+            raise InputError(f"{self.path}: expected {what}, found no such folder")
         found: dict[int, Path] = {}
         for path in sorted(self.path.iterdir()):
             number = _NUMBER.search(path.stem) if path.suffix.lower() in IMAGES else None
@@ -58,13 +58,11 @@ class ImageFolder:
             other = found.setdefault(int(number[0]), path)
             if other != path:
                 raise InputError(
-                    self.path,
-                    "images with a number each",
-                    f"{other.name} and {path.name}",
-                    "move those that are not of this recording elsewhere",
+                    f"{self.path}: expected images with a number each, found {other.name} and "
+                    f"{path.name}; move those that are not of this recording elsewhere"
                 )
         if not found:
-            raise InputError(self.path, what, "none in it")
+            raise InputError(f"{self.path}: expected {what}, found none in it")
         return dict(sorted(found.items()))
 
     @cached_property
@@ -112,7 +110,9 @@ class ImageFolder:
             image = _read(path)
             if image.shape != (self.height, self.width):
                 found = f"{image.shape[1]}x{image.shape[0]}"
-                raise InputError(path, f"an image of {self.width}x{self.height} px", found)
+                raise InputError(
+                    f"{path}: expected an image of {self.width}x{self.height} px, found {found}"
+                )
             yield Frame((number - first) / self._step / self.fps_hz, image)
 
 
@@ -120,7 +120,7 @@ def _read(path: Path) -> GreyImage:
     """Return an image in grey, (height, width) uint8."""
     image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE)
     if image is None:
-        raise InputError(path, "a readable image", "none in it")
+        raise InputError(f"{path}: expected a readable image, found none in it")
     return np.asarray(image, np.uint8)
 
 
@@ -224,11 +224,18 @@ class Pattern:
         wrong = [name for name in self.names if not _NAME.fullmatch(name)]
         parts = Path(text).parts
         if wrong or re.search(r"[{}]", _PART.sub("", text)):
-            raise InputError(where, "a pattern with names in braces", f"'{text}'", _HOW)
+            raise InputError(
+                f"{where}: expected a pattern with names in braces, found '{text}'; {_HOW}"
+            )
         if len(set(self.names)) < len(self.names):
-            raise InputError(where, "a pattern with each name once", f"'{text}'", _HOW)
+            raise InputError(
+                f"{where}: expected a pattern with each name once, found '{text}'; {_HOW}"
+            )
         if not parts or Path(text).is_absolute() or ".." in parts:
-            raise InputError(where, "a pattern of paths in the session's folder", f"'{text}'", _HOW)
+            raise InputError(
+                f"{where}: expected a pattern of paths in the session's folder, found '{text}'; "
+                f"{_HOW}"
+            )
         self._short, self._long = (re.compile(self._regex(lazy)) for lazy in ("?", ""))
 
     def _regex(self, lazy: str) -> str:
@@ -257,7 +264,8 @@ class Pattern:
                 found = f"{path}, where {name} may be '{value}' or '{long[name]}'"
                 do = "choose a pattern with more of the names' letters in it, or list the files"
                 raise InputError(
-                    self.where, f"paths that '{self.text}' reads in one way", found, do
+                    f"{self.where}: expected paths that '{self.text}' reads in one way, found "
+                    f"{found}{then(do)}"
                 )
         return short.groupdict()
 
@@ -286,5 +294,8 @@ class Pattern:
         strange = [name for name in self.names if name not in values]
         if strange or "*" in self.text:
             expected = "the names of 'pattern' and no '*'"
-            raise InputError(self.where, expected, f"'{self.text}'", "use the same names in both")
+            raise InputError(
+                f"{self.where}: expected {expected}, found '{self.text}'; use the same names in "
+                "both"
+            )
         return _PART.sub(lambda part: values[part[1]], self.text)

@@ -337,4 +337,4 @@ def _read(path: Path) -> pa.Table:
         return pq.read_table(path)
     except (OSError, pa.ArrowException) as error:
         expected = "a table that 'afferents record' wrote"
-        raise InputError(path, expected, reason_of(error)) from error
+        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error

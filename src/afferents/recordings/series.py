@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.quality.sound import require_finite
 from afferents.recordings.tables import Signal, Table, read_table
 
@@ -225,7 +225,9 @@ class SeriesFile:
         self._check_order(table, time_ms, kept)
         time_ms = time_ms[kept]
         if len(time_ms) < 2:
-            raise InputError(self.path, "two rows or more to resample", f"{len(time_ms)}")
+            raise InputError(
+                f"{self.path}: expected two rows or more to resample, found {len(time_ms)}"
+            )
         rows = rows_of(time_ms, int((~kept).sum()), rate_hz)
         self._check_gaps(table.place[kept], table.unit, time_ms, rows)
         cubic = self.signal.interpolation == "cubic"
@@ -239,10 +241,10 @@ class SeriesFile:
         if share > self.signal.out_of_order:
             row = int(np.argmin(kept))
             raise InputError(
-                f"{self.path}, {table.unit} {table.place[row]}",
-                f"at most {self.signal.out_of_order:.3g} of the rows out of order (out_of_order)",
-                f"{share:.3g}, the first here: {time_ms[row - 1]:g} ms, then {time_ms[row]:g} ms",
-                "look at the file's times, or allow a larger share in [signal]",
+                f"{self.path}, {table.unit} {table.place[row]}: expected at most "
+                f"{self.signal.out_of_order:.3g} of the rows out of order (out_of_order), found "
+                f"{share:.3g}, the first here: {time_ms[row - 1]:g} ms, then {time_ms[row]:g} ms; "
+                "look at the file's times, or allow a larger share in [signal]"
             )
 
     def _check_gaps(
@@ -252,10 +254,10 @@ class SeriesFile:
         if rows.longest_ms > longest_ms * (1 + _ROUNDING):
             row = int(np.argmax(np.diff(time_ms))) + 1
             raise InputError(
-                f"{self.path}, {unit} {place[row]}",
-                f"rows at most {longest_ms:.4g} ms apart (longest_gap_ms)",
-                f"{rows.longest_ms:.4g} ms", "say in [signal] how long a gap may be bridged",
-            )  # fmt: skip
+                f"{self.path}, {unit} {place[row]}: expected rows at most {longest_ms:.4g} ms "
+                f"apart (longest_gap_ms), found {rows.longest_ms:.4g} ms; say in [signal] how "
+                "long a gap may be bridged"
+            )
 
     def _channels(self, table: Table) -> list[str]:
         others = [name for name in table.columns if name != self._time_name()]
@@ -264,7 +266,7 @@ class SeriesFile:
         found = [name for wanted in self.signal.channels for name in self._named(wanted, table)]
         if len(set(found)) < len(found):
             twice = next(name for name in found if found.count(name) > 1)
-            raise InputError(self.path, "each channel once", f"'{twice}' twice")
+            raise InputError(f"{self.path}: expected each channel once, found '{twice}' twice")
         return found
 
     def _named(self, wanted: str | int, table: Table) -> Sequence[str]:
@@ -272,7 +274,9 @@ class SeriesFile:
         exact = [name for name in table.columns if name == str(wanted)]
         if not (exact or found):
             where = f"{self.path}, line 1" if table.unit == "line" else self.path
-            raise InputError(where, f"the column '{wanted}'", ", ".join(table.columns))
+            raise InputError(
+                f"{where}: expected the column '{wanted}', found {', '.join(table.columns)}"
+            )
         return exact or found
 
     def _time_name(self) -> str | None:
@@ -293,9 +297,9 @@ class SeriesFile:
         time_ms = self._time_ms(table)
         if time_ms is None:
             raise InputError(
-                self.path, "a sample rate", "none",
-                "say sample_rate_hz or the time column in [signal]",
-            )  # fmt: skip
+                f"{self.path}: expected a sample rate, found none; say sample_rate_hz or the time "
+                "column in [signal]"
+            )
         step = np.diff(time_ms)
         usual_ms = float(np.median(step)) if len(step) else 0.0
         if usual_ms <= 0:
@@ -303,7 +307,10 @@ class SeriesFile:
                 "times that go on, to tell the rate by",
                 "say sample_rate_hz, or resample",
             )
-            raise InputError(self.path, expected, f"steps of {usual_ms:g} ms (median)", do)
+            raise InputError(
+                f"{self.path}: expected {expected}, found steps of {usual_ms:g} ms "
+                f"(median){then(do)}"
+            )
         if (np.abs(step - usual_ms) <= usual_ms / 2).all():
             usual_ms = float(step.mean())
         # To six digits: float times add noise, and all recordings must share one axis.
@@ -313,7 +320,7 @@ class SeriesFile:
         least = math.ceil(self.signal.least_s * rate_hz - 1e-9)
         if n < least:
             expected = f"at least {least} rows of data below the header, {self.signal.least_s:g} s"
-            raise InputError(self.path, expected, f"{n}")
+            raise InputError(f"{self.path}: expected {expected}, found {n}")
 
     def _check_clock(self, table: Table, rate_hz: float) -> None:
         """Refuse a file whose rate, over all its time, or whose steps are not the data set's."""
@@ -346,17 +353,17 @@ class SeriesFile:
         )
         if now < before:
             found = f"{before:g} ms, then {now:g} ms"
-            return InputError(where, "times that go on", found, _UNEVEN)
+            return InputError(f"{where}: expected times that go on, found {found}; {_UNEVEN}")
         expected = f"a timestamp {period_ms:g} ms after the one before (within {jitter:g})"
-        return InputError(where, expected, f"{now - before:g} ms", _UNEVEN)
+        return InputError(f"{where}: expected {expected}, found {now - before:g} ms; {_UNEVEN}")
 
     def _other_rate(self, expected_hz: float, found_hz: float, over: str = "") -> InputError:
         expected = f"the sample rate of the data set, {expected_hz:g} Hz"
         return InputError(
-            self.path, expected, f"{found_hz:g} Hz{over}",
-            "correct [signal], say resample_hz there if rows come unevenly, or describe files of "
-            "another rate as another data set",
-        )  # fmt: skip
+            f"{self.path}: expected {expected}, found {found_hz:g} Hz{over}; correct [signal], "
+            "say resample_hz there if rows come unevenly, or describe files of another rate as "
+            "another data set"
+        )
 
 
 def resampling_sentences(files: Sequence[SeriesFile]) -> list[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from afferents.documents import as_form
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.quality.issues import KINDS, Doubt
 from afferents.recordings.check import RATE_TOLERANCE, check_recording
 from afferents.recordings.data_set import DataSet
@@ -71,11 +71,9 @@ def _require_no_holes(root: Path, recordings: Sequence[Recording], declared: Ses
     if missing:
         names = ", ".join(f"{texture}/{speed:g}" for texture, speed in missing)
         raise InputError(
-            root,
-            "a recording of every texture at every speed",
-            f"none in {names}",
-            f"record what is missing or declare it in {declared.file}: holes = "
-            f"{[[texture, speed] for texture, speed in missing]}",
+            f"{root}: expected a recording of every texture at every speed, found none in "
+            f"{names}; record what is missing or declare it in {declared.file}: holes = "
+            f"{[[texture, speed] for texture, speed in missing]}"
         )
 
 
@@ -87,11 +85,9 @@ def _require_all_or_none(
     if 0 < len(lacking) < len(has):
         file = what if declared.names_files else {"video": "video.mp4", "audio": "audio.wav"}[what]
         raise InputError(
-            root,
-            f"{file} in every condition or in none",
-            f"none in {', '.join(lacking)}",
-            "record what is missing, or move these folders away and declare them in "
-            f"{declared.file} as 'holes'",
+            f"{root}: expected {file} in every condition or in none, found none in "
+            f"{', '.join(lacking)}; record what is missing, or move these folders away and "
+            f"declare them in {declared.file} as 'holes'"
         )
 
 
@@ -131,7 +127,9 @@ def _require_one(
         first = first or (recording.name, rate)
         if abs(rate - first[1]) > tolerance * first[1]:
             found = f"{first[1]:g} in {first[0]}, {rate:g} in {recording.name}"
-            raise InputError(session.root, f"recordings of one rate ({unit})", found, do)
+            raise InputError(
+                f"{session.root}: expected recordings of one rate ({unit}), found {found}{then(do)}"
+            )
 
 
 # The session folder: recordings that belong together, in the published layout or as it says.
@@ -192,7 +190,7 @@ class Session(RecordingSet):
         folder = Path(root).resolve()
         rows = [_row(row) for row in table.to_dict("records")]
         if not rows:
-            raise InputError("the table", "a row for each recording", "none")
+            raise InputError("the table: expected a row for each recording, found none")
         for number, row in enumerate(rows):
             as_form(row, ListedRecording, f"row {number} of the table", "a recording")
         content = {**declared, "recordings": rows}
@@ -295,7 +293,10 @@ def read_session(root: str | Path, fps_hz: float | None = None) -> Session:
     """
     root = Path(root)
     if not root.is_dir():
-        raise InputError(root, "a session folder", "a file" if root.exists() else "no such folder")
+        raise InputError(
+            f"{root}: expected a session folder, found "
+            f"{'a file' if root.exists() else 'no such folder'}"
+        )
     return _session(root, session_file(root).at_rate(fps_hz))
 
 
@@ -306,7 +307,7 @@ def _session(root: Path, declared: SessionFile) -> Session:
             raise _nothing(root, declared)
     except OSError as error:
         raise InputError(
-            error.filename or root, "a readable folder", f"{error.strerror}"
+            f"{error.filename or root}: expected a readable folder, found {error.strerror}"
         ) from error
     recordings = tuple(sorted(found, key=_grid_order))
     require_grid(root, recordings, declared)
@@ -318,12 +319,11 @@ def _nothing(root: Path, declared: SessionFile) -> InputError:
     there = media_in(root, NOT_TEXTURES)
     conditions = f"conditions <texture>/<speed>/ with {VIDEO} or {AUDIO}"
     if not there:
-        return InputError(root, conditions, "none of them")
+        return InputError(f"{root}: expected {conditions}, found none of them")
     return InputError(
-        root,
-        f"{conditions}, or a {SESSION_TOML} that says which files are recordings",
-        named(root, there),
-        f"'afferents init {root}' writes a first {SESSION_TOML}",
+        f"{root}: expected {conditions}, or a {SESSION_TOML} that says which files are "
+        f"recordings, found {named(root, there)}; 'afferents init {root}' writes a first "
+        f"{SESSION_TOML}"
     )
 
 

@@ -268,7 +268,7 @@ class SessionFile(BaseModel):
             if recording.fps_hz is not None:
                 found = f"{recording.fps_hz:g} for {recording.name} in {self.file}"
                 expected = "a session whose recordings name no fps_hz"
-                raise InputError(FPS, expected, found, "leave it out")
+                raise InputError(f"{FPS}: expected {expected}, found {found}; leave it out")
         return self.model_copy(update={"fps_hz": true_hz, "fps_overrules": True})
 
     @model_validator(mode="after")
@@ -331,7 +331,7 @@ def rate_in(fps_hz: float) -> float:
         If it is none.
     """
     if not 0 < fps_hz < float("inf"):
-        raise InputError(FPS, "frames a second, above 0", f"{fps_hz:g}")
+        raise InputError(f"{FPS}: expected frames a second, above 0, found {fps_hz:g}")
     return float(fps_hz)
 
 
@@ -348,7 +348,9 @@ def session_file(root: Path) -> SessionFile:
     toml, json = root / SESSION_TOML, root / SESSION_FILE
     if toml.exists() and json.exists():
         found = f"{SESSION_TOML} and {SESSION_FILE}"
-        raise InputError(root, "one session file", found, "put what counts into one of them")
+        raise InputError(
+            f"{root}: expected one session file, found {found}; put what counts into one of them"
+        )
     if toml.exists():
         return declared_by(read_toml(toml, _WHAT), toml, _Strict)
     if not json.exists():

@@ -295,16 +295,18 @@ def read_table(path: Path, signal: Signal) -> Table:
     suffix = signal.format or path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
         known = f"a file of {', '.join(FORMATS)}"
-        raise InputError(path, known, f"'{path.suffix}'", "say which in [signal] format")
+        raise InputError(
+            f"{path}: expected {known}, found '{path.suffix}'; say which in [signal] format"
+        )
     if not path.is_file():
-        raise InputError(path, f"a readable {suffix.upper()} file", "no such file")
+        raise InputError(f"{path}: expected a readable {suffix.upper()} file, found no such file")
     try:
         return FORMATS[suffix](path, signal)
     except AfferentsError:
         raise
     except Exception as error:  # readers of other packages raise what they like
         expected = f"a readable {suffix.upper()} file"
-        raise InputError(path, expected, reason_of(error)) from error
+        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
 
 
 def _csv(path: Path, signal: Signal) -> Table:
@@ -317,9 +319,9 @@ def _csv(path: Path, signal: Signal) -> Table:
         names = [str(number) for number in range(n)]
     if signal.columns and names != list(signal.columns):
         expected = f"the columns {', '.join(signal.columns)}"
-        raise InputError(f"{path}, line 1", expected, f"{names}")
+        raise InputError(f"{path}, line 1: expected {expected}, found {names}")
     if not body.strip():
-        raise InputError(path, "rows of data below the header", "none")
+        raise InputError(f"{path}: expected rows of data below the header, found none")
     values = _fast(body, names, signal)
     if values is None:
         raise _fault(path, body, names, signal, first)
@@ -350,11 +352,15 @@ def _fault(path: Path, body: str, names: Sequence[str], signal: Signal, first: i
     for number, line in enumerate(body.split("\n"), start=first):
         fields = line.rstrip("\r").split(signal.separator)
         if len(fields) != len(names):
-            return InputError(f"{path}, line {number}", f"{len(names)} fields", f"{len(fields)}")
+            return InputError(
+                f"{path}, line {number}: expected {len(names)} fields, found {len(fields)}"
+            )
         for field in fields:
             if not _is_number(field, signal.integers):
-                return InputError(f"{path}, line {number}", kind, f"'{field.strip()}'")
-    return InputError(path, f"a table of {kind}", "one that can't be read")
+                return InputError(
+                    f"{path}, line {number}: expected {kind}, found '{field.strip()}'"
+                )
+    return InputError(f"{path}: expected a table of {kind}, found one that can't be read")
 
 
 def _is_number(field: str, integer: bool) -> bool:
@@ -404,7 +410,9 @@ def _wanted(path: Path, there: Sequence[str], signal: Signal) -> Sequence[str]:
     """Return the arrays of a file that are read: those named, else all."""
     if missing := [key for key in signal.arrays if key not in there]:
         found = ", ".join(there) or "none"
-        raise InputError(path, f"the array '{missing[0]}'", found, "name it in [signal] arrays")
+        raise InputError(
+            f"{path}: expected the array '{missing[0]}', found {found}; name it in [signal] arrays"
+        )
     return signal.arrays or there
 
 
@@ -426,15 +434,19 @@ def _columns(path: Path, columns: dict[str, Any]) -> Table:
         if values.ndim != 1 or values.dtype.kind not in "iuf":
             found = f"{values.ndim} dims of {values.dtype} in '{name}'"
             expected = "columns of numbers"
-            raise InputError(path, expected, found, "name those to read in [signal] arrays")
+            raise InputError(
+                f"{path}: expected {expected}, found {found}; name those to read in [signal] arrays"
+            )
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) != 1:
         expected = "columns of one length"
         found = ", ".join(f"{name} of {n}" for name, n in lengths.items()) or "none"
-        raise InputError(path, expected, found, "name those to read in [signal] arrays")
+        raise InputError(
+            f"{path}: expected {expected}, found {found}; name those to read in [signal] arrays"
+        )
     values = np.stack([np.asarray(v, np.float64) for v in columns.values()], axis=1)
     if not len(values):
-        raise InputError(path, "rows of data", "none")
+        raise InputError(f"{path}: expected rows of data, found none")
     return Table(tuple(columns), values, np.arange(len(values)))
 
 

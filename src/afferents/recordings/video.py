@@ -160,7 +160,9 @@ class VideoFile:
         """Return the presentation time of frame n and how long it is shown, s."""
         ticks, base = frame.pts if frame.pts is not None else frame.dts, frame.time_base
         if ticks is None or base is None:
-            raise InputError(self.path, "a presentation time for every frame", f"none for {n}")
+            raise InputError(
+                f"{self.path}: expected a presentation time for every frame, found none for {n}"
+            )
         duration_s = _seconds(frame.duration, base) if frame.duration else 1 / self.header.fps_hz
         return _seconds(ticks, base), duration_s
 
@@ -179,10 +181,9 @@ class VideoFile:
 
     def _stopped(self, n: int, end_s: float, how: str) -> InputError:
         return InputError(
-            self.path,
-            f"{self.n_frames} frames ({self._container_s:.2f} s) as the container declares",
-            f"{how} at {end_s:.2f} s after {n} frames",
-            "copy or record the file again",
+            f"{self.path}: expected {self.n_frames} frames ({self._container_s:.2f} s) as the "
+            f"container declares, found {how} at {end_s:.2f} s after {n} frames; copy or record "
+            "the file again"
         )
 
 
@@ -269,17 +270,19 @@ def _is_full_range(frame: VideoFrame) -> bool:
 
 def _opened(path: Path) -> InputContainer:
     if not path.is_file():
-        raise InputError(path, "a video file", "no such file")
+        raise InputError(f"{path}: expected a video file, found no such file")
     try:  # without "file:" FFmpeg takes what stands before a colon for a protocol
         container = av.open(f"file:{path}")
     except av.FFmpegError as error:
-        raise InputError(path, "a readable video", f"{error.strerror}") from error
+        raise InputError(f"{path}: expected a readable video, found {error.strerror}") from error
     if not container.streams.video:
         container.close()
-        raise InputError(path, "a file with a video stream", "none in it")
+        raise InputError(f"{path}: expected a file with a video stream, found none in it")
     if getattr(container.streams.video[0], "codec_context", None) is None:
         container.close()
-        raise InputError(path, "a video that FFmpeg has a decoder for", "none for it")
+        raise InputError(
+            f"{path}: expected a video that FFmpeg has a decoder for, found none for it"
+        )
     return container
 
 
@@ -287,9 +290,8 @@ def _read_header(container: InputContainer, stream: VideoStream) -> _Header:
     rate = stream.average_rate or stream.guessed_rate
     if not rate or not stream.width or not stream.height:
         raise InputError(
-            container.name.removeprefix("file:"),
-            "a video with a frame rate and a size",
-            "neither in it",
+            f"{container.name.removeprefix('file:')}: expected a video with a frame rate and a "
+            "size, found neither in it"
         )
     start_s = float((stream.start_time or 0) * (stream.time_base or 0))
     container_s = None if container.duration is None else container.duration / av.time_base

@@ -400,7 +400,9 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
     known = [r for r in everything if str(r.attrs[dims.TEXTURE]) in card.textures]
     if not known:
         found = ", ".join(textures_of(data.responses))
-        raise InputError(data.origin.source, f"some of {', '.join(card.textures)}", found)
+        raise InputError(
+            f"{data.origin.source}: expected some of {', '.join(card.textures)}, found {found}"
+        )
     unseen = [r for r in known if not {*split.groups_of([r])} <= {*card.groups}]
     recordings, source = unseen or known, _source(card)
     _require_fitting(card, data, recordings, source)
@@ -412,9 +414,9 @@ def _asked(card: Card, data: OpenedData, cut: Cut, progress: Progress) -> Asked:
     samples = concatenate([part for part, _ in parts])
     if samples.shape[1:] != card.shape:
         raise InputError(
-            data.origin.source, f"samples of the form {card.shape}, as {card.model} learnt from",
-            f"{samples.shape[1:]}", "take data of the same sensor",
-        )  # fmt: skip
+            f"{data.origin.source}: expected samples of the form {card.shape}, as {card.model} "
+            f"learnt from, found {samples.shape[1:]}; take data of the same sensor"
+        )
     labels = np.array([card.textures.index(str(t)) for t in samples[dims.TEXTURE].values])
     runs = [run for _, run in parts if run is not None]
     first = recordings[0]
@@ -430,24 +432,24 @@ def _require_fitting(
     for responses in recordings:
         if not has(responses, source):
             raise InputError(
-                where, f"{source.channel.name} in the form that {card.model} learnt from",
-                f"none in {responses.attrs['name']}",
-            )  # fmt: skip
+                f"{where}: expected {source.channel.name} in the form that {card.model} learnt "
+                f"from, found none in {responses.attrs['name']}"
+            )
     found = felt_with([data], source)
     for name in ("fps_hz", "sample_rate_hz"):
         learnt = getattr(card, name)
         if learnt and not math.isclose(learnt, here := found[name], rel_tol=_RATE_TOLERANCE):
             unit = "frames/s" if name == "fps_hz" else "Hz"
             raise InputError(
-                where, f"{learnt:g} {unit}, as {card.model} learnt from", f"{here:g}",
-                "take data of the same sensor",
-            )  # fmt: skip
+                f"{where}: expected {learnt:g} {unit}, as {card.model} learnt from, found "
+                f"{here:g}; take data of the same sensor"
+            )
     if card.sensor is not None and found["sensor"] != card.sensor:
         raise InputError(
-            where, f"the sensor {card.sensor.get('name')} that {card.model} learnt from",
-            f"another or other settings ({found['sensor'].get('name')})",
-            "take data extracted with the same sensor file",
-        )  # fmt: skip
+            f"{where}: expected the sensor {card.sensor.get('name')} that {card.model} learnt "
+            f"from, found another or other settings ({found['sensor'].get('name')}); take data "
+            "extracted with the same sensor file"
+        )
 
 
 def _source(card: Card) -> Source:

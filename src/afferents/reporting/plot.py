@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.encodings.samples import textures_of
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.evaluation.results import Results
 from afferents.folds.held_out import SPEED, column_of, group_in, order, split_of
 from afferents.markers.places import covered, fill_frames, images_of
@@ -155,13 +155,16 @@ def markers(
     """
     if not isinstance(tracks, xr.Dataset) or dims.POSITION not in tracks:
         raise InputError(
-            "tracks", "a data set with 'position' (time, marker, space)", kind_of(tracks)
+            "tracks: expected a data set with 'position' (time, marker, space), found "
+            f"{kind_of(tracks)}"
         )
     if isinstance(frame, Frame):
         time_s = frame.time_s if time_s is None else time_s
         frame = frame.image
     if frame is not None and np.ndim(frame) != 2:
-        raise InputError("frame", "a grey image (height, width)", f"shape {np.shape(frame)}")
+        raise InputError(
+            f"frame: expected a grey image (height, width), found shape {np.shape(frame)}"
+        )
     now = _frame_at(tracks[dims.POSITION], time_s).transpose(dims.MARKER, dims.SPACE)
     seen = np.isfinite(now.values).all(axis=1)
     if dims.DETECTED in tracks:
@@ -219,7 +222,7 @@ def responses(response: xr.DataArray, *, ax: Axes | None = None) -> Axes:
             ax.set_ylabel(_label(response))
     else:
         expected = "the dimensions (time, marker) or (audio_time, channel)"
-        raise InputError("response", expected, kind_of(response))
+        raise InputError(f"response: expected {expected}, found {kind_of(response)}")
     ax.set_xlabel("time (s)")
     return ax
 
@@ -252,7 +255,7 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
         data = _windows(data)
     if dims.FREQUENCY not in data.dims:
         expected = "the dimensions (audio_time, channel), or one 'frequency'"
-        raise InputError("data", expected, kind_of(data))
+        raise InputError(f"data: expected {expected}, found {kind_of(data)}")
     lines = {label: _mean_spectrum(part) for label, part in _by_texture(data)}
     ax = axes_of(ax, 7.0, 3.0)
     for number, (label, line) in enumerate(lines.items()):
@@ -268,7 +271,9 @@ def spectrum(data: xr.DataArray, *, ax: Axes | None = None) -> Axes:
 
 def _require_array(given: object, such_as: str) -> None:
     if not isinstance(given, xr.DataArray):
-        raise InputError("the plot", f"one xarray.DataArray, such as {such_as}", kind_of(given))
+        raise InputError(
+            f"the plot: expected one xarray.DataArray, such as {such_as}, found {kind_of(given)}"
+        )
 
 
 def _label(response: xr.DataArray) -> str:
@@ -280,7 +285,9 @@ def _label(response: xr.DataArray) -> str:
 def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
     """Return a response at the frame nearest to a time, or where it is strongest."""
     if dims.TIME not in response.coords:
-        raise InputError("the response", "times of its frames, s (coordinate time)", "none")
+        raise InputError(
+            "the response: expected times of its frames, s (coordinate time), found none"
+        )
     if time_s is None:
         level = response.median([d for d in response.dims if d != dims.TIME])
         return response.isel({dims.TIME: int(np.argmax(level.fillna(-np.inf).values))})
@@ -297,9 +304,14 @@ def _grid(image: xr.DataArray) -> NDArray[np.float32]:
     if image.dims != (dims.MARKER,):
         several = [str(d) for d in image.dims if d not in (dims.MARKER, dims.ROW, dims.COLUMN)]
         do = f"choose one, such as .isel({several[0]}=0)" if several else ""
-        raise InputError("response", "the dimensions (row, column) or (marker)", kind_of(image), do)
+        raise InputError(
+            "response: expected the dimensions (row, column) or (marker), found "
+            f"{kind_of(image)}{then(do)}"
+        )
     if dims.ROW not in image.coords or dims.COLUMN not in image.coords:
-        raise InputError("response", "markers in a grid (coordinates row and column)", "neither")
+        raise InputError(
+            "response: expected markers in a grid (coordinates row and column), found neither"
+        )
     row, column = image[dims.ROW].values, image[dims.COLUMN].values
     values = fill_frames(image.values[None], np.stack([row, column], axis=1))
     lost = np.isnan(values)
@@ -309,7 +321,7 @@ def _grid(image: xr.DataArray) -> NDArray[np.float32]:
 
 def _rate(response: xr.DataArray) -> float:
     if dims.SAMPLE_RATE not in response.attrs:
-        raise InputError("the vibration", f"the attribute '{dims.SAMPLE_RATE}'", "none")
+        raise InputError(f"the vibration: expected the attribute '{dims.SAMPLE_RATE}', found none")
     return float(response.attrs[dims.SAMPLE_RATE])
 
 
@@ -449,7 +461,7 @@ def accuracy_by_speed(
     there = list(dict.fromkeys(table["model"]))
     for name in models or ():
         if name not in there:
-            raise InputError("models", f"some of {', '.join(there)}", f"'{name}'")
+            raise InputError(f"models: expected some of {', '.join(there)}, found '{name}'")
     ax = axes_of(ax, 6.4, 3.0)
     tested = table.dropna(subset=[held_out, "accuracy"])
     groups = sorted({group_in(value) for value in tested[held_out]}, key=order)
@@ -479,10 +491,14 @@ def accuracy_by_speed(
 
 def _require_columns(table: object, names: Sequence[str]) -> None:
     if not isinstance(table, pd.DataFrame):
-        raise InputError("results", "Results, or a table of theirs", type(table).__name__)
+        raise InputError(
+            f"results: expected Results, or a table of theirs, found {type(table).__name__}"
+        )
     for name in names:
         if name not in table:
-            raise InputError("results", f"a table with the column '{name}'", "none of that name")
+            raise InputError(
+                f"results: expected a table with the column '{name}', found none of that name"
+            )
 
 
 def _chosen(
@@ -500,8 +516,10 @@ def _chosen(
     _require_columns(rows, [column])
     there = list(dict.fromkeys(rows[column]))
     if wanted is None and len(there) != 1:
-        raise InputError(column, f"one of {', '.join(map(str, there))}", "none chosen")
+        raise InputError(
+            f"{column}: expected one of {', '.join(map(str, there))}, found none chosen"
+        )
     one = there[0] if wanted is None else wanted
     if one not in there:
-        raise InputError(column, f"one of {', '.join(map(str, there))}", f"'{one}'")
+        raise InputError(f"{column}: expected one of {', '.join(map(str, there))}, found '{one}'")
     return rows[rows[column] == one], str(one)

@@ -77,7 +77,7 @@ def write_report(results_folder: Path, progress: Progress, figures: Figures = "r
         than were evaluated only cost their figures; the report says so.
     """
     if figures not in get_args(Figures):
-        raise InputError("figures", " or ".join(get_args(Figures)), f"'{figures}'")
+        raise InputError(f"figures: expected {' or '.join(get_args(Figures))}, found '{figures}'")
     summaries = texture_summaries(results_folder)
     if summaries:
         _write_textures(results_folder, texture_tables(summaries))
@@ -155,14 +155,16 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
     of_textures = [folder for folder in folders if texture_summaries(folder)]
     if of_textures and len(folders) > 1:
         raise InputError(
-            of_textures[0], "results of --split speed, to compare", "results of --split texture",
-            "report them alone",
-        )  # fmt: skip
+            f"{of_textures[0]}: expected results of --split speed, to compare, found results of "
+            "--split texture; report them alone"
+        )
     if of_textures:
         return texture_tables(texture_summaries(folders[0]))[0], folders[0] / TEXTURES
     runs = {folder.resolve().name: read_summary(folder) for folder in folders}
     if len(runs) < len(folders):
-        raise InputError("RESULTS", "folders of different names", "one name twice", "rename one")
+        raise InputError(
+            "RESULTS: expected folders of different names, found one name twice; rename one"
+        )
     if len(folders) == 1:
         return table1(*runs.values()), folders[0] / TABLE1
     table, path = runs_side_by_side(runs), folders[0] / "runs.md"
@@ -204,13 +206,17 @@ def _recordings(results: Results, progress: Progress) -> list[Responses]:
     sources = [data["source"] for data in config["data"]]
     opened = open_data(sources, config["without"], keep_going=True, progress=progress)
     if [d.origin.fingerprint for d in opened] != [d["fingerprint"] for d in config["data"]]:
-        raise InputError(", ".join(sources), "the data that were evaluated", "changed data")
+        raise InputError(
+            f"{', '.join(sources)}: expected the data that were evaluated, found changed data"
+        )
     left_out = {entry["recording"] for entry in results.summary["skipped"]}
     ablation = Ablation(**config.get("ablation", {}))
     everything = with_steady(ablation.recordings(recordings_in(opened)), config.get("steady_s"))
     recordings = [r for r in everything if r.attrs["name"] not in left_out and speed_of(r)]
     if not recordings:
-        raise InputError("the data", "recordings whose speed is known, to show by it", "none")
+        raise InputError(
+            "the data: expected recordings whose speed is known, to show by it, found none"
+        )
     return recordings
 
 

@@ -356,18 +356,22 @@ def _require_enough(recordings: Sequence[Responses], where: str) -> None:
     for responses in recordings:
         name = responses.attrs["name"]
         if not {dims.POSITION, dims.REST_POSITION} <= set(responses.variables):
-            raise InputError(where, "recordings of markers", f"none in {name}")
+            raise InputError(f"{where}: expected recordings of markers, found none in {name}")
         if speed_of(responses) is None:
-            raise InputError(where, "the speed of every recording", f"none of {name}")
+            raise InputError(
+                f"{where}: expected the speed of every recording, found none of {name}"
+            )
     for what, there in (("textures", textures_of(recordings)), ("speeds", speeds_of(recordings))):
         if len(there) < 2:
-            raise InputError(where, f"at least 2 {what}", f"{len(there)}")
+            raise InputError(f"{where}: expected at least 2 {what}, found {len(there)}")
     n_speeds = Counter(
         texture for texture, _ in {(str(r.attrs[dims.TEXTURE]), speed_of(r)) for r in recordings}
     )
     for texture, n in n_speeds.items():
         if n < 2:
-            raise InputError(where, "each texture at 2 speeds or more", f"{texture} at one")
+            raise InputError(
+                f"{where}: expected each texture at 2 speeds or more, found {texture} at one"
+            )
 
 
 def _felt(
@@ -377,7 +381,9 @@ def _felt(
     """Return what a recording shows; its markers are read once."""
     if responses.sizes[dims.MARKER] != len(basis):
         found = f"{responses.sizes[dims.MARKER]} in {responses.attrs['name']}"
-        raise InputError(where, f"{len(basis)} markers in every recording", found)
+        raise InputError(
+            f"{where}: expected {len(basis)} markers in every recording, found {found}"
+        )
     read = responses.assign({dims.POSITION: read_whole(responses, dims.POSITION)})
     shear = asked["shear"]
     kept = kept_part(read, shear, cut)

@@ -134,7 +134,7 @@ def measure_recording(
             return _measured(recording, sensors, method)
         except AfferentsError as error:
             fault = fault or error
-    raise fault or InputError("the session", "a recording that is long enough", "none")
+    raise fault or InputError("the session: expected a recording that is long enough, found none")
 
 
 def _measured(recording: Recording, sensors: Sensors, method: Method) -> Measured:
@@ -334,7 +334,7 @@ def estimate_of(
 def _stored(recordings: Sequence[Recording], store: Path) -> Measured:
     """Return a recording that has been extracted: nothing is left to be tracked."""
     if not recordings:
-        raise InputError("the session", "a recording that is long enough", "none")
+        raise InputError("the session: expected a recording that is long enough, found none")
     first = recordings[0]
     there = {str(responses.attrs["name"]): responses for responses in open_responses(store)}
     return Measured(first, there[first.name], 0.0)

@@ -246,7 +246,7 @@ def _require_sound(given: Options, choices: Options) -> None:
     for name in encoding:
         if name not in known:
             expected = "options of extract, of evaluate, or of encodings"
-            raise InputError("options", expected, f"'{name}'")
+            raise InputError(f"options: expected {expected}, found '{name}'")
     Encodings().changed(**encoding)
 
 
@@ -259,10 +259,12 @@ def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
         Naming it.
     """
     if only_estimate:
-        raise InputError("--estimate", "a session to measure (--session)", "none")
+        raise InputError("--estimate: expected a session to measure (--session), found none")
     if cut == "published" and size != "paper":
         expected = "recordings of a minute (--size paper), or --session"
-        raise InputError("--cut published", expected, f"--size {size}", "or use --cut all")
+        raise InputError(
+            f"--cut published: expected {expected}, found --size {size}; or use --cut all"
+        )
 
 
 def _simulated(places: "Places", size: Size, given: Options, progress: Progress) -> Path:

@@ -165,7 +165,7 @@ class Rig(BaseModel):
             If there is none of that name, or it can't be that strong.
         """
         if unknown := sorted(set(strengths) - set(NUISANCES)):
-            raise InputError("nuisances", f"of {', '.join(NUISANCES)}", f"'{unknown[0]}'")
+            raise InputError(f"nuisances: expected of {', '.join(NUISANCES)}, found '{unknown[0]}'")
         constants = self.model_dump()
         for name, (section, field) in NUISANCES.items():
             strength = strengths.get(name, 0.0)
@@ -176,5 +176,6 @@ class Rig(BaseModel):
         except ValidationError as error:
             first = error.errors()[0]
             raise InputError(
-                f"nuisances: {first['loc'][-1]}", first["msg"].lower(), f"{first['input']}"
+                f"nuisances: {first['loc'][-1]}: expected {first['msg'].lower()}, found "
+                f"{first['input']}"
             ) from None

@@ -55,7 +55,9 @@ def write_stl(path: Path, surface: Surface, drum: Drum, bore_mm: float, every: i
     """
     widest = drum.diameter_mm - 2 * _LEAST_WALL_MM
     if not 0 < bore_mm <= widest:
-        raise InputError("--bore", f"a diameter above 0 and up to {widest:g} mm", f"{bore_mm:g}")
+        raise InputError(
+            f"--bore: expected a diameter above 0 and up to {widest:g} mm, found {bore_mm:g}"
+        )
     heights = surface.height_mm[::every, ::every]
     n_along, n_across = heights.shape
     n_rings = n_across + 4
@@ -136,9 +138,8 @@ def texture_name(texture: str, maps: Mapping[str, Surface]) -> str:
         spacing = -1.0
     if not (spacing == 0 or 0.3 <= spacing <= 20):
         raise InputError(
-            "a texture",
-            "a letter from a to m, or a bump spacing of 0 or 0.3 to 20 mm",
-            f"'{texture}'",
+            "a texture: expected a letter from a to m, or a bump spacing of 0 or 0.3 to 20 mm, "
+            f"found '{texture}'"
         )
     return f"{spacing:g}"
 
@@ -153,12 +154,12 @@ def height_map(text: str, drum: Drum) -> tuple[str, Surface]:
     """
     match = re.fullmatch(r"([\w-]+)=(.+),([\d.]+),([\d.]+)", text)
     if match is None:
-        raise InputError("a height map", "NAME=FILE,LENGTH_MM,HEIGHT_MM", f"'{text}'")
+        raise InputError(f"a height map: expected NAME=FILE,LENGTH_MM,HEIGHT_MM, found '{text}'")
     name, file, length, height = match.groups()
     try:
         size = float(length), float(height)
     except ValueError:
-        raise InputError("a height map", "lengths in mm", f"'{text}'") from None
+        raise InputError(f"a height map: expected lengths in mm, found '{text}'") from None
     return name, read_height_map(Path(file), *size, drum)
 
 

@@ -134,7 +134,8 @@ def write_wav(path: Path, room: NDArray[np.float64], sensor: NDArray[np.float64]
     loudest = float(np.abs(sensor).max(initial=0))
     if loudest >= 1:
         raise InputError(
-            path, "a sound within full scale", f"{loudest:.2f} of it", "lower gain_per_mn_s"
+            f"{path}: expected a sound within full scale, found {loudest:.2f} of it; lower "
+            "gain_per_mn_s"
         )
     stereo = np.rint(np.stack([np.clip(room, -1, 1), sensor], axis=1) * _FULL_SCALE)
     with path.open("wb") as file:

@@ -107,7 +107,8 @@ def record(
     """
     if seconds <= STEADY_S:
         raise InputError(
-            "--seconds", f"more than {STEADY_S:g}, when the speed is steady", f"{seconds:g}"
+            f"--seconds: expected more than {STEADY_S:g}, when the speed is steady, found "
+            f"{seconds:g}"
         )
     run = simulate_run(rig, texture, surface, speed_mm_s, seconds, seed)
     position_px = project(run.position_mm, rig.camera)
@@ -204,8 +205,6 @@ def _require_inside(position_px: NDArray[np.float64], rig: Rig, folder: Path) ->
     outside = ((position_px < radius) | (position_px > size - 1 - radius)).any(axis=(0, 2))
     if outside.any():
         raise InputError(
-            folder,
-            "pins that stay in the picture",
-            f"{int(outside.sum())} that leave it",
-            "press less deep, or lower px_per_mm",
+            f"{folder}: expected pins that stay in the picture, found {int(outside.sum())} that "
+            "leave it; press less deep, or lower px_per_mm"
         )

@@ -165,10 +165,8 @@ def simulate_run(
     skin = press(rig, drawn, surface, turning, time)
     if not np.isfinite(skin.displacement_mm).all():
         raise InputError(
-            "the rig's constants",
-            "a skin that stays in one piece",
-            "infinite displacements",
-            "soften it, or press less deep",
+            "the rig's constants: expected a skin that stays in one piece, found infinite "
+            "displacements; soften it, or press less deep"
         )
     rng = random_of(seed, texture, speed_mm_s, _SOUND)
     sensor, room = listen(rig, skin, turning, speed_mm_s, seconds, drawn.clock_offset_s, rng)
@@ -195,10 +193,8 @@ def check_step(rig: Rig) -> None:
     per_step = rig.skin.stiffest_per_s(DEEPEST_MM) / PHYSICS_RATE_HZ
     if per_step > STABLE:
         raise InputError(
-            "the rig's constants",
-            f"a skin whose fastest swing moves less than {STABLE:g} rad in a step of the physics",
-            f"{per_step:.2f}",
-            "make it softer or heavier",
+            f"the rig's constants: expected a skin whose fastest swing moves less than {STABLE:g} "
+            f"rad in a step of the physics, found {per_step:.2f}; make it softer or heavier"
         )
 
 

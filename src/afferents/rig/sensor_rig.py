@@ -5,7 +5,7 @@ import math
 import numpy as np
 from pydantic import ValidationError
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.sensor import BlobDetector, Sensor
 from afferents.rig.camera import Camera
@@ -49,19 +49,25 @@ def rig_of(sensor: Sensor) -> Rig:
         )
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise InputError(f"sensor '{sensor.name}'", "pins that the rig can have", said) from None
+        raise InputError(
+            f"sensor '{sensor.name}': expected pins that the rig can have, found {said}"
+        ) from None
 
 
 def _require(sensor: Sensor) -> float:
     """Return the distance of the pins, mm, of a sensor that the rig can have."""
     where, hint = f"sensor '{sensor.name}'", "calibrate it, with --pitch-mm"
     if sensor.pitch_mm is None:
-        raise InputError(where, "pitch_mm, the distance of its pins on the skin", "none", hint)
+        raise InputError(
+            f"{where}: expected pitch_mm, the distance of its pins on the skin, found "
+            f"none{then(hint)}"
+        )
     if sensor.layout != "square" and sensor.markers is None:
-        raise InputError(where, "where its markers are", "none", hint)
+        raise InputError(f"{where}: expected where its markers are, found none{then(hint)}")
     if sensor.lens is not None:
         raise InputError(
-            where, "no lens, since the rig's camera has its own", "one", "leave it out"
+            f"{where}: expected no lens, since the rig's camera has its own, found one; leave it "
+            "out"
         )
     return sensor.pitch_mm
 

@@ -150,19 +150,20 @@ def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> boo
 def _check(simulation: Simulation) -> None:
     for speed in simulation.speeds_mm_s:
         if not 0 < speed <= 500:
-            raise InputError("--speeds", "speeds above 0 and up to 500 mm/s", f"{speed:g}")
+            raise InputError(
+                f"--speeds: expected speeds above 0 and up to 500 mm/s, found {speed:g}"
+            )
     named = [(f"{speed!r}", speed) for speed in simulation.speeds_mm_s]
     require_distinct("--speeds", simulation.textures, named)
     for name in NOT_TEXTURES & set(simulation.textures):
         raise InputError(
-            "--height-map", "a name that a session may have as a texture", f"'{name}'",
-            "choose another: folders of that name are passed over when a session is read",
-        )  # fmt: skip
+            f"--height-map: expected a name that a session may have as a texture, found '{name}'; "
+            "choose another: folders of that name are passed over when a session is read"
+        )
     if not STEADY_S < simulation.seconds < math.inf:
         raise InputError(
-            "--seconds",
-            f"more than {STEADY_S:g} (the drum runs up before that)",
-            f"{simulation.seconds:g}",
+            f"--seconds: expected more than {STEADY_S:g} (the drum runs up before that), found "
+            f"{simulation.seconds:g}"
         )
 
 
@@ -237,9 +238,9 @@ def _surface_of(given: _Map, drum: Drum) -> Surface:
     _, surface = height_map(given.text, drum)
     if _digest(surface) != given.digest:
         raise InputError(
-            given.text, "the map that is where the command runs", "another on a worker",
-            "let all workers see the same files at the same paths",
-        )  # fmt: skip
+            f"{given.text}: expected the map that is where the command runs, found another on a "
+            "worker; let all workers see the same files at the same paths"
+        )
     return surface
 
 

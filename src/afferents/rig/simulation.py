@@ -175,12 +175,15 @@ def _as_asked(
 ) -> Rig:
     """Return the rig with the switches of a session."""
     if prints < 0:
-        raise InputError("--reprint", "the number of a set of drums, 0 or more", f"{prints}")
+        raise InputError(
+            f"--reprint: expected the number of a set of drums, 0 or more, found {prints}"
+        )
     mounting: dict[str, Any] = {"remount": remount}
     if indentation_mm is not None:
         if not 0 < indentation_mm <= DEEPEST_MM:
             raise InputError(
-                "--indentation", f"more than 0 and at most {DEEPEST_MM:g} mm", f"{indentation_mm:g}"
+                f"--indentation: expected more than 0 and at most {DEEPEST_MM:g} mm, found "
+                f"{indentation_mm:g}"
             )
         mounting["indentation_mm"] = indentation_mm
     return rig.model_copy(
@@ -208,7 +211,9 @@ def nuisance_strengths(text: str) -> dict[str, float | None]:
             strengths |= {n: float(strength) for n in named} if strength else named
             strengths |= HARD if name == "hard" else {}
         except ValueError:
-            raise InputError("--nuisances", "NAME or NAME=STRENGTH", f"'{word}'") from None
+            raise InputError(
+                f"--nuisances: expected NAME or NAME=STRENGTH, found '{word}'"
+            ) from None
     return {name: value for name, value in strengths.items() if name != "none"}
 
 

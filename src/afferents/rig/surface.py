@@ -153,7 +153,9 @@ def bumped_surface(spacing_mm: float, drum: Drum | None = None) -> Surface:
         flat = np.zeros((_ALONG, _ACROSS), np.float32)
         return Surface(flat, math.pi * drum.diameter_mm)
     if not 0.3 <= spacing_mm <= 20:
-        raise InputError("a drum", "a bump spacing of 0 or of 0.3 to 20 mm", f"{spacing_mm:g}")
+        raise InputError(
+            f"a drum: expected a bump spacing of 0 or of 0.3 to 20 mm, found {spacing_mm:g}"
+        )
     period_along = length / drum.periods(spacing_mm)
     period_across = math.sqrt(2) * spacing_mm
     along = (np.arange(_ALONG) + 0.5) * length / _ALONG / period_along
@@ -222,13 +224,15 @@ def mapped_surface(
     height = np.asarray(height_mm, np.float32)
     if height.ndim != 2 or min(height.shape) < 2 or not np.isfinite(height).all():
         raise InputError(
-            "a height map", "finite heights of shape (along, across)", f"{height.shape}"
+            f"a height map: expected finite heights of shape (along, across), found {height.shape}"
         )
     height = height - height.min()
     length = math.pi * (drum.diameter_mm + 2 * float(height.max()))
     repeats = round(length / length_mm) if length_mm > 0 else 0
     if repeats < 1:
-        raise InputError("a height map", f"a length of 0 to {length:.0f} mm", f"{length_mm:g} mm")
+        raise InputError(
+            f"a height map: expected a length of 0 to {length:.0f} mm, found {length_mm:g} mm"
+        )
     pitch = length_mm / len(height)
     along = np.arange(_ALONG) * len(height) * repeats / _ALONG
     across = np.arange(_ACROSS) * WIDTH_MM / _ACROSS / pitch
@@ -262,10 +266,12 @@ def read_height_map(
         try:
             return mapped_surface(np.load(path, allow_pickle=False), length_mm, drum)
         except (OSError, ValueError, EOFError) as error:
-            raise InputError(path, "an array of heights", reason_of(error)) from error
+            raise InputError(
+                f"{path}: expected an array of heights, found {reason_of(error)}"
+            ) from error
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     if image is None:
-        raise InputError(path, "an image or an .npy array of heights", "neither")
+        raise InputError(f"{path}: expected an image or an .npy array of heights, found neither")
     return mapped_surface(image / np.float32(255) * height_mm, length_mm, drum)
 
 

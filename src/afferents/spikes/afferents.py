@@ -79,7 +79,9 @@ def of_bands(
     if not any(held(bands_hz, rate_hz)):
         lowest = min(high for _, high in bands_hz) * 2 / _NYQUIST_SHARE
         where, found = recording.attrs["name"], f"{rate_hz:g}"
-        raise InputError(where, f"vibration of more than {lowest:.0f} samples/s", found)
+        raise InputError(
+            f"{where}: expected vibration of more than {lowest:.0f} samples/s, found {found}"
+        )
     signal = vibration.values[round(start_s * rate_hz) : round(stop_s * rate_hz), 0]
     n = round((stop_s - start_s) * RATE_HZ)
     bands = in_bands(signal, rate_hz, bands_hz, n)

@@ -50,7 +50,7 @@ def artificial_spikes(
         than 0.1 s, or recordings differ in their markers.
     """
     if model not in UNIT_MODELS:
-        raise InputError("model", f"one of {', '.join(UNIT_MODELS)}", f"'{model}'")
+        raise InputError(f"model: expected one of {', '.join(UNIT_MODELS)}, found '{model}'")
     chosen = _chosen(classes)
     return joined(
         _trial(recording, model, seed, chosen, start_s, stop_s) for recording in recordings
@@ -61,7 +61,9 @@ def _chosen(classes: Sequence[str]) -> list[AfferentClass]:
     known = afferent_classes()
     other = [name for name in classes if name not in known]
     if other or not classes:
-        raise InputError("classes", f"some of {', '.join(known)}", f"'{', '.join(other)}'")
+        raise InputError(
+            f"classes: expected some of {', '.join(known)}, found '{', '.join(other)}'"
+        )
     return [known[name] for name in known if name in classes]
 
 
@@ -85,7 +87,9 @@ def _trial(
         units.append(_table(afferent.name, felt))
     if not units:
         wanted = " or ".join(afferent.variable for afferent in classes)
-        raise InputError(recording.attrs["name"], f"{wanted}, which drives the units", "none")
+        raise InputError(
+            f"{recording.attrs['name']}: expected {wanted}, which drives the units, found none"
+        )
     return _population(pd.concat(units), fired, recording, stop_s - start_s)
 
 
@@ -137,5 +141,8 @@ def stretch_of(
     end = min([*ends, last if stop_s is None else stop_s])
     if end - begin < _SHORTEST_S:
         found = f"{begin:g} to {end:g} s"
-        raise InputError(recording.attrs["name"], f"a stretch of {_SHORTEST_S:g} s or more", found)
+        raise InputError(
+            f"{recording.attrs['name']}: expected a stretch of {_SHORTEST_S:g} s or more, found "
+            f"{found}"
+        )
     return begin, end

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 
 CLASSES = ("SA", "RA", "PC")
 """Classes of afferents: slowly adapting type I, rapidly adapting type I, and Pacinian (RA-II)."""
@@ -28,13 +28,17 @@ def checked_units(units: Any, where: object) -> pd.DataFrame:
         table = table.set_index("name")
     table.index = table.index.astype(str).rename("unit")
     if "class" not in table:
-        raise InputError(where, "a column 'class' of units", f"columns {list(table)}")
+        raise InputError(
+            f"{where}: expected a column 'class' of units, found columns {list(table)}"
+        )
     other = sorted(set(table["class"]) - set(CLASSES))
     if other:
-        raise InputError(where, f"classes of {', '.join(CLASSES)}", f"'{other[0]}'")
+        raise InputError(f"{where}: expected classes of {', '.join(CLASSES)}, found '{other[0]}'")
     twice = table.index[table.index.duplicated()]
     if len(twice):
-        raise InputError(where, "units of different names", f"two of the name '{twice[0]}'")
+        raise InputError(
+            f"{where}: expected units of different names, found two of the name '{twice[0]}'"
+        )
     if "resolution_s" not in table:
         table["resolution_s"] = 0.0
     if "receptive_field" not in table:
@@ -53,11 +57,15 @@ def checked_trials(trials: Any, where: object) -> pd.DataFrame:
     table: pd.DataFrame = pd.DataFrame(trials).reset_index(drop=True)
     missing = {"texture", "duration_s"} - set(table)
     if missing:
-        raise InputError(where, f"a column '{min(missing)}' of trials", f"columns {list(table)}")
+        raise InputError(
+            f"{where}: expected a column '{min(missing)}' of trials, found columns {list(table)}"
+        )
     table["texture"] = table["texture"].astype(str)
     table["duration_s"] = table["duration_s"].astype(np.float64)
     if not (np.isfinite(table["duration_s"]) & (table["duration_s"] > 0)).all():
-        raise InputError(where, "trials of a positive duration in s", "one that is not")
+        raise InputError(
+            f"{where}: expected trials of a positive duration in s, found one that is not"
+        )
     table["speed_mm_s"] = (
         table["speed_mm_s"].astype(np.float64) if "speed_mm_s" in table else np.nan
     )
@@ -97,7 +105,10 @@ def check_trains(
             first = int(np.argmin(sound))
             trial, unit = divmod(int(cells[first]), len(units))
             found = f"{times[first]:g} s in trial {trial} of unit {units.index[unit]}"
-            raise InputError(where, expected, found, _remedy(expected, times, duration_s))
+            raise InputError(
+                f"{where}: expected {expected}, found "
+                f"{found}{then(_remedy(expected, times, duration_s))}"
+            )
 
 
 def _remedy(expected: str, times: NDArray[np.float64], duration_s: NDArray[np.float64]) -> str:
@@ -184,7 +195,9 @@ class Spikes:
         shape = (len(trial_table), len(unit_table))
         if len(trains) != shape[0] or any(len(row) != shape[1] for row in trains):
             found = f"{len(trains)} of {sorted({len(row) for row in trains})}"
-            raise InputError(where, f"trains of {shape[0]} trials of {shape[1]} units", found)
+            raise InputError(
+                f"{where}: expected trains of {shape[0]} trials of {shape[1]} units, found {found}"
+            )
         recorded = np.array([[train is not None for train in row] for row in trains], bool)
         flat = [
             np.asarray([] if train is None else train, np.float64).ravel()
@@ -220,7 +233,9 @@ class Spikes:
         if unknown.any():
             row = spikes[unknown].iloc[0]
             found = f"a spike of unit {row['unit']} in trial {row['trial']}"
-            raise InputError(where, "spikes of the units and trials listed", found)
+            raise InputError(
+                f"{where}: expected spikes of the units and trials listed, found {found}"
+            )
         cell = trial * len(unit_table) + unit
         order = np.argsort(cell, kind="stable")
         counts = np.bincount(cell, minlength=len(trial_table) * len(unit_table))
@@ -274,7 +289,7 @@ class Spikes:
         stop_s = shortest if stop_s is None else min(stop_s, shortest)
         n = int(np.floor(stop_s / width_s + 1e-9))
         if n < 1:
-            raise InputError("bins", f"a width of at most {stop_s:g} s", f"{width_s:g} s")
+            raise InputError(f"bins: expected a width of at most {stop_s:g} s, found {width_s:g} s")
         # places of spikes in a flat (trial, unit, bin) array
         cells = np.repeat(np.arange(self.recorded.size), np.diff(self.offsets))
         bins = np.floor(self.times / width_s).astype(np.int64)
@@ -321,7 +336,8 @@ class Spikes:
         shortest = float(self.trials["duration_s"].min())
         if not 0 <= start_s < stop_s <= shortest + 1e-9:
             raise InputError(
-                "window", f"a stretch of 0 to {shortest:g} s", f"{start_s:g} to {stop_s:g}"
+                f"window: expected a stretch of 0 to {shortest:g} s, found {start_s:g} to "
+                f"{stop_s:g}"
             )
         kept = (self.times >= start_s) & (self.times < stop_s)
         before = np.concatenate([[0], np.cumsum(kept)])
@@ -372,9 +388,9 @@ def joined(parts: Iterable[Spikes]) -> Spikes:
     """
     parts = list(parts)
     if not parts:
-        raise InputError("spikes", "at least one part", "none")
+        raise InputError("spikes: expected at least one part, found none")
     if any(not part.units.index.equals(parts[0].units.index) for part in parts):
-        raise InputError("spikes", "parts of the same units", "units that differ")
+        raise InputError("spikes: expected parts of the same units, found units that differ")
     ends = np.cumsum([0] + [len(part.times) for part in parts])
     offsets = [part.offsets[:-1] + end for part, end in zip(parts, ends, strict=False)]
     return Spikes(

@@ -169,7 +169,8 @@ def logged_way(folder: Path) -> Way | None:
         drum = _drum(named, path) if named else None
     except (OSError, ValueError, KeyError, pa.ArrowException) as error:
         raise InputError(
-            path, "the table of a drive", reason_of(error), "bring it back, or remove it"
+            f"{path}: expected the table of a drive, found {reason_of(error)}; bring it back, or "
+            "remove it"
         ) from error
     known = np.isfinite(position) & np.isfinite(time_s)
     if drum is None or not np.isfinite(origin_s) or known.sum() < 2:

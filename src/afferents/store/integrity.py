@@ -72,10 +72,8 @@ def require_all_chunks(group: Path) -> None:
             found = sum((metadata.parent / name).is_file() for name in chunks)
             if found < len(chunks):
                 raise InputError(
-                    metadata.parent,
-                    f"{len(chunks)} chunks",
-                    f"{found}",
-                    "copy the store again, or remove the recording's folder and extract again",
+                    f"{metadata.parent}: expected {len(chunks)} chunks, found {found}; copy the "
+                    "store again, or remove the recording's folder and extract again"
                 )
 
 
@@ -98,7 +96,9 @@ def attributes_of(path: Path) -> dict[str, Any]:
     """
     attributes = read_json(path / ROOT, "a Zarr group").get("attributes", {})
     if not isinstance(attributes, dict):
-        raise InputError(path / ROOT, "a Zarr group with attributes", "others", "extract again")
+        raise InputError(
+            f"{path / ROOT}: expected a Zarr group with attributes, found others; extract again"
+        )
     return attributes
 
 
@@ -139,9 +139,9 @@ def require_described(responses: xr.Dataset, where: Path | str) -> None:
     """
     if responses.attrs.get(DIGEST) != _of_description(responses):
         raise InputError(
-            where, "responses as they were extracted", "others (their digest says so)",
-            "extract the recording again",
-        )  # fmt: skip
+            f"{where}: expected responses as they were extracted, found others (their digest says "
+            "so); extract the recording again"
+        )
 
 
 def require_small_values(responses: xr.Dataset, where: Path | str) -> None:
@@ -170,9 +170,9 @@ def require_values(variable: xr.Variable | xr.DataArray, where: Path | str) -> N
     expected = variable.attrs.get(VALUES)
     if expected is not None and expected != _of_values(variable):
         raise InputError(
-            where, "values as they were extracted", "others (their digest says so)",
-            "extract the recording again",
-        )  # fmt: skip
+            f"{where}: expected values as they were extracted, found others (their digest says "
+            "so); extract the recording again"
+        )
 
 
 def values_digest(responses: xr.Dataset, name: str) -> str | None:

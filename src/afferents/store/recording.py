@@ -246,7 +246,8 @@ def require_distinct(
 
 def _one_twice(where: Path | str, kind: str, one: str, other: str) -> InputError:
     return InputError(
-        where, f"each {kind} under one name", f"{one} and {other}", "rename one as the other"
+        f"{where}: expected each {kind} under one name, found {one} and {other}; rename one as "
+        "the other"
     )
 
 

@@ -218,10 +218,12 @@ def check_responses(responses: Responses, where: Path | str) -> Responses:
     """
     known = [name for name in _DIMS if name in responses]
     if not known:
-        raise InputError(where, f"one of {', '.join(_DIMS)}", f"{list(responses) or 'nothing'}")
+        raise InputError(
+            f"{where}: expected one of {', '.join(_DIMS)}, found {list(responses) or 'nothing'}"
+        )
     for name, its in {**_DIMS, **_BESIDE}.items():
         if name in responses and responses[name].dims != its:
-            raise InputError(where, f"{name} {its}", f"{name} {responses[name].dims}")
+            raise InputError(f"{where}: expected {name} {its}, found {name} {responses[name].dims}")
     _check_attributes(responses, where)
     _check_clocks(responses, where)
     _check_layout(responses, where)
@@ -246,10 +248,12 @@ def check_values(response: xr.DataArray, where: str) -> xr.DataArray:
         return response
     largest = _largest(values)
     if not largest < np.inf:
-        raise InputError(where, "values that are numbers", "infinite ones", _AGAIN)
+        raise InputError(
+            f"{where}: expected values that are numbers, found infinite ones; {_AGAIN}"
+        )
     if response.name == dims.POSITION and not 0 < largest < _FARTHEST_PX:
         expected = f"places within {_FARTHEST_PX:g} px, not all at 0"
-        raise InputError(where, expected, f"up to {largest:g}", _AGAIN)
+        raise InputError(f"{where}: expected {expected}, found up to {largest:g}; {_AGAIN}")
     return response
 
 
@@ -259,7 +263,7 @@ def _require_sound(values: NDArray[np.floating], sample_rate_hz: float, where: s
     if not sound.all():
         n = int(np.argmin(sound.all(axis=1)))
         found = f"{values[n][~sound[n]][0]:.3g} at sample {n} ({n / sample_rate_hz:.3f} s)"
-        raise InputError(where, "samples that are numbers", found, _AGAIN)
+        raise InputError(f"{where}: expected samples that are numbers, found {found}; {_AGAIN}")
 
 
 def _largest(values: NDArray[np.floating]) -> float:
@@ -270,7 +274,7 @@ def _largest(values: NDArray[np.floating]) -> float:
 def _check_attributes(responses: Responses, where: Path | str) -> None:
     for attribute in ("name", dims.TEXTURE, dims.SPEED):
         if attribute not in responses.attrs:
-            raise InputError(where, f"the attribute '{attribute}'", "none")
+            raise InputError(f"{where}: expected the attribute '{attribute}', found none")
     as_form(_plain(responses), _Attributes, where, _ATTRIBUTES, _AGAIN)
 
 
@@ -278,14 +282,18 @@ def _check_clocks(responses: Responses, where: Path | str) -> None:
     """Refuse times that don't go on, and rates that no vibration has."""
     for clock, what in ((dims.TIME, "frame"), (dims.DRIVE_TIME, "drive")):
         if clock in responses.coords and not _goes_on(responses[clock].values):
-            raise InputError(where, f"{what} times in s, each after the one before", "others")
+            raise InputError(
+                f"{where}: expected {what} times in s, each after the one before, found others"
+            )
     if dims.RA2 in responses:
         rate = responses[dims.RA2].attrs.get(dims.SAMPLE_RATE)
         if rate is None:
-            raise InputError(where, f"ra2 with the attribute '{dims.SAMPLE_RATE}'", "none")
+            raise InputError(
+                f"{where}: expected ra2 with the attribute '{dims.SAMPLE_RATE}', found none"
+            )
         if not (isinstance(rate, int | float) and _LEAST_HZ <= rate <= _MOST_HZ):
             expected = f"a {dims.SAMPLE_RATE} from {_LEAST_HZ:g} to {_MOST_HZ:g} Hz"
-            raise InputError(where, expected, f"{rate!r}", _AGAIN)
+            raise InputError(f"{where}: expected {expected}, found {rate!r}; {_AGAIN}")
 
 
 def _goes_on(time_s: NDArray[Any]) -> bool:
@@ -301,9 +309,11 @@ def _check_layout(responses: Responses, where: Path | str) -> None:
     n = places.shape[1]
     first, last = (0, max(n, 1)) if places.dtype.kind in "iu" else (-1, _MOST_PIXELS)
     if places.dtype.kind not in "iuf" or not ((places >= first) & (places < last)).all():
-        raise InputError(where, f"rows and columns from 0 to {n - 1}", "others")
+        raise InputError(f"{where}: expected rows and columns from 0 to {n - 1}, found others")
     if len(np.unique(places, axis=1).T) < n:
-        raise InputError(where, "a row and column for each marker", "two markers at one")
+        raise InputError(
+            f"{where}: expected a row and column for each marker, found two markers at one"
+        )
 
 
 # Reading a response of a recording whole, checked and labelled.
@@ -324,10 +334,8 @@ def read_whole(responses: Responses, variable: str) -> xr.DataArray:
         )
     except (OSError, ValueError, RuntimeError, ArithmeticError) as error:
         raise InputError(
-            f"{variable} of {responses.attrs['name']}",
-            "data that can be read",
-            reason_of(error),
-            "extract the recording again",
+            f"{variable} of {responses.attrs['name']}: expected data that can be read, found "
+            f"{reason_of(error)}; extract the recording again"
         ) from error
     return labelled(response, responses)
 

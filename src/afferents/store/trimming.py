@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.choices import Cut
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.quality.lasting import EDGE_S
 from afferents.store.responses import Responses
 
@@ -43,10 +43,8 @@ def cut_frames(
     if cut == "published":
         if len(time_s) < LAST_FRAME:
             raise InputError(
-                name,
-                f"at least {LAST_FRAME} video frames for the cut 'published'",
-                f"{len(time_s)}",
-                "the cut 'all' takes shorter ones",
+                f"{name}: expected at least {LAST_FRAME} video frames for the cut 'published', "
+                f"found {len(time_s)}; the cut 'all' takes shorter ones"
             )
         return slice(FIRST_FRAME, LAST_FRAME)
     begin_s, end_s = (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
@@ -70,10 +68,8 @@ def cut_audio(
         kept = round(AUDIO_S * sample_rate_hz)
         if n_samples < kept:
             raise InputError(
-                name,
-                f"at least {AUDIO_S:g} s of audio for the cut 'published'",
-                f"{length_s:.2f} s",
-                "the cut 'all' takes shorter ones",
+                f"{name}: expected at least {AUDIO_S:g} s of audio for the cut 'published', found "
+                f"{length_s:.2f} s; the cut 'all' takes shorter ones"
             )
         return slice(n_samples - kept, n_samples)
     start, stop = steady_s or (EDGE_S, length_s - EDGE_S)
@@ -89,14 +85,14 @@ def _nothing_left(
     found = f"{kind} from {begin_s:.2f} to {end_s:.2f} s"
     if steady_s is None:
         return InputError(
-            name,
-            f"more than {2 * EDGE_S:g} s, since {EDGE_S:g} s go at each end where nothing says "
-            "when the speed was constant",
-            found,
-            "say it: steady_s = [START, STOP] in session.toml, or --steady START:STOP",
+            f"{name}: expected more than {2 * EDGE_S:g} s, since {EDGE_S:g} s go at each end "
+            f"where nothing says when the speed was constant, found {found}; say it: steady_s = "
+            "[START, STOP] in session.toml, or --steady START:STOP"
         )
     declared = f"{steady_s[0]:g} to {steady_s[1]:g} s"
-    return InputError(name, f"{kind} within the declared constant speed, {declared}", found)
+    return InputError(
+        f"{name}: expected {kind} within the declared constant speed, {declared}, found {found}"
+    )
 
 
 # The part of recordings at constant speed, where somebody says it anew: `--steady 0.2:2.8`.
@@ -124,7 +120,7 @@ def parse_steady(text: str | None) -> Steady | None:
     try:
         start, stop = (float(part) for part in text.split(":"))
     except ValueError:
-        raise InputError(OPTION, _EXPECTED, f"'{text}'") from None
+        raise InputError(f"{OPTION}: expected {_EXPECTED}, found '{text}'") from None
     return start, stop
 
 
@@ -141,13 +137,13 @@ def steady_in(wanted: Sequence[float] | None, cut: Cut) -> Steady | None:
     try:
         start, stop = (float(time_s) for time_s in wanted)
     except (TypeError, ValueError):
-        raise InputError(OPTION, "start and stop in s", f"{wanted!r}") from None
+        raise InputError(f"{OPTION}: expected start and stop in s, found {wanted!r}") from None
     if not 0 <= start < stop < np.inf:
         expected = f"{_EXPECTED}: 0 or more, and the stop after the start"
-        raise InputError(OPTION, expected, written((start, stop)))
+        raise InputError(f"{OPTION}: expected {expected}, found {written((start, stop))}")
     if cut == "published":
         do = "leave one out: the published cut counts frames"
-        raise InputError(OPTION, "the cut 'all'", "'published'", do)
+        raise InputError(f"{OPTION}: expected the cut 'all', found 'published'{then(do)}")
     return start, stop
 
 
@@ -181,10 +177,8 @@ def require_within(responses: Responses, variable: str, steady: Steady | None) -
     begin, end, step = _extent_s(responses, variable)
     if steady[0] < begin - step or steady[1] > end + step:
         raise InputError(
-            OPTION,
-            f"a part of every recording, as {responses.attrs['name']}, "
-            f"whose {variable} is from {begin:.2f} to {end:.2f} s",
-            written(steady),
+            f"{OPTION}: expected a part of every recording, as {responses.attrs['name']}, whose "
+            f"{variable} is from {begin:.2f} to {end:.2f} s, found {written(steady)}"
         )
 
 

@@ -16,7 +16,7 @@ import zarr
 
 from afferents import dims
 from afferents.documents import read_json
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reason_of, then
 from afferents.files import naming, require_same_config, write_aside
 from afferents.outputs import require_new_folder
 from afferents.store.integrity import (
@@ -71,7 +71,9 @@ def create_store(store: Path, config: Mapping[str, Any]) -> None:
         lost = [name for name in lost if (store / name / ROOT).is_file()]
         if lost:
             found = f"responses of {', '.join(lost[:3])}, which it does not have"
-            raise InputError(store, "responses of this session", found, "choose another name")
+            raise InputError(
+                f"{store}: expected responses of this session, found {found}; choose another name"
+            )
         if any(recording_groups(store)):  # a store without any is as good as new
             require_same_config(store, "responses", _fixed(earlier), _fixed(config))
         if earlier != config:
@@ -110,16 +112,21 @@ def store_config(store: Path) -> dict[str, Any]:
         If there is no store, or one of another format.
     """
     if not is_group(store):
-        raise InputError(store, "a store written by 'afferents extract'", "none", "extract first")
+        raise InputError(
+            f"{store}: expected a store written by 'afferents extract', found none; extract first"
+        )
     attributes = attributes_of(store)
     if (attributes.get("format"), attributes.get("schema")) != (FORMAT, SCHEMA):
         found = f"format {attributes.get('format')!r}, schema {attributes.get('schema')!r}"
         do = "extract the session again, into a store of another name"
-        raise InputError(store, f"format {FORMAT!r}, schema {SCHEMA}", found, do)
+        raise InputError(
+            f"{store}: expected format {FORMAT!r}, schema {SCHEMA}, found {found}{then(do)}"
+        )
     config = attributes.get("config")
     if not (isinstance(config, dict) and _are_names(config.get("recordings", []))):
         raise InputError(
-            store / ROOT, "the configuration of a store", "a damaged one", "extract again"
+            f"{store / ROOT}: expected the configuration of a store, found a damaged one; extract "
+            "again"
         )
     return config
 
@@ -150,7 +157,9 @@ def write_group(target: Path, dataset: xr.Dataset) -> None:
             encoding={name: _encoding(dataset[name]) for name in dataset.data_vars},
         )
         if not (partial / ROOT).is_file():  # somebody removed it while it was being written
-            raise InputError(target, "to be written undisturbed", "parts of it removed meanwhile")
+            raise InputError(
+                f"{target}: expected to be written undisturbed, found parts of it removed meanwhile"
+            )
         require_all_chunks(partial)
 
 
@@ -235,10 +244,8 @@ def is_of_same_files(where: Path, there: tuple[str, str], wanted: tuple[str, str
     """
     if there[0] not in ("", wanted[0]):
         raise InputError(
-            where,
-            "responses of the recording as it is now",
-            "responses of other files",
-            "choose another name for the store",
+            f"{where}: expected responses of the recording as it is now, found responses of other "
+            "files; choose another name for the store"
         )
     return _without_labels(there[1]) == _without_labels(wanted[1])
 
@@ -305,7 +312,7 @@ def open_responses(store: str | Path) -> list[Responses]:
     store_config(store)
     opened = [_open(store, group) for group in sorted(recording_groups(store))]
     if not opened:
-        raise InputError(store, "at least one recording", "none", "extract again")
+        raise InputError(f"{store}: expected at least one recording, found none; extract again")
     return sorted(opened, key=_place)
 
 
@@ -328,11 +335,15 @@ def _open(store: Path, group: Path) -> Responses:
         raise
     except _UNREADABLE as error:
         do = "remove the folder and extract again"
-        raise InputError(group, "responses that can be read", reason_of(error), do) from error
+        raise InputError(
+            f"{group}: expected responses that can be read, found {reason_of(error)}{then(do)}"
+        ) from error
     name = str(group.relative_to(store))
     if checked.attrs["name"] != name:
         found = f"those of '{checked.attrs['name']}'"
-        raise InputError(group, f"the responses of '{name}'", found, "extract again")
+        raise InputError(
+            f"{group}: expected the responses of '{name}', found {found}; extract again"
+        )
     return checked
 
 

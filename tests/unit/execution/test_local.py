@@ -25,7 +25,7 @@ def total(values):
 
 
 def refuse(number):
-    raise InputError("a job", "an even number", f"{number}", "take another")
+    raise InputError(f"a job: expected an even number, found {number}; take another")
 
 
 def die(_):

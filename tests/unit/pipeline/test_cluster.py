@@ -151,7 +151,7 @@ def test_errors_of_a_job_come_back_as_they_are(cluster):
 
 
 def complain(where):
-    raise InputError(where, "sense", "none")
+    raise InputError(f"{where}: expected sense, found none")
 
 
 def test_other_versions_are_refused(cluster, monkeypatch):

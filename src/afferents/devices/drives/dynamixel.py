@@ -118,11 +118,13 @@ class DynamixelDrive(Drive):
             there = port.openPort()
         except Exception as error:
             raise InputError(
-                where, "a serial port that is plugged in and free", reason_of(error).lower(),
-                "'afferents devices' lists what there is",
-            ) from error  # fmt: skip
+                f"{where}: expected a serial port that is plugged in and free, found "
+                f"{reason_of(error).lower()}; 'afferents devices' lists what there is"
+            ) from error
         if not there:
-            raise InputError(where, "a baud rate that the SDK knows", str(self.options.baud))
+            raise InputError(
+                f"{where}: expected a baud rate that the SDK knows, found {self.options.baud!s}"
+            )
         self._port, self._packets = port, sdk.PacketHandler(2.0)
         self._measured = SpeedFromPosition()
         self.limits = DriveLimits(self.step_mm_s, self.options.highest_mm_s)
@@ -135,17 +137,17 @@ class DynamixelDrive(Drive):
         except DeviceError as error:
             self.close()
             raise InputError(
-                where, "a motor of the X series that answers", str(error).partition("(")[2][:-1],
-                "look at its power, ID and baud",
-            ) from error  # fmt: skip
+                f"{where}: expected a motor of the X series that answers, found "
+                f"{str(error).partition('(')[2][:-1]}; look at its power, ID and baud"
+            ) from error
 
     def start(self, speed_mm_s: float) -> None:
         """Turn at the nearest speed that it has a step for."""
         if not self.limits.lowest_mm_s <= speed_mm_s <= self.limits.highest_mm_s:
             raise InputError(
-                "speed", f"{self.limits.lowest_mm_s:.3g} to {self.limits.highest_mm_s:g} mm/s, "
-                "the drive's limits", f"{speed_mm_s:g} mm/s",
-            )  # fmt: skip
+                f"speed: expected {self.limits.lowest_mm_s:.3g} to {self.limits.highest_mm_s:g} "
+                f"mm/s, the drive's limits, found {speed_mm_s:g} mm/s"
+            )
         self._write1(WATCHDOG, 0)  # clears one that has bitten
         self._write1(WATCHDOG, WATCHDOG_UNITS)
         self._write4(GOAL_SPEED, round(speed_mm_s / self._mm_a_turn / TURNS_A_COUNT))

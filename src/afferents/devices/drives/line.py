@@ -84,9 +84,9 @@ class Line:
             self._serial = serial.Serial(port, baud, timeout=0.02, write_timeout=1, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as error:
             raise InputError(
-                f"drive at {port}", "a serial port that is plugged in and free",
-                reason_of(error).lower(), "'afferents devices' lists what there is",
-            ) from error  # fmt: skip
+                f"drive at {port}: expected a serial port that is plugged in and free, found "
+                f"{reason_of(error).lower()}; 'afferents devices' lists what there is"
+            ) from error
 
     @property
     def fd(self) -> int | None:
@@ -270,7 +270,8 @@ class Template(BaseModel):
             return 1.0
         if diameter_mm is None:
             raise InputError(
-                "[drive]", f"diameter_mm, since {self.name} counts in units of {self.unit}", "none"
+                f"[drive]: expected diameter_mm, since {self.name} counts in units of "
+                f"{self.unit}, found none"
             )
         a_turn = {"turn": 1.0, "rad": math.tau, "deg": 360.0, "count": self.counts_a_turn or 1.0}
         return math.pi * diameter_mm / gear / a_turn[self.unit]
@@ -292,6 +293,8 @@ def read_template(name: str) -> Template:
     path = Path(name) if name.endswith(".toml") else PRESETS / f"{name}.toml"
     if not name.endswith(".toml") and name not in presets():
         found = f"'{name}'"
-        raise InputError("template", f"a TOML file, or one of {', '.join(presets())}", found)
+        raise InputError(
+            f"template: expected a TOML file, or one of {', '.join(presets())}, found {found}"
+        )
     what = "a drive's template"
     return as_form(read_toml(path, what), Template, path, what)

@@ -151,9 +151,9 @@ class SerialDrive(Drive):
         self._mm = sign * self.template.mm_a_unit(options.diameter_mm, options.gear)
         if options.lowest_mm_s >= options.highest_mm_s:
             raise InputError(
-                "[drive]", f"highest_mm_s above lowest_mm_s ({options.lowest_mm_s:g})",
-                f"{options.highest_mm_s:g}",
-            )  # fmt: skip
+                f"[drive]: expected highest_mm_s above lowest_mm_s ({options.lowest_mm_s:g}), "
+                f"found {options.highest_mm_s:g}"
+            )
         self._line: Line | None = None
         self._guard: Guard | None = None
         self._turning, self._value = False, "0"
@@ -190,9 +190,9 @@ class SerialDrive(Drive):
         except DeviceError as error:
             self.close()
             raise InputError(
-                f"drive at {options.port}", f"one that speaks as {template.name}",
-                "none that answers so", "look at its port, power, baud and template",
-            ) from error  # fmt: skip
+                f"drive at {options.port}: expected one that speaks as {template.name}, found "
+                "none that answers so; look at its port, power, baud and template"
+            ) from error
         except BaseException:
             self.close()
             raise
@@ -201,9 +201,9 @@ class SerialDrive(Drive):
         """Turn at this speed."""
         if not self.limits.lowest_mm_s <= speed_mm_s <= self.limits.highest_mm_s:
             raise InputError(
-                "speed", f"{self.limits.lowest_mm_s:g} to {self.limits.highest_mm_s:g} mm/s, "
-                "the drive's limits", f"{speed_mm_s:g} mm/s",
-            )  # fmt: skip
+                f"speed: expected {self.limits.lowest_mm_s:g} to {self.limits.highest_mm_s:g} "
+                f"mm/s, the drive's limits, found {speed_mm_s:g} mm/s"
+            )
         with self._speaking:
             self._turning = True
             self._beat()

@@ -192,10 +192,10 @@ class V4l2Camera(Camera):
         found = _described(node.ask(abi.S_FMT, form))
         if found != asked:
             raise InputError(
-                f"camera {node.path}", "{} of {} x {} px".format(*asked),
-                "{} of {} x {} px, which it took instead".format(*found),
-                "'afferents devices' lists what it offers",
-            )  # fmt: skip
+                f"camera {node.path}: expected {'{} of {} x {} px'.format(*asked)}, found "
+                f"{'{} of {} x {} px, which it took instead'.format(*found)}; 'afferents devices' "
+                "lists what it offers"
+            )
         fixed = fix_controls(node, options.wanted())
         # After the controls: a camera may give another rate for another exposure.
         return CameraSettings(
@@ -210,9 +210,9 @@ class V4l2Camera(Camera):
         chosen = next((name for name in wanted if name in offered), None)
         if chosen is None:
             raise InputError(
-                f"camera {node.path}", f"one that gives {' or '.join(wanted)}",
-                f"only {', '.join(offered) or 'no format'}", "name a format that it offers",
-            )  # fmt: skip
+                f"camera {node.path}: expected one that gives {' or '.join(wanted)}, found only "
+                f"{', '.join(offered) or 'no format'}; name a format that it offers"
+            )
         form = node.ask(abi.G_FMT, abi.Format(type=abi.VIDEO_CAPTURE))
         form.fmt.pix.width = self.options.width or form.fmt.pix.width
         form.fmt.pix.height = self.options.height or form.fmt.pix.height

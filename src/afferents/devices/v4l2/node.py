@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple, TypeVar
 
 from afferents.devices.v4l2 import abi
-from afferents.errors import InputError
+from afferents.errors import InputError, reason_of
 
 if sys.platform == "linux":
     import fcntl
@@ -39,12 +39,15 @@ class Node:
         self.path = path
         if sys.platform != "linux":
             raise InputError(
-                f"camera {path}", "Linux, for V4L2", sys.platform, "use kind = 'portable'"
+                f"camera {path}: expected Linux, for V4L2, found {sys.platform}; use kind = "
+                "'portable'"
             )
         try:
             self.fd = os.open(path, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
         except ValueError as error:  # no name that a file can have
-            raise InputError("device", "a camera's path, or its number", repr(path)) from error
+            raise InputError(
+                f"device: expected a camera's path, or its number, found {path!r}"
+            ) from error
         except OSError as error:
             raise self.refused(error) from error
         try:
@@ -78,11 +81,10 @@ class Node:
             errno.EBUSY: "close what else uses it",
             errno.EACCES: "add yourself to the group 'video' and log in again",
         }
+        do = doing.get(error.errno or 0, "'afferents devices' lists what there is")
         return InputError(
-            f"camera {self.path}",
-            "a camera that is plugged in and free",
-            (error.strerror or str(error)).lower(),
-            doing.get(error.errno or 0, "'afferents devices' lists what there is"),
+            f"camera {self.path}: expected a camera that is plugged in and free, found "
+            f"{reason_of(error).lower()}; {do}"
         )
 
     def _require_capture(self) -> str:
@@ -94,10 +96,10 @@ class Node:
         caps = found.device_caps if own else found.capabilities
         if not (caps & abi.CAN_CAPTURE and caps & abi.CAN_STREAM):
             raise InputError(
-                f"camera {self.path}", "a device that streams pictures",
-                "one that does not (cameras have a second file for metadata)",
-                "'afferents devices' lists what there is",
-            )  # fmt: skip
+                f"camera {self.path}: expected a device that streams pictures, found one that "
+                "does not (cameras have a second file for metadata); 'afferents devices' lists "
+                "what there is"
+            )
         return str(found.card.decode("utf-8", "replace"))
 
 
@@ -235,9 +237,9 @@ def fix_controls(node: Node, wanted: list[Wanted]) -> dict[str, float]:
         span = _range(node, one.control)
         if span is None:
             raise InputError(
-                f"camera {node.path}", f"a camera whose {NAMES[one.control]} can be set",
-                "one that has no such control", f"leave out {one.option}",
-            )  # fmt: skip
+                f"camera {node.path}: expected a camera whose {NAMES[one.control]} can be set, "
+                f"found one that has no such control; leave out {one.option}"
+            )
         _set(node, one, f" (it takes {span[0]} to {span[1]})")
     return read(node)
 
@@ -272,11 +274,11 @@ def _set(node: Node, wanted: Wanted, may_be: str = "") -> None:
         found = node.ask(abi.G_CTRL, abi.Control(id=wanted.control)).value
     except OSError as error:
         raise InputError(
-            where, f"{name} = {wanted.value}", f"a refusal: {error.strerror}{may_be}",
-            f"change or leave out {wanted.option}",
-        ) from error  # fmt: skip
+            f"{where}: expected {name} = {wanted.value}, found a refusal: "
+            f"{error.strerror}{may_be}; change or leave out {wanted.option}"
+        ) from error
     if found != wanted.value:
         raise InputError(
-            where, f"{name} = {wanted.value}", f"{found}, which it took instead{may_be}",
-            f"change or leave out {wanted.option}",
-        )  # fmt: skip
+            f"{where}: expected {name} = {wanted.value}, found {found}, which it took "
+            f"instead{may_be}; change or leave out {wanted.option}"
+        )

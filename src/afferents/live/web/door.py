@@ -323,9 +323,9 @@ def open_door(host: str, port: int, places: int) -> Door:
         return Door(socket.create_server((host, port), family=family), places)
     except OSError as error:
         raise InputError(
-            f"--port {port}", f"an address of this machine that is free, {host}",
-            str(error.strerror or error), "take another --port",
-        ) from error  # fmt: skip
+            f"--port {port}: expected an address of this machine that is free, {host}, found "
+            f"{error.strerror or error!s}; take another --port"
+        ) from error
 
 
 def check_address(host: str, token: str | None) -> None:
@@ -337,12 +337,12 @@ def check_address(host: str, token: str | None) -> None:
         If others could reach the page without a token, or the token is too short.
     """
     if token is not None and len(token) < LEAST_TOKEN:
-        raise InputError("--token", f"at least {LEAST_TOKEN} characters", f"{len(token)}")
+        raise InputError(f"--token: expected at least {LEAST_TOKEN} characters, found {len(token)}")
     if not is_loopback(host) and token is None:
         raise InputError(
-            "--host", "this machine's own address without --token", host,
-            "add --token WORD, which visitors must give",
-        )  # fmt: skip
+            f"--host: expected this machine's own address without --token, found {host}; add "
+            "--token WORD, which visitors must give"
+        )
 
 
 def is_loopback(host: str) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.neuro.natural.description import (
     AXES,
     MM_S,
@@ -64,24 +64,23 @@ def trains_in(content: Any, cells: Cells, where: Path) -> Trains:
     """
     if not cells.levels:
         raise InputError(
-            where, "levels of the cells in [spikes] of the description", "none",
-            'such as levels = [["fibre"], ["texture", "repetition"]]',
-        )  # fmt: skip
+            f"{where}: expected levels of the cells in [spikes] of the description, found none; "
+            'such as levels = [["fibre"], ["texture", "repetition"]]'
+        )
     found = list(_leaves(content, cells, (), 0, where))
     sizes = tuple(max(place[i] for place, _ in found) + 1 for i in range(len(cells.axes)))
     times = {place: _times(leaf, place, cells, where) for place, leaf in found}
     empty = [place for place, one in times.items() if one is not None and not len(one)]
     if empty and cells.empty is None:
         raise InputError(
-            where,
-            "in [spikes] of the description what empty cells are",
-            f"{len(empty)} empty cells, the first at {_named(empty[0], cells.axes)}",
-            "add empty = 'silence' (recorded, no spike) or empty = 'gap' (not recorded)",
+            f"{where}: expected in [spikes] of the description what empty cells are, found "
+            f"{len(empty)} empty cells, the first at {_named(empty[0], cells.axes)}; add empty = "
+            "'silence' (recorded, no spike) or empty = 'gap' (not recorded)"
         )
     gaps = set(empty) if cells.empty == "gap" else set()
     kept = {at: one for at, one in times.items() if one is not None and at not in gaps}
     if not kept:
-        raise InputError(where, f"spikes in '{cells.variable}'", "gaps alone")
+        raise InputError(f"{where}: expected spikes in '{cells.variable}', found gaps alone")
     return Trains(cells.axes, sizes, kept)
 
 
@@ -125,7 +124,9 @@ def _as_level(
         size = " x ".join(map(str, array.shape))
         expected = f"a cell array of {' x '.join(names)} in '{cells.variable}'"
         found = f"{kind} of {size or 1}{_at(place, cells.axes)}"
-        raise InputError(where, expected, found, "put levels in [spikes] right")
+        raise InputError(
+            f"{where}: expected {expected}, found {found}; put levels in [spikes] right"
+        )
     return array.reshape(shape + (1,) * (n - len(shape)))
 
 
@@ -137,7 +138,9 @@ def _times(leaf: Any, place: Place, cells: Cells, where: Path) -> NDArray[np.flo
     if array.size and array.dtype.kind not in "iufb":
         found = f"cells or text{_at(place, cells.axes)}"
         do = "name all levels in [spikes]"
-        raise InputError(where, f"times of spikes in '{cells.variable}'", found, do)
+        raise InputError(
+            f"{where}: expected times of spikes in '{cells.variable}', found {found}{then(do)}"
+        )
     times = np.asarray(array, np.float64).ravel() if array.size else np.empty(0)
     known = times[~np.isnan(times)]
     if times.size and not known.size:
@@ -218,7 +221,9 @@ class _Known:
         """Return a row a trial: texture, speed, duration, repetition and conditions."""
         textures = [as_text(t) for t in self._labels("texture", trials.textures, "textures")]
         if twice := sorted({name for name in textures if textures.count(name) > 1}):
-            raise InputError(self._where, "textures of different names", f"two named '{twice[0]}'")
+            raise InputError(
+                f"{self._where}: expected textures of different names, found two named '{twice[0]}'"
+            )
         speeds = self._speeds(trials)
         found: dict[str, Any] = {
             "texture": np.array(textures, object)[places["texture"]],
@@ -240,12 +245,14 @@ class _Known:
             return np.full(1, np.nan)
         if given == ():
             do = "add speeds_mm_s to [trials], or speed_unknown = true if nobody knows it"
-            raise InputError(self._where, "the speed of trials", "none", do)
+            raise InputError(f"{self._where}: expected the speed of trials, found none{then(do)}")
         labels = (given,) if isinstance(given, float) else given
         speeds = self._numbers(self._labels("speed", labels, "speeds_mm_s in [trials]"), "speeds")
         if len(set(speeds)) < n or not (np.isfinite(speeds) & (speeds > 0)).all():
             found = ", ".join(f"{v:g}" for v in speeds)
-            raise InputError(self._where, "different speeds of more than 0", found)
+            raise InputError(
+                f"{self._where}: expected different speeds of more than 0, found {found}"
+            )
         return speeds * MM_S[trials.speed_unit] if isinstance(given, str) else speeds
 
     def _durations(
@@ -257,7 +264,9 @@ class _Known:
             return (cells.cut[1] - cells.cut[0]) * SECONDS[cells.unit]
         if given is None:
             do = "add duration_s to [trials], or cut to [spikes]"
-            raise InputError(self._where, "how long trials last", "nothing", do)
+            raise InputError(
+                f"{self._where}: expected how long trials last, found nothing{then(do)}"
+            )
         if isinstance(given, float):
             return given
         axes = trials.durations_by if isinstance(given, str) else ("speed",)
@@ -269,7 +278,9 @@ class _Known:
             return float(values.ravel()[0])
         if [n for n in values.shape if n > 1] != [n for n in sizes if n > 1]:
             expected = f"durations of {' x '.join(axes)} ({' x '.join(map(str, sizes))})"
-            raise InputError(self._where, expected, " x ".join(map(str, values.shape)))
+            raise InputError(
+                f"{self._where}: expected {expected}, found {' x '.join(map(str, values.shape))}"
+            )
         at = tuple(places[axis].to_numpy() for axis in axes)
         return np.asarray(values.reshape(sizes)[at])
 
@@ -278,25 +289,29 @@ class _Known:
         axes = [axis for axis in self._trains.axes if axis != "fibre"]
         if other := [name for name in named if name not in axes]:
             expected = f"axes of trials ({', '.join(axes)}) in {what} of [trials]"
-            raise InputError(self._where, expected, f"'{other[0]}'")
+            raise InputError(f"{self._where}: expected {expected}, found '{other[0]}'")
 
     def _labels(self, axis: str, given: Labels, what: str) -> list[Any]:
         """Return the labels along an axis, as many as there are."""
         found = self._variables[given] if isinstance(given, str) else given
         labels = [_single(one) for one in np.asarray(found, object).ravel()]
         if any(isinstance(one, np.ndarray | dict) for one in labels):
-            raise InputError(self._where, f"a text or a number for each of {what}", "others")
+            raise InputError(
+                f"{self._where}: expected a text or a number for each of {what}, found others"
+            )
         n = self._trains.size(axis)
         if len(labels) != n:
             found = f"{len(labels)} in '{given}'" if isinstance(given, str) else f"{len(labels)}"
-            raise InputError(self._where, f"{n} {what}, as the cells have", found)
+            raise InputError(
+                f"{self._where}: expected {n} {what}, as the cells have, found {found}"
+            )
         return labels
 
     def _numbers(self, values: Any, what: str) -> NDArray[np.float64]:
         try:
             return np.asarray(values, np.float64)
         except (TypeError, ValueError):
-            raise InputError(self._where, f"numbers for {what}", "others") from None
+            raise InputError(f"{self._where}: expected numbers for {what}, found others") from None
 
 
 def _single(value: Any) -> Any:

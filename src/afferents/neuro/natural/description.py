@@ -213,10 +213,8 @@ def classes_of(words: Iterable[object], own: Mapping[str, str], where: Path | st
         name = own.get(text) or known.get(re.sub(r"[\W_]", "", text).lower())
         if name is None:
             raise InputError(
-                where,
-                "classes SA, RA or PC of fibres",
-                f"'{text}'",
-                f"say in words which of them '{text}' is",
+                f"{where}: expected classes SA, RA or PC of fibres, found '{text}'; say in words "
+                f"which of them '{text}' is"
             )
         found.append(name)
     return found

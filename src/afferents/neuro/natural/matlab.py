@@ -48,7 +48,9 @@ def read_variables(path: Path, *names: str) -> dict[str, Any]:
         it; then those that are there are listed.
     """
     if not path.is_file():
-        raise InputError(path, "a MATLAB file", "no such file", "name it in the description")
+        raise InputError(
+            f"{path}: expected a MATLAB file, found no such file; name it in the description"
+        )
     wanted = {name.partition(".")[0] for name in names}
     try:
         read = _read_hdf5 if _is_hdf5(path) else _read_v5
@@ -56,9 +58,9 @@ def read_variables(path: Path, *names: str) -> dict[str, Any]:
     except InputError:
         raise
     except _BROKEN as error:
-        raise InputError(path, "a MATLAB file", f"a damaged one ({reason_of(error)})", _DO) from (
-            error
-        )
+        raise InputError(
+            f"{path}: expected a MATLAB file, found a damaged one ({reason_of(error)}); {_DO}"
+        ) from (error)
     return {name: _field(found[name.partition(".")[0]], name, path) for name in names}
 
 
@@ -71,7 +73,9 @@ def _is_hdf5(path: Path) -> bool:
 def _require(path: Path, wanted: set[str], there: list[str]) -> None:
     if missing := sorted(wanted - set(there)):
         found = f"variables {', '.join(there)}" if there else "no variables"
-        raise InputError(path, f"the variable '{missing[0]}'", found, "name one of them")
+        raise InputError(
+            f"{path}: expected the variable '{missing[0]}', found {found}; name one of them"
+        )
 
 
 def _read_v5(path: Path, wanted: set[str]) -> dict[str, Any]:
@@ -182,7 +186,11 @@ def _of_each(value: Any, part: str, name: str, path: Path) -> Any:
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
         return _mapped(value, lambda one: _of_each(one, part, name, path), keep=True)
     if not isinstance(value, dict):
-        raise InputError(path, f"a struct with the field '{part}', for {name}", "no struct")
+        raise InputError(
+            f"{path}: expected a struct with the field '{part}', for {name}, found no struct"
+        )
     if part not in value:
-        raise InputError(path, f"the field '{part}', for {name}", f"fields {', '.join(value)}")
+        raise InputError(
+            f"{path}: expected the field '{part}', for {name}, found fields {', '.join(value)}"
+        )
     return value[part]

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reason_of, then
 from afferents.neuro.natural.description import MM_S, Columns, NaturalFile, as_text, classes_of
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
@@ -99,7 +99,7 @@ def _spikes(
     with _opened(path) as content:
         for what in ("units", "trials"):
             if not getattr(content, what):
-                raise InputError(path, "units and trials", f"no {what}")
+                raise InputError(f"{path}: expected units and trials, found no {what}")
         trials = content.trials.to_dataframe()
         units = _units(content.units, columns, words, path)
         found = [_unit(content.units, number, path) for number in range(len(units))]
@@ -116,7 +116,7 @@ def _spikes(
 def _opened(path: Path) -> Iterator[Any]:
     """Yield the content of an NWB file."""
     if not path.is_file():
-        raise InputError(path, "an NWB file", "no such file")
+        raise InputError(f"{path}: expected an NWB file, found no such file")
     pynwb = import_extra("nwb", str(path), "pynwb")
     try:
         with pynwb.NWBHDF5IO(str(path), "r", load_namespaces=True) as io:
@@ -125,18 +125,20 @@ def _opened(path: Path) -> Iterator[Any]:
         raise
     except Exception as error:  # of hdmf, h5py and pynwb; which, follows no rule
         raise InputError(
-            path, "an NWB file", f"a damaged one ({reason_of(error)[:_SHOWN]})"
+            f"{path}: expected an NWB file, found a damaged one ({reason_of(error)[:_SHOWN]})"
         ) from error
 
 
 def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:
     if "spike_times" not in units.colnames:
-        raise InputError(path, "units with spike_times", _listed(units.colnames))
+        raise InputError(
+            f"{path}: expected units with spike_times, found {_listed(units.colnames)}"
+        )
     if columns.fibre_class not in units.colnames:
         raise InputError(
-            path, f"a column '{columns.fibre_class}' of units, their class",
-            _listed(units.colnames), "name the column that says SA, RA or PC",
-        )  # fmt: skip
+            f"{path}: expected a column '{columns.fibre_class}' of units, their class, found "
+            f"{_listed(units.colnames)}; name the column that says SA, RA or PC"
+        )
     classes = classes_of(units[columns.fibre_class][:], words, path)
     own = columns.fibre if columns.fibre in units.colnames else None
     names = [as_text(one) for one in (units[own][:] if own else units.id[:])]
@@ -155,7 +157,9 @@ def _unit(
     """Return a unit's times in the session, s, and when it was observed, `(interval, 2)`, s."""
     times = np.asarray(units.get_unit_spike_times(number), np.float64)
     if not (np.diff(times) >= 0).all():
-        raise InputError(path, "times in ascending order", f"others in unit {number}")
+        raise InputError(
+            f"{path}: expected times in ascending order, found others in unit {number}"
+        )
     if "obs_intervals" not in units.colnames:
         return times, None
     seen = np.asarray(units.get_unit_obs_intervals(number), np.float64).reshape(-1, 2)
@@ -189,7 +193,9 @@ def _trials(
     for name, what in ((columns.texture, "texture"), (columns.speed, "speed")):
         if name and name not in trials:
             do = f"name the column of {what}" + (", or say it is unknown" * (what == "speed"))
-            raise InputError(path, f"a column '{name}' of trials", _listed(trials), do)
+            raise InputError(
+                f"{path}: expected a column '{name}' of trials, found {_listed(trials)}{then(do)}"
+            )
     found = pd.DataFrame({"texture": trials[columns.texture].map(as_text)})
     if columns.speed:
         found["speed_mm_s"] = trials[columns.speed].astype(np.float64) * mm_s

@@ -50,9 +50,13 @@ def read_natural(description: str | Path) -> Spikes:
     file = path.parent / described.file
     read = _READERS.get(file.suffix.lower())
     if read is None:
-        raise InputError(path, f"a file of {', '.join(_READERS)}", f"'{described.file}'")
+        raise InputError(
+            f"{path}: expected a file of {', '.join(_READERS)}, found '{described.file}'"
+        )
     if not file.is_file():
-        raise InputError(path, f"the file '{described.file}' beside it", "no such file")
+        raise InputError(
+            f"{path}: expected the file '{described.file}' beside it, found no such file"
+        )
     return read(file, described, path)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from afferents.errors import InputError, reason_of
+from afferents.errors import InputError, reason_of, then
 from afferents.neuro.natural.description import MM_S, SECONDS, NaturalFile, as_text, classes_of
 from afferents.spikes.population import Spikes
 
@@ -28,7 +28,9 @@ def spikes_of_table(file: Path, described: NaturalFile, description: Path) -> Sp
     classes = classes_of(fibres["class"], described.fibres.words, description)
     units = pd.DataFrame({"name": fibres["fibre"].to_numpy(), "class": classes})
     if len(set(zip(table["fibre"], table["class"], strict=True))) > len(units):
-        raise InputError(file, f"one class a fibre in '{columns.fibre_class}'", "several of one")
+        raise InputError(
+            f"{file}: expected one class a fibre in '{columns.fibre_class}', found several of one"
+        )
     of_trial = ["texture", "speed_mm_s", "repetition"]
     trials = table.groupby(of_trial, dropna=False)["duration_s"].max().reset_index()
     groups = table.groupby([*of_trial, "fibre"], dropna=False)["time_s"]
@@ -74,7 +76,7 @@ def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
         found["duration_s"] = _numbers(read, trials.duration_s, file)
     else:
         do = "add duration_s to [trials]: a number, or the name of a column"
-        raise InputError(file, "how long trials last", "nothing", do)
+        raise InputError(f"{file}: expected how long trials last, found nothing{then(do)}")
     return found
 
 
@@ -82,13 +84,15 @@ def _read(file: Path) -> pd.DataFrame:
     try:
         return pd.read_parquet(file) if file.suffix.lower() == ".parquet" else pd.read_csv(file)
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(file, "a table that can be read", reason_of(error)) from error
+        raise InputError(
+            f"{file}: expected a table that can be read, found {reason_of(error)}"
+        ) from error
 
 
 def _column(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
     if name not in table:
         found = f"columns {', '.join(map(str, table.columns))}"
-        raise InputError(file, f"a column '{name}'", found, "name it in [columns]")
+        raise InputError(f"{file}: expected a column '{name}', found {found}; name it in [columns]")
     return table[name]
 
 
@@ -96,4 +100,4 @@ def _numbers(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
     try:
         return _column(table, name, file).astype(np.float64)
     except (TypeError, ValueError):
-        raise InputError(file, f"numbers in the column '{name}'", "others") from None
+        raise InputError(f"{file}: expected numbers in the column '{name}', found others") from None

@@ -95,7 +95,7 @@ def write_nwb(wanted: NwbExport, progress: Progress, force: bool = False) -> Spi
     import_extra("nwb", "export-nwb", "pynwb", "ndx_pose", "ndx_sound")
     out = wanted.out
     if out.suffix != ".nwb":
-        raise InputError(out, "a name that ends in .nwb", f"'{out.name}'")
+        raise InputError(f"{out}: expected a name that ends in .nwb, found '{out.name}'")
     reads = [path for path in (wanted.store, wanted.session) if path is not None]
     require_free(out, "an NWB file", _is_exported, force=force, reads=reads)
     config, recordings = store_config(wanted.store), open_responses(wanted.store)
@@ -199,10 +199,14 @@ def _session(wanted: NwbExport, recordings: Sequence[Responses]) -> dict[str, Re
     for responses in recordings:
         name, checksum = responses.attrs["name"], responses.attrs.get("checksum")
         if name not in found:
-            raise InputError(wanted.session, f"the recording '{name}' of the store", "none")
+            raise InputError(
+                f"{wanted.session}: expected the recording '{name}' of the store, found none"
+            )
         if checksum and checksum != check_files(found[name], session.declared):
             expected = f"the files of '{name}' that the store was extracted from"
-            raise InputError(wanted.session, expected, "others", "give that session, or none")
+            raise InputError(
+                f"{wanted.session}: expected {expected}, found others; give that session, or none"
+            )
     return found
 
 
@@ -211,7 +215,9 @@ def _require_one_layout(store: Path, recordings: Sequence[Responses]) -> None:
     numbers = {one.sizes[dims.MARKER] for one in recordings if dims.POSITION in one}
     if len(numbers) > 1:
         found = " and ".join(map(str, sorted(numbers)))
-        raise InputError(store, "as many markers in each recording", found, "add --no-markers")
+        raise InputError(
+            f"{store}: expected as many markers in each recording, found {found}; add --no-markers"
+        )
 
 
 def _is_exported(path: Path) -> bool:
@@ -300,4 +306,4 @@ def _time(given: str | datetime | None) -> datetime | None:
         return datetime.fromisoformat(given)
     except ValueError:
         wanted = "a date and time such as 2026-03-31T09:30+02:00"
-        raise InputError("--start-time", wanted, f"'{given}'") from None
+        raise InputError(f"--start-time: expected {wanted}, found '{given}'") from None

@@ -64,7 +64,7 @@ def read_manifest(path: Path, url: str) -> list[RemoteFile]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(path, "a list of files", reason_of(error)) from error
+        raise InputError(f"{path}: expected a list of files, found {reason_of(error)}") from error
     base = url if url.endswith("/") else f"{url}/"
     found: dict[str, RemoteFile] = {}
     for number, line in enumerate(lines, start=1):
@@ -72,14 +72,16 @@ def read_manifest(path: Path, url: str) -> list[RemoteFile]:
             one = _file(line.strip(), base, f"line {number} of {path}")
             found[one.path] = one
     if not found:
-        raise InputError(path, "a list of files", "none in it")
+        raise InputError(f"{path}: expected a list of files, found none in it")
     return list(found.values())
 
 
 def _file(line: str, base: str, where: str) -> RemoteFile:
     said = _THEIRS.fullmatch(line) or _OURS.fullmatch(line)
     if said is None:
-        raise InputError(where, "PATH SHA-256 BYTES, or '-' for what is not known", f"'{line}'")
+        raise InputError(
+            f"{where}: expected PATH SHA-256 BYTES, or '-' for what is not known, found '{line}'"
+        )
     parts = said.groupdict()
     path, sha256, n_bytes = parts["path"], parts["sha256"], parts.get("bytes") or UNKNOWN
     return RemoteFile(
@@ -101,7 +103,7 @@ def path_within(path: str, where: object) -> str:
     parts = PurePosixPath(path).parts
     bad = not parts or path.startswith("/") or "\\" in path or ":" in path or "\0" in path
     if bad or any(part.startswith(".") for part in parts):
-        raise InputError(where, "paths of files within the data set", f"'{path}'")
+        raise InputError(f"{where}: expected paths of files within the data set, found '{path}'")
     return "/".join(parts)
 
 

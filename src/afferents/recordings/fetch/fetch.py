@@ -133,7 +133,7 @@ def archive_named(name: str) -> Archive:
         If there is none.
     """
     if name not in ARCHIVES:
-        raise InputError("fetch", f"one of {', '.join(ARCHIVES)}", f"'{name}'")
+        raise InputError(f"fetch: expected one of {', '.join(ARCHIVES)}, found '{name}'")
     return ARCHIVES[name]
 
 
@@ -211,7 +211,7 @@ def _listing(fetching: Fetching) -> Listing:
         return files_on(fetching.url or archive.url, archive.key)
     if archive.manifest is None and fetching.url is None:
         expected = "--url as well, which says what the paths of the list count from"
-        raise InputError("--manifest", expected, "none")
+        raise InputError(f"--manifest: expected {expected}, found none")
     files = read_manifest(manifest, fetching.url or archive.url)
     where = str(manifest) if fetching.manifest else "this package"
     return Listing(files, "", where)
@@ -250,7 +250,9 @@ def _kept(file: RemoteFile, folder: Path) -> str:
     same_size = file.n_bytes is None or file.n_bytes == n_bytes
     if file.sha256 not in (None, sha256) or not same_size:
         found = f"another ({n_bytes} bytes, SHA-256 {sha256[:12]}...)"
-        raise InputError(target, "the file that is listed", found, "move it elsewhere")
+        raise InputError(
+            f"{target}: expected the file that is listed, found {found}; move it elsewhere"
+        )
     return sha256
 
 

@@ -117,7 +117,9 @@ def members_of(packed: Path) -> Iterator[list[Member]]:
             yield _without_common_folder(_checked(kept, packed))
     except _DAMAGE as error:
         expected = "a whole archive, .zip or .tar"
-        raise InputError(packed, expected, f"damage ({_words(error)})", AGAIN) from error
+        raise InputError(
+            f"{packed}: expected {expected}, found damage ({_words(error)}); {AGAIN}"
+        ) from error
 
 
 def unpack(members: Sequence[Member], folder: Path, moved: Callable[[int], None]) -> list[Unpacked]:
@@ -214,7 +216,7 @@ def _require_end(archive: tarfile.TarFile) -> None:
 def _checked(members: list[Member], packed: Path) -> list[Member]:
     """Return the files of an archive, if their names are such that all have a place."""
     if not members:
-        raise InputError(packed, "an archive with files in it", "none", AGAIN)
+        raise InputError(f"{packed}: expected an archive with files in it, found none; {AGAIN}")
     within = [Member(path_within(m.path, packed), m.n_bytes, m.opened) for m in members]
     seen: set[str] = set()
     for one in within:
@@ -241,7 +243,9 @@ def _is_left_behind(path: str) -> bool:
 def _require(packed: Path, path: str, holds: bool, found: str) -> None:
     if not holds:
         expected = "ordinary files, each with a name of its own"
-        raise InputError(packed, expected, f"{found} ('{path}')", "unpack it by hand, with care")
+        raise InputError(
+            f"{packed}: expected {expected}, found {found} ('{path}'); unpack it by hand, with care"
+        )
 
 
 def _words(error: Exception) -> str:

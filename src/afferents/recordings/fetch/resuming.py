@@ -57,11 +57,9 @@ def download(file: RemoteFile, folder: Path, session: Any, moved: Moved) -> str:
         )
     except ValueError as error:  # pooch: the checksum is another
         raise InputError(
-            target,
-            f"the file with SHA-256 {file.sha256}, as it is listed",
-            f"another at {file.url} (not kept)",
-            "fetch it again; if it stays so, the file was changed where it comes from, or on the "
-            "way",
+            f"{target}: expected the file with SHA-256 {file.sha256}, as it is listed, found "
+            f"another at {file.url} (not kept); fetch it again; if it stays so, the file was "
+            "changed where it comes from, or on the way"
         ) from error
     except OSError as error:
         raise _no_room(target, error) from error
@@ -99,10 +97,8 @@ class Resuming:
             before = here
             if failures >= TRIES:
                 raise InputError(
-                    self._url,
-                    "the whole file",
-                    f"a connection that breaks after {here} bytes",
-                    "run the same command again: it goes on from there",
+                    f"{self._url}: expected the whole file, found a connection that breaks after "
+                    f"{here} bytes; run the same command again: it goes on from there"
                 )
             if here == 0 or failures > 1:
                 time.sleep(failures * WAIT_S)
@@ -188,10 +184,8 @@ def _length(answer: Any, start: int) -> int | None:
 
 def _no_room(target: Path, error: OSError) -> InputError:
     return InputError(
-        target,
-        "room and permission to write it",
-        reason_of(error),
-        "make room, or choose another folder; the same command goes on from what is there",
+        f"{target}: expected room and permission to write it, found {reason_of(error)}; make "
+        "room, or choose another folder; the same command goes on from what is there"
     )
 
 

@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from afferents.errors import InputError
+from afferents.errors import InputError, then
 from afferents.files import checksum, naming, remove
 from afferents.progress import Progress
 from afferents.recordings.fetch.archives import RemoteFile, read_manifest, written
@@ -75,7 +75,7 @@ def _is_here(one: Unpacked, folder: Path, noted: RemoteFile | None) -> bool:
     if not is_here:
         found = f"another noted in {folder / CHECKSUMS} (SHA-256 {sha256[:12]}...)"
         do = "the data set has changed: fetch it into a new folder"
-    raise InputError(target, expected, found, do)
+    raise InputError(f"{target}: expected {expected}, found {found}{then(do)}")
 
 
 def _put(source: Path, target: Path) -> None:
@@ -104,10 +104,8 @@ def require_room(folder: Path, needed: int, what: str = "") -> None:
     free = shutil.disk_usage(there).free
     if needed > free:
         raise InputError(
-            folder,
-            f"room for {size_in_words(needed)}{what}",
-            f"{size_in_words(free)} on that disk",
-            "make room, or choose a folder on another disk",
+            f"{folder}: expected room for {size_in_words(needed)}{what}, found "
+            f"{size_in_words(free)} on that disk; make room, or choose a folder on another disk"
         )
 
 

@@ -51,11 +51,13 @@ def opened(session: Any, url: str, how: str = "get", **options: Any) -> Any:
             how, url, timeout=TIMEOUT_S, headers=headers, allow_redirects=True, **options
         )
     except web().RequestException as error:
-        raise InputError(url, "an answer", _short(error), ANY_WAY_ROUND) from error
+        raise InputError(
+            f"{url}: expected an answer, found {_short(error)}; {ANY_WAY_ROUND}"
+        ) from error
     if answer.status_code >= _ERRORS and answer.status_code != web().codes.range_not_satisfiable:
         found = f"{answer.status_code} {answer.reason}".strip()
         answer.close()
-        raise InputError(url, "an answer", found, ANY_WAY_ROUND)
+        raise InputError(f"{url}: expected an answer, found {found}; {ANY_WAY_ROUND}")
     return answer
 
 
@@ -178,7 +180,7 @@ def _one_archive(links: list[str], name: str, landing: str) -> list[RemoteFile]:
         n_others = sum(map(is_packed, links))
         found = f"{n_others} archives of other names" if n_others else "none"
         expected = "links to the data set's files, or to one archive of them"
-        raise InputError(landing, expected, found, ANY_WAY_ROUND)
+        raise InputError(f"{landing}: expected {expected}, found {found}; {ANY_WAY_ROUND}")
     return [_named(archive)]
 
 
@@ -210,7 +212,9 @@ def _below(session: Any, base: str, listed: set[str]) -> Iterator[str]:
             continue
         n_pages += 1
         if n_pages > MOST_PAGES:
-            raise InputError(base, f"at most {MOST_PAGES} folders", "more", ANY_WAY_ROUND)
+            raise InputError(
+                f"{base}: expected at most {MOST_PAGES} folders, found more; {ANY_WAY_ROUND}"
+            )
         links = _links_in(opened(session, link)).links
         new = {one for one in links if one.startswith(link) and one != link} - seen
         waiting += sorted(new)
