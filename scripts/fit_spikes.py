@@ -7,7 +7,7 @@ recordings becomes what stands in `AIMED`. Monkeys' SA1 and RA fibres answer tex
 over the fingertip with tens of spikes/s and PC fibres with up to hundreds (Weber et al., PNAS
 110:17107, 2013; Lieber et al., J. Neurophysiol. 118:3107, 2017). The means aimed at are chosen in
 the middle of that. Nothing else is fitted; no accuracy is looked at. The table that is printed goes
-into `src/afferents/spikes/units/*.toml`.
+into `src/afferents/spikes/*.toml`.
 """
 
 import sys

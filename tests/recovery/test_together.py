@@ -15,12 +15,20 @@ def contents(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
+HOME = {
+    "simulate": "afferents.rig.simulate",
+    "extract": "afferents.extraction.extract",
+    "evaluate": "afferents.evaluation.evaluate",
+}
+"""Where the functions of commands lie."""
+
+
 @pytest.fixture
 def start(launch):
     """Start a command in a folder."""
 
     def begin(arguments, cwd):
-        imports = [f"afferents.pipeline.{arguments[0]}"]
+        imports = [HOME[arguments[0]]]
         return launch([*arguments, "--quiet"], imports=imports, cwd=str(cwd))
 
     return begin

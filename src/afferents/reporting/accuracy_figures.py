@@ -179,10 +179,11 @@ def by_texture_table(results: Results) -> Table | None:
     names = texture_names(textures, results.summary)
     smooth_and_end = _ends(results)
     claim = (
-        f"The paper tells the smooth texture and the one at the end of the series "
-        f"({' and '.join(smooth_and_end)}) best: the last two columns compare their mean with that "
-        "of all others. The paper's figures are the diagonals of its matrices, measured on its own "
-        "recordings, under the published protocol. "
+        f"The paper writes that the smooth texture and the one at the end of the series "
+        f"({' and '.join(smooth_and_end)}) are recognised best: the last two columns compare their "
+        f"mean with that of all others. Its own matrices say so of {smooth_and_end[0]} alone. The "
+        "paper's figures are their diagonals, measured on its own recordings, under the published "
+        "protocol. "
         if smooth_and_end
         else ""
     )

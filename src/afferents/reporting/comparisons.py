@@ -12,6 +12,7 @@ from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
     Summary,
+    and_seeds,
     are_published,
     drawn_over,
     groups_in,
@@ -222,8 +223,8 @@ def differences(summary: Summary) -> Table | None:
     return Table(
         "Differences",
         f"Percentage points, mean over held-out {split.many}, with 95% interval in brackets: "
-        f"drawn over {drawn_over(summary)}, and over training seeds, the same for both sides. An "
-        "interval that holds 0 shows no difference.",
+        f"drawn over {drawn_over(summary)}{and_seeds(summary)}, the same for both sides. An "
+        "interval that holds 0 does not show a difference.",
         ("", "Protocol", "Difference"),
         tuple(rows),
         n_headers=2,

@@ -25,10 +25,18 @@ def drawn_over(summary: dict[str, Any]) -> str:
     return f"{found['n']} textures, each with all its {split_of(summary).many}"
 
 
+def and_seeds(summary: dict[str, Any]) -> str:
+    """Return that training seeds were drawn as well, where there were several."""
+    seeds = (
+        found["seeds"] for protocols in summary["models"].values() for found in protocols.values()
+    )
+    return ", and over training seeds" if any(len(each) > 1 for each in seeds) else ""
+
+
 def interval_note(summary: dict[str, Any]) -> str:
     """Return how 95% intervals were made and what they leave out, in a few sentences."""
     found, over = summary.get("intervals"), drawn_over(summary)
-    made = f"95% intervals are drawn over {over}, and over training seeds."
+    made = f"95% intervals are drawn over {over}{and_seeds(summary)}."
     if found is None:
         return (
             f"{made} This folder was written by an earlier version: recordings of one texture are "

@@ -125,6 +125,13 @@ def _number_in_paper(picture: ReportFigure) -> tuple[float, str]:
     return (int(found[1]), found[2]) if found else (math.inf, "")
 
 
+def _marks(results: Results, nested: str = "", published: str = "") -> str:
+    """Return what the marks of the protocols that there are stand for."""
+    there = {protocol for _, protocol, _ in outcomes(results.summary)}
+    filled = f"Filled: nested protocol{nested}. " if "nested" in there else ""
+    return filled + (f"Open: published protocol{published}. " if "published" in there else "")
+
+
 def _speed_picture(results: Results) -> Iterator[ReportFigure]:
     split = results.split
     crosses = split == SPEED and are_published(results.summary)
@@ -132,8 +139,11 @@ def _speed_picture(results: Results) -> Iterator[ReportFigure]:
     yield ReportFigure(
         f"accuracy-by-{split.leaks}",
         f"Accuracy by held-out {split.name}",
-        f"Filled: nested protocol, where nothing of the held-out {split.name} was seen. Open: "
-        f"published protocol, where the other half of that {split.name} picked the model. "
+        _marks(
+            results,
+            f", where nothing of the held-out {split.name} was seen",
+            f", where the other half of that {split.name} picked the model",
+        )
         + (f"Bars: 95% intervals, drawn over {drawn_over(results.summary)}. " if bars else "")
         + ("Crosses: the paper, measured on its own recordings. " if crosses else "")
         + "The dashed line is chance.",
@@ -148,8 +158,8 @@ def _lengths_picture(results: Results) -> Iterator[ReportFigure]:
         yield ReportFigure(
             "accuracy-by-length",
             "Accuracy by length of window",
-            "Mean over what was held out, against the frames of a window. Filled: nested protocol. "
-            f"Open: published protocol. Bars: 95% intervals, drawn over "
+            f"Mean over what was held out, against the frames of a window. {_marks(results)}"
+            f"Bars: 95% intervals, drawn over "
             f"{drawn_over(results.summary)}. The dashed line is chance.",
             "Line chart of accuracy in percent against frames of a window, a panel for each model. "
             "The same numbers stand in the table above.",
@@ -163,7 +173,7 @@ def _texture_picture(results: Results) -> Iterator[ReportFigure]:
         "accuracy-by-texture",
         "Accuracy by texture",
         f"Share of each texture's test samples named rightly, mean over held-out "
-        f"{results.split.many}. Filled: nested protocol. Open: published protocol. "
+        f"{results.split.many}. {_marks(results)}"
         + ("Crosses: the paper, from the diagonals of its matrices. " if crosses else "")
         + "The dashed line is chance.",
         "Chart of accuracy in percent against texture, a panel for each model. The same numbers "

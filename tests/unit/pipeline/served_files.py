@@ -138,7 +138,7 @@ def serving():
 def go(archive, folder, **more):
     with Progress(quiet=True) as progress:
         plan = fetching.plan_fetch(fetching.Fetching(archive, folder, **more), progress)
-        return plan, fetching.fetch(plan, progress)
+        return plan, fetching.fetch_planned(plan, progress)
 
 
 def here(folder):

@@ -16,6 +16,7 @@ from afferents.reporting.in_short import (
     sureness,
     what_was_asked,
 )
+from afferents.reporting.labels import interval_note
 
 
 def texts(summary):
@@ -150,3 +151,9 @@ def test_of_markers_vibration_is_not_what_we_recommend(summary):
     del summary["models"]["sa-se"]
     assert ", which we recommend, names" in headline(summary)
     assert "not run here" not in texts(summary)
+
+
+def test_intervals_name_seeds_only_where_there_are_several(summary):
+    assert "seeds" not in interval_note(summary)
+    summary["models"]["vib-te"]["nested"]["seeds"] = [0, 1, 2]
+    assert "and over training seeds" in interval_note(summary)
