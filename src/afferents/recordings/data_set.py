@@ -36,7 +36,7 @@ class DataSet(ABC):
     ...         return Recording(path.stem, cloth, float(speed), path, audio=sound)
     >>> from tempfile import TemporaryDirectory
     >>> import numpy as np, soundfile
-    >>> from afferents.recordings.audio import WavFile
+    >>> from afferents import Recording, Session, WavFile
     >>> with TemporaryDirectory() as folder:
     ...     for run in ("silk_20", "silk_40", "wool_20"):
     ...         soundfile.write(f"{folder}/{run}.wav", np.zeros(8000), 8000)

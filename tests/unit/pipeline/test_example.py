@@ -83,7 +83,7 @@ def test_one_that_fails_leaves_nothing(tmp_path, monkeypatch):
     def fail(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(module, "extract", fail)
+    monkeypatch.setattr(module, "extract_session", fail)
     monkeypatch.setattr(module, "simulate_session", fail)
     with pytest.raises(KeyboardInterrupt):
         afferents.example(tmp_path, quiet=True)
