@@ -13,7 +13,7 @@ from afferents.live.images import FrameImages
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
 from afferents.live.quality import Quality
-from afferents.models.confidence import SURE, Evidence
+from afferents.models.evidence import SURE, Evidence
 
 
 class PredictionSession(ABC):

@@ -15,19 +15,15 @@ from torch import Tensor
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.folds.protocol import Fold
-from afferents.models.confidence import SURE, Evidence, cross_entropy, fit_temperature
+from afferents.models.confidence import cross_entropy, fit_temperature
+from afferents.models.evidence import SURE, Evidence
 from afferents.models.folder import Deployed
 from afferents.models.learning_set import LearningSet
 
 Floats = NDArray[np.float64]
-
-
 Indices = NDArray[np.int64]
 
-
 _BATCH = 256
-
-
 _EVIDENCE_PER_S = np.geomspace(0.05, 100, 45)
 
 

@@ -1,6 +1,5 @@
-"""How sure to be: calibrated probabilities, evidence over time, and 'none of these'."""
+"""How sure to be: calibrated probabilities, and 'none of these'."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -11,14 +10,9 @@ from scipy.special import log_softmax
 from torch import Tensor, nn
 
 Floats = NDArray[np.float64]
-
-
 Indices = NDArray[np.int64]
 
-
 _LOG_TEMPERATURES = (-5.0, 5.0)
-
-
 _LOG_WEIGHTS = (-4.0, 4.0)
 
 
@@ -83,12 +77,8 @@ def weighted(parts: list[Floats], weights: Floats) -> Floats:
 
 KNOWN = 0.95
 """Share of samples, of textures known at a speed not learnt from, whose novelty is below 1."""
-
-
 _RIDGE = 1e-2
 """Share of the mean variance that is added to the covariance: dead features have none."""
-
-
 _LEAST_VARIANCE = 1e-12
 """Where no class varies, as with one sample of each: then all else is far."""
 
@@ -179,96 +169,3 @@ def class_moments(values: Tensor, labels: Tensor, n_classes: int) -> tuple[Tenso
     variance = covariance.diagonal().mean().clamp_min(_LEAST_VARIANCE)
     ridge = _RIDGE * variance * torch.eye(len(covariance))
     return means, torch.linalg.cholesky(torch.linalg.inv(covariance + ridge)).float()
-
-
-# Evidence over time: what many uncertain samples of one touch say together.
-
-MEMORY_S = 3.0
-"""Evidence fades by 1/e in this time, s: what is touched may change."""
-
-
-SURE = 0.95
-"""A texture is sure from this probability on."""
-
-
-_LEAST = 1e-6
-
-
-class Evidence:
-    """A leaky sum of log-probabilities, and since when it names one texture.
-
-    Parameters
-    ----------
-    n_classes
-        Number of textures.
-    per_s
-        How many samples' worth a second of touch is; see `models.card.Card`.
-    """
-
-    def __init__(self, n_classes: int, per_s: float) -> None:
-        """Start with all textures as likely."""
-        self._n_classes, self._per_s = n_classes, per_s
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all: another touch begins."""
-        self._sum = np.zeros(self._n_classes)
-        self._last_s: float | None = None
-        self._faded_s: float | None = None
-        self._since_s: float | None = None
-        self._sure_s: float | None = None
-        self._leader = -1
-
-    @property
-    def logs(self) -> NDArray[np.float64]:
-        """Their logarithms, but for a constant, shape (n_classes,)."""
-        return self._sum.copy()
-
-    @property
-    def probabilities(self) -> NDArray[np.float64]:
-        """What all evidence says, shape (n_classes,)."""
-        powers = np.exp(self._sum - self._sum.max())
-        return np.asarray(powers / powers.sum())
-
-    @property
-    def sure_after_s(self) -> float | None:
-        """Time from the beginning of the touch until one texture had 95%; None before that.
-
-        A touch begins with the first sample, or when another texture takes over from a sure one.
-        """
-        if self._sure_s is None or self._since_s is None:
-            return None
-        return self._sure_s - self._since_s
-
-    def add(self, time_s: float, probabilities: NDArray[np.floating], lasts_s: float) -> None:
-        """Take in what a sample says.
-
-        Parameters
-        ----------
-        time_s
-            Its end, s.
-        probabilities
-            Shape (n_classes,).
-        lasts_s
-            How much new touch it shows at most, s: the stride of the samples.
-        """
-        self.fade(time_s)
-        new_s = lasts_s if self._last_s is None else min(lasts_s, time_s - self._last_s)
-        self._last_s = time_s
-        if self._since_s is None:
-            self._since_s = time_s - lasts_s
-        lasting_s = -MEMORY_S * math.expm1(-max(new_s, 0) / MEMORY_S)  # of which some has faded
-        self._sum += self._per_s * lasting_s * np.log(np.maximum(probabilities, _LEAST))
-        now = self.probabilities
-        if int(now.argmax()) != self._leader:
-            if self._sure_s is not None:  # something else is touched now
-                self._since_s = time_s - lasts_s
-            self._leader, self._sure_s = int(now.argmax()), None
-        if now[self._leader] >= SURE and self._sure_s is None:
-            self._sure_s = time_s
-
-    def fade(self, time_s: float) -> None:
-        """Forget some, for the time since the last sample."""
-        if self._faded_s is not None and time_s > self._faded_s:
-            self._sum *= math.exp((self._faded_s - time_s) / MEMORY_S)
-        self._faded_s = time_s

@@ -14,7 +14,8 @@ from afferents.errors import InputError
 from afferents.live import Network
 from afferents.models.calibrate import best_evidence
 from afferents.models.card import read_card
-from afferents.models.confidence import MEMORY_S, Evidence, fit_temperature
+from afferents.models.confidence import fit_temperature
+from afferents.models.evidence import MEMORY_S, Evidence
 from afferents.models.folder import Deployed, load_model
 from afferents.models.table import build
 

@@ -29,11 +29,8 @@ from afferents.plugins import import_extra
 from afferents.stopping import STREAM, stop_later
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
-
-
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
-
 
 LAST_S = 2.0
 """The stream is given so long for its last percept."""
@@ -133,7 +130,7 @@ def server_of(
     """
     check_address(host, token)
     uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
-    from afferents.live.web.door import OneRequest, Onlooker
+    from afferents.live.web.guard import OneRequest, Onlooker  # of uvicorn's
 
     door = open_door(host, port, limits.places)
     config = uvicorn.Config(

@@ -18,19 +18,11 @@ from afferents.markers.detect import Positions, spacing_px
 
 _QUALITY = 70
 """Of the JPEG, per cent."""
-
-
 _DIGITS = 4
-
-
 _RING_SHARE, _LEAST_RING_PX = 0.41, 3.0
 """Of the distance of neighbouring markers, and at least, px."""
-
-
 FRESH_S = 0.025
 """What is drawn up serves all visitors for so long."""
-
-
 _RATE_OVER_S = 10.0
 """Rates are those of so many seconds."""
 
