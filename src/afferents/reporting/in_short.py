@@ -13,6 +13,7 @@ from afferents.models.model import BEST, MODELS
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
     Summary,
+    and_seeds,
     groups_in,
     interval_note,
     model_order,
@@ -25,12 +26,8 @@ from afferents.reporting.labels import (
 from afferents.reporting.tables import mean_and_interval
 
 WORST_SHOWN = 3
-
-
 STORE = "store"
 """Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
-
-
 ONLY_EVALUATED = frozenset({
     *("ridge-te", "order-te", "order-te-measured", "order-te-speed-known", "rocket-te"),
     *("spike-rate", "sa-spike-rate", "spike-timing", "spike-images", "three-stems"),
@@ -173,7 +170,7 @@ def sureness(summary: Summary) -> str:
         for _, _, found in outcomes(summary)
     )
     alone = " Networks were trained once: how far trainings differ is not in them (--seeds 3)."
-    return interval_note(summary) + (alone if once else "")
+    return interval_note(summary, and_seeds(summary)) + (alone if once else "")
 
 
 def _under(summary: Summary, protocol: str) -> dict[str, dict[str, Any]]:

@@ -27,16 +27,14 @@ def drawn_over(summary: dict[str, Any]) -> str:
 
 def and_seeds(summary: dict[str, Any]) -> str:
     """Return that training seeds were drawn as well, where there were several."""
-    if "chance" not in summary:  # textures held out: what is asked of them is solved, not trained
-        return ""
-    seeds = (found["seeds"] for each in summary["models"].values() for found in each.values())
-    return ", and over training seeds" if any(len(each) > 1 for each in seeds) else ""
+    several = any(len(found["seeds"]) > 1 for _, _, found in outcomes(summary))
+    return ", and over training seeds" if several else ""
 
 
-def interval_note(summary: dict[str, Any]) -> str:
-    """Return how 95% intervals were made and what they leave out, in a few sentences."""
+def interval_note(summary: dict[str, Any], seeds: str = "") -> str:
+    """Return how 95% intervals were made and what they leave out; `seeds` as `and_seeds`."""
     found, over = summary.get("intervals"), drawn_over(summary)
-    made = f"95% intervals are drawn over {over}{and_seeds(summary)}."
+    made = f"95% intervals are drawn over {over}{seeds}."
     if found is None:
         return (
             f"{made} This folder was written by an earlier version: recordings of one texture are "
@@ -111,13 +109,8 @@ def texture_axis(textures: Sequence[str], about: About) -> str:
     return "texture (bump spacing, mm)" if named else "texture"
 
 
-# How models, protocols and sources are written in tables and figures.
-
 ABSENT = "—"
-
-
 PROTOCOL_TITLES = {"nested": "nested protocol", "published": "published protocol"}
-
 
 Summary = dict[str, Any]
 """The content of `RESULTS/summary.json`."""

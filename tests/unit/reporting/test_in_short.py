@@ -16,7 +16,7 @@ from afferents.reporting.in_short import (
     sureness,
     what_was_asked,
 )
-from afferents.reporting.labels import interval_note
+from afferents.reporting.labels import and_seeds, interval_note
 
 
 def texts(summary):
@@ -154,6 +154,6 @@ def test_of_markers_vibration_is_not_what_we_recommend(summary):
 
 
 def test_intervals_name_seeds_only_where_there_are_several(summary):
-    assert "seeds" not in interval_note(summary)
+    assert "seeds" not in interval_note(summary, and_seeds(summary))
     summary["models"]["vib-te"]["nested"]["seeds"] = [0, 1, 2]
-    assert "and over training seeds" in interval_note(summary)
+    assert "and over training seeds" in interval_note(summary, and_seeds(summary))
