@@ -351,12 +351,9 @@ def sa1_vector(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataAr
 
 Floats = NDArray[np.float64]
 
-
 PARTS = ("shift_x", "shift_y", "divergence", "curl", "stretch", "shear")
 """The mean displacement, and what the four gradients of the plane say: growth, turning, stretch
 along x, and stretch along the diagonal."""
-
-
 _LEAST_SPREAD = 1e-3
 """Of the places of markers that are seen, squared and relative to all: fewer lie on a line."""
 

@@ -7,64 +7,34 @@ from afferents.errors import InputError
 
 Device = Literal["auto", "cpu", "cuda"]
 """Where networks learn; ``auto`` takes a GPU if there is one."""
-
-
 Precision = Literal["auto", "float32", "bfloat16"]
 """Numbers that networks learn in."""
-
-
 Preset = Literal["quick", "fast", "paper"]
 """Training recipes of networks."""
-
-
 MODELS_ASKED: Final = "best,all"
-
-
 PRESET_ASKED: Final = "fast"
 """What is evaluated where nobody says otherwise, in the shell and in Python: what we recommend for
 the data and the paper's six, trained so that their numbers can be quoted."""
-
-
 Method = Literal["windowed", "one-to-one", "published"]
 """How markers are matched from frame to frame."""
-
-
 Rest = Literal["own", "reference"]
 """Where SA-I counts from: each recording's own rest frame, or the reference clip's."""
-
-
 Statistics = Literal["warmed-up", "keras"]
 """Running statistics of batch normalisation: plain averages first, or from 0 and 1 as in Keras."""
-
-
 Layout = Literal["square", "hexagonal", "radial", "free"]
 """How markers are arranged."""
-
-
 Size = Literal["quick", "paper"]
 """Of a simulated session."""
-
-
 Remount = Literal["session", "drum", "run"]
 """How often the simulated fingertip is mounted anew."""
-
-
 Nodules = Literal["on", "off"]
 """Whether the simulated skin has its fingerprint."""
-
-
 Like = Literal["recommended", "published"]
 """Whose choices `reproduce` goes by: ours, or those of the paper's code."""
-
-
 Penalty = Literal["fixed", "searched"]
 """Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
-
-
 Figures = Literal["report", "paper"]
 """How a report draws the paper's figures: as suits what was evaluated, or as they are printed."""
-
-
 Cut = Literal["published", "all"]
 """Which part of a recording is used; see `store.trimming`."""
 

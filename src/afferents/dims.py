@@ -9,176 +9,88 @@ from typing import Final
 # dims of a recording's responses
 TIME: Final = "time"
 """Clock of the video, s (presentation times of the frames in the container)."""
-
-
 AUDIO_TIME: Final = "audio_time"
 """Clock of the audio or of the vibration channels, s; regular, given by `sample_rate_hz`."""
-
-
 DRIVE_TIME: Final = "drive_time"
 """When the drum's drive was read, s on the clock of the recording."""
-
-
 MARKER: Final = "marker"
-
-
 SPACE: Final = "space"
-
-
 CHANNEL: Final = "channel"
 
 
 # dims of encoded samples
 SAMPLE: Final = "sample"
-
-
 FRAME: Final = "frame"
-
-
 ROW: Final = "row"
 """Rank of a marker in y (image down), 0 at the top; on layouts that are not square, its place among
 the rows of the tactile image."""
-
-
 COLUMN: Final = "column"
 """Rank of a marker in x (image right), 0 at the left; or its place in the columns."""
-
-
 FREQUENCY: Final = "frequency"
-
-
 FEATURE: Final = "feature"
 """What is known of each frequency, such as the power of a channel; or of a window as a whole."""
-
-
 LENGTH: Final = "length"
 """Values of vibration in a window, the same for all samples; random kernels depend on it."""
-
-
 COMPONENT: Final = "component"
-
-
 MOMENT: Final = "moment"
 """Mean or spread of what a run of frames shows."""
-
-
 INTERVAL: Final = "interval"
 """Between two spikes of a unit, s; the middle of a bin."""
-
-
 SHEAR: Final = "shear"
 """The six parts of the global shear; see `channels.global_shear`."""
-
-
 ROW_WAVENUMBER: Final = "row_wavenumber"
 """Of waves down the image, cycles from marker to marker."""
-
-
 COLUMN_WAVENUMBER: Final = "column_wavenumber"
 
 
 # variables of a recording's responses
 POSITION: Final = "position"
-
-
 DETECTED: Final = "detected"
-
-
 REST_POSITION: Final = "rest_position"
-
-
 FRAME_CHANGE: Final = "frame_change"
 """Mean change of the picture's pixels from the frame before, as decoded."""
-
-
 DRUM_POSITION: Final = "drum_position"
 """Of the drum's surface under the fingertip, mm; see `store.drum_path`."""
 
-
 SA1: Final = "sa1"
-
-
 RA1: Final = "ra1"
-
-
 RA2: Final = "ra2"
 
 
 # responses that are worked out of these when asked for
 SA1_VECTOR: Final = "sa1_vector"
-
-
 RA1_SIGNED: Final = "ra1_signed"
-
-
 RA1_VECTOR: Final = "ra1_vector"
-
-
 RA1_CIRCUMFERENTIAL: Final = "ra1_circumferential"
-
-
 SA1_LOCAL: Final = "sa1_local"
-
-
 SA1_SPIKES: Final = "sa1_spikes"
-
-
 RA1_SPIKES: Final = "ra1_spikes"
-
-
 RA2_SPIKES: Final = "ra2_spikes"
 """`SHEAR` is the name of a response, too."""
 
 
 # what each sample of an encoding carries, as coordinates on `sample`
 TEXTURE: Final = "texture"
-
-
 SPEED: Final = "speed_mm_s"
-
-
 RECORDING: Final = "recording"
-
 
 NAMED_BY_SPACING: Final = "named_by_spacing"
 """Attribute of recordings and samples, and key of summaries: textures are named by the spacing of
 their bumps, mm, as the paper's drums are in the published layout. Elsewhere a number is a name."""
-
-
 GROUP: Final = "group"
 """By which samples are held out, where that is not the speed."""
-
-
 START: Final = "start_s"
-
-
 STOP: Final = "stop_s"
-
-
 VARIANT: Final = "variant"
 """Coordinate of samples: 0 where they are learnt from, else the number of a test."""
-
-
 SAMPLE_COORDS: Final = (TEXTURE, SPEED, RECORDING, START, STOP)
 
 
 # attributes
 UNITS: Final = "units"
-
-
 SAMPLE_RATE: Final = "sample_rate_hz"
-
-
 PIXELS: Final = "px"
-
-
 PIXELS_PER_FRAME: Final = "px/frame"
-
-
 PIXELS_PER_SECOND: Final = "px/s"
-
-
 SECONDS: Final = "s"
-
-
 HERTZ: Final = "Hz"

@@ -16,12 +16,8 @@ from afferents.version import __version__
 
 CODECS: dict[str, Literal["r", "w"]] = {"h264": "r", "libx264": "w", "mjpeg": "r", "mpeg4": "r"}
 """Codecs that sessions and other sensors' videos need; read or written."""
-
-
 FOR_DEVELOPERS = ("dev", "docs")
 """Extras that no command needs."""
-
-
 NATIVE = ("cv2", "soundfile")
 """Modules that need libraries of the system, so that one that is installed may still not work."""
 

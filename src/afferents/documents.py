@@ -14,21 +14,13 @@ from afferents.errors import InputError, then
 
 LARGEST = {"JSON": 64 << 20, "TOML": 1 << 20}
 """Bytes that are read of a file; what people write by hand is small."""
-
-
 DEEPEST = 64
 """Levels of lists and tables: far more than anybody writes, far fewer than Python can follow."""
 
-
 _DIGITS = 300
 """Of an integer, so that it can be taken for a float as well."""
-
-
 _DECIMAL = re.compile(r"[0-9]\.[0-9]")
-
-
 _SHOWN = 60
-
 
 Form = TypeVar("Form", bound=BaseModel)
 

@@ -24,17 +24,10 @@ from afferents.version import __version__
 
 CACHE = "AFFERENTS_CACHE"
 """Environment variable that names another folder for what is kept."""
-
-
 SPACING_MM, SPEED_MM_S, SECONDS = "4", 40.0, 4.0
 """Texture i of the paper; the drum has reached its speed after 1.5 s."""
-
-
 _FOLDER, _KEPT, _LOCK = "example", "recording", "lock"
-
-
 _SESSION, _STORE, _ABOUT = "session", "responses.zarr", "example.json"
-
 
 _SHOWN = ("name", dims.TEXTURE, dims.SPEED, "sensor", "steady_s", "conditions")
 """Of the store's attributes: the others are for programs, and would hide these."""

@@ -92,16 +92,11 @@ def _started(pid: int) -> int:
 
 PARTIAL_PREFIX = ".partial-"
 """Names that start like this are unfinished work of a run; never data."""
-
-
 ABANDONED_S = 600.0
 """Unfinished work of another host is left alone until nothing of it has changed for so long."""
 
-
 _NAME_KEPT = 80
 """Characters of a target's name that its temporary name begins with: names have an end."""
-
-
 _SYSTEM = {
     errno.ENOSPC: "no space left on the disk",
     errno.EDQUOT: "no space left of your quota",
@@ -115,7 +110,6 @@ _SYSTEM = {
     errno.EIO: "a disk that fails",
 }
 """Errors of the system while something is written, in words."""
-
 
 Replaceable = Callable[[Path], bool]
 """Says of a folder that is there whether it is what is about to be written, of an earlier run."""

@@ -21,8 +21,6 @@ from afferents.files import Owner, naming, this_process, unchanged_s
 # processes, when its heart has not beaten for `SILENT_S`.
 
 LOCK = ".afferents-lock"
-
-
 BEAT_S, SILENT_S = 5.0, 60.0
 
 
@@ -203,10 +201,7 @@ def _busy(folder: Path, content: dict[str, Any]) -> InputError:
 
 MARK = "afferents"
 """What we write into every file that a user names, where its format has room for it."""
-
-
 _HEAD_BYTES = 4096
-
 
 Recognise = Callable[[Path], bool]
 """Says of a file or folder that is there whether it is an earlier output of the same kind."""

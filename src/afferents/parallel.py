@@ -33,14 +33,10 @@ if TYPE_CHECKING:
     from distributed import Client
 
 Result = TypeVar("Result")
-
-
 Job = tuple[Any, ...]
-
 
 DEATHS = 3
 """So often a process may die with nothing come back in between; then all is given up."""
-
 
 _TRIM_THRESHOLD, _TOP_PAD, _MMAP_THRESHOLD = -1, -2, -3
 """Options of glibc's mallopt(3)."""
@@ -185,28 +181,16 @@ def keep_freed_memory() -> None:
 
 ANSWER_S = 10
 """A scheduler that does not answer for so long is not there."""
-
-
 WORKERS_S = 30
 """How long a scheduler without workers is waited for."""
-
-
 SAME = ("afferents", "torch")
 """Packages whose versions decide the numbers."""
-
-
 OF_RECORDINGS = ("av", "numba", "numpy", "opencv-python-headless", "scipy")
 """Further ones that decide what is recorded and extracted, to the last byte."""
-
-
 AHEAD = 4
 """So many jobs a worker are with the scheduler at a time: none of them waits for the next, and
 neither the jobs of a million recordings nor what comes back of them pile up anywhere."""
-
-
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
-
-
 _ONE_THREAD = "start it with --nthreads 1, and as many workers as there are cores"
 
 

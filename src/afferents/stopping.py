@@ -17,16 +17,9 @@ from afferents.errors import Stopped
 PATIENCE_S = 1.0
 """Signals that come so soon after the first one are that one said twice, as terminals do."""
 
-
 _CURSOR = b"\x1b[?25h"
-
-
 _taken: list[int] = []
-
-
 _codes: list[int] = []
-
-
 STREAM = "afferents-stream"
 """Name of the thread that feels for a page; it may be in other libraries' code."""
 

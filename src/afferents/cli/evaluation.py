@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.choices import MODELS_ASKED, PRESET_ASKED, Figures, Penalty
+from afferents.choices import MODELS_ASKED, PRESET_ASKED, Figures, Penalty, conditions_in
 from afferents.cli.errors import fail_if_skipped
 from afferents.cli.options import takes_encodings
 from afferents.cli.printing import TerminalTable, say
@@ -29,8 +29,6 @@ from afferents.cli.shared import (
 from afferents.models.model import TABLE1
 
 LESS = "Less of the data (to see what it costs)"
-
-
 SPOILT = "Worse data (to see what it costs)"
 
 
@@ -203,7 +201,6 @@ def as_function_takes_it(options: Mapping[str, Any]) -> dict[str, Any]:
 
     Those that are not there are left to the function, and so are their defaults.
     """
-    from afferents.choices import conditions_in
     from afferents.folds.ablation import Ablation, parse_speeds
     from afferents.folds.held_out import SPEED, TEXTURE
     from afferents.store.trimming import parse_steady

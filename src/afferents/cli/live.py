@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 DEMO = "demo"
 """Stands for the models of the simulated rig, which are trained if need be."""
-
-
 Prepared = tuple[Sequence["Source"], "Senses"]
 """Sources, opened, and the senses that take what they give."""
 

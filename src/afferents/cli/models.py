@@ -7,7 +7,7 @@ import typer
 
 from afferents.choices import PRESET_ASKED
 from afferents.cli.options import takes_encodings
-from afferents.cli.printing import say
+from afferents.cli.printing import TerminalTable, say
 from afferents.cli.shared import (
     SEED,
     CutName,
@@ -109,7 +109,6 @@ def explain(
     With --shear, and DATA in place of MODEL: whether the texture is in the skin's global shear.
     """
     import afferents
-    from afferents.cli.printing import TerminalTable
     from afferents.errors import InputError
 
     if shear and data is not None:

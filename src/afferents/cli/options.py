@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 # take a second to import, so its options are made when it is called, not when commands are listed.
 
 Command = Callable[..., None]
-
-
 PANEL = "Options of encodings (how samples are cut from recordings)"
-
 
 _TAKING: dict[str, Command] = {}
 """Commands that take options of encodings, by name, as they are written."""

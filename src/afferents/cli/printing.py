@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 _BREAKS = r"(?<=:) | (?=\[)"
 """Where a value may be broken: after its name (`10 mm/s: 25.0`), before its interval."""
-
-
 _PADDING, _EDGE = 3, 1
 """Characters beside each column, and what the edges of a table take beyond that."""
 
@@ -140,9 +138,6 @@ def _wrapped(pieces: Sequence[str], width: int) -> str:
         else:
             lines.append(piece)
     return "\n".join(lines)
-
-
-# What commands print on stdout: JSON for scripts, or lines and tables for people.
 
 
 def say(as_json: bool, content: Any, *lines: Any) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from afferents.choices import Nodules, Remount, Size
+from afferents.choices import Nodules, Remount, Size, numbers_in
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
 
@@ -82,7 +82,6 @@ def simulate(
     Writes raw mp4 and wav files, as a real rig would.
     """
     import afferents
-    from afferents.choices import numbers_in
 
     afferents.simulate(
         session,

@@ -15,57 +15,36 @@ Session = Annotated[
         "that its session.toml names."
     ),
 ]
-
-
 StoreOut = Annotated[Path, typer.Argument(help="Store (Zarr) to write, such as OUT.zarr.")]
-
-
 Data = Annotated[
     str, typer.Argument(help="A store that 'extract' wrote, a dataset.toml, or fabricslide:PATH.")
 ]
-
-
 ModelFolder = Annotated[Path, typer.Argument(help="Folder of a model that 'train' wrote.")]
-
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print the outcome as JSON on stdout; no progress bars.")
 ]
-
-
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress bars; plain lines on stderr.")]
-
-
 KeepGoing = Annotated[
     bool,
     typer.Option(
         "--keep-going", help="Skip recordings that fail, name them, and exit with code 3."
     ),
 ]
-
-
 Force = Annotated[
     bool,
     typer.Option("--force", help="Overwrite what this command wrote there before (nothing else)."),
 ]
-
-
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes to run in parallel (default: one per core).")
 ]
-
-
 ClusterName = Annotated[
     str | None,
     typer.Option("--cluster", help="Run on a Dask cluster instead, such as tcp://scheduler:8786."),
 ]
-
-
 SensorName = Annotated[
     str, typer.Option("--sensor", help="Sensor file (TOML), or the name of a packaged one.")
 ]
-
-
 Accept = Annotated[
     list[str] | None,
     typer.Option(
@@ -74,22 +53,16 @@ Accept = Annotated[
         f"Checks: {', '.join(KINDS)}.",
     ),
 ]
-
-
 DeviceName = Annotated[
     Device,
     typer.Option("--device", help="Where networks are trained; 'auto' takes a GPU if there is."),
 ]
-
-
 PrecisionName = Annotated[
     Precision,
     typer.Option(
         "--precision", help="Number format; 'auto' is bfloat16 where the processor supports it."
     ),
 ]
-
-
 StatisticsName = Annotated[
     Statistics,
     typer.Option(
@@ -98,8 +71,6 @@ StatisticsName = Annotated[
         "and 1 as 'keras' keeps them (matters where an epoch has few steps).",
     ),
 ]
-
-
 CutName = Annotated[
     Cut,
     typer.Option(
@@ -107,8 +78,6 @@ CutName = Annotated[
         help="Part of each recording to use: 'all' at constant speed, or the 'published' cut.",
     ),
 ]
-
-
 TrackerName = Annotated[
     Method,
     typer.Option(
@@ -117,8 +86,6 @@ TrackerName = Annotated[
         "'published' repeats the reference code, flaws included.",
     ),
 ]
-
-
 PresetName = Annotated[
     Preset,
     typer.Option(
@@ -127,8 +94,6 @@ PresetName = Annotated[
         "fewer samples and epochs, 'quick' to see that it runs.",
     ),
 ]
-
-
 RecipeFile = Annotated[
     Path | None,
     typer.Option(
@@ -137,8 +102,6 @@ RecipeFile = Annotated[
         "max_epochs, dropout and others, for all networks or in a table for each.",
     ),
 ]
-
-
 ProtocolName = Annotated[
     str,
     typer.Option(
@@ -147,8 +110,6 @@ ProtocolName = Annotated[
         "paper's code, it selects the model (leaky). Or 'both'.",
     ),
 ]
-
-
 FpsHz = Annotated[
     float | None,
     typer.Option(
@@ -157,8 +118,6 @@ FpsHz = Annotated[
         "times then count from it (default: what the session file says, else the files).",
     ),
 ]
-
-
 SteadyPart = Annotated[
     str | None,
     typer.Option(
@@ -167,7 +126,5 @@ SteadyPart = Annotated[
         "session.json says, else all but 2.5 s at each end).",
     ),
 ]
-
-
 SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}
 """What may be a seed."""

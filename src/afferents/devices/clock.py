@@ -39,8 +39,6 @@ class HostClock:
 
 LOST_S = 0.02
 """A clock that is off by more than this from the count tells of lost samples."""
-
-
 FOLLOW = 0.01
 """Share by which the count of samples follows the clock of the converter, a chunk."""
 

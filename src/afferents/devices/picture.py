@@ -8,7 +8,6 @@ from afferents.devices.base import CameraSettings
 
 Luma = NDArray[np.uint8]
 
-
 LIMITED = np.clip((np.arange(256) - 16) * 255 / 219, 0, 255).round().astype(np.uint8)
 """Grey level of each luma value from 16 to 235, as cameras give YUYV."""
 

@@ -19,12 +19,8 @@ from afferents.errors import InputError, reason_of
 
 DRIVERS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 """FFmpeg's readers of cameras, by system."""
-
-
 RAW = {"rawvideo gray": "GREY", "rawvideo yuyv422": "YUYV"}
 """Raw formats that are kept as they come; others are turned into grey."""
-
-
 UNKNOWN = (
     "how many frames were lost (they are numbered here, as they arrive)",
     "when a frame was captured (FFmpeg's stamp, less the least delay)",

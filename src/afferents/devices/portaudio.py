@@ -75,8 +75,6 @@ class Ring:
 
 SILENT_S = 2.0
 """One that gives nothing for so long has vanished: sound cards never pause."""
-
-
 LOOK_S = 0.1
 
 

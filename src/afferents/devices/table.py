@@ -30,11 +30,7 @@ class Kind(Protocol[Made]):
 
 
 CAMERAS: dict[str, Kind[Camera]] = {"v4l2": V4l2Camera, "portable": PortableCamera}
-
-
 MICROPHONES: dict[str, Kind[Microphone]] = {"portaudio": PortAudioMicrophone}
-
-
 DRIVES: dict[str, Kind[Drive]] = {
     "serial": SerialDrive,
     "dynamixel": DynamixelDrive,

@@ -22,7 +22,6 @@ from afferents.errors import InputError, then
 
 Stretch = Literal["rebinned", "fourier"]
 
-
 COPIES = ((0.5, 1.0), (0.5, 1.0), (0.5, 1.0), (1.0, 2.0), (1.0, 2.0), (1.0, 2.0))
 """Range of the random factor of each copy of a training spectrum (section 2.4.3)."""
 
@@ -122,12 +121,9 @@ def stretched_copies(
 
 Floats = NDArray[np.float32]
 
-
 RANGES = ((0.5, 1.0), (1.0, 2.0))
 """Of the random factor of each copy. One of each of the paper's two ranges, where it draws three:
 images take more memory than spectra."""
-
-
 _GAP = 0.5
 """In frames: a run that begins so long after the end of another does not go on from it."""
 

@@ -110,8 +110,6 @@ def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Sampl
 
 FRAMES = 10
 """Frames a sample, 0.111 s at 90 fps."""
-
-
 FRAMES_OPTION = Option(
     "--frames",
     "Length of a run of tactile images, video frames; 'evaluate' also takes several: 1,2,5,10.",

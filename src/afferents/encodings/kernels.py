@@ -21,16 +21,10 @@ from afferents.plugins import import_extra
 
 _LONGEST = 11
 """Values that the longest kernels span, undilated."""
-
-
 _DENSITY = 3
 """Frequencies of those waves to one of the transform."""
-
-
 _LEAST_POWER = 1e-8
 """Share of the strongest mixture of waves below which a mixture is of no use: rounding, nearly."""
-
-
 _LEAST_LEFT = 1e-6
 """Share of a window's standard deviation below which what the cut leaves of it is rounding."""
 

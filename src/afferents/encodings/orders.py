@@ -28,19 +28,11 @@ from afferents.errors import InputError
 
 _PADDING = 4
 """Points of the transform for each sample: bands are cut out of it without steps."""
-
-
 _LEAST_POWER = 1e-20
-
-
 _OCTAVES = 9
 """Octaves below the highest frequency that whole recordings of a low rate are looked at."""
-
-
 _PERIODS = 2
 """Of a wave that a recording must hold for it to count as heard."""
-
-
 _COARSE = 8
 """Frequencies in a factor of 2, where several channels bring cross-spectra as well."""
 

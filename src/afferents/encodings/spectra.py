@@ -17,8 +17,6 @@ from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
 
 HARMONICS = 8
-
-
 _WIDTH = 0.01
 """A line that follows the speed is as wide as the speed is uneven: this share of its frequency."""
 
@@ -99,19 +97,11 @@ def bridge(
 # Temporal encoding: amplitude spectra of windows of vibration (paper, section 2.3.3).
 
 WINDOW_OPTION = Option("--window-s", "Length of a window of vibration, s.")
-
-
 _DENSEST = 1000
-
-
 _LEAST_SAMPLES = 128
 """Of a window, where a second has fewer than the spectrum needs."""
-
-
 _FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
-
-
 STRIDE_OPTION = Option("--stride-s", "Time from the start of a window to that of the next, s.")
 
 

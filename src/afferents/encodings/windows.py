@@ -22,16 +22,10 @@ from afferents.errors import InputError
 
 LINE_WIDTH = 2.0
 """Times the resolution to either side that a line reaches through a Hann window's main lobe."""
-
-
 _FEW_WINDOWS = 3
 """Of recordings that are not twice as long as a window."""
-
-
 _HEARD = 0.95
 """Share of half the sample rate up to which frequencies are heard."""
-
-
 _OVERSAMPLING = 2.56
 """Samples a period of the highest frequency that are kept."""
 

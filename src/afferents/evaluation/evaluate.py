@@ -16,7 +16,7 @@ from afferents.choices import (
 )
 from afferents.evaluation.results import Results, load_results
 from afferents.files import Place
-from afferents.folds.corruption import Disturbance
+from afferents.folds.corruption import Disturbance, Disturbances
 from afferents.folds.held_out import OPTION as SPLIT_OPTION
 from afferents.folds.held_out import SPEED, Group, key_of, split_named
 from afferents.folds.protocol import protocols
@@ -263,7 +263,6 @@ def _evaluation(
     from afferents.evaluation.run import Evaluation
     from afferents.extraction.copies import warn_of_copies
     from afferents.folds.ablation import Ablation
-    from afferents.folds.corruption import Disturbance, Disturbances
     from afferents.models.config import Compute, Hyperparameters
 
     asked, under = models_in(models), protocols(protocol)

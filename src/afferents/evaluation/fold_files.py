@@ -31,11 +31,7 @@ from afferents.models.model import MODELS
 from afferents.outputs import LOCK
 
 FOLDS, PLAN = "folds", "plan.json"
-
-
 FOLD, WEIGHTS = "fold.json", "weights.safetensors"
-
-
 AGAIN = "remove its folder and evaluate again"
 
 

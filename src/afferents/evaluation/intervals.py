@@ -47,7 +47,6 @@ def source_number(name: str) -> str:
 
 RESAMPLES = 2000
 
-
 Counts = NDArray[np.float64]
 """Shape (replicate, seed, 2): test samples named rightly, and all."""
 

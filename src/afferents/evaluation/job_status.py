@@ -24,7 +24,6 @@ from afferents.files import write_json
 
 _REMOVE = "remove it: it is only shown"
 
-
 State = Literal["done", "running", "failed", "stopped", "to do"]
 
 

@@ -50,19 +50,13 @@ def macro_f1(predictions: pd.DataFrame, textures: list[str]) -> float:
 # What all samples of one touch say together: of a whole recording, or of a stated length.
 
 _LEAST = 1e-12
-
-
 TOUCHES_S = (0.11, 1.0, 4.0)
 """Lengths of touch at which models are compared, s: ten frames of the paper's camera, and more."""
-
-
 _NEAR = 0.25
 """A touch of so many whole samples may differ from the length asked for by this share."""
 
 
 _GAP, _PART = 1.5, "_passage"
-
-
 _TOUCHED = ("recording", "true_texture")
 
 

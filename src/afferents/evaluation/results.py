@@ -25,25 +25,14 @@ from afferents.evaluation.schemas import About, Config, RoughnessSummary, Summar
 from afferents.folds.held_out import SPEED, Split, column_of, split_of
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
-
-
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
 """What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
-
-
 PROBABILITY = "p_"
 """Prefix of the predictions' probability columns, one a texture."""
-
-
 AGAIN = "evaluate again into another folder"
 
-
 _TEXTS = ("model", "protocol", "recording", "true_texture", "predicted_texture")
-
-
 _NUMBERS = ("seed", "start_s", "stop_s")
-
-
 _ABOVE_ONE = 1e-5
 """By so much a probability may exceed 1: it is rounded."""
 

@@ -34,19 +34,12 @@ from afferents.store.recording import spacing_mm
 
 COVERAGE = 0.9
 """Share of the errors inside the training data that an interval is as wide as."""
-
-
 PENALTY = 0.01
 """Of the penalty, for each condition learnt from; chosen on a tuning session."""
-
-
 LEAST_TEXTURES = 4
 """With bumps: one is left out, another inside, and two span a range."""
 
-
 Indices = NDArray[np.int64]
-
-
 Condition = tuple[float, float]
 """Spacing, mm, and speed, mm/s."""
 

@@ -30,13 +30,8 @@ from afferents.models.model import MODEL_NAME
 
 SCHEMA = 2
 
-
 Difference = Annotated[float, Field(ge=-1, le=1)]
-
-
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
-
-
 Counted = Annotated[Any, AfterValidator(_counted)]
 
 
@@ -311,7 +306,7 @@ class Summary(About):
         return self
 
 
-# What must stand in the summaries of `--split texture` for them to be read back; see `forms`.
+# Summaries of `--split texture`.
 
 
 class Unknown(Form):

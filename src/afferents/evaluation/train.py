@@ -16,10 +16,16 @@ from afferents.choices import PRESET_ASKED, Cut, Device, Precision, Preset, Stat
 from afferents.encodings.samples import Samples, textures_of
 from afferents.encodings.settings import Encodings, described
 from afferents.errors import InputError, then
-from afferents.evaluation.choice import require_options, require_trainable
-from afferents.evaluation.data import OpenedData, recordings_in
+from afferents.evaluation.choice import (
+    encodings_for,
+    require_options,
+    require_trainable,
+    say_choice,
+)
+from afferents.evaluation.data import OpenedData, open_data, recordings_in
 from afferents.evaluation.encode import (
     Source,
+    best_of,
     encode_all,
     require_speeds_known,
     require_support,
@@ -36,7 +42,7 @@ from afferents.models.card import Card, Score
 from afferents.models.config import Compute, Hyperparameters
 from afferents.models.fitted import Part
 from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
-from afferents.models.folder import Deployed, is_model_folder, save_model
+from afferents.models.folder import Deployed, Recogniser, is_model_folder, save_model
 from afferents.models.learning_set import LearningSet
 from afferents.models.model import MODELS, Model, models_in, names_in
 from afferents.models.own import own_types
@@ -394,12 +400,7 @@ def train(
     >>> card.textures
     ('1', '2', '3')
     """
-    from afferents.evaluation.choice import encodings_for, say_choice
-    from afferents.evaluation.data import open_data, recordings_in
-    from afferents.evaluation.encode import best_of
     from afferents.extraction.copies import warn_of_copies
-    from afferents.folds.corruption import Disturbance
-    from afferents.models.config import Compute, Hyperparameters
 
     hyperparameters = Hyperparameters.of(recipe, preset)
     asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
@@ -446,8 +447,6 @@ def load_model(model: Place) -> "Recogniser":
     >>> model.predict(x).probability.dims
     ('sample', 'texture')
     """
-    from afferents.models.folder import Recogniser
-
     return Recogniser.of_folder(Path(model))
 
 
@@ -498,14 +497,6 @@ def samples(
     >>> dict(x.sizes)
     {'sample': 261, 'row': 19, 'column': 19}
     """
-    from afferents.evaluation.data import open_data, recordings_in
-    from afferents.evaluation.encode import (
-        encode_all,
-        require_speeds_known,
-        require_used,
-        sources_of,
-    )
-
     what, steady_s = split_named(split), steady_in(steady, cut)
     asked = Model("samples", channel=channel, encoding=encoding, classifier=None)
     with Progress(quiet) as progress:

@@ -157,14 +157,8 @@ def _called(rows: pd.DataFrame) -> pd.DataFrame:
 # results keep these speeds apart.
 
 Indices = NDArray[np.int64]
-
-
 Mask = NDArray[np.bool_]
-
-
 Floats = NDArray[np.float64]
-
-
 ScoresWithout = Callable[[int, Collection[float]], Tensor]
 """From a texture (its number) and speeds, mm/s, of which nothing is learnt, to all samples' scores,
 (n, texture)."""

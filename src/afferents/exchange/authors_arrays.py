@@ -91,19 +91,10 @@ class Difference:
 
 Floats = NDArray[np.float32]
 
-
 CONVERT = "scripts/convert_authors_arrays.py"
-
-
 _PARTS = ("responses", "samples", "networks")
-
-
 _RESPONSES = {"rest_position": 2, "sa1": 2, "ra1": 2}
-
-
 _SAMPLES = {"samples": 0, "labels": 1}
-
-
 _AGAIN = f"convert the arrays again with {CONVERT}"
 
 

@@ -115,8 +115,6 @@ _KINDS = {
     dims.RA1: ("images of RA-I", "px/frame"),
     dims.RA2: ("spectra", "of the largest"),
 }
-
-
 _OUTPUTS = "probability"
 
 

@@ -24,21 +24,11 @@ from afferents.store.recording import Vibration, Video
 from afferents.store.responses import Responses
 
 CAMERA, MARKERS, POSITIONS = "/camera/image/compressed", "/camera/markers", "/touch/positions"
-
-
 SOUND, VIBRATION, PERCEPT = "/microphone", "/touch/ra2", "/touch/percept"
-
-
 DRUM_POSITION, DRUM_SPEED = "/drum/position_mm", "/drum/speed_mm_s"
-
-
 BLOCK_S = 0.1
-
-
 QUALITY = 95
 """Of JPEGs, where the camera gave none."""
-
-
 _FULL = 32767
 
 

@@ -19,47 +19,21 @@ from afferents.store.recording import GreyImage
 # proposals for LeRobot name them, ``observation.tactile.*`` (its pull requests 3175 and 4469).
 
 VERSION: Final = "v3.0"
-
-
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
-
-
 VIDEO = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
-
-
 EPISODES = "meta/episodes/chunk-000/file-000.parquet"
-
-
 INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
-
-
 FILES_A_CHUNK = 1000
-
-
 DATA_MB, VIDEO_MB = 100, 200
 """A file is closed after the recording by which it grows beyond this."""
 
-
 CAMERA = "observation.images.fingertip"
-
-
 DISPLACEMENT = "observation.tactile.fingertip.displacement"
-
-
 DETECTED = "observation.tactile.fingertip.detected"
-
-
 SA1, RA1 = "observation.tactile.fingertip.sa1", "observation.tactile.fingertip.ra1"
-
-
 RA2 = "observation.tactile.fingertip.ra2"
-
-
 TIME = "observation.capture_time"
-
-
 STATE = "observation.state"
-
 
 COUNTED = {
     "timestamp": "float32",
@@ -114,11 +88,7 @@ def column(values: np.ndarray[Any, Any]) -> pa.Array:
 # Statistics of features, as LeRobot normalises with them.
 
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-
-
 Stats = dict[str, NDArray[Any]]
-
-
 SEEN = 100
 """So many pictures of an episode are looked at, evenly spread."""
 

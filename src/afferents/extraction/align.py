@@ -35,36 +35,19 @@ from afferents.recordings.video import open_video
 
 Floats = NDArray[np.float64]
 
-
 RATE_HZ = 1000.0
-
-
 BAND_HZ = (2.0, 40.0)
 """What both feel: the camera nothing above half its frame rate, the gel little below."""
-
-
 INTEGRALS = 2
 """A gel and an amplifier with a loss of first order each."""
-
-
 MOTIONS = 3
 """Main motions of the skin: along the slide, across it, and outwards."""
-
-
 BEFORE_S, AFTER_S = 0.3, 1.3
 """How much is used before and after the touch begins."""
-
-
 FARTHEST_S = 0.1
-
-
 STEP_S = 0.001
-
-
 LEAST_S = 1.0
 """In less, anything is explained by so many motions."""
-
-
 LEAST_EXPLAINED = 0.9
 
 

@@ -15,8 +15,6 @@ from afferents.store.zarr_store import store_config, stored_attributes
 
 FINGERPRINT = "fingerprint"
 """Attribute of a recording's responses that holds its fingerprint."""
-
-
 NAMED = 3
 """So many pairs are named in a warning."""
 

@@ -458,8 +458,6 @@ def extract(
     >>> recordings[0].sa1.dims
     ('time', 'marker')
     """
-    from afferents.extraction.options import Extraction
-
     wanted = Extraction(
         Path(session) if isinstance(session, str | Path) else session, Path(out),
         None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,

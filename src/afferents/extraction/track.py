@@ -174,7 +174,5 @@ def track(
     >>> dict(tracks.position.sizes)
     {'time': 45, 'marker': 361, 'space': 2}
     """
-    from afferents.recordings.video import open_video
-
     opened = open_video(video) if isinstance(video, str | Path) else video
     return tracked(opened, sensor_in(sensor), method)

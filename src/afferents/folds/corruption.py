@@ -38,14 +38,9 @@ def spoilt_by(disturbance: Spoilt) -> str:
 
 Floats = NDArray[np.floating[Any]]
 
-
 _SPELL_S = 1.0
 """So long the same markers are lost."""
-
-
 _FORM = "as in markers=0.1,sound=-20dB,frames=0.05,lost=0.1,seed=1"
-
-
 _DRAWS = ("markers", "sound", "frames", "lost")
 
 

@@ -14,28 +14,12 @@ def _counted(value: Any) -> Any:
 
 
 Share = Annotated[float, Field(ge=0, le=1)]
-
-
 Count = Annotated[int, Field(ge=0)]
-
-
 Amount = Annotated[float, Field(ge=0)]
-
-
 Speed = Annotated[float, Field(gt=0)]
-
-
 Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
 """A speed or a spacing as the key of a table: ``10``, ``12.5``."""
-
-
 Shares = tuple[Share, Share]
-
-
 GroupName = Annotated[str, Field(min_length=1)]
-
-
 SplitName = Annotated[str, Field(pattern=f"^{NAME}$")]
-
-
 Steady = tuple[Amount, Amount]

@@ -1,4 +1,10 @@
-"""What is held out: by what recordings form groups, of which one is held out at a time."""
+"""What is held out: by what recordings form groups, of which one is held out at a time.
+
+A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
+files of a results folder. There are three kinds: by speed, which is the default, by a condition
+that recordings carry (`trial`, `repetition`, `pressure`, ...), and by the arc of the drum that
+was touched, which goes through every recording.
+"""
 
 import re
 from abc import ABC, abstractmethod
@@ -18,7 +24,6 @@ from afferents.store.responses import Responses, conditions, speed_of, steady_s
 
 Group = float | str
 """A speed, mm/s, the value of a condition as text, or the number of an arc as text."""
-
 
 OPTION = "--split"
 
@@ -168,15 +173,9 @@ def order(group: Group) -> tuple[float, str]:
 # Every speed and texture is in every arc: only the stretch of the drum is new in the test.
 
 ANGLE = "angle"
-
-
 ARCS = 5
 """Where the name gives no number: a fifth of the drum is tested, as many as can be long."""
-
-
 _MOST = 99
-
-
 _NOWHERE = -1
 
 
@@ -337,21 +336,10 @@ def _require_no_gap(way: Way, responses: Responses) -> None:
         )
 
 
-# What is held out: by what recordings form groups, of which one is held out at a time.
-#
-# A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
-# files of a results folder. There are three kinds: by speed, which is the default, by a condition
-# that recordings carry (`trial`, `repetition`, `pressure`, ...), and by the arc of the drum that
-# was touched, which goes through every recording.
-
 TEXTURE = "texture"
 """Held out as well as a speed; another evaluation, with questions of its own."""
-
-
 NAME = r"\w[\w .+-]*"
 """Of a condition."""
-
-
 _LONGEST = 80
 """Characters of a group: a folder is named by it."""
 

@@ -10,7 +10,7 @@ from afferents.errors import InputError
 from afferents.files import Place, write_aside
 from afferents.markers.calibrate import MADE_BY, Calibration, calibrate_from_clips, sensor_toml
 from afferents.markers.estimate import looks
-from afferents.markers.sensor import DiscDetector
+from afferents.markers.sensor import DiscDetector, load_sensor
 from afferents.outputs import has_mark, is_our_picture, require_free
 from afferents.progress import printable
 from afferents.recordings.video import open_video
@@ -173,8 +173,6 @@ def calibrate(
     >>> sensor.n_markers
     361
     """
-    from afferents.markers.sensor import load_sensor
-
     clips = [video] if isinstance(video, str | Path) else video
     calibrate_sensor([Path(clip) for clip in clips], Path(out), pitch_mm, force)
     return load_sensor(str(out))

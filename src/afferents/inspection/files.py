@@ -32,12 +32,8 @@ from afferents.reporting.style import save_figure
 from afferents.store.recording import GreyImage
 
 MARKERS, RESPONSES, VIBRATION = "markers.png", "responses.png", "vibration.png"
-
-
 PICTURED_S = 10.0
 """Length of the vibration that is drawn, s."""
-
-
 UNEVEN, OFTEN_UNEVEN = 0.1, 0.05
 """An interval between frames is uneven beyond this share of the median; and said to be so beyond
 this share of intervals (single gaps are counted as missing frames)."""

@@ -51,12 +51,8 @@ from afferents.store.trimming import AUDIO_S, LAST_FRAME
 
 APART = 20
 """Frames between the two images, as in the paper's Figures 8 and 10."""
-
-
 LOOKED_AT = 900
 """Most frames of a recording that are looked at, from its middle: 10 s at 90 frames/s."""
-
-
 _FEWEST = 3
 """Markers that both images must show."""
 
@@ -137,8 +133,6 @@ def _middle(responses: Responses, name: str) -> NDArray[np.floating]:
 # What is in a file or a data set, whether it is sound, and a picture of it.
 
 STEADINESS = "steadiness.png"
-
-
 MOST_LOST = 0.01
 """Share of marker positions lost beyond which a recording is named."""
 

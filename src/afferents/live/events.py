@@ -129,8 +129,6 @@ def let_go(sources: Iterable[Source]) -> Iterator[None]:
 
 WAITING_FRAMES = 4
 """More frames than that are not kept waiting: who is too slow skips the oldest."""
-
-
 WAITING_SOUNDS = 100
 
 
@@ -197,10 +195,7 @@ class Mailbox:
 # Events taken a little ahead by a thread: decoding on one core, feeling on another.
 
 AHEAD = 32
-
-
 _PATIENCE_S = 0.1
-
 
 _Item = Event | BaseException | None
 

@@ -21,11 +21,7 @@ from afferents.markers.track import Tracker
 from afferents.store.recording import Frame, Video
 
 Image = NDArray[np.float32]
-
-
 Response = NDArray[np.floating]
-
-
 SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
 """Channels that the page shows, whatever models feel with."""
 
@@ -185,8 +181,6 @@ def _image(parts: Image, is_vector: bool, grid: Grid) -> Image:
 
 AGAIN_S = 1.0
 """Where there are no markers to be found they are looked for this often, s."""
-
-
 NAME = "found"
 """Of a sensor that was found here."""
 

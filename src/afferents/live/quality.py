@@ -22,8 +22,6 @@ from afferents.quality.sound import clipped_share
 
 EVERY_S = 0.5
 """Figures are worked out anew this often, s of the source's time."""
-
-
 SPAN_S = 1.0
 """They are of so many seconds."""
 
@@ -133,16 +131,10 @@ def _decibels(share: float) -> str:
 
 SLOW = 0.9
 """A frame rate below this share of what the source says is named;"""
-
-
 MANY_LOST = 0.05
 """so is a larger share of markers lost,"""
-
-
 MANY_REPEATED = 0.01
 """and a larger share of frames that repeat the one before."""
-
-
 REPEATS = 180
 """Frames in a row that are looked at for repeats."""
 

@@ -15,12 +15,8 @@ from afferents.spikes.units import UNIT_MODELS, Fired
 
 SPAN_S = 1.0
 """Spikes older than that are forgotten."""
-
-
 SHOWN = 30
 """About so many units of a class are simulated, evenly among the markers."""
-
-
 _MODEL = UNIT_MODELS["izhikevich"]
 
 

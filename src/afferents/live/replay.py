@@ -174,8 +174,6 @@ def recorded(path: Path, name: str) -> Path:
 
 RUN_S = 10.0
 """Length of a run, s."""
-
-
 SPEEDS_MM_S = (20, 30, 40, 50, 60, 70, 80, 90)
 
 

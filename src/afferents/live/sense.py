@@ -22,8 +22,6 @@ from afferents.markers.sensor import Sensor
 
 LATE_S = 0.1
 """What lags more than this behind the quickest arrival tells of the past."""
-
-
 _FORGET = 0.001
 """The quickest arrival is forgotten by this share of the time gone by: clocks drift."""
 
@@ -131,8 +129,6 @@ def require_alike(networks: Sequence[Network], fields: Sequence[str], what: str)
 # From vibration to percepts, by RA-II.
 
 Floats = NDArray[np.float32]
-
-
 JUMP_S = 0.002
 """Sound whose time is off by more than this from the samples' count has lost some."""
 
@@ -244,8 +240,6 @@ class AudioSense(Sense):
 
 MISSING = 1.7
 """Frames farther apart than this multiple of their period have lost others between them."""
-
-
 DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""
 

@@ -14,16 +14,10 @@ from afferents.store.recording import Frame
 
 AGAIN_S = 1.0
 """A camera that vanished is looked for this often, s."""
-
-
 CHECKED_S = 1.0
 """Its frame rate is measured over this time, s."""
-
-
 USUAL_HZ = 30.0
 """Frame rate of a camera that was asked for none and says none."""
-
-
 SLOW = 0.9
 """A rate below this share of what was asked for is said."""
 
@@ -166,8 +160,6 @@ def _camera_of(
 
 AGAIN_S = 1.0
 """A microphone that vanished is looked for this often, s."""
-
-
 FULL_SCALE = 32768.0
 """Of 16-bit samples, as wav files have them."""
 

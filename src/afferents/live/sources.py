@@ -26,14 +26,8 @@ from afferents.rig.sensor_rig import rig_of
 from afferents.store.recording import Video
 
 VIDEO_SOURCES = "camera:0, replay:SESSION/3/50, a video file or rig"
-
-
 AUDIO_SOURCES = "mic:default, replay:SESSION/3/50, a sound file or rig"
-
-
 KINDS = ("camera", "mic", "replay", "rig")
-
-
 RIG_SENSOR = "tip_b"
 """The rig's own fingertip."""
 

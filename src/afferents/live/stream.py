@@ -17,8 +17,6 @@ from afferents.live.senses import Perceiver, Senses
 
 SILENT_S = 0.5
 """A source that says nothing for so long is stalled; and nobody waits longer for a message."""
-
-
 RATE_TOLERANCE = 0.1
 """How far a source's frame rate may lie from what the model learnt from, as a share of it."""
 

@@ -19,12 +19,8 @@ from afferents.live.quality import Quality
 from afferents.live.sense import AudioSense, VideoSense
 
 _BAR = 24
-
-
 _AT_ONCE_S = 0.05
 """What would be printed as 0.0 s."""
-
-
 _MOST = 13
 """Textures shown, the likeliest."""
 
@@ -81,33 +77,17 @@ def _title(percept: Percept) -> str:
 # What comes in, in the terminal: camera, SA-I, RA-I and spectrum in characters, and figures.
 
 Pixels = NDArray[np.uint8]
-
-
 _MOST_COLUMNS, _FEWEST_COLUMNS = 64, 16
 """Widths that a picture of the camera may have, in characters."""
-
-
 _HEIGHT_SHARE = 0.55
-
-
 _WORDS = 13
 """Of the terminal's lines that pictures take at most, and how many they leave to words."""
-
-
 _BARS = " ▁▂▃▄▅▆▇█"
-
-
 _AMBER = (255, 176, 0)
-
-
 _EDGE_PX = 32
 """The camera's picture is cut off round the markers, at multiples of this, px."""
-
-
 _LEAST_PX = 0.5
 """Maps are drawn from 0 to their largest value, but to this at least."""
-
-
 _CIVIDIS = np.array([
     (0, 34, 78), (18, 53, 112), (59, 73, 108), (87, 93, 109),
     (112, 113, 115), (138, 134, 120), (190, 174, 105), (254, 232, 56),

@@ -22,8 +22,6 @@ from afferents.store.recording import GreyImage, Video
 LEAST_ALIKE, IN_PLACE = 0.6, 0.2
 """Clips of one sensor show this share of each other's markers, for all their light, each within so
 much of a spacing of its place."""
-
-
 MOST_FOLLOWED = 300
 """Frames after those at rest in which the markers are looked for again."""
 

@@ -21,15 +21,10 @@ from afferents.store.recording import GreyImage
 
 SURROUND = 0.4
 """Width of the skin round a disc that is looked at, as a share of its radius; 2 px at least."""
-
-
 FAINTEST = 6.0
 """A disc that stands out by fewer grey levels is noise."""
-
-
 TYPICAL = 0.8
 """Discs that correlate so well say what contrast is typical."""
-
 
 Image = NDArray[np.float32]
 

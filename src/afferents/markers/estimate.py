@@ -22,31 +22,19 @@ from afferents.store.recording import GreyImage, Video
 
 FEWEST = 6
 """Fewer blobs of like size than this are no marker layout."""
-
-
 SMALLEST_PX2, LARGEST_SHARE = 8.0, 1 / 150
 """Areas that a marker may have: least in px^2, most as a share of the image."""
-
-
 LIKE_SIZE = (0.25, 3.0)
 """Areas, as multiples of the median area, that count as markers: fish-eye lenses shrink them
 towards the rim, reflections are larger."""
-
-
 MOST_DISCS = 0.8
 """Markers are described as discs where so many discs are found for the blobs."""
-
-
 FEWEST_BY_GREY, MORE = 400, 1.3
 """Where fewer blobs are found by grey level, they are looked for in an evened picture too, which is
 taken if it shows so many times more."""
-
-
 EVEN_SHARE, EVEN_GREY, LEAST_SPREAD = 30.0, 50.0, 3.0
 """Evened are parts of this share of the picture's height, to a spread of so many grey levels; less
 spread than the last is noise."""
-
-
 GATE_SHARE = 0.65
 """Gate as a share of the spacing. More than half of it, because one-to-one assignment keeps
 neighbours apart."""

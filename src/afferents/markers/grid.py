@@ -19,30 +19,18 @@ from afferents.markers.detect import Positions, spacing_px
 
 PUBLISHED_ROLL_DEG = 6.2
 """Published rest positions are turned by -6.2 degrees (spatial/process_static.ipynb, cell 3)."""
-
-
 REACH = 1.3
 """Lattice neighbours lie within this multiple of the distance to the nearest marker when the
 roll is estimated; diagonal ones lie at 1.41."""
-
-
 CONE_DEG = 35.0
 """A neighbour along an axis lies within this angle of it; diagonal ones lie at 45 degrees."""
-
-
 LONGEST = 1.6
 """A link longer than this multiple of the median jumps over a missing marker."""
-
-
 MOST_MISSING = 0.2
 """With more of a layout missing than this, it is another sensor or a picture gone wrong."""
-
-
 STRAIGHT = 0.15
 """Markers form a grid if they lie within this share of the spacing, root mean square, of smooth
 rows and columns."""
-
-
 _DEGREE, _ENOUGH_TO_BEND = 3, 30
 """Of the polynomial between places and positions: enough for a fish-eye lens; with fewer markers
 than that it is straight."""

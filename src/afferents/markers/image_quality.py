@@ -10,30 +10,18 @@ from afferents.store.recording import GreyImage
 
 SATURATED = 250
 """Grey levels from here on hold no more light."""
-
-
 _BIN_PX = 0.5
-
-
 _ENOUGH = 60
 """Markers from all over the picture that tell of it as much as all do."""
-
-
 _ALONE_PX = 40.0
 """What is looked at round a single marker, px across."""
-
-
 REPEATED_SHARE = 0.2
 """A repeated frame changes less than this share of what changes before and after it."""
-
-
 MOVING = 0.1
 """Change means motion where it is this share of the most that frames change (95%)."""
 
-
 FAINT, OVEREXPOSED, BLURRED_PX = 40.0, 0.5, 4.0
 """Contrast in grey levels, share of saturated markers, and width of an edge that are named."""
-
 
 BLACK, WHITE = 12.0, 243.0
 """A picture whose mean grey level lies beyond these shows nothing."""

@@ -7,27 +7,17 @@ from numpy.typing import NDArray
 LOW, HIGH = 0.15, 0.85
 """Between these shares of a marker's contrast a pixel counts in part: below lies the noise of the
 skin, above that of the disc."""
-
-
 AGAIN_PX = 0.5
 """A centroid farther than this from its window's middle is taken again round itself."""
 
-
 _SHORT_HALF = 11
 """Half the side of the largest window whose sums fit into 16 bits: 24 rows."""
-
-
 _ROWS_APART, _COLUMNS_APART = 17, 8
 """Of the pixels that tell whether a frame changed: unlike the pitch of markers in one direction."""
-
-
 _LANES = 16
 """Columns that the processor works on at once."""
 
-
 _kernel = njit(cache=True, error_model="numpy", nogil=True)
-
-
 _fast_kernel = njit(cache=True, error_model="numpy", nogil=True, fastmath=True)
 """For what sees no NaN: fast maths would take every number for one."""
 

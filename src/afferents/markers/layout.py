@@ -23,11 +23,7 @@ from afferents.markers.link import NO_BLOB, link_one_to_one
 
 _NEIGHBOURS = 13
 """A marker is expected where the mean of so many, itself among them, went."""
-
-
 _ROUNDS = 10
-
-
 _BESIDE = 6
 """The layout is also tried on the places of so many neighbours of its middle marker."""
 
@@ -112,35 +108,19 @@ def _follow(
 
 ORDERED = 0.6
 """How well directions or radii must agree for a lattice or rings to be seen, from 0 to 1."""
-
-
 _ANGLE_STEP_DEG = 2.0
-
-
 _ICP_ROUNDS = 8
-
-
 _TRIED = 10
 """Turns that fit best at first, each of which is then fitted closely."""
-
-
 _GOOD, _ASIDE = 0.8, 2.0
 """With a fit below this the layout is also looked for so many spacings from the middle."""
-
-
 GATE_SHARE = 0.4
 """A marker is one of the layout's if it lies within this share of the spacing of its place."""
-
-
 _ANOTHER = 0.12
 """Of another layout, markers lie off their places by more than this share of their spacing, in the
 median: at least 0.14 measured, at most 0.05 of a layout's own (fish-eye lens, other clips)."""
-
-
 _ANOTHER_FOLLOWED = 0.1
 """The same once each marker is looked for where those around it went: 0.12 and 0.08 measured."""
-
-
 ON_RAYS = 0.3
 """How well nearest markers must lie along, or all across, the rays from the middle."""
 

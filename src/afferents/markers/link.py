@@ -71,22 +71,13 @@ def link_one_to_one(expected: Positions, blobs: Positions, gate_px: float) -> ND
 
 TORN = 0.5
 """Neighbours are torn apart if their step from rest to each other differs by this share of it."""
-
-
 MOST_LOST = 0.01
 """More lost than this share and some may be slipped."""
-
-
 ON_ONE_BLOB = 0.4
 """Two markers nearer than this share of the spacing are on one blob."""
-
-
 BETTER = 0.01
 """So much of all markers more must find blobs of their own under other names; two at least."""
-
-
 _N_EDGES, _N_PARTS, _ROUNDS = 6, 2, 40
-
 
 Look = Callable[[Positions], Positions]
 """Looks for markers near where they are expected, (n, 2), px, NaN for not at all; returns where

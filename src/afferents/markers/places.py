@@ -11,8 +11,6 @@ from afferents.errors import InputError
 from afferents.markers.detect import Positions
 
 FEWEST = 4
-
-
 _STEPS = 1024
 """Places are whole multiples of 1 / 1024 of a pixel, so that float32 holds them exactly."""
 
@@ -81,19 +79,12 @@ def image_places(position: Positions, size: tuple[int, int] | None = None) -> Im
 # markers are as noisy as tracking leaves them (`docs/layouts.md`, by `scripts/compare_images.py`).
 
 Floats = NDArray[np.float32]
-
-
 Places = NDArray[np.generic]
 """Rows or columns of markers: whole numbers on a square grid, any on other layouts."""
 
-
 _INSIDE = 1e-6
 """Pixels may lie this far outside a triangle, in its own coordinates: places are rounded."""
-
-
 _LEAST_WEIGHT = 1e-5
-
-
 _NEIGHBOURS, _REACH = 8, 1.6
 """A marker has at most so many neighbours, up to so many times as far as its third nearest."""
 

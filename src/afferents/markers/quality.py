@@ -21,12 +21,8 @@ from afferents.quality.lasting import lasting, sliding_part, span_text
 END_FRAMES = 5
 """The end of a video is its last five frames, everywhere; a marker is where they show it, in the
 median, and lost if none of them does."""
-
-
 BACK = 0.5
 """A marker is back within this share of the spacing of its rest position."""
-
-
 STAYS = 0.9
 """A jump lasts if the markers stay away for so much of the time after it."""
 
@@ -117,26 +113,16 @@ def _stays_away(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool
 # What can be said of a tracked video in plain words, for `inspect`.
 
 Lengths = NDArray[np.float64]
-
-
 STILL_PX = 0.5
 """A marker that never strays farther than this from its rest position has not moved."""
-
-
 REST_PX = 0.3
 """The skin is at rest while half of its markers are no farther than this from their places."""
-
-
 FEWEST_AT_REST, MOST_AT_REST = 10, 90
 """Frames at rest for the jitter."""
-
-
 FEW_SEEN, LOST_S = 0.5, 0.5
 """The skin is covered where less than this share of the markers of the rest frame are seen for
 longer than this, s. Simulated recordings show 0.92 of them in any frame, encoded as it may be;
 real clips, pushed far, 0.71 in 95% of the frames and 0.55 in the worst."""
-
-
 MANY_REPEATED = 0.01
 """Share of frames that seem repeated beyond which it is said."""
 

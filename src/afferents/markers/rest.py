@@ -24,8 +24,6 @@ from afferents.store.recording import GreyImage, Video
 
 N_FRAMES = 9
 """The picture at rest is the median of so many frames: without noise, without what flickers."""
-
-
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
@@ -338,8 +336,6 @@ def check_size(where: object, size: tuple[int, ...], sensor: Sensor) -> None:
 # It stands in the attributes of a recording's tracks, and so in those of its responses.
 
 BLOBS, MARKERS, REPLACED = "rest_blobs", "rest_markers", "rest_replaced"
-
-
 NAMED = 3
 """So many recordings are named in a sentence."""
 

@@ -26,12 +26,8 @@ from afferents.recordings.session import Session
 from afferents.store.recording import Recording
 
 ImageSide = Annotated[int, Field(ge=2, le=200)]
-
-
 GENEROUS = 0.6
 """Share of a detector's limits that a marker must reach where a layout expects it."""
-
-
 _PACKAGED = Path(str(files("afferents.markers"))) / "sensors"
 
 

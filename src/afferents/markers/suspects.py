@@ -17,26 +17,16 @@ from afferents.store.recording import GreyImage
 AROUND, AROUND_MOVED = 3.5, 0.7
 """Only where a quarter of the markers within so many spacings moved by this share of one can a spot
 be told from a marker: next to the rim, which holds the skin, pins move little."""
-
-
 STAYED = 0.2
 """A spot is seen again within this share of the spacing of where it was."""
-
-
 LINK, BESIDE, LEAST_SHARE, FEWEST = 1.7, 1.2, 0.6, 8
 """See `beyond_layout`: spacings to the next of a group and from its outline, share of the largest
 group, and how many there must be for one."""
-
-
 ALONE, APART, MOST_ALONE = 1.2, 1.0, 0.03
 """See `beyond_layout`: spacings to the nearest other, and from the outline, of one that is alone;
 with more of these than that share, the layout itself is as wide there."""
-
-
 MOST_FRAMES, FEWEST_FRAMES = 12, 3
 """Frames, of those where the skin moved most, in which spots are looked for."""
-
-
 MOSTLY = 0.7
 """A spot stays in more than this share of them."""
 
@@ -158,8 +148,6 @@ def _inside_px(position: Positions, layout: NDArray[np.bool_]) -> NDArray[np.flo
 MOST_FALSE = 0.05
 """With more blobs too many than this share of a layout, it is another sensor or a picture gone
 wrong."""
-
-
 GATE_SHARE = 0.4
 """A marker lies within this share of the spacing of where smooth rows and columns meet."""
 

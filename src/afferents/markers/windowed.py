@@ -81,52 +81,28 @@ class Renamed(NamedTuple):
 
 N_NEIGHBOURS = 8
 """Markers around a marker that say where it must be when it is lost."""
-
-
 EDGE_PX = 1.0
 """A window is this much larger than the disc to every side, px."""
-
-
 WINDOW = 0.45
 """Half a window is at most this share of the distance to the nearest marker, so that no two
 windows hold both discs; nor may a marker lie farther from its neighbours' motion."""
-
-
 SAME_BLOB = 0.4
 """Two markers nearer than this share of their distance at rest are on one blob."""
-
-
 SEARCH = 1.2
 """The common shift is searched up to this multiple of the distance of markers."""
-
-
 SEARCH_STEP_PX = 2.5
-
-
 FAR = 0.15
 """A common step beyond this share of the search is not believed without one."""
-
-
 WINDOWS = 3
 """A marker's window is moved to its centroid at most this often."""
-
-
 FOLLOW_LIGHT = 0.1
 """Share of a new grey level in the running mean."""
-
-
 FAINT = 0.3
 """A lost marker is there if it stands out by this share of what markers stand out by."""
-
-
 _FAR_RADII = 8.0
 """Markers farther apart than this many radii are as good as alone."""
-
-
 _ENOUGH = 0.5
 """Below this share of markers found the whole picture is searched."""
-
-
 _CHECK, _LONGEST = 4, 64
 """Frames between two checks of names in doubt: at first, and at most while they prove right."""
 

@@ -21,30 +21,19 @@ from afferents.folds.held_out import SPEED, Group, Split, split_named
 from afferents.models.model import MODELS
 
 SCHEMA = 3
-
-
 CARD, WEIGHTS, ESTIMATOR = "model.json", "weights.safetensors", "estimator.skops"
-
-
 METADATA = "afferents"
 """Key of the card in an ONNX file's metadata."""
-
-
 LARGEST = 1_000_000
 """Values of one sample: a card asks for memory before the weights that belong to it are seen."""
 
-
 _WHAT = "the card of a model as 'afferents train' writes it"
-
-
 _AGAIN = "train or export it again with this version"
-
 
 _NOT_FELT = (
     "A scikit-learn estimator: it can be explained, and asked from Python, with the version of "
     "scikit-learn that it was trained with; it can't be exported or felt live."
 )
-
 
 Size = Annotated[int, Field(ge=1, le=10_000)]
 """Of a side of a sample, or frames."""

@@ -96,7 +96,6 @@ _PAPER: dict[str, TrainingConfig] = {
     "vibration-net": TrainingConfig(learning_rate=1e-4, patience=10),
 }
 
-
 _QUICK: dict[str, TrainingConfig] = {
     "spatial-net": TrainingConfig(
         learning_rate=2e-3,
@@ -127,7 +126,6 @@ _QUICK: dict[str, TrainingConfig] = {
     ),
 }
 
-
 _FAST: dict[str, TrainingConfig] = {
     "spatial-net": TrainingConfig(
         learning_rate=4e-3,
@@ -155,10 +153,8 @@ _FAST: dict[str, TrainingConfig] = {
     ),
 }
 
-
 RECIPES = tuple(_PAPER)
 """Names of the recipes, after the networks that they are for."""
-
 
 _PRESETS: dict[str, dict[str, TrainingConfig]] = {
     "quick": _QUICK,
@@ -220,12 +216,8 @@ def training_config(
 
 DROPOUT_LAYERS = {"spatial-net": 3, "cnn-lstm": 3, "vibration-net": 1}
 """How many there are in each network, from the input to the output."""
-
-
 _OPTIONS = {"device", "precision"}
 """What is computed on is no hyperparameter, and has options of its own."""
-
-
 _WHAT = "hyperparameters of networks as TOML"
 
 

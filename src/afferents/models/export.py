@@ -18,8 +18,6 @@ from afferents.plugins import import_extra
 
 AGREES = 1e-4
 """The file's outputs must be the model's to this, on samples drawn at random: rounding alone."""
-
-
 _TRIALS = 8
 
 

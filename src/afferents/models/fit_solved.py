@@ -38,9 +38,7 @@ SHRINKAGE = 0.1
 Fixed after 0.001 to 10 had been tried at held-out speeds of one simulated session.
 """
 
-
 Sums = NDArray[np.float32]
-
 
 Indices = NDArray[np.int64]
 
@@ -87,7 +85,6 @@ def _sums(x: torch.Tensor, labels: torch.Tensor, n_classes: int) -> Gram:
 # Classifiers that are solved at once: what they learn on a fold, and what they say of its test.
 
 Floats = NDArray[np.float64]
-
 
 _BATCH = 256
 

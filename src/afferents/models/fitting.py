@@ -136,8 +136,6 @@ def _features(
 # count for the window that they end in.
 
 Indices = NDArray[np.int64]
-
-
 _LEAST = 1e-12
 """Probabilities below are as good as 0."""
 

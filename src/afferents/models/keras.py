@@ -162,15 +162,9 @@ def _put_lstm(lstm: nn.LSTM, taken: _Taken, flattened: _Flattened) -> None:
 # cannot be said of a pickle.
 
 _WEIGHTS = "model_weights"
-
-
 _WHAT = "a network that Keras saved as HDF5"
-
-
 _LARGEST = 10_000_000
 """Values of one array: those of the paper's networks have at most 147,456."""
-
-
 _SETTINGS: dict[str, dict[str, str | float]] = {
     "LSTM": {"activation": "tanh", "recurrent_activation": "sigmoid"},
     "BatchNormalization": {"epsilon": 0.001},

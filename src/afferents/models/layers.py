@@ -13,10 +13,7 @@ from torch import Tensor, nn
 L2 = 0.005
 """Factor of the sum of squared kernels in the loss (train_static.ipynb, cell 4)."""
 
-
 _EPS = 1e-3
-
-
 _MOMENTUM = 0.01
 """Keras' 0.99 is the share of the old value, PyTorch's momentum that of the new one."""
 

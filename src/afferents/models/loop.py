@@ -211,10 +211,7 @@ class History:
 EVERY_S = 300.0
 """A checkpoint is written this often, s; most trainings end before."""
 
-
 _WHAT = "a checkpoint of a training"
-
-
 _MODEL, _BEST, _ADAM, _RANDOM, _RANDOM_GPU = "model.", "best.", "adam.", "random", "random_gpu"
 
 

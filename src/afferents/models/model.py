@@ -24,8 +24,6 @@ from afferents.plugins import named
 
 MODEL_NAME = r"[^./\\,:\s][^/\\,:\s]*"
 """A model's folder is named by it."""
-
-
 SpeedFrom = Literal["nobody", "robot", "fingertip"]
 """Who tells a model the sliding speed of a sample that it names: the fingertip measures it."""
 
@@ -108,7 +106,6 @@ TABLE1: dict[str, Model] = {
 }
 """The paper's."""
 
-
 BEYOND: dict[str, Model] = {
     model.name: model
     for model in (
@@ -178,9 +175,7 @@ BEYOND: dict[str, Model] = {
 }  # fmt: skip
 """Our own: docs/speed-invariant-models.md says what they are."""
 
-
 MODELS: dict[str, Model] = TABLE1 | BEYOND
-
 
 BEST = ("sa-wave-vector", "vib-te-aug")
 """What is recommended: the first that the data support, to be trained and felt with.

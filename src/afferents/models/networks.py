@@ -26,8 +26,6 @@ from afferents.models.layers import (
 
 SMALLEST_SIDE = 8
 """Rows and columns that leave at least one value a channel after the image stack."""
-
-
 IMAGE_CHANNELS = 128
 
 
@@ -257,8 +255,6 @@ def last_state(lstm: nn.LSTM, of_frames: Tensor) -> Tensor:
 
 SMALLEST_SPECTRUM = 135
 """Bins that leave at least one value a channel after three poolings by 3 and the last kernel."""
-
-
 CHANNELS = 128
 
 

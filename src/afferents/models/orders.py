@@ -29,24 +29,14 @@ from afferents.models.solved import SEARCHED, Gram, log_probabilities
 
 WRONG_SPEEDS = 8
 """Wrong speeds that every spectrum is learnt at."""
-
-
 _WRONG_FROM = 0.12
 """A speed that is wrong by fewer octaves is nearly right, and nothing is learnt from it."""
-
-
 _BEYOND = 2.5
 """Speeds are searched for up to this factor beyond those learnt from."""
-
-
 _PER_OCTAVE = 12
 """Speeds supposed in a factor of 2."""
-
-
 _FLOOR = 0.1
 """Share of all powers learnt from that count as no more than the floor."""
-
-
 _LEAST_SD = 0.1
 """Of a logarithm of power that hardly varies: it is not trusted to the last digit."""
 

@@ -14,12 +14,8 @@ from afferents.plugins import imported, reference_of
 
 _TRIAL = 2
 """Samples that a module of somebody's is tried with before it is trained."""
-
-
 _LEAST = 1e-12
 """Probabilities below are as good as 0."""
-
-
 _TOLERANCE = 1e-3
 """How far a row of probabilities may be from a sum of 1."""
 

@@ -24,18 +24,10 @@ from afferents.models.networks import CnnLstm
 
 MEASURED_S = 0.5
 """So long, about, each rate is measured."""
-
-
 _BATCHES = 2
-
-
 _TEXTURES, _SPEEDS = 13, 10
-
-
 _FEW, _MORE = 6, 24
 """Samples of each recording by which a model that is solved at once is measured."""
-
-
 Out = TypeVar("Out")
 
 

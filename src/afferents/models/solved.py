@@ -19,15 +19,10 @@ from afferents.models.model import SpeedFrom
 
 PENALTY = 30.0
 """Of the penalty, in samples of one texture's weight; chosen on inner folds of a tuning session."""
-
-
 SEARCHED = (3.0, 30.0, 300.0, 3e3, 3e4)
 """Penalties to choose from inside a fold, where that is asked for."""
-
-
 _LEAST_SD = 0.1
 """Of a value that hardly varies: logarithms of power that do are not trusted to the last digit."""
-
 
 _LEAST_SHARE = 1e-10
 """Of a value's square that its variance may be: of one that never varies, rounding is left."""

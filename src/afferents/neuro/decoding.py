@@ -24,21 +24,12 @@ from afferents.spikes.population import Spikes
 Across = Literal["speeds", "windows"]
 """What is held out: every speed in turn, or within each speed later windows (or repetitions)."""
 
-
 RESOLUTIONS_S = (0.001, 0.002, 0.005, 0.011, 0.02, 0.05, 0.1, 0.25, 0.5)
-
-
 WINDOW_S = 0.5
-
-
 COMPONENTS = 40
 """Principal components that the discriminant sees."""
-
-
 _SLACK = 0.95
 """Of a camera at 90 frames/s, whose frames last 11.1 ms, bins of 11 ms can be asked."""
-
-
 MOST_WINDOWS = 8
 """Of a trial: more of the same recording adds little."""
 

@@ -19,8 +19,6 @@ from afferents.store.responses import Responses
 
 LOW_HZ, HIGH_HZ = 10.0, 200.0
 """Where the slope is fitted."""
-
-
 WINDOW_S = 1.0
 
 

@@ -19,8 +19,6 @@ from afferents.reporting.style import (
 from afferents.spikes.population import Spikes
 
 CLASS_COLOURS = {"SA": BLUE, "RA": ORANGE, "PC": VERMILION}
-
-
 ACROSS = {"speeds": "a speed not learnt from", "windows": "a speed learnt from"}
 """What is held out, in words, in the order of the panels."""
 

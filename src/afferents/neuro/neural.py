@@ -146,15 +146,9 @@ def _exponents(table: pd.DataFrame) -> list[str]:
 # From a store to spikes, tables, figures, and what they mean in words.
 
 FACTS = "neural.json"
-
-
 TABLES = ("rates", "resolution", "units", "slopes", "stretch", "exponents")
 """Of the tables that are written, as CSV."""
-
-
 _BESIDE = ("beside_resolution", "beside_stretch", "natural_stretch")
-
-
 RASTER_UNITS, RASTER_S = 12, 0.5
 """Of each class in the raster, and how long it is."""
 

@@ -19,11 +19,8 @@ from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
 """Bins that trains are compared in, before smoothing."""
-
-
 SMOOTHING_MM = 0.3
 """Standard deviation of the smoothing, on the surface: less than the finest bumps are apart."""
-
 
 _AT_ONCE = 16
 """Trials held against all others at a time: 220 at once would take most of a gigabyte."""

@@ -7,8 +7,6 @@ from typing import Literal, get_args
 from afferents.errors import InputError, then
 
 Kind = Literal["length", "dark", "frozen", "repeated", "loud"]
-
-
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """What `--accept` takes."""
 

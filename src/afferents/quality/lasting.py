@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 Times = NDArray[np.float64]
 
-
 GAP_S = 0.7
 """A frozen picture changes once where a codec begins anew (a key frame), and differs from those of
 half a second before for as long."""

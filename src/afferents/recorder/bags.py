@@ -32,17 +32,9 @@ from afferents.recordings.ros_messages import (
 )
 
 _PICTURES = (PICTURE, RAW_PICTURE)
-
-
 _SOUNDS = (SOUND, ROS_SOUND, ROS_SOUND_STAMPED)
-
-
 _GREY = ("mono8", "8UC1")
-
-
 _USUAL_HZ = 44_100
-
-
 JPEG = b"\xff\xd8"
 
 

@@ -23,14 +23,8 @@ from afferents.errors import InputError
 # second can be read. Times are those of capture, to a microsecond.
 
 TICKS_HZ = 1_000_000
-
-
 TIME_BASE = Fraction(1, TICKS_HZ)
-
-
 _FRAGMENT_S = 1
-
-
 CONTAINER = {
     # frag_discont: the first frame keeps its time, and is not moved to 0.
     "movflags": "empty_moov+default_base_moof+frag_discont",
@@ -39,8 +33,6 @@ CONTAINER = {
     "video_track_timescale": str(TICKS_HZ),
     "avoid_negative_ts": "disabled",
 }
-
-
 Pixels = NDArray[np.uint8]
 
 
@@ -212,14 +204,8 @@ class Film:
 # A microphone's samples on disk: a wav whose header is right every second, and its repair.
 
 _HEADER = struct.Struct("<4sI4s4sIHHIIHH4sI")
-
-
 _DATA_AT = _HEADER.size - 8
-
-
 SAMPLE_BYTES = 2
-
-
 LONGEST_BYTES = 0xFFFFFFFF - _HEADER.size
 """A wav says in 32 bits how much there is."""
 

@@ -17,12 +17,8 @@ from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
 from afferents.store.recording import as_grey
 
 _FULL = 32768
-
-
 LATE = 1.5
 """A frame that comes after so many intervals, with no number missing, is late."""
-
-
 SOUND_SHORT_S = 0.1
 
 

@@ -27,8 +27,6 @@ from afferents.recordings.session_file import SESSION_FILE
 from afferents.recordings.video import VideoFile
 
 TIME, SEQUENCE = "time_s", "sequence"
-
-
 _DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
 
 

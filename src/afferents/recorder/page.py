@@ -23,11 +23,7 @@ from afferents.store.recording import Frame
 
 FRESH_S = 0.1
 """Pictures are drawn up no more often, and only while somebody looks on."""
-
-
 _DIGITS = 4
-
-
 _FULL = 32768
 
 

@@ -49,14 +49,8 @@ class Clock:
 # `PLAN.toml`: what is to be recorded, and with what.
 
 _WHAT = "a plan of a recording"
-
-
 _TEXTURE = re.compile(r"[\w][\w .+-]*")
-
-
 FASTEST_MM_S = 1000.0
-
-
 LEAST_TAP_S = 2.0
 
 

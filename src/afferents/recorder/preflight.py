@@ -76,32 +76,16 @@ def clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float)
 # Before a plan: whether devices, light, sound, disk and drive are fit for it.
 
 LOOKED_S = 1.5
-
-
 RATE = 0.02
 """How far a measured rate may lie from the one that was read back, as a share."""
-
-
 MARGIN = 1.2
-
-
 SHARPEST_PX = 4.0
 """A marker's edge is not wider than this in a picture in focus."""
-
-
 _SATURATED = 0.5
-
-
 _REACHED_S = 2.0
-
-
 _ENOUGH = 24
 """Frames or blocks from which a drift can be told."""
-
-
 _FULL = 32768
-
-
 _BYTES = 2
 
 

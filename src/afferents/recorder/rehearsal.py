@@ -35,15 +35,9 @@ from afferents.rig.surface import bumped_surface
 
 _SPARE_S = 0.5
 """The film is longer than a run by this much."""
-
-
 _QUALITY = 95
-
-
 LONGEST_S = 120.0
 """Of a run: some 10 MB of JPEGs a second."""
-
-
 TAPS_S = (0.1, 0.5, 0.95)
 """The fingertip is tapped so long after the skin was at rest, where the plan says so."""
 
@@ -248,8 +242,6 @@ def _spacing(texture: str) -> str:
 # Faults can be asked for in the plan, to see what becomes of them.
 
 Numbers = tuple[Annotated[int, Field(ge=0)], ...]
-
-
 _BLOCK = 441
 
 

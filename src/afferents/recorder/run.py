@@ -20,38 +20,22 @@ from afferents.recordings.run_log import BlockRow, DriveRow, FrameRow, Log, soun
 from afferents.store.drum_path import Drum
 
 VIDEO, AUDIO, DAMAGED = "video.mp4", "audio.wav", "damaged"
-
-
 LOOK_S = 0.02
 """The drive is read this often: its watchdog lets it turn for half a second without."""
-
-
 TAIL_S = 0.2
 """Devices go on for so long: what was taken in time may arrive later."""
-
-
 LISTEN_S, LISTEN_SHARE = 1.0, 0.8
 """A run begins with the first block of sound after the warm-up; when that was is told from all
 blocks of so long, or of such a share of the time until the drum starts, whichever is less."""
-
-
 FIRST_S = 5.0
 """Camera and microphone give something within this time, or the run fails."""
-
-
 WARM_UP = 10
 """Frames of a camera that starts; the run begins after them."""
-
-
 AT_REST = 10
 """This frame is looked at for the skin at rest."""
-
-
 MOST_WAITING = 2000
 """Frames that may wait for the disk; a run whose disk is slower than its camera fails, and none of
 its frames is dropped before."""
-
-
 _FULL = 32767
 
 

@@ -23,16 +23,10 @@ from afferents.version import __version__
 RUNNING, ASIDE, WHY, RUN = ".running", ".aside", "why.json", "run.json"
 """Runs that are being made; those that were refused or broke off, and why; what is said of a run
 that is whole: where it is, the run is finished."""
-
-
 AGAIN = "accepted, and another was recorded in its place"
 """Why an accepted run lies aside."""
-
-
 SENSOR = "sensor.toml"
 """The plan's sensor file, kept with the recordings."""
-
-
 _PLAN, _RUNS, _SUMS = "plan", "runs", "checksums"
 
 

@@ -20,13 +20,10 @@ from afferents.recordings.video import VideoFile
 AUDIO_OFFSET, SOUND_CLOCK = "audio_offset", "sound_clock"
 """What `run.json` has of the taps, and of the times of the blocks."""
 
-
 SYSTEMATIC_S = 0.0015
 """By so much all taps of a set-up may be off together: what delays all they consist of alike is no
 other than an offset. Simulated microphones whose upper limit is 80 to 400 Hz make it 1.2 ms more to
 1.1 ms less."""
-
-
 _DO = "tap the fingertip three times, softly, with something smooth, when it is time"
 
 

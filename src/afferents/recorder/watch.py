@@ -19,17 +19,9 @@ from afferents.recorder.plan import Entry, Plan
 
 NEXT, REDO, STOP = REQUESTS = ("next", "redo", "stop")
 """What may be asked for: go on, make the run once more, and end as Ctrl-C does."""
-
-
 _NOTES = 8
-
-
 _BLOCKS = 300
-
-
 _LOOK_S = 0.1
-
-
 _JOIN_S = 2.0
 
 

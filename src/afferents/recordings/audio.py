@@ -19,17 +19,11 @@ from afferents.quality.sound import require_finite
 
 _UNKNOWN_BYTES = frozenset({0, 0xFFFFFFFF, 0xFFFFFFFFFFFFFFFF})
 """Lengths that a recorder writes into a wav whose end it does not know yet."""
-
-
 _IN_DS64 = 0xFFFFFFFF
 """Length of the data in a file of more than 4 GB: it stands in the chunk `ds64`, in 64 bits."""
-
-
 _PLAIN = frozenset({0x0001, 0x0003, 0x0006, 0x0007, 0xFFFE})
 """Formats that write each sample by itself: integers, float, A-law, mu-law, extensible. In the
 others a block holds many samples."""
-
-
 _MOST_CHUNKS = 1000
 """No recorder writes more; noise with a wav's first bytes would be walked for long."""
 
@@ -90,7 +84,6 @@ def _chunks(file: BinaryIO, order: str) -> Iterator[tuple[bytes, int]]:
 
 _BLOCK = 1 << 16
 """Samples read at a time, so that the channels that are not wanted never fill the memory."""
-
 
 FULL_SCALE = "full scale"
 """Unit of a sample: 1 is the largest value that the file format holds, a float file apart."""

@@ -19,20 +19,14 @@ from afferents.store.recording import Recording, RecordingSet, Vibration
 ClipFile = VideoFile | ImageFolder
 """What a camera leaves on disk."""
 
-
 SHORTER_AUDIO_S, SHORTER_AUDIO = 0.5, 0.02
 """How much shorter than the video the audio may be, s or as a share of it, whatever is cut off."""
-
-
 LONGER_AUDIO_S, LONGER_AUDIO = 1.0, 0.05
 """How much longer, s and as a share of the video: recorders are started and stopped one after the
 other, by hand or by a script. Half a video is found from 2.2 s of sound on."""
 
-
 SHORT = 4
 """Of a short recording, at most one part in so many is cut off at an end."""
-
-
 RATE_TOLERANCE = 0.1
 """How far a video's nominal frame rate may lie from the declared one, as a share of it."""
 
@@ -245,8 +239,6 @@ def _vibration_facts(audio: Vibration) -> VibrationFacts:
 
 USUAL_HZ = (24, 25, 30, 50, 60, 90, 100, 120, 150, 180, 200, 240)
 """Frame rates of cameras."""
-
-
 NEAR = 0.05
 """Video and sound are of one length within this share of it: they don't begin and end together."""
 

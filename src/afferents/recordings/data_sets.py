@@ -47,7 +47,6 @@ DATA_SETS: dict[str, type[DataSet]] = {
 }
 """A path that comes without a name is of the first that knows it, else of the last."""
 
-
 _OWN = re.compile(r"(?P<where>(?:.+\.py|\w[\w.]*):[^\W\d][\w.]*)(?::(?P<path>.+))?")
 
 

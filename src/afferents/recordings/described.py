@@ -13,8 +13,6 @@ from afferents.recordings.tables import DataSetFile, Signal, read_data_set_file
 from afferents.store.recording import Recording, RecordingSet
 
 DATA_SET_FILE = "dataset.toml"
-
-
 PACKAGED = {path.stem: path for path in sorted((Path(__file__).parent / "sets").glob("*.toml"))}
 """Descriptions of public data sets, by name."""
 

@@ -21,8 +21,6 @@ from afferents.store.recording import Frame, GreyImage, Video
 
 FEWEST_AGAIN = 7
 """Equal frames in a row that are a stall. Fewer are frames that a converter wrote several times."""
-
-
 STALL_S = 0.1
 """So long a stall lasts at least."""
 
@@ -102,92 +100,57 @@ def equals(image: GreyImage, other: GreyImage | None) -> bool:
 
 Numbers = NDArray[np.float64]
 
-
 FROZEN_S = 1.0
 """A picture may stand still for so long while the drum slides. Half of it is the distance at which
 pictures are compared: a skin that slides looks another after that, a frozen one does not."""
-
-
 STILL_GREY = 0.1
 """Pictures half a second apart that differ by less (grey levels, mean over the picture) are the
 same. Frozen ones differ by up to 0.07 (crf 35); a smooth drum's at 10 mm/s by at least 0.18 within
 any half second (crf 35), 0.8 (crf 18), 1.1 (as recorded); all others by more."""
-
-
 NOISE_GREY, NOISE_FRAMES, MOVED_GREY = 0.005, 30, 5.0
 """Median change from frame to frame of a camera's noise, among a video's first frames: 0.017 and
 more at crf 35. Where there is none (a simulation without nuisances, a fast encoder at crf 35) a
 smooth drum's picture stands still too. Then one is frozen if it never moves at all (a key frame
 changes a still one by up to 3.1 grey levels, a touch by 15 and more),"""
-
-
 LIVELY_GREY = 1.0
 """or if before that, while the drum slid, its median change in half a second was above this: 3.6
 and more on a drum with bumps and on a smooth one at 50 mm/s, at most 0.4 on a smooth one at 10."""
-
-
 DARK_S = 0.5
 """The picture may be dark for so long while the drum slides."""
-
-
 DARK_SHARE = 0.4
 """Of the light that there is when a recording begins: less is dark. Real clips keep 0.8 of it."""
 
-
 WINDOW = 360
 """Frames in a row that are judged for repeats together."""
-
-
 FEWEST = 150
 """Of fewer frames the share that a beat explains is chance: up to 0.27 in 90, 0.09 in 180."""
-
-
 PERIODS = range(2, 7)
 """Each frame so many times."""
-
-
 BEAT = 0.18
 """Share of the variance of the change from frame to frame that a beat of 2 to 6 frames explains.
 Genuine frames: up to 0.09 in 180 and 0.06 in 360; repeated and encoded again mostly above 0.2. Only
 of a smooth drum is crf 35 too much, where a step is smeared over its repeats."""
-
-
 UNEQUAL = 1.5
 """The beat's largest change is so many times its smallest. A texture whose bumps come every few
 frames exactly beats too, but evenly: up to 1.34."""
-
-
 ADDS_UP = 0.75
 """Over a whole beat the picture changes by this share of the sum of its steps: 0.93 and more where
 frames are repeated, 0.65 where a coarse codec smears them; less where a texture or a flickering
 lamp comes back to where it was: 0.1 to 0.7."""
-
-
 AGAIN, AGAIN_WITHIN = 0.3, 4
 """A frame that changes by less than this share of what changes within so many frames before and
 after it repeats the one before,"""
-
-
 MOVES_GREY = 0.3
 """where that is at least so many grey levels: below it a codec's own steps look like that."""
-
-
 MANY_AGAIN, ENOUGH_MOVES = 0.35, 0.1
 """Share of such frames, among those where so much moves (at least this share of all). Genuine ones:
 up to 0.19; four of the real clips, whose recorder wrote most frames twice: 0.39 to 0.51."""
 
-
 _ROWS_APART, _COLUMNS_APART = 17, 8
 """Pixels that are looked at: unlike the pitch of markers in either direction."""
-
-
 _LOOK_BACK_S = FROZEN_S / 2
-
-
 _FAINT = 0.03
 """Change below which a codec's arithmetic is all there is, grey levels."""
-
-
 _FIRST_FRAMES = 10
 
 

@@ -17,35 +17,21 @@ from afferents.recordings.series import in_order
 from afferents.recordings.tables import Signal, Table, read_table
 
 TRIAL = "trial"
-
-
 _PATTERNS = (
     *("{texture}/{speed}/{trial}", "{texture}/{speed}_{trial}", "{texture}/{trial}/{speed}"),
     *("{texture}_{speed}_{trial}", "{texture}/{speed}", "{texture}_{speed}"),
     *("{texture}/{trial}", "{texture}_{trial}"),
 )
 """Tried in this order, with each of `_JOINTS` and, for the speed, each of `_SPEEDS`."""
-
-
 _JOINTS = "_- "
-
-
 _SAID = (
     *("{speed}mms", "{speed}mm_s", "{speed}mm-s", "{speed}mmps", "{speed} mm_s"),
     *("speed{speed}", "speed_{speed}", "Speed{speed}"),
 )
-
-
 _SPEEDS = (*_SAID, "v{speed}", "V{speed}", "{speed}")
 """How a speed is written. The last three say least: numbers that only count are no speeds there."""
-
-
 _NUMBERED = re.compile(r"[A-Za-z]{0,12}\d{1,4}")
-
-
 _SPEED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) ?mm[ _-]?p?s(?![A-Za-z])")
-
-
 _MOST_TRIALS = 20
 
 
@@ -142,20 +128,10 @@ def _guess(path: str, video: str | None, audio: str | None) -> Guess:
 # A first `dataset.toml` for a folder of tables, guessed from names and from one file.
 
 TABLES = frozenset({".csv", ".parquet", ".npy", ".npz", ".h5", ".hdf5"})
-
-
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
-
-
 _LABEL = re.compile(r"([A-Za-z]+)[^A-Za-z0-9/]*$")
-
-
 _TIME = re.compile(r"(?i)t|(?:time|timestamps?|seconds?)(?:[_ (\[]*(?P<unit>s|ms|us|ns)\W*)?")
-
-
 _RISES = 0.9
-
-
 _SHORT_S = 5.0
 
 

@@ -29,11 +29,8 @@ from afferents.store.recording import Recording, Vibration, Video
 # or a folder of numbered images, ``video/``.
 
 VIDEO, AUDIO, REFERENCE = "video.mp4", "audio.wav", "throw_away.mp4"
-
-
 NOT_TEXTURES = frozenset({"processed", "models", "figures", "static", "dynamic"})
 """Folders that the published code writes beside the textures."""
-
 
 _POSITIVE = re.compile(r"\d+(\.\d+)?")
 

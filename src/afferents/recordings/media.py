@@ -16,7 +16,6 @@ from afferents.store.recording import Frame, GreyImage, natural_order
 IMAGES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm"})
 """Endings of what is taken for an image."""
 
-
 _NUMBER = re.compile(r"\d+$")
 
 
@@ -127,11 +126,8 @@ def _read(path: Path) -> GreyImage:
 # Files that hold a recording: videos of any container, folders of images, sound.
 
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv"})
-
-
 SOUNDS = frozenset({".wav", ".flac", ".ogg", ".aiff", ".aif", ".w64", ".rf64"})
 """Endings that are taken for videos and for sound; a file that is named may end otherwise."""
-
 
 _NAMED = 3
 
@@ -190,18 +186,10 @@ def named(root: Path, paths: Collection[Path]) -> str:
 # Patterns of file names, such as ``{texture}/{speed}_{trial}.avi``.
 
 TEXTURE, SPEED = "texture", "speed"
-
-
 _PART = re.compile(r"\{([^{}]*)\}|(\*)")
-
-
 _NAME = re.compile(r"[A-Za-z_]\w*")
-
-
 _FORMS = {SPEED: r"\d+(?:\.\d+)?"}
 """What may stand for a name; any part of a path for the others."""
-
-
 _HOW = "write it as {texture}/{speed}_{trial}.avi"
 
 

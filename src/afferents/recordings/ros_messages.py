@@ -14,45 +14,22 @@ from numpy.typing import NDArray
 from afferents.plugins import import_extra
 
 NS = 1_000_000_000
-
-
 PICTURE = "sensor_msgs/msg/CompressedImage"
-
-
 RAW_PICTURE = "sensor_msgs/msg/Image"
-
-
 MARKS = "foxglove_msgs/msg/ImageAnnotations"
-
-
 SOUND = "foxglove_msgs/msg/RawAudio"
-
-
 ROS_SOUND = "audio_common_msgs/msg/AudioData"
-
-
 ROS_SOUND_STAMPED = "audio_common_msgs/msg/AudioDataStamped"
-
-
 ROS_SOUND_INFO = "audio_common_msgs/msg/AudioInfo"
-
-
 NUMBER, NUMBERS, TEXT = (
     "std_msgs/msg/Float64",
     "std_msgs/msg/Float32MultiArray",
     "std_msgs/msg/String",
 )
-
-
 PCM = "pcm-s16"
-
-
 _POINTS = 1
 """Of PointsAnnotation: single points, not a line."""
-
-
 _SIZE_PX = 5.0
-
 
 _TYPES = {
     "foxglove_msgs/msg/Point2": "float64 x\nfloat64 y",

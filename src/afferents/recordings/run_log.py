@@ -139,20 +139,12 @@ def _table(form: type, rows: Iterable[tuple[object, ...]]) -> pa.Table:
 
 _POINTS = 60
 """The median of as many blocks as make so many points; the line is laid through these."""
-
-
 _DRIFT_FROM_S = 10.0
 """In less a drift can't be told from scatter: a line over 2 s would put its start off."""
-
-
 _SD = 1.4826
 """Standard deviations of normal errors in their median absolute one."""
-
-
 SURE = 4.0
 """Standard errors that a drift may lie beyond the limit: a busy machine delays what arrives."""
-
-
 LIMIT_FRAMES = 0.5
 """Sound and picture may go apart by so much within a run, in frames."""
 

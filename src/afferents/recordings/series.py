@@ -19,11 +19,8 @@ from afferents.recordings.tables import Signal, Table, read_table
 
 Numbers = NDArray[np.float64]
 
-
 _PASSED = 0.42
 """Share of the rate up to which the filter against aliasing passes all."""
-
-
 _AGREES = 0.01
 """Rates that differ by less are one."""
 
@@ -117,14 +114,9 @@ def _finer(time_ms: Numbers, rate_hz: float) -> int:
 _ROUNDING = 1e-6
 """Share of a step that times in floating point may be off."""
 
-
 _BRIDGED = 5
 """Median steps without a row that are bridged where `longest_gap_ms` says nothing."""
-
-
 _UNEVEN = "say resample_hz in [signal] if the sensor writes rows unevenly"
-
-
 _RISES = 0.95
 """A column that rises in more than this share of rows may hold times."""
 

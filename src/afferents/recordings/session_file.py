@@ -21,10 +21,7 @@ from afferents.errors import InputError
 Conditions = Mapping[str, str | float]
 """What else is known of a recording, by name: pressure, direction, trial."""
 
-
 _LABEL = re.compile(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]*")
-
-
 _LONGEST = 100
 
 
@@ -152,18 +149,11 @@ def require_interval(steady: tuple[float, float] | None) -> tuple[float, float] 
 
 SESSION_FILE, SESSION_TOML = "session.json", "session.toml"
 
-
 _UNKNOWN = ("sample_rate_hz", "audio_channels", "sensor_channel", "fps_hz", "frame_width",
             "frame_height")  # fmt: skip
 """What is not checked where the files are named one by one and nothing is declared of them."""
-
-
 _WHAT = "a session file"
-
-
 _LAYOUT = ("pattern", "recordings")
-
-
 FPS = "--fps"
 """The option that says the true frame rate."""
 

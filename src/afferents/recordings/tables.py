@@ -16,23 +16,11 @@ from afferents.errors import AfferentsError, InputError, reason_of
 from afferents.plugins import import_extra
 
 _PLACEHOLDER = re.compile(r"\{(\w+|\*)\}")
-
-
 _ANY = "*"
-
-
 _SPEED = r"[-+]?\d+(?:\.\d+)?"
-
-
 _MM = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "mm/min": 1 / 60}
-
-
 _MS = {"s": 1000.0, "ms": 1.0, "us": 1e-3, "ns": 1e-6}
-
-
 _RESAMPLING = {"interpolation", "longest_gap_ms", "out_of_order"}
-
-
 _OF_A_CLOCK = ("sample_rate_hz", "period_ms", "jitter_ms")
 
 
@@ -451,8 +439,6 @@ def _columns(path: Path, columns: dict[str, Any]) -> Table:
 
 
 Reader = Callable[[Path, Signal], Table]
-
-
 FORMATS: dict[str, Reader] = {
     "csv": _csv,
     "parquet": _parquet,

@@ -21,26 +21,18 @@ from afferents.progress import Progress
 from afferents.store.recording import Frame, GreyImage
 
 _BLACK, _WHITE = 16, 235
-
-
 _EXPANDED: Final = np.clip(
     np.round((np.arange(256) - _BLACK) * 255 / (_WHITE - _BLACK)), 0, 255
 ).astype(np.uint8)
 """Grey level of each luma value of limited range (ITU-R BT.601: 16 black, 235 white)."""
 
-
 _END_TOLERANCE_S = 0.5
 """How far a video may fall short where the container declares a duration, but no count."""
-
 
 _AHEAD = 4
 """Frames decoded in a row: decoder and caller each find their code and data in the processor's
 cache then, which is a tenth of the time of both."""
-
-
 _END = "the end"
-
-
 _COLOURS = 3
 
 

@@ -349,8 +349,6 @@ _SCALED = (
     "Models that are solved at once have a temperature, set at {many} left out inside the fold; "
     "networks are taken as they come out of training."
 )
-
-
 _LARGEST, _SMALLEST = 15.0, 1.7
 """Diameters, points, of the marks of bins that hold all samples, and hardly any."""
 

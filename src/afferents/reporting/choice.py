@@ -15,7 +15,6 @@ EXAMPLE_LETTERS = ("a", "e", "i", "m")
 """Four of the paper's textures, evenly spread: 0, 2, 4 and 6 mm. Its own figures show others, which
 `report --figures paper` draws."""
 
-
 Item = TypeVar("Item")
 
 

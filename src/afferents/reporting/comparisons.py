@@ -47,11 +47,7 @@ from afferents.reporting.tables import (
 
 LARGER = "yes"
 """What stands beside a difference that the spread does not make likely."""
-
-
 _OTHER_LOG = "The paper's accuracies of SA-STE are not of the trainings that its log tells of. "
-
-
 _RULE = (
     "The rule: each of the paper's folds is compared with the mean of its two neighbours in speed, "
     "which takes the trend with speed away; the root mean square of that, divided by √1.5, is the "

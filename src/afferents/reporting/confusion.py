@@ -39,26 +39,14 @@ FIGURE_OF = {
     "vib-te-aug": "Figure 13B",
 }
 """Where the paper shows each family's matrices."""
-
-
 OF_TRUE = "% of the true texture's test samples"
-
-
 MOST_TICKS = 14
-
-
 _WIDTH_INCH, _PANELS_INCH = 9.4, 7.7
 """Width of the figure, and what of it the panels of a row share."""
-
-
 MANY_TEXTURES = 10
 """Of more there are three panels a row, so that cells are large enough for their numbers."""
-
-
 _LEAST_POINTS, _MOST_POINTS, _OF_CELL = 5.5, 8.0, 0.43
 """Size of the numbers in cells, pt: no smaller, no larger, and what share of a cell."""
-
-
 LEAST_WRITTEN, _DARK = 5.0, 55.0
 """Percent that are written as a number, and from where on in white."""
 
@@ -223,8 +211,6 @@ def label_edges(grid: NDArray[Any], textures: list[str], about: About) -> None:
 # its own test samples; Figure 13 is drawn so, and above that as it is printed.
 
 COLUMNS = 5
-
-
 TWICE = ("vib-te", "vib-te-aug")
 """Models whose matrices are printed at twice the percentage."""
 

@@ -14,14 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from afferents.documents import as_form, read_toml
 
 Text = Annotated[str, Field(min_length=1)]
-
-
 AS_THE_CODE = "As the code."
-
-
 _FILE = Path(str(files("afferents.reporting"))) / "published" / "discrepancies.toml"
-
-
 _WEIGHTS = {
     "A": "changes numbers, or what they mean",
     "B": "changes a reproduction",
@@ -153,8 +147,6 @@ def _table(found: Discrepancies, part: str) -> str:
 
 
 _HEAD = ("", "topic", "paper's text", "authors' code", "`--like published`", "recommended")
-
-
 _PAGE = """# Where the paper and its code differ
 
 The paper's text and the authors' code disagree in {n} places, or one of them slips. This page says

@@ -33,21 +33,13 @@ from afferents.reporting.style import (
 # the upper left, and beneath it a piece of its surface as heights.
 
 COLUMNS = 7
-
-
 PIECE_MM = 15.0
 """Side of the piece whose heights are shown, mm."""
-
-
 _PIXEL_MM, _FINER = 0.24, 4
 """Size of a picture element, and how many times finer its light is worked out and averaged: the
 finest bumps are smaller than it."""
-
-
 _LIGHT = np.array([-0.35, -0.3, 0.89])
 """Where light comes from: x to the right (across the drum), y down, z towards the camera."""
-
-
 _AMBIENT = 0.15
 
 
@@ -170,14 +162,8 @@ _COLOURS = {
     "ReLU": LINE,
     "Flatten": LINE,
 }
-
-
 _OTHER = ORANGE
-
-
 _ROW_INCH = 0.235
-
-
 _NARROWEST, _WIDEST = 0.22, 0.57
 """Of boxes, as shares of the width."""
 

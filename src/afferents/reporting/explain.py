@@ -28,7 +28,7 @@ from afferents.encodings.base import ImageEncoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import encoding_of
 from afferents.errors import InputError
-from afferents.evaluation.data import OpenedData
+from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, has, kept_part, response_of
 from afferents.evaluation.train import felt_with
 from afferents.files import Place, write_json
@@ -47,8 +47,6 @@ from afferents.store.responses import Responses, textures_of
 from afferents.store.trimming import with_steady
 
 Floats = NDArray[np.float32]
-
-
 Predict = Callable[[Floats], NDArray[np.floating]]
 """What a model says of inputs: log-probabilities (n, n_classes)."""
 
@@ -125,8 +123,6 @@ _TITLES = {
     "frequencies": "What is lost without each band of the spectrum",
     "harmonics": "What is lost without each multiple of a drum's bumps a second",
 }
-
-
 _AXES = {
     dims.ROW: "row (y, down)",
     dims.COLUMN: "column (x)",
@@ -136,15 +132,9 @@ _AXES = {
     "harmonic": "frequency over bumps a second",
     "part": "part of the global shear",
 }
-
-
 _LOSS = "lost log-odds of the true texture (nats)"
-
-
 _COLOURS = "PuOr_r"
 """Orange where a part speaks for the true texture, purple where against it, white for neither."""
-
-
 _A_ROW = 7
 
 
@@ -270,27 +260,15 @@ def some_of(
 # What decided: which markers, which waves or which frequencies a trained model leans on.
 
 FACTS, PART = "explanation.json", "part"
-
-
 SAMPLES = 130
 """About how many samples are asked, spread evenly over recordings."""
-
-
 PATCH = 3
 """Markers on a side of what is covered at once: one alone is made up for by its neighbours."""
-
-
 BAND_HZ = 4.0
 """Width of what is taken out of a spectrum at once."""
-
-
 HARMONICS = np.arange(0, 5.1, 0.25)
 """Middles of the bins that frequencies over a drum's bumps a second are gathered in."""
-
-
 _BATCH = 64
-
-
 _RATE_TOLERANCE = 0.02
 """Clocks are read from a recording, and jitter."""
 
@@ -616,8 +594,6 @@ def explain(
     >>> [picture.name for picture in explain("model", "responses.zarr", "why").pictures]
     ['markers.png', 'waves.png']
     """
-    from afferents.evaluation.data import open_data
-
     with Progress(quiet) as progress:
         (opened,) = open_data([data], progress=progress)
         return explain_model(Path(model), opened, Path(out), cut, progress)

@@ -34,22 +34,12 @@ from afferents.reporting.style import (
 
 SPEED = 50.0
 """Of the texture in panel B; the paper shows it at 10, 50 and 100 mm/s (`reporting.paper`)."""
-
-
 MOST_SPEEDS = 10
-
-
 N_CONSECUTIVE = 10
-
-
 FEW_SPEEDS = 3
 """Up to so many, panel B stands beside panel A; beneath it would leave the figure half empty."""
-
-
 _BAR = 0.11
 """Width of a colour bar, and what lies before it, as a share of an image's width."""
-
-
 _ARROWS = {"+x": (0.7, 0.0), "-x": (-0.7, 0.0), "+y": (0.0, 0.7), "-y": (0.0, -0.7)}
 """Sliding directions in the image: x to the right, y downwards."""
 
@@ -256,8 +246,6 @@ def name_axes(axes: Axes, sliding: str) -> None:
 # transpose.
 
 N_FRAMES = 10
-
-
 SPACINGS = (20, 1)
 """Frames from one image to the next: as the paper's code draws, and as its text says."""
 

@@ -48,8 +48,6 @@ _FRAMES = {
     "sa1": ("figure08", "Figure 8", "SA-I", "Displacement of each marker from rest", PIXELS),
     "ra1": ("figure10", "Figure 10", "RA-I", "Change of SA-I of each marker", PIXELS_PER_FRAME),
 }
-
-
 _APART = {20: ("frames 20 apart", "20-apart"), 1: ("frames in a row", "in-a-row")}
 
 
@@ -206,8 +204,6 @@ def _matrix_pictures(results: Results) -> Iterator[ReportFigure]:
 
 FIRST_SHOWN = 2521
 """Video frame with which the paper's Figures 8 and 10 begin (figures.ipynb, cells 7 to 25)."""
-
-
 SETTLING_FRAMES = 90
 """Frames before the first shown that are read, so that a lost marker can be held."""
 

@@ -355,8 +355,6 @@ def _mean_spectrum(data: xr.DataArray) -> xr.DataArray:
 # Plots of an evaluation: what is taken for what, and how accuracy goes with speed.
 
 _TEXTURES = ["true_texture", "predicted_texture"]
-
-
 _ACCURACY = ("model", "protocol", "accuracy")
 
 

@@ -37,8 +37,6 @@ from afferents.reporting.style import (
 from afferents.store.recording import Frame, GreyImage, natural_order
 
 QUANTILES = ((0.05, 0.95), (0.25, 0.75))
-
-
 MOST_CHANNELS = 16
 
 
@@ -252,31 +250,16 @@ def _channels(segment: xr.DataArray) -> str:
 
 ENLARGED = 2
 """So that names can be read between markers 20 px apart."""
-
-
 TRAIL_FRAMES = 20
-
-
 _QUICK = {"crf": "20", "preset": "ultrafast"}
 """Of x264: encoding is most of the work, and the file is only to be looked at."""
-
-
 _RED, _ORANGE, _WHITE, _BLACK = (40, 40, 255), (0, 159, 230), (255, 255, 255), (0, 0, 0)
 """Blue, green, red."""
-
-
 _TICKS_HZ = 90_000
-
-
 _COMMENT = f"{MARK}: a video with its markers drawn in"
-
-
 _SUBPIXEL_BITS = 4
 
-
 Colour = tuple[int, int, int]
-
-
 Picture = NDArray[np.uint8]
 """Shape (height, width, 3), blue, green, red."""
 
@@ -405,17 +388,9 @@ PUBLISHED = {
 }
 """The same of the ten images of each row of the paper's Figures 8 and 10, 20 frames apart, as
 digitised from the printed pictures: by channel, texture and speed (mm/s)."""
-
-
 _COLOURS = {"sa1": BLUE, "ra1": VERMILION}
-
-
 _TITLES = {"sa1": "SA-I", "ra1": "RA-I"}
-
-
 MOST_NAMES = 26
-
-
 _WIDTH = 0.6
 """Of the distance between textures, what their speeds are spread over."""
 

@@ -46,13 +46,9 @@ from afferents.store.responses import Responses, conditions, speed_of
 from afferents.store.trimming import with_steady
 
 PAGE, TABLE1, TEXTURES, BESIDE = "report.html", "table1.md", "textures.md", "beside_paper.md"
-
-
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
 """Frames from the middle of each recording for Figures 8 and 10, and how many before them are
 read so that a lost marker can be held at its last value."""
-
-
 _UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)
 """What data that are gone, damaged or changed raise; a store's bad chunk is a RuntimeError."""
 

@@ -20,7 +20,7 @@ from afferents.encodings.moments import MomentEncoding
 from afferents.encodings.samples import Samples, concatenate, labels_of
 from afferents.encodings.wavenumbers import WavenumberEncoding
 from afferents.errors import InputError
-from afferents.evaluation.data import OpenedData
+from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, has, kept_part, response_of
 from afferents.evaluation.intervals import (
     Accuracy,
@@ -267,11 +267,8 @@ def _draw_drag(axes: Axes, figure: Figure, drag_px: xr.DataArray) -> None:
 # by the shear alone, by the images without it, and by both.
 
 FACTS = "shear.json"
-
-
 MOST_RUNS = 200
 """Of a recording, spread evenly, that are learnt from: as many as it takes to be quick."""
-
 
 ENCODED = {
     "shear": Source(CHANNELS[dims.SHEAR], MomentEncoding()),
@@ -279,11 +276,7 @@ ENCODED = {
     "waves": Source(CHANNELS[dims.SA1_LOCAL], WavenumberEncoding()),
 }
 """What samples of ten frames are made of: the shear, and twice the images without it."""
-
-
 SHEAR, WITHOUT, BOTH = "global shear alone", "images without it", "both"
-
-
 ASKED = {
     SHEAR: ("shear",),
     WITHOUT: ("markers", "waves"),
@@ -578,8 +571,6 @@ def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False)
     >>> explain_shear("responses.zarr", "shear").pictures
     [PosixPath('shear/shear.png')]
     """
-    from afferents.evaluation.data import open_data
-
     with Progress(quiet) as progress:
         (opened,) = open_data([data], progress=progress)
         return explain_shear_of(opened, Path(out), cut, progress)

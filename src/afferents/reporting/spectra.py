@@ -89,11 +89,8 @@ def frequencies(spectrum: NDArray[np.float32], like: xr.DataArray) -> NDArray[np
 # 40 mm/s, stretched by 0.5 and 2, beside its real spectra at 20 and 80 mm/s.
 
 FACTORS = (0.5, 2.0)
-
-
 SPACING_MM, SPEED = 4.0, 40.0
 """The example of the paper: texture i (4 mm) at 40 mm/s."""
-
 
 STRETCHED_TO_HZ = 200.0
 """The networks see 0 to 200 Hz; above that there is little to compare."""
@@ -216,8 +213,6 @@ def _draw_stretched(
 
 SPEEDS = (20.0, 40.0, 50.0, 80.0, 100.0)
 """What the paper's figure truly shows; its labels say 10, 30, 50, 70, 90."""
-
-
 MOST_SPEEDS = 5
 
 

@@ -30,31 +30,16 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = (
     "#CC79A7",
     "#56B4E9",
 )
-
-
 INK, GREY, LINE, MISSING = "#1c2330", "#667085", "#c9ced6", "#e6e8ec"
-
-
 SEQUENTIAL = "cividis"
 """For responses: even in lightness, the same to colour-blind readers."""
-
-
 PERCENT = "Blues"
 """For percentages: white is none, as in the paper's matrices."""
-
-
 PROTOCOL_MARKS = {"nested": (BLUE, "o", BLUE), "published": (VERMILION, "s", "white")}
 """Colour, marker and filling of the points of each protocol."""
-
-
 DPI = 160
-
-
 _COLUMNS = 3
-
-
 _FOOTER_INCH = 0.22
-
 
 styled = rc_context(
     {

@@ -22,23 +22,15 @@ from afferents.reporting.labels import (
 from afferents.reporting.published import published_families, published_speeds
 
 PAPER_ROW = "paper"
-
-
 PAPER_COLUMN = "Paper, its own recordings"
-
-
 OTHER_RECORDINGS = (
     "The paper's column was measured on other recordings (Pestell & Lepora 2022, published "
     "protocol): this is no reproduction of it, and a difference is no failure to reproduce."
 )
-
-
 SAME_GRID = (
     "The textures and speeds are those of the paper. The paper's column is comparable only if "
     "these are the published recordings themselves, which the results cannot tell."
 )
-
-
 _NAMED = 5
 """So many missing recordings are named below the table; the page names all."""
 

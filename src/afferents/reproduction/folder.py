@@ -25,15 +25,9 @@ from afferents.store.zarr_store import recordings_there
 
 REPORT = "report.html"
 """In the results."""
-
-
 BEGUN = "reproduction.json"
 """In its folder: what was chosen, and how long it was taken to need."""
-
-
 _WHAT, _AGAIN = "what a reproduction began with", "choose another folder"
-
-
 _FREE = frozenset({"protocol", "models"})
 """Choices that one folder may hold several of: trainings are added."""
 

@@ -42,15 +42,9 @@ from afferents.store.zarr_store import open_responses, responses_there
 
 TRACKED_S = 0.7
 """So long, about, tracking is measured."""
-
-
 _AFTER_REST = 20
 """So many frames after the rest frame: by then the markers have been found at rest."""
-
-
 _FEWEST, _MOST = 5, 600
-
-
 _TRIED = 5
 """So many recordings are tried before it is said that none can be tracked."""
 

@@ -60,7 +60,6 @@ CHOICES = (
     Choice("precision", "--precision", "auto", "float32", "no bfloat16"),
 )  # fmt: skip
 
-
 NEUTRAL = frozenset({"workers", "cluster", "device", "keep_going", "accept", "seed", "seeds"})
 """Options that leave the experiment as it is: where it is computed, and from which seeds."""
 

@@ -21,13 +21,13 @@ from afferents.extraction.options import Extraction
 from afferents.files import Place
 from afferents.folds.held_out import SPEED, split_named
 from afferents.folds.protocol import protocols
-from afferents.markers.sensor import Sensor, load_sensor, sensor_in
+from afferents.markers.sensor import Sensor, load_sensor, sensor_in, sensors_of
 from afferents.models.card import Card
 from afferents.models.export import export_model
 from afferents.models.model import BEST, MODELS, models_in, names_in
 from afferents.progress import Progress
 from afferents.reporting.report import report
-from afferents.reproduction.folder import Places
+from afferents.reproduction.folder import Places, require_same, write_begun
 from afferents.reproduction.presets import CHOICES, NEUTRAL, choices_in_words, chosen, otherwise
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
@@ -97,8 +97,6 @@ def _simulated_store(folder: Path, progress: Progress) -> Path:
 # Command of the whole way: a session, its responses, the models, the report.
 
 Options = Mapping[str, Any]
-
-
 _OURS = ("session", "data", "out", "quiet")
 """Arguments of the stages that the whole way sets itself."""
 
@@ -155,7 +153,6 @@ def reproduce(
     from afferents.recordings.session import read_session
     from afferents.reporting.discrepancies import discrepancies
     from afferents.reproduction.estimate import in_words, require_length
-    from afferents.reproduction.folder import Places, require_same, write_begun
 
     given = {name: value for name, value in options.items() if value is not None}
     choices = chosen(like, given)
@@ -281,7 +278,6 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "Es
     from afferents.encodings.settings import Encodings
     from afferents.evaluation.recipe import Recipe
     from afferents.folds.ablation import Ablation
-    from afferents.markers.sensor import sensors_of
     from afferents.models.config import Compute, Hyperparameters
     from afferents.parallel import workers_at
     from afferents.reproduction.measure import estimate_of

@@ -15,7 +15,6 @@ from afferents.store.recording import GreyImage
 Points = NDArray[np.float64]
 """Shape (..., 2)."""
 
-
 _OUTER_PX, _OUTER_OF_PX = 280.0, 640
 
 
@@ -112,32 +111,18 @@ def project(position_mm: Points, camera: Camera) -> Points:
 
 _PER_GREY = 32
 """Pictures are summed in this many parts of a grey level, which fit 16 bits with room to spare."""
-
-
 _LOUDEST_GREY = 500.0
 """Noise beyond this is cut off, for the same reason; the picture has 256 grey levels."""
-
-
 _PLACES = 1 << 18
 """Noise is drawn once and read from one of so many places for each frame."""
-
-
 _REACH_PX = 3.0
 """The edge of a disc is blurred no farther than this."""
-
-
 _EDGE_STEPS = 64
 """Values a px in the table of a disc's edge."""
-
-
 _STEPS = 64
 """A disc is drawn once for each of so many places within a pixel, along x and along y."""
-
-
 _FULL = 255
 """A stamp's value where the disc covers the whole pixel."""
-
-
 _LANES = 8
 """Stamps are a multiple of this wide, which suits processors."""
 

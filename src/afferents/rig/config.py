@@ -101,7 +101,6 @@ NUISANCES = {
 }
 """Each nuisance's strength: section and field of `Rig`; 0 is off."""
 
-
 HARD = {
     "indentation": 0.25,
     "tilt": 0.03,

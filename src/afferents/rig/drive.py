@@ -14,45 +14,24 @@ from pydantic import BaseModel, ConfigDict, Field
 
 Values = NDArray[np.float64]
 
-
 STILL_S = 0.5
 """The drum stands still for 45 frames; at least 30 are needed for the rest position."""
-
-
 PRESSED_S = 0.8
 """By then the drum is pressed on."""
-
-
 RUNNING_S = 1.1
 """By then the drum has its speed."""
-
-
 STEADY_S = 1.5
 """From then on the recording counts as steady."""
-
-
 MOTOR_TURNS = 14.4
 """Turns of the motor for one of the drum (paper, section 2.2)."""
-
-
 BEFORE_S = 0.8
 """How long before a run the drum is followed where it touches from the start."""
-
-
 _BEFORE_MM_S = 20.0
-
-
 _STOPPED_S, _BACK_S = 0.5, 0.6
 """Of `BEFORE_S`: by then the drum has stopped, and has gone back as far as it goes."""
-
-
 _OFF_MM = 3.0
 """The drum's distance from the skin before it is brought on."""
-
-
 _RIPPLE_HZ = 3.0
-
-
 _DRIFT_S = 20.0
 
 

@@ -20,14 +20,9 @@ from afferents.store.recording import LETTERS, folder_of
 Ring = NDArray[np.float32]
 """Shape (n_along, 3), mm: x, y round the axis, z along it."""
 
-
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL."""
-
-
 _LEAST_WALL_MM = 2.0
-
-
 _HEADER = f"{MARK}: a textured drum, binary STL in mm, axis along z".encode()
 
 
@@ -114,8 +109,6 @@ def _join(near: Ring, far: Ring) -> NDArray[np.void]:
 # Drums by their names: letters of the paper, bump spacings, and maps of heights.
 
 _SAMPLES_A_BUMP = 4
-
-
 _COARSEST = 4
 """The surface's samples lie 0.05 mm apart; no drum is printed finer than every fourth needs."""
 

@@ -11,26 +11,14 @@ from numba import njit
 
 N_SIDE = 19
 """Pins a side (paper, section 2.1)."""
-
-
 ROW = N_SIDE + 2
 """Nodes in a row with those of the margin."""
-
-
 FIRST, SPAN = ROW + 1, (N_SIDE - 1) * ROW + N_SIDE
 """The first inner node, and how many there are from it to the last."""
-
-
 STATES = 13
-
-
 _UX, _UY, _VX, _VY, _ZX, _ZY, _D, _NX, _NY, _Q, _P, _FX, _FY = range(STATES)
-
-
 _PLANE = ROW**2
 """Values of one state, those of the margin among them."""
-
-
 _NODES = FIRST, SPAN, _PLANE
 
 
@@ -57,8 +45,6 @@ class Constants(NamedTuple):
 
 
 _kernel = njit(cache=True, fastmath=True, error_model="numpy")
-
-
 _part = njit(fastmath=True, error_model="numpy", inline="always")
 """Sums are reordered as suits the processor: the same machine gives the same numbers. So that
 the compiler works on many nodes at once, all states lie in one array at constant distances, and

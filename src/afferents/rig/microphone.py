@@ -19,11 +19,7 @@ from afferents.errors import InputError
 
 SAMPLE_RATE_HZ = 44100
 """Paper, section 2.1."""
-
-
 _FULL_SCALE = 32767
-
-
 _MOTOR_LINES = 8
 
 

@@ -27,8 +27,6 @@ from afferents.store.drum_path import DRIVE, Drum, write_drive
 from afferents.store.recording import GreyImage
 
 _TICKS_HZ = 90_000
-
-
 _TIME_BASE = Fraction(1, _TICKS_HZ)
 
 
@@ -64,16 +62,10 @@ def write_film(path: Path, frames: Iterable[tuple[float, GreyImage]], camera: Ca
 # Recording the rig: a run becomes a folder with its video, sound, drive's log and truth.
 
 VIDEO, AUDIO, TRUTH, REFERENCE = "video.mp4", "audio.wav", "truth.npz", "throw_away.mp4"
-
-
 RECORDED = holds_only(VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE)
 """Says which folder is an earlier recording, that may be replaced."""
-
-
 _TIP = 361
 """There is one fingertip: how its markers look is drawn from this seed, and no other."""
-
-
 REFERENCE_S = 0.5
 """Length of the reference clip of the skin at rest, s."""
 

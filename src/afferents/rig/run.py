@@ -20,7 +20,6 @@ from afferents.rig.surface import Surface, bumped_surface, felt
 STABLE = 1.5
 """The fastest oscillation times the step must stay below this; symplectic Euler bears 2."""
 
-
 _BLOCK = round(PHYSICS_RATE_HZ)
 
 
@@ -293,11 +292,7 @@ def listen(
 # Taps on the fingertip with something smooth, while no drum touches it.
 
 _OFF_MM = 3.0
-
-
 DEPTH_MM = 0.5
-
-
 WIDTH_S = 0.1
 """Of a tap, on average: how deep it goes, and how long it takes with the way there and back."""
 

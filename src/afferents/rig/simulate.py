@@ -29,7 +29,7 @@ from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
 from afferents.rig.drums import height_map
 from afferents.rig.record import AUDIO, RECORDED, TRUTH, VIDEO, record
-from afferents.rig.simulation import RUNS, Simulation, run_name
+from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
 from afferents.store.recording import RecordingSet, require_distinct
 
@@ -348,7 +348,6 @@ def simulate(
     """
     from afferents.recordings.session import read_session
     from afferents.rig.sensor_rig import rig_of
-    from afferents.rig.simulation import simulation_of
 
     speeds = None if speeds_mm_s is None else [float(speed) for speed in speeds_mm_s]
     given = sensor_in(sensor)

@@ -23,15 +23,9 @@ _SPEEDS: dict[Size, tuple[float, ...]] = {
     "quick": (10, 20, 40, 70, 100),
     "paper": tuple(range(10, 101, 10)),
 }
-
-
 _SECONDS: dict[Size, float] = {"quick": 7.5, "paper": 65.0}
-
-
 RIGS_OWN = "tip_b"
 """Sensor whose pins the rig has if no other is asked for."""
-
-
 RUNS = "runs"
 """Key of what was drawn for each run; it follows from the rest of the configuration."""
 

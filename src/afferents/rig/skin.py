@@ -22,8 +22,6 @@ from afferents.rig.surface import WIDTH_MM
 
 _RIM, _RIM_REACH = 0.8, 4.0
 """From where to where imagined pins surround a layout, in distances between neighbours."""
-
-
 _NO_EDGE_MM = 1e-6
 
 
@@ -128,23 +126,15 @@ def _edges(cells: Voronoi, n: int) -> tuple[NDArray[np.intp], NDArray[np.float64
 
 PHYSICS_RATE_HZ = 8820.0
 """Steps a second: a fifth of the microphone's sample rate, 98 to a frame at 90 fps."""
-
-
 _OUTERMOST_MM = WIDTH_MM / 2 - 4
 """Pins farther out would leave the drum where it stands off."""
-
-
 FEWEST_PINS = 4
-
-
 _TIP = 21
 """There is one fingertip: what its pins are like is drawn from this seed, and no other.
 
 The first whose draw is level at the bumps' wavelengths (x = 2 to 6 mm), so that the tip's own grain
 is not taken for a pattern.
 """
-
-
 MN_PER_MG = 1e6
 """1 mN accelerates 1 mg by 1e6 mm/s^2."""
 

@@ -15,10 +15,7 @@ from afferents.rig.surface import WIDTH_MM, Surface
 
 Floats = NDArray[np.float32]
 
-
 _MARGIN_MM = WIDTH_MM / 2
-
-
 _NO_CONTACT_MM = 1e3
 
 

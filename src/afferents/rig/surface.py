@@ -21,25 +21,14 @@ from afferents.errors import InputError, reason_of
 Heights = NDArray[np.float32]
 """Shape (n_along, n_across), mm above the drum's base."""
 
-
 WIDTH_MM = 36.0
 """Width of the drums, mm: the skin (21.6 mm between its outer pins) never reaches the edge."""
-
-
 _ALONG = 5088
 """Samples round the drum: 0.05 mm, a fifth of the finest bump."""
-
-
 _ACROSS = 720
-
-
 _TOUCHED_MM = 10.0
-
-
 _PATCHED, _PATCHED_ACROSS = 252, 36
 """Samples of how a print warps: 1 mm apart, round the drum and across."""
-
-
 _COARSER = 2
 """Nodules feel 2 mm; what they feel is kept at 0.1 mm."""
 

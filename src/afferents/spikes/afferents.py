@@ -19,11 +19,7 @@ from afferents.store.responses import Responses
 
 _NYQUIST_SHARE = 0.95
 """A band that ends above this share of half the sample rate can't be filtered out."""
-
-
 _ORDER = 2
-
-
 _LARGEST_RATIO = 1000
 
 
@@ -124,8 +120,6 @@ def _band(low_hz: float, high_hz: float) -> NDArray[np.float64]:
     )
     return sections
 
-
-# Classes of afferents: what drives their units, with every number's unit and source.
 
 _FILES = ("sa", "ra", "pc")
 

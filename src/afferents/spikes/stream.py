@@ -10,8 +10,6 @@ from afferents.spikes.units import RATE_HZ, Drive, Fired, State, UnitModel
 
 _AROUND_S = 0.1
 """Filters look both ways; what lies farther off than this no longer matters."""
-
-
 _HOP_S = 0.05
 """Vibration is filtered in pieces of about this length."""
 

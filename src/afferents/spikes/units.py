@@ -11,8 +11,6 @@ from afferents.spikes import kernel
 
 State = NDArray[np.float32]
 """What a model's equations are in, `(variable, unit)`."""
-
-
 RATE_HZ = 2000.0
 """Steps a second, 0.5 ms each: Izhikevich's own step, and five of a cycle of 400 Hz."""
 

@@ -24,27 +24,18 @@ from afferents.errors import InputError, reason_of
 
 Values = NDArray[np.float64]
 
-
 DRIVE = "drive.parquet"
 """A table beside a recording's video: `time_s`, `position_mm`, and what else the drive said."""
-
-
 ORIGIN = b"origin_s"
 """In its metadata: when the recording began, on the clock of `time_s`."""
-
-
 MARK = "mark"
 """Zero of positions that count from a mark on the drum, whenever it was mounted."""
-
-
 CONTACT_MM = 16.0
 """Width of the contact patch along the slide.
 
 Of the paper's fingertip, pressed 1 mm on its drum: 2 sqrt(2 R 1 mm), by Hertz' geometry, where
 1 / R = 1 / 40 mm + 1 / 141 mm (the radii of drum and tip).
 """
-
-
 LONGEST_GAP_MM = 20.0
 """Way between two entries of a drive's log, up to which a straight line stands for it.
 

@@ -24,8 +24,6 @@ from afferents.store.responses import Responses, steady_s
 
 Series = NDArray[np.float32]
 """Fluctuations, shape (step, feature)."""
-
-
 Fingerprint = dict[str, Series]
 """One series a kind, of those that a recording has: `tracks`, `sound`, `taxels`."""
 
@@ -60,56 +58,33 @@ KINDS = {
     "sound": Kind(8, 256, 30, 20, 0.65, 0.85),
     "taxels": Kind(4, 512, 90, 36, 0.8, 0.9),
 }
-
-
 SWINGS = (0.5, 0.4)
 """What swings evenly, as a smooth drum's stick and slip, is like any other that does at some shift,
 and like itself a little later (by r): copies are alike by 0.5 + 0.4 r at least. The nearest of
 different runs came within 0.06 of that; copies at crf 35 lie 0.06 above it, but for a smooth
 drum's."""
-
-
 TOO_EVEN = 0.95
 """What is so much like itself a little later is like every other run that swings at that rate."""
-
-
 SAME_CONDITION = 0.95
 """Correlation from which recordings of one texture at one speed are copies: a robot that slides
 again over the same track feels nearly the same."""
 
-
 STEP_S = 0.05
 """Sound: energies in bands, this far apart."""
-
-
 BANDS_HZ = np.geomspace(5.0, 160.0, 9)
-
-
 LOWEST_RATE_HZ = 2.5 * BANDS_HZ[-1]
 """Vibration sampled slower (taxels) is compared sample by sample."""
-
-
 FLOOR = 0.3
 """Energies below this share of the mean say nothing: the noise of 8 bits lies there."""
-
-
 STEADY = 1e-4
 """Energies whose logarithms change by less are those of a constant: what is left is rounding."""
-
-
 DIRECTIONS, NEAR = 64, 1.14
 """Random directions in which neighbours are looked for; and how much farther apart than the
 spectra themselves two copies may lie in them (5% lie farther)."""
-
-
 SOON = 15
 """A fingerprint is like itself at shifts below this part of the largest: it is band-limited."""
-
-
 SURROUNDINGS = 41
 """Values of a spectrum whose mean is its broad shape, which all runs of a kind have in common."""
-
-
 _PAIRS_AT_ONCE = 4096
 
 

@@ -16,8 +16,6 @@ from afferents.files import PARTIAL_PREFIX
 
 ROOT = "zarr.json"
 """What makes a folder a group or an array."""
-
-
 _DEEPEST = 6
 """Levels of groups; the name of a recording has three parts or fewer as a rule."""
 
@@ -110,8 +108,6 @@ def attributes_of(path: Path) -> dict[str, Any]:
 
 DIGEST, VALUES = "digest", "sha256"
 """Attribute of a recording, and of each of its variables."""
-
-
 _SMALL = 1 << 20
 """Values of so many bytes are checked at once."""
 

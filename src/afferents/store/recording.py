@@ -19,7 +19,6 @@ from afferents.files import checksum
 LETTERS = "abcdefghijklm"
 """The 13 textures of the paper."""
 
-
 GreyImage = NDArray[np.uint8]
 """One video frame, shape (height, width), 0 black to 255 white."""
 

@@ -39,13 +39,9 @@ from afferents.store.recording import Recording, natural_order
 Responses = xr.Dataset
 """A data set of the form above."""
 
-
 _AGAIN = "extract again"
-
-
 ACCEPTED = "accepted"
 """Attribute, and condition, of what is wrong with a recording and was accepted."""
-
 
 _DIMS: dict[str, tuple[str, ...]] = {
     dims.POSITION: (dims.TIME, dims.MARKER, dims.SPACE),
@@ -59,23 +55,13 @@ _DIMS: dict[str, tuple[str, ...]] = {
 
 _BESIDE = {dims.DRUM_POSITION: (dims.DRIVE_TIME,)}
 """What may stand beside these, and is no response."""
-
-
 _ATTRIBUTES = "the attributes of a recording"
-
-
 _LEAST_HZ, _MOST_HZ = 1.0, 1e7
 """Between these lies the rate of any vibration channel."""
-
-
 _LOUDEST = 1e18
 """Its square, summed over a window, still is a number in float32."""
-
-
 _MOST_PIXELS = 200
 """A side of the tactile images of a layout that is not square."""
-
-
 _FARTHEST_PX = 1e5
 """No camera's image is so large."""
 

@@ -14,8 +14,6 @@ from afferents.store.responses import Responses
 
 FIRST_FRAME, LAST_FRAME = 510, 5510
 """Cut `published`: video frames 510 to 5509 (spatial/process_static.ipynb, cell 4)."""
-
-
 AUDIO_S = 60.0
 """Cut `published`: the last 60 s of audio (vibrotactile/process_vibration.ipynb, cell 3)."""
 
@@ -98,10 +96,7 @@ def _nothing_left(
 # The part of recordings at constant speed, where somebody says it anew: `--steady 0.2:2.8`.
 
 OPTION = "--steady"
-
-
 _EXPECTED = "START:STOP in s, as in 0.2:2.8"
-
 
 Steady = tuple[float, float]
 """Start and end of constant speed, s."""

@@ -35,15 +35,9 @@ from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, check_responses
 
 FORMAT, SCHEMA = "afferents responses", 2
-
-
 TRACKS = "afferents tracks"
 """Format of a store of one video's tracks."""
-
-
 FRAMES_A_CHUNK, AUDIO_SAMPLES_A_CHUNK = 1024, 1 << 18
-
-
 FOLLOWS = ("declared", "recordings", "sensors")
 """What of a store's configuration follows the session as it is now: a session.json may be mended
 and recordings added without another store; what was made under another declaration is made anew."""
@@ -51,8 +45,6 @@ and recordings added without another store; what was made under another declarat
 
 LABELS = ("label", "conditions")
 """What is declared of a recording that no response rests on."""
-
-
 _DECLARED = "declared"
 
 

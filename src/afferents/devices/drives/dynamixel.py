@@ -16,34 +16,18 @@ from afferents.plugins import import_extra
 
 # Addresses in the control table of the X series (emanual.robotis.com).
 OPERATING_MODE, TORQUE, ERRORS, WATCHDOG = 11, 64, 70, 98
-
-
 GOAL_SPEED, POSITION = 104, 132
-
-
 BY_SPEED = 1
 """Operating mode."""
-
-
 TURN = 4096
 """Counts of position a turn."""
-
-
 TURNS_A_COUNT = 0.229 / 60
 """One count of speed is 0.229 turns a minute."""
-
-
 WATCHDOG_UNITS = 25
 """Of 20 ms: it stops when it hears nothing for 0.5 s."""
-
-
 TRIES = 3
-
-
 LATE_S = 0.05
 """An answer comes at most so late."""
-
-
 FAULTS = {
     0x01: "input voltage", 0x04: "overheating", 0x08: "encoder", 0x10: "electrical shock",
     0x20: "overload",

@@ -7,8 +7,6 @@ from pathlib import Path
 
 PATIENCE_S = 0.5
 """A drum turns on for so long after the last word of this program."""
-
-
 _PROGRAM = Path(__file__).with_name("guard_process.py")
 
 

@@ -19,8 +19,6 @@ from afferents.plugins import import_extra
 
 ANSWER_S = 0.2
 """An answer takes some ms; of a USB adapter up to 16 more."""
-
-
 TRIES = 5
 """A line is lost at most so many times in a row before the drive is given up."""
 
@@ -155,8 +153,6 @@ class Line:
 # What a drive's serial line says and answers: a template in TOML.
 
 PRESETS = Path(__file__).parent / "presets"
-
-
 GROUPS = {"position", "speed", "fault"}
 
 

@@ -86,7 +86,6 @@ class SpeedLoop:
 TIMES = 3
 """A stop is sent so often where nothing says that it was taken."""
 
-
 Amount = Annotated[float, Field(gt=0, lt=1e6)]
 
 

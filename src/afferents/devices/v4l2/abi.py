@@ -3,34 +3,17 @@
 import ctypes
 
 MJPG, GREY, YUYV = "MJPG", "GREY", "YUYV"
-
-
 VIDEO_CAPTURE = 1
 """V4L2_BUF_TYPE_VIDEO_CAPTURE."""
-
-
 MMAP = 1
 """V4L2_MEMORY_MMAP."""
-
-
 CAN_CAPTURE, CAN_STREAM, HAS_OWN_CAPS = 0x00000001, 0x04000000, 0x80000000
-
-
 BUFFER_ERROR = 0x0040
-
-
 CLOCK_MASK, CLOCK_MONOTONIC = 0xE000, 0x2000
-
-
 DISABLED_CONTROL, READ_ONLY_CONTROL = 0x0001, 0x0004
-
-
 DISCRETE = 1
 """Of frame sizes and intervals; others are ranges."""
-
-
 QUANTIZATION_FULL = 1
-
 
 _u8, _u32, _s32 = ctypes.c_uint8, ctypes.c_uint32, ctypes.c_int32
 
@@ -170,53 +153,21 @@ def _request(direction: int, number: int, content: type) -> int:
 
 
 QUERYCAP = _request(_READ, 0, Capability)
-
-
 ENUM_FMT = _request(_READ | _WRITE, 2, FormatDescription)
-
-
 G_FMT = _request(_READ | _WRITE, 4, Format)
-
-
 S_FMT = _request(_READ | _WRITE, 5, Format)
-
-
 REQBUFS = _request(_READ | _WRITE, 8, BufferRequest)
-
-
 QUERYBUF = _request(_READ | _WRITE, 9, Buffer)
-
-
 QBUF = _request(_READ | _WRITE, 15, Buffer)
-
-
 DQBUF = _request(_READ | _WRITE, 17, Buffer)
-
-
 STREAMON = _request(_WRITE, 18, ctypes.c_int)
-
-
 STREAMOFF = _request(_WRITE, 19, ctypes.c_int)
-
-
 G_PARM = _request(_READ | _WRITE, 21, StreamParameters)
-
-
 S_PARM = _request(_READ | _WRITE, 22, StreamParameters)
-
-
 G_CTRL = _request(_READ | _WRITE, 27, Control)
-
-
 S_CTRL = _request(_READ | _WRITE, 28, Control)
-
-
 QUERYCTRL = _request(_READ | _WRITE, 36, ControlQuery)
-
-
 ENUM_FRAMESIZES = _request(_READ | _WRITE, 74, FrameSize)
-
-
 ENUM_FRAMEINTERVALS = _request(_READ | _WRITE, 75, FrameInterval)
 
 

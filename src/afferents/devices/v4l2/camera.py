@@ -32,20 +32,13 @@ from afferents.errors import InputError
 
 PREFERRED = (abi.MJPG, abi.GREY, abi.YUYV)
 """Formats that ``auto`` takes, the first that the camera offers."""
-
-
 BUFFERS = 32
 """Frames that the driver may hold before it loses one, as many as V4L2 allows: a third of a second
 at 90 frames/s."""
-
-
 SILENT_S = 3.0
 """A camera that gives no frame for so long has stopped; a first one may take a second."""
-
-
 LOOK_S = 0.1
 """How often a camera that gives nothing is asked whether to end."""
-
 
 Size = Annotated[int, Field(ge=16, le=8192)]
 

@@ -15,8 +15,6 @@ if sys.platform == "linux":
 
 
 Content = TypeVar("Content", bound=ctypes.Structure | ctypes.c_int)
-
-
 Listed = TypeVar("Listed", bound=ctypes.Structure)
 
 
@@ -162,30 +160,15 @@ def _rates(node: Node, code: int, width: int, height: int) -> tuple[float, ...]:
 
 _USER, _CAMERA = 0x00980900, 0x009A0900
 """V4L2_CID_BASE and V4L2_CID_CAMERA_CLASS_BASE (linux/v4l2-controls.h)."""
-
-
 EXPOSURE_AUTO, EXPOSURE = _CAMERA + 1, _CAMERA + 2
-
-
 SLOWER_IN_THE_DARK = _CAMERA + 3
 """V4L2_CID_EXPOSURE_AUTO_PRIORITY: whether the camera may lower its rate for a longer exposure."""
-
-
 FOCUS, FOCUS_AUTO = _CAMERA + 10, _CAMERA + 12
-
-
 AUTO_WHITE_BALANCE, WHITE_BALANCE = _USER + 12, _USER + 26
-
-
 AUTO_GAIN, GAIN = _USER + 18, _USER + 19
-
-
 EXPOSURE_MANUAL = 1
-
-
 UNITS_A_MS = 10
 """Exposures are in 0.1 ms."""
-
 
 FIXED = {
     EXPOSURE_AUTO: EXPOSURE_MANUAL,
@@ -195,7 +178,6 @@ FIXED = {
     FOCUS_AUTO: 0,
 }
 """What cameras do by themselves and must not, while a skin is measured."""
-
 
 NAMES = {
     _USER: "brightness", _USER + 1: "contrast", _USER + 2: "saturation",

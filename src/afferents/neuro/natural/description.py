@@ -11,21 +11,12 @@ from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-
-
 MM_S = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0}
-
-
 AXES = ("fibre", "texture", "speed", "repetition")
 """What the axes of cells are called; any other name is a condition's."""
 
-
 _SEE = "see docs/neuroscience.md"
-
-
 _Name = Annotated[str, Field(min_length=1)]
-
-
 Labels = str | tuple[str | float | int, ...]
 """A variable of the file, or the values themselves."""
 

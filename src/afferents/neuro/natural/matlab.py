@@ -16,19 +16,13 @@ from afferents.errors import InputError, reason_of
 from afferents.plugins import import_extra
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-
-
 _DEEPEST = 32
-
-
 _BROKEN = (
     OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, NotImplementedError,
     EOFError, OverflowError, MemoryError, RuntimeError, NameError,
     AssertionError, struct.error, zlib.error,
 )  # fmt: skip
 """What SciPy and h5py raise at files that are damaged; which, follows no rule."""
-
-
 _DO = "export it again from MATLAB with save, or take another file"
 
 

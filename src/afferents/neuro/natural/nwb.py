@@ -16,11 +16,7 @@ from afferents.spikes.population import Spikes
 
 _WITHIN_S = 1e-6
 """Times of a session are rounded: of a day in s, float64 keeps 1e-11."""
-
-
 _SHOWN = 200
-
-
 _TIMES = ("start_time", "stop_time")
 
 

@@ -11,8 +11,6 @@ from afferents.neuro.natural.tables import spikes_of_table
 from afferents.spikes.population import Spikes
 
 Reader = Callable[[Path, NaturalFile, Path], Spikes]
-
-
 _READERS: dict[str, Reader] = {
     ".mat": spikes_of_cells,
     ".nwb": spikes_of_nwb,

@@ -29,15 +29,11 @@ from afferents.version import __version__
 
 _SCRIPT = "afferents export-nwb"
 """In a file of ours, by which it is known as one."""
-
-
 _CLOCK = (
     "All times are on one clock that counts from the beginning of the first recording. Recordings "
     f"lie one after another on it, at least {GAP_S:g} s apart, by texture and speed: in which "
     "order and at which time of day they were made is not known. "
 )
-
-
 _UNITS = (
     "Units are artificial: neuron models that the fingertip's responses drive (SA and RA by the "
     "markers in its camera's picture, PC by the vibration). No nerve fibre was recorded."

@@ -19,15 +19,9 @@ from afferents.store.recording import Recording
 from afferents.store.responses import check_values
 
 TRACKS = "markers"
-
-
 _CHUNK = 4096
-
-
 _REGULAR_S = 1e-6
 """Steps between frames that differ less are one rate."""
-
-
 _COMPRESSION = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 

@@ -83,22 +83,14 @@ _TRIALS = {
     "repetition": "Number of the repetition, from 0.",
     "recording": "Name of the recording in the store.",
 }
-
-
 _UNITS = {
     "unit_name": "Name of the unit.",
     "class": "SA: slowly adapting type I. RA: rapidly adapting type I. PC: Pacinian (RA-II).",
     "resolution_s": "Spike times are no finer than this, in s: frames of the camera lie so far "
     "apart, and times between them are interpolated.",
 }
-
-
 _FIELD = "Markers that drive the unit (SA, RA), or channels of the vibration (PC), from 0."
-
-
 _NUMBERS = "iufb"
-
-
 _TAKEN = ("id", "start_time", "stop_time", "duration_s", "tags", "timeseries")
 
 

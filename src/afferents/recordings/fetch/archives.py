@@ -15,14 +15,8 @@ from afferents.errors import InputError, reason_of
 # ``sha256sum`` writes it, ``SHA-256  PATH``. Lines that begin with ``#`` are left out.
 
 UNKNOWN = "-"
-
-
 _SHA256 = r"[0-9a-fA-F]{64}"
-
-
 _OURS = re.compile(rf"(?P<path>.+?)\s+(?P<sha256>{_SHA256}|-)\s+(?P<bytes>\d+|-)")
-
-
 _THEIRS = re.compile(rf"(?P<sha256>{_SHA256})\s+\*?(?P<path>.+)")
 
 
@@ -181,6 +175,4 @@ _ROWS = (
         next_step="afferents inspect fabricslide:{folder}",
     ),
 )
-
-
 ARCHIVES: Mapping[str, Archive] = MappingProxyType({one.name: one for one in _ROWS})

@@ -22,23 +22,11 @@ from afferents.recordings.fetch.archives import path_within
 
 ENDINGS = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz")
 """Of archives that are taken; where a page offers several of one data set, the first of these."""
-
-
 AGAIN = "remove it and run the same command again, or take another archive by --url"
-
-
 _DAMAGE = (EOFError, tarfile.TarError, zipfile.BadZipFile, zlib.error, lzma.LZMAError)
-
-
 _BLOCK = 1 << 20
-
-
 _TAR_BLOCK = 512
-
-
 _ZIP_LOCKED = 0x1
-
-
 _OF_MACS = "__MACOSX"
 
 

@@ -14,19 +14,12 @@ from afferents.recordings.fetch.web import opened, web
 
 PART, NOTE = ".part", ".part.json"
 """Endings of what is there of a file, and of what the server said of it."""
-
-
 TRIES, WAIT_S = 5, 1.0
 """So often in a row a connection may break with nothing new of the file; each time so much longer
 is waited."""
-
-
 _PIECE = 1 << 16
 """Bytes written at a time: a piece in which the connection breaks is asked for again."""
-
-
 _VALIDATORS = ("ETag", "Last-Modified")
-
 
 Moved = Callable[[int], None]
 """Told how many bytes of a file are here."""

@@ -12,11 +12,7 @@ from afferents.recordings.fetch.packed import Unpacked, members_of, unpack
 
 CHECKSUMS = "afferents-checksums.txt"
 """In the folder: a line for each file that is here, as a manifest has it."""
-
-
 _ASIDE = ".unpacked"
-
-
 _UNITS = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 

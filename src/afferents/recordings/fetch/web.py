@@ -13,16 +13,10 @@ from afferents.recordings.fetch.packed import archive_among, is_packed
 
 TIMEOUT_S = (10.0, 60.0)
 """To connect, and between two pieces of an answer."""
-
-
 ANY_WAY_ROUND = (
     "see whether a browser opens it; --url names another place, and --manifest a list of files"
 )
-
-
 _PLAIN = {"Accept-Encoding": "identity", "User-Agent": "afferents (fetch)"}
-
-
 _ERRORS = 400
 
 
@@ -72,8 +66,6 @@ def _short(error: Exception) -> str:
 
 MOST_PAGES = 1000
 """So many pages of folders are read at most."""
-
-
 _LICENCES = ("creativecommons.org/", "nationalarchives.gov.uk/", "opendatacommons.org/")
 
 
