@@ -181,9 +181,9 @@ def by_texture_table(results: Results) -> Table | None:
     claim = (
         f"The paper writes that the smooth texture and the one at the end of the series "
         f"({' and '.join(smooth_and_end)}) are recognised best: the last two columns compare their "
-        f"mean with that of all others. Its own matrices say so of {smooth_and_end[0]} alone. The "
-        "paper's figures are their diagonals, measured on its own recordings, under the published "
-        "protocol. "
+        "mean with that of all others. By its own matrices that is so of "
+        f"{smooth_and_end[0]}, not of {smooth_and_end[1]}. The paper's figures are the diagonals "
+        "of those matrices, measured on its own recordings, under the published protocol. "
         if smooth_and_end
         else ""
     )
