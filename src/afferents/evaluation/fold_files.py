@@ -17,6 +17,7 @@ from afferents.encodings.samples import Samples
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.results import (
     CONFIG,
+    OPTIONS,
     PREDICTIONS,
     PROBABILITY,
     read_config,
@@ -207,9 +208,12 @@ def _foreign(results: Path) -> bool:
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave out where data lie: their fingerprint tells them, and they may move."""
+    """Leave out where data lie: their fingerprint tells them, and they may move.
+
+    And what was chosen in one run: other models, seeds or processes stand in the same folder.
+    """
     data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
-    return {**config, "data": data}
+    return {**{k: v for k, v in config.items() if k != OPTIONS}, "data": data}
 
 
 def _comparable(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -218,7 +222,7 @@ def _comparable(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
-    """Write the configuration if it is not there yet; called when a fold is about to be kept.
+    """Write the configuration, as far as another did not; called when a fold is about to be kept.
 
     Raises
     ------

@@ -25,6 +25,8 @@ from afferents.evaluation.schemas import About, Config, RoughnessSummary, Summar
 from afferents.folds.held_out import SPEED, Split, column_of, split_of
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
+OPTIONS = "options"
+"""In the configuration: what was chosen in the last run, which `--config` takes again."""
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
 """What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"

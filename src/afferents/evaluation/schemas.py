@@ -67,6 +67,7 @@ class Config(Form):
     disturb_training: Spoilt = {}
     spectral: dict[str, Any]
     ablation: Used = Used()
+    options: dict[str, Any] = {}
 
 
 class Job(Form):

@@ -21,9 +21,10 @@ from afferents.evaluation.encode import (
     sources_of,
 )
 from afferents.evaluation.intervals import replicate_of
+from afferents.evaluation.recipe import Evaluation
 from afferents.evaluation.results import ROUGHNESS, UNKNOWN
 from afferents.evaluation.roughness import ask_mm, can_ask_mm, summarise_mm
-from afferents.evaluation.run import Evaluation, skipped_recordings
+from afferents.evaluation.run import skipped_recordings
 from afferents.evaluation.schemas import SCHEMA
 from afferents.evaluation.summary import data_quality
 from afferents.evaluation.unknown import ask_unknown, summarise_unknown
@@ -69,7 +70,9 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     novelty, mm = [], []
     for model in recipe.models:
         source = sources_of(model, recipe.encodings)[0]
-        samples = encode_all(recordings, source, recipe.cut, progress, recipe.ablation)
+        samples = encode_all(
+            recordings, source, recipe.options.cut, progress, recipe.options.ablation
+        )
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if named_by_spacing(recordings) and can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))
@@ -92,9 +95,9 @@ def _about(
         "schema": SCHEMA,
         "afferents": __version__,
         "data": [origin.describe() for origin in evaluation.recipe.data],
-        "without": dict(evaluation.recipe.without),
-        "options": list(evaluation.options),
-        "cut": evaluation.recipe.cut,
+        "without": dict(evaluation.options.without),
+        "options": evaluation.words,
+        "cut": evaluation.options.cut,
         "preset": "none: solved at once",
         "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
@@ -142,21 +145,20 @@ def _refuse(evaluation: Evaluation) -> None:
             raise InputError(
                 f"--models: expected some of {able} with --split texture, found {model.name}"
             )
-    protocols = [protocol.name for protocol in evaluation.protocols]
+    protocols = [protocol.name for protocol in evaluation.options.protocols]
     if protocols != ["nested"]:
         raise InputError(
             f"--protocol: expected nested with --split texture, found {' and '.join(protocols)}"
         )
     options = {
-        "--held-out": evaluation.held_out,
-        "--train-speeds": evaluation.recipe.ablation.train_speeds,
-        "--test-only": evaluation.recipe.ablation.test_only,
+        "--held-out": evaluation.options.held_out,
+        "--train-speeds": evaluation.options.ablation.train_speeds,
+        "--test-only": evaluation.options.ablation.test_only,
         "--penalty": evaluation.recipe.choices.get("penalty"),
-        "--recipe": evaluation.recipe.hyperparameters.source
-        or evaluation.recipe.choices.get("recipe"),
+        "--recipe": evaluation.options.recipe.source or evaluation.recipe.choices.get("recipe"),
         "--disturb": " ".join(evaluation.recipe.disturbances.words()),
-        "--cluster": evaluation.cluster,
-        "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,
+        "--cluster": evaluation.options.cluster,
+        "--seeds": len(evaluation.options.seeds) if len(evaluation.options.seeds) > 1 else None,
     }
     for option, given in options.items():
         if given:

@@ -14,6 +14,7 @@ from afferents.channels import CHANNELS, fill
 from afferents.encodings.tactile_image import component_images
 from afferents.evaluation.data import open_data
 from afferents.evaluation.encode import encode, response_of, sources_of
+from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.evaluation.train import Training, train_model
 from afferents.live import Network, Pace, ReplayedVideo
@@ -64,7 +65,7 @@ def results(store):
 def trained(store, model):
     folder = store.parent / model.name
     data = open_data([str(store)])
-    training = Training(data, model, "quick", "all", data[0].encodings)
+    training = Training(data, model, data[0].encodings, TrainingOptions(preset="quick"))
     card = train_model(training, folder, Progress(quiet=True))
     export_model(folder, folder.with_suffix(".onnx"))
     return card
