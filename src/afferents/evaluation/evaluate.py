@@ -226,7 +226,8 @@ def evaluate_textures(
     from afferents.evaluation.textures import evaluate_textures as run
 
     with Progress(quiet) as progress:
-        return run(_evaluation(progress, data, out, models, **options), progress)
+        found = run(_evaluation(progress, data, out, models, **options), progress)
+    return {question: summary.content() for question, summary in found.items()}
 
 
 def _evaluation(

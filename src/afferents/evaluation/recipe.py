@@ -226,7 +226,7 @@ class Recipe:
         training = {name: self.training(name).model_dump(mode="json") for name in RECIPES}
         return {
             "schema": SCHEMA,
-            "data": [origin.describe() for origin in self.data],
+            "data": [origin.model_dump() for origin in self.data],
             "without": dict(self.without),
             "skipped": sorted(self.skipped),
             "cut": self.cut,

@@ -25,6 +25,7 @@ from afferents.evaluation.fold_files import FoldKey, check_results_folder, finis
 from afferents.evaluation.job import encoded, keep, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Recipe, keep_own_models, said_of_own
+from afferents.evaluation.schemas import Summary
 from afferents.evaluation.summary import data_quality, summarise
 from afferents.files import remove_partials
 from afferents.folds.held_out import Group, Split, key_of
@@ -81,7 +82,7 @@ class Evaluation:
         return self.recipe.recordings(self.data)
 
 
-def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
     """Run what is not finished yet and return the summary of the results folder.
 
     Raises
@@ -212,7 +213,7 @@ def planned(
     """Name the folds of all models, protocols, seeds and groups to be held out."""
     groups, split = held_out_groups(evaluation, recordings), evaluation.recipe.split
     return [
-        FoldKey(model.name, protocol.name, seed, group, split)
+        FoldKey.of(model.name, protocol.name, seed, group, split)
         for model in models
         for protocol in evaluation.protocols
         for seed in evaluation.seeds
@@ -320,7 +321,7 @@ def summarise_folder(
     recordings: Sequence[Responses],
     left_out: Sequence[str],
     quality: Mapping[str, Any],
-) -> dict[str, Any]:
+) -> Summary:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
     Folds of other groups than those to be held out are not looked at.
@@ -336,7 +337,7 @@ def summarise_folder(
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,
-        "data": [origin.describe() for origin in recipe.data],
+        "data": [origin.model_dump() for origin in recipe.data],
         "without": dict(recipe.without),
         "options": list(evaluation.options),
         "cut": recipe.cut,
