@@ -23,8 +23,6 @@ import pandas as pd
 from afferents.evaluation.fold_files import finished_keys, load_fold
 from afferents.evaluation.intervals import (
     Accuracy,
-    Difference,
-    Interval,
     bootstrap_interval,
     count_right,
     interval_of,
@@ -85,7 +83,7 @@ def accuracy_of(lines: Sequence[Line]) -> Accuracy:
         for line in lines
         for recording, (right, n) in line["right_of"].items()
     ]
-    columns = ["held_out_speed_mm_s", "recording", "replicate", "seed", "right", "n"]
+    columns = ["held_out_speed_mm_s", "recording", "unit", "seed", "right", "n"]
     return Accuracy.of_counts(pd.DataFrame(rows, columns=columns))
 
 
@@ -116,7 +114,7 @@ def table(lines: Sequence[Line]) -> Iterator[str]:
             with_interval(nested.mean(), bootstrap_interval(nested)),
         ]
         cells += at_each(nested, speeds)
-        cells.append(with_interval(added.mean, added, sign="+"))
+        cells.append(with_interval(added.difference, added.ci95, sign="+"))
         yield f"| {' | '.join(cells)} |"
 
 
@@ -173,7 +171,7 @@ def compared(
     ]
     means = [np.mean([a.mean() for a in side]) for side in (paper, fast)]
     drawn = [np.mean([a.resampled() for a in side], axis=0) for side in (paper, fast)]
-    n = len(fast[0].replicates)
+    n = len(fast[0].units)
     more = means[1] - means[0]
     cells = [
         *names,
@@ -187,9 +185,9 @@ def compared(
     return f"| {' | '.join(cells)} |"
 
 
-def with_interval(mean: float, interval: Interval | Difference, sign: str = "") -> str:
+def with_interval(mean: float, interval: tuple[float, float], sign: str = "") -> str:
     """Return a mean and its 95% interval, percent."""
-    numbers = (mean, interval.low, interval.high)
+    numbers = (mean, *interval)
     a, low, high = (f"{100 * x:{sign}.1f}" for x in numbers)
     return f"{a} [{low}, {high}]"
 

@@ -154,10 +154,10 @@ def session_counts(
 def summary_of(counts: pd.DataFrame) -> pd.DataFrame:
     """Return a row a model, disturbance, amount and touch: mean over speeds, interval, worst."""
     recordings = counts["session"] + ":" + counts["recording"]
-    drawn_over = counts["session" if len(counts["session"].unique()) > 1 else "replicate"]
+    drawn_over = counts["session" if len(counts["session"].unique()) > 1 else "unit"]
     counts, rows = counts.assign(recording=recordings, replicate=drawn_over), []
     for names, mine in counts.groupby(BY, sort=False):
-        accuracy = Accuracy.of_counts(mine[[SPEED, "recording", "replicate", "seed", "right", "n"]])
+        accuracy = Accuracy.of_counts(mine[[SPEED, "recording", "unit", "seed", "right", "n"]])
         interval = bootstrap_interval(accuracy)
         totals = mine.groupby(SPEED)[["right", "n"]].sum()
         by_speed = totals["right"] / totals["n"]

@@ -102,7 +102,8 @@ def evaluate_textures(
 
     with Progress(quiet) as progress:
         chosen = EvaluationOptions(models=models, **options)
-        return run(open_evaluation(data, out, chosen, progress), progress)
+        found = run(open_evaluation(data, out, chosen, progress), progress)
+    return {question: summary.content() for question, summary in found.items()}
 
 
 def open_evaluation(

@@ -211,7 +211,7 @@ class Recipe:
         ablation = self.options.ablation.describe()
         return {
             "schema": SCHEMA,
-            "data": [origin.describe() for origin in self.data],
+            "data": [origin.model_dump() for origin in self.data],
             "without": dict(self.options.without),
             "skipped": sorted(self.skipped),
             "cut": self.options.cut,

@@ -26,6 +26,7 @@ from afferents.evaluation.job import encoded, keep, opened_again, run_far_job, r
 from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
 from afferents.evaluation.results import CONFIG
+from afferents.evaluation.schemas import Summary
 from afferents.evaluation.summary import data_quality, summarise
 from afferents.files import remove_partials, write_json
 from afferents.folds.held_out import Group, Split, key_of
@@ -39,7 +40,7 @@ from afferents.store.trimming import require_within
 from afferents.version import __version__
 
 
-def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
     """Run what is not finished yet and return the summary of the results folder.
 
     Raises
@@ -171,7 +172,7 @@ def planned(
     """Name the folds of all models, protocols, seeds and groups to be held out."""
     groups, split = held_out_groups(evaluation, recordings), evaluation.recipe.split
     return [
-        FoldKey(model.name, protocol.name, seed, group, split)
+        FoldKey.of(model.name, protocol.name, seed, group, split)
         for model in models
         for protocol in evaluation.options.protocols
         for seed in evaluation.options.seeds
@@ -281,7 +282,7 @@ def summarise_folder(
     recordings: Sequence[Responses],
     left_out: Sequence[str],
     quality: Mapping[str, Any],
-) -> dict[str, Any]:
+) -> Summary:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
     Folds of other groups than those to be held out are not looked at.
@@ -297,7 +298,7 @@ def summarise_folder(
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,
-        "data": [origin.describe() for origin in recipe.data],
+        "data": [origin.model_dump() for origin in recipe.data],
         "without": dict(recipe.options.without),
         "options": evaluation.words,
         "cut": recipe.options.cut,

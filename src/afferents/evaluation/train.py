@@ -36,7 +36,7 @@ from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.files import Place
 from afferents.folds.corruption import Disturbances
-from afferents.folds.held_out import SPEED, Split, order, split_named, split_of
+from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
@@ -150,8 +150,8 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         seed=training.seed,
         **_groups_of(samples, fold),
         steady_s=training.options.steady,
-        disturb_training=training.options.disturb_training.describe(),
-        data=tuple(data.origin.describe() for data in training.data),
+        disturb_training=options.disturb_training,
+        data=tuple(data.origin.model_dump() for data in training.data),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
         **calibration._asdict(),
@@ -241,28 +241,28 @@ def scores_of(training: Training) -> tuple[Score, ...]:
     """
     assert training.results is not None
     results = load_results(training.results)
-    summary = results.summary
-    found = summary["models"].get(training.model.name, {})
+    summary = results.found
+    found = summary.models.get(training.model.name, {})
     if not found:
         raise InputError(
             f"{training.results}: expected a finished evaluation of {training.model.name}, found "
-            f"of {', '.join(summary['models']) or 'nothing'}; evaluate it there, or leave out "
+            f"of {', '.join(summary.models) or 'nothing'}; evaluate it there, or leave out "
             "--results"
         )
-    same, split = _same_data(training, results.config), split_of(summary)
+    same = _same_data(training, results.config)
     return tuple(
         Score(
             protocol=protocol,
-            preset=summary["preset"],
-            seeds=tuple(entry["seeds"]),
-            mean_accuracy=entry["mean_accuracy"],
-            ci95=tuple(entry["ci95"]),
-            worst_accuracy=entry[split.by][entry[split.worst]],
+            preset=summary.preset,
+            seeds=entry.seeds,
+            mean_accuracy=entry.mean_accuracy,
+            ci95=entry.ci95,
+            worst_accuracy=entry.by[entry.worst],
             same_data=same,
-            disturb=summary.get("disturb", {}),
-            disturb_training=summary.get("disturb_training", {}),
-            recipe=summary.get("recipe", {}).get(_recipe_of(training), {}),
-            **_worst(split, entry[split.worst]),
+            disturb=summary.disturb,
+            disturb_training=summary.disturb_training,
+            recipe=summary.recipe.get(_recipe_of(training), {}),
+            **_worst(summary.split, entry.worst),
         )
         for protocol, entry in sorted(found.items())
     )

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import AfferentsError, InputError
+from afferents.evaluation.schemas import Lost
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
 from afferents.extraction.extract import doubts_of, doubts_without_tracking, responses_of, watched
@@ -314,9 +315,9 @@ def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
     return sentences
 
 
-def lost_sentences(quality: dict[str, Any]) -> list[str]:
+def lost_sentences(lost: Lost | None) -> list[str]:
     """Say how many markers were lost, and what models are given in their place; of any."""
-    said = what_was_lost(quality)
+    said = what_was_lost(lost)
     return [said] if said else []
 
 

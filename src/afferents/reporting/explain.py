@@ -342,7 +342,7 @@ def explain_model(
         ],
         facts={
             "model": card.model,
-            "data": data.origin.describe(),
+            "data": data.origin.model_dump(),
             split.groups: groups,
             "not_learnt_from": unseen,
             "n_samples": len(asked.labels),

@@ -10,8 +10,9 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from afferents.evaluation.results import Results
+from afferents.evaluation.schemas import Lost
 from afferents.files import write_text
-from afferents.folds.corruption import spoilt_by
+from afferents.folds.corruption import Disturbance
 from afferents.folds.held_out import SPEED, key_of, split_of
 from afferents.reporting.accuracy_figures import (
     by_texture_table,
@@ -100,7 +101,7 @@ def render_report(
         simulated=[data for data in summary["data"] if data["simulated"]],
         skipped=summary["skipped"],
         accepted=summary.get("accepted", ()),
-        lost=what_was_lost(summary),
+        lost=what_was_lost(Lost(**lost) if (lost := summary.get("lost")) else None),
         notes=notes,
         table1=table1(summary),
         by_speed=accuracy_by_speed(summary),
@@ -181,7 +182,7 @@ def _spoilt(summary: Summary) -> list[tuple[str, str]]:
         "Disturbed when tested": summary.get("disturb"),
         "Disturbed when learnt from": summary.get("disturb_training"),
     }
-    return [(head, spoilt_by(by)) for head, by in said.items() if by]
+    return [(head, str(Disturbance(**by))) for head, by in said.items() if by]
 
 
 def redo_command(results: Results) -> str:

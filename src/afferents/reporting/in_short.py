@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from afferents.dims import RA2
+from afferents.evaluation.schemas import Lost
 from afferents.folds.held_out import key_of, split_of
 from afferents.models.model import BEST, MODELS
 from afferents.reporting.labels import (
@@ -123,19 +124,20 @@ def what_was_asked(summary: Summary) -> str:
     )
 
 
-def what_was_lost(summary: Summary) -> str:
+def what_was_lost(lost: Lost | None) -> str:
     """Return how many markers were lost, and what models are given in their place; of any."""
-    lost = summary.get("lost")
     if lost is None:
         return ""
-    if not lost["worst"]:
+    if not lost.worst:
         return "No marker was lost."
-    n = lost["n"]
-    whose = f"median of {n} recordings; at most" if n > 1 else "in"
-    most = f" {percent(lost['worst'])} %, in" if n > 1 else ""
+    whose = (
+        f"median of {lost.n} recordings; at most {percent(lost.worst)}%, in recording"
+        if lost.n > 1
+        else "in recording"
+    )
     return (
-        f"Of the marker positions {percent(lost['median'])} % were lost ({whose}{most} "
-        f"{lost['recording']}): models are given values filled in from the markers round them."
+        f"Of the marker positions {percent(lost.median)}% were lost ({whose} {lost.recording}): "
+        "models are given values filled in from the markers round them."
     )
 
 

@@ -1,7 +1,6 @@
 """From a results folder, and the data behind it where they still are, to the report."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -20,8 +19,6 @@ from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.data import open_data, recordings_in
 from afferents.evaluation.encode import Source, encode_all
-from afferents.evaluation.fold_files import read_course
-from afferents.evaluation.metrics import reliability_of
 from afferents.evaluation.results import (
     CONFIG,
     Results,
@@ -74,11 +71,11 @@ def write_report(results_folder: Path, progress: Progress, figures: Figures = "r
     """
     if figures not in get_args(Figures):
         raise InputError(f"figures: expected {' or '.join(get_args(Figures))}, found '{figures}'")
-    summaries = texture_summaries(results_folder)
+    summaries = {name: one.content() for name, one in texture_summaries(results_folder).items()}
     if summaries:
         _write_textures(results_folder, texture_tables(summaries))
         return write_texture_page(results_folder / PAGE, summaries)
-    results = with_course(with_reliability(load_results(results_folder)))
+    results = load_results(results_folder)
     pictures, notes = _pictures(results, progress, figures)
     drawn = progress.track(pictures, "drawing", len(pictures))
     save_pictures(drawn, results_folder / "figures")
@@ -100,45 +97,6 @@ def _write_beside(path: Path, results: Results) -> None:
         write_text(path, text)
 
 
-def with_course(results: Results) -> Results:
-    """Return results whose summary says how trainings went; earlier ones left it to the folds."""
-    models = {
-        model: {
-            protocol: found
-            if "best_epoch" in found
-            else {**found, **_course(results, model, protocol, found["seeds"])}
-            for protocol, found in protocols.items()
-        }
-        for model, protocols in results.summary.get("models", {}).items()
-    }
-    return replace(results, summary={**results.summary, "models": models})
-
-
-def _course(results: Results, model: str, protocol: str, seeds: Sequence[int]) -> dict[str, Any]:
-    groups = results.summary[results.split.groups]
-    return read_course(results.root, model, protocol, seeds, groups, results.split)
-
-
-def with_reliability(results: Results) -> Results:
-    """Return results whose summary says how reliable each model is; earlier ones did not."""
-    models = {
-        model: {
-            protocol: found
-            if "reliability" in found
-            else {**found, "reliability": _reliability(results, model, protocol)}
-            for protocol, found in protocols.items()
-        }
-        for model, protocols in results.summary.get("models", {}).items()
-    }
-    return replace(results, summary={**results.summary, "models": models})
-
-
-def _reliability(results: Results, model: str, protocol: str) -> dict[str, Any] | None:
-    mine = (results.predictions["model"] == model) & (results.predictions["protocol"] == protocol)
-    found = reliability_of(results.predictions[mine])
-    return found.describe() if found else None
-
-
 def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
     """Return one table of all runs, Table 1 for a single one, and where it is written.
 
@@ -155,8 +113,9 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
             "--split texture; report them alone"
         )
     if of_textures:
-        return texture_tables(texture_summaries(folders[0]))[0], folders[0] / TEXTURES
-    runs = {folder.resolve().name: read_summary(folder) for folder in folders}
+        summaries = {name: one.content() for name, one in texture_summaries(folders[0]).items()}
+        return texture_tables(summaries)[0], folders[0] / TEXTURES
+    runs = {folder.resolve().name: read_summary(folder).content() for folder in folders}
     if len(runs) < len(folders):
         raise InputError(
             "RESULTS: expected folders of different names, found one name twice; rename one"

@@ -24,10 +24,10 @@ from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, has, kept_part, response_of
 from afferents.evaluation.intervals import (
     Accuracy,
-    Difference,
     bootstrap_interval,
     paired_difference,
 )
+from afferents.evaluation.schemas import Difference
 from afferents.files import Place, write_json
 from afferents.folds.held_out import SPEED
 from afferents.models.fit_solved import named_when_left_out
@@ -481,14 +481,14 @@ def _written(
     )  # fmt: skip
     picture = save_figure(shear_figure(shown), out / "shear.png")
     facts = {
-        "data": data.origin.describe(),
+        "data": data.origin.model_dump(),
         "chance": chance,
         "variances_px2": {name: found._asdict() for name, found in shares.items()},
         "accuracy": {
             title: {"mean": mean, "ci95": [low, high], "by_speed": named[title].by_speed}
             for title, (mean, low, high) in accuracies.items()
         },
-        "lost": {title: found.describe() for title, found in losses.items()},
+        "lost": {title: found.content() for title, found in losses.items()},
         "drag_px": {str(one[dims.TEXTURE].item()): one.values.tolist() for one in drag},
         "speeds_mm_s": drag[dims.SPEED].values.tolist(),
     }
@@ -519,9 +519,9 @@ def meaning(
     """
     if all(accuracies[title][1] <= chance for title in (SHEAR, WITHOUT, BOTH)):
         return "Texture is not told from chance here, with the global shear or without it."
-    shear_adds, rest_adds = without_shear.low > 0, shear_alone.low > 0
+    shear_adds, rest_adds = without_shear.ci95[0] > 0, shear_alone.ci95[0] > 0
     if shear_adds and rest_adds:
-        points = 100 * without_shear.mean, 100 * shear_alone.mean
+        points = 100 * without_shear.difference, 100 * shear_alone.difference
         return (
             "Texture is told from both: {:.1f} points are lost without the global shear, {:.1f} "
             "without the rest of the images.".format(*points)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents.evaluation.results import ROUGHNESS, UNKNOWN
+from afferents.evaluation.schemas import Lost
 from afferents.files import write_text
 from afferents.reporting.html import shortened, template, textures_line
 from afferents.reporting.in_short import what_was_lost
@@ -189,7 +190,7 @@ def write_texture_page(path: Path, summaries: Mapping[str, dict[str, Any]]) -> P
         simulated=[data for data in summary["data"] if data["simulated"]],
         skipped=summary["skipped"],
         accepted=summary.get("accepted", ()),
-        lost=what_was_lost(summary),
+        lost=what_was_lost(Lost(**lost) if (lost := summary.get("lost")) else None),
         tables=texture_tables(summaries),
         command=_redo_command(summary, path.parent.name or "RESULTS"),
         citation=CITATION,

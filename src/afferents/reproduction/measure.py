@@ -310,7 +310,7 @@ def estimate_of(
 
     def left(model: Model, protocol: Protocol) -> int:
         keys = (
-            FoldKey(model.name, protocol.name, seed, group, recipe.split)
+            FoldKey.of(model.name, protocol.name, seed, group, recipe.split)
             for seed in seeds
             for group in amount.groups
         )

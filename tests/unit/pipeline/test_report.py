@@ -130,18 +130,3 @@ def test_table1_is_whole_or_as_it_was(results, monkeypatch):
     with pytest.raises(TypeError):
         writing.write_report(results.root, QUIET)
     assert (results.root / "table1.md").read_text() == "earlier"
-
-
-def test_earlier_results_are_told_how_reliable_they_are(results):
-    rows = {
-        "model": "m",
-        "protocol": "nested",
-        "true_texture": ["a", "b"],
-        "predicted_texture": "a",
-    }
-    predictions = pd.DataFrame({**rows, "p_a": 0.8, "p_b": 0.2})
-    earlier = Results(results.root, {}, {"models": {"m": {"nested": {}}}}, predictions)
-    told = writing.with_reliability(earlier).summary["models"]["m"]["nested"]
-    assert told["reliability"]["ece"] == pytest.approx(0.3)
-    kept = Results(results.root, {}, {"models": {"m": {"nested": told}}}, predictions[:0])
-    assert writing.with_reliability(kept).summary == kept.summary

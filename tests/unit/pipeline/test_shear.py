@@ -8,7 +8,7 @@ import pytest
 
 import afferents
 from afferents.evaluation.data import open_data
-from afferents.evaluation.intervals import Difference
+from afferents.evaluation.schemas import Difference
 from afferents.progress import Progress
 from afferents.reporting.shear import BOTH, SHEAR, WITHOUT, explain_shear_of, meaning
 
@@ -75,7 +75,8 @@ def test_missing_pins_are_refused_where_all_are_felt_together(stores, tmp_path, 
 
 
 TOLD = dict.fromkeys((SHEAR, WITHOUT, BOTH), (0.5, 0.4, 0.6))
-MORE, SAME = Difference(0.2, 0.1, 0.3), Difference(0.0, -0.1, 0.1)
+MORE = Difference(difference=0.2, ci95=(0.1, 0.3))
+SAME = Difference(difference=0.0, ci95=(-0.1, 0.1))
 
 
 @pytest.mark.parametrize(
