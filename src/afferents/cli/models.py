@@ -7,7 +7,7 @@ import typer
 
 from afferents.choices import PRESET_ASKED
 from afferents.cli.options import takes_encodings
-from afferents.cli.printing import TerminalTable, say
+from afferents.cli.printing import say
 from afferents.cli.shared import (
     SEED,
     CutName,
@@ -124,8 +124,7 @@ def explain(
     else:
         found = afferents.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
-    tables = [TerminalTable.of(table) for table in found.tables]
-    say(as_json, found.facts, *tables, *found.sentences, *pictures)
+    say(as_json, found.facts, *found.tables, *found.sentences, *pictures)
 
 
 def export(
