@@ -8,12 +8,15 @@ import typer
 from afferents.choices import Figures
 from afferents.cli.errors import fail_if_skipped
 from afferents.cli.options import shows, takes_encodings, takes_fields
-from afferents.cli.printing import TerminalTable, say
+from afferents.cli.printing import say
 from afferents.cli.shared import Json, Quiet
 from afferents.models.model import TABLE1
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from afferents.evaluation.options import EvaluationOptions
+    from afferents.evaluation.schemas import Summary
 
 
 def _options() -> type["EvaluationOptions"]:
@@ -53,10 +56,11 @@ def evaluate(
         found: dict[str, Any] = afferents.evaluate_textures(
             data, out, quiet=quiet or as_json, **given
         )
-        tables, skipped = _texture_tables(found), next(iter(found.values()))["skipped"]
+        tables, skipped = _texture_tables(out), next(iter(found.values()))["skipped"]
     else:
-        found = afferents.evaluate(data, out, quiet=quiet or as_json, **given).summary
-        tables, skipped = _tables(found), found["skipped"]
+        results = afferents.evaluate(data, out, quiet=quiet or as_json, **given)
+        found, tables = results.summary, _tables(results.found)
+        skipped = found["skipped"]
     say(as_json, found, *tables, f"Results: {out}")
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})
 
@@ -84,7 +88,7 @@ def report(
     table, written = compare_runs(results)
     found = {"reports": [str(page) for page in pages], "table": str(written)}
     lines = [f"Report: {page}" for page in pages]
-    say(as_json, found, TerminalTable.of(table), *lines, f"Table: {written}")
+    say(as_json, found, table, *lines, f"Table: {written}")
 
 
 def status(
@@ -95,28 +99,28 @@ def status(
     as_json: Json = False,
 ) -> None:
     """Show how far an evaluation is, or a reproduction: done, running, failed, and when it ends."""
+    from afferents.reporting.tables import make_table
     from afferents.reproduction.folder import STATES
     from afferents.reproduction.folder import status as look
 
     found = look(results)
-    table = TerminalTable(("model", "protocol", *STATES), found.rows, n_headers=2)
+    table = make_table("", "", ("model", "protocol", *STATES), found.rows, n_headers=2)
     say(as_json, found.facts, table, *found.sentences)
 
 
-def _tables(summary: dict[str, Any]) -> list[TerminalTable]:
+def _tables(summary: "Summary") -> list["pd.DataFrame"]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting.accuracy_figures import lengths_table
-    from afferents.reporting.comparisons import by_touch_table, touches_table
-    from afferents.reporting.tables import table1
+    from afferents.reporting.tables import by_touch_table, lengths_table, table1, touches_table
 
-    evaluated = set(summary["models"])
+    evaluated = set(summary.models)
     tables = [table1(summary)] if evaluated & set(TABLE1) else []
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
-    tables += [table for of in (lengths_table, by_touch_table) if (table := of(summary))]
-    return [TerminalTable.of(table) for table in tables]
+    others = (lengths_table(summary), by_touch_table(summary))
+    return tables + [table for table in others if table is not None]
 
 
-def _texture_tables(summaries: dict[str, Any]) -> list[TerminalTable]:
-    from afferents.reporting.textures import texture_tables
+def _texture_tables(out: Path) -> list["pd.DataFrame"]:
+    from afferents.evaluation.results import texture_summaries
+    from afferents.reporting.unseen import texture_tables
 
-    return [TerminalTable.of(table) for table in texture_tables(summaries)]
+    return texture_tables(texture_summaries(out))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from afferents.cli.options import shows, takes_encodings, takes_fields
-from afferents.cli.printing import TerminalTable, say
+from afferents.cli.printing import say
 from afferents.cli.shared import SEED, CutName, Data, Force, Json, ModelFolder, Quiet
 
 if TYPE_CHECKING:
@@ -104,8 +104,7 @@ def explain(
     else:
         found = afferents.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
-    tables = [TerminalTable.of(table) for table in found.tables]
-    say(as_json, found.facts, *tables, *found.sentences, *pictures)
+    say(as_json, found.facts, *found.tables, *found.sentences, *pictures)
 
 
 def export(

@@ -9,7 +9,7 @@ from rich.table import Table
 from afferents.choices import Like, Size
 from afferents.cli.errors import fail_if_skipped
 from afferents.cli.options import shows, takes_encodings, takes_fields, takes_options_of
-from afferents.cli.printing import TerminalTable, say
+from afferents.cli.printing import say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
 from afferents.reproduction.presets import CHOICES, written
@@ -112,7 +112,7 @@ def reproduce(
     """
     import afferents
     from afferents.evaluation.results import Results
-    from afferents.reporting.in_short import headline
+    from afferents.reporting.summary_text import headline
     from afferents.reporting.tables import table1
 
     results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **options)
@@ -121,7 +121,7 @@ def reproduce(
             say(True, results.describe())
         return
     page = results.root / "report.html"
-    said = ("", headline(results.summary), f"Report: {page.resolve()}")
-    say(as_json, results.summary, TerminalTable.of(table1(results.summary)), *said)
+    said = ("", headline(results.found), f"Report: {page.resolve()}")
+    say(as_json, results.summary, table1(results.found), *said)
     skipped = results.summary["skipped"]
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})

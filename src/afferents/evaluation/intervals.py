@@ -49,7 +49,7 @@ def source_number(name: str) -> str:
 RESAMPLES = 2000
 
 Counts = NDArray[np.float64]
-"""Shape (unit, seed, 2): test samples named rightly, and all."""
+"""Shape (unit, seed, 2): test samples recognised, and all."""
 
 
 class Interval(NamedTuple):
@@ -60,7 +60,7 @@ class Interval(NamedTuple):
 
 
 def count_right(predictions: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> pd.DataFrame:
-    """Count the test samples of each recording and seed that were named rightly, and all.
+    """Count the test samples of each recording and seed that were recognised, and all.
 
     Parameters
     ----------

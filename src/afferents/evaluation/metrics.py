@@ -12,7 +12,7 @@ from afferents.folds.held_out import SPEED, Group, column_of, group_in, order
 
 
 def accuracy_by_group(predictions: pd.DataFrame) -> dict[Group, float]:
-    """Return the fraction of test samples named rightly, for each group held out, in order.
+    """Return the fraction of test samples recognised, for each group held out, in order.
 
     Several seeds are averaged.
     """

@@ -89,7 +89,7 @@ class Accuracies(Schema):
     """Accuracy of samples, recordings or touches: mean over what was held out, and in each."""
 
     mean_accuracy: Share
-    """Mean over held-out speeds (or groups) of the share of test samples named rightly."""
+    """Mean over held-out speeds (or groups) of the share of test samples recognised."""
     ci95: Shares
     """Its 95% interval, low and high."""
     by_speed: dict[Key, Share] | None = None
@@ -157,7 +157,7 @@ class Reliability(Schema):
     confidence: tuple[Share, ...]
     """Their mean confidence; 0 where there are none."""
     accuracy: tuple[Share, ...]
-    """Share named rightly; 0 where there are none."""
+    """Share recognised; 0 where there are none."""
 
     @model_validator(mode="after")
     def _are_as_many(self) -> Self:

@@ -43,9 +43,10 @@ from afferents.recordings.described import is_described
 from afferents.recordings.run_log import clock_sentences
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
-from afferents.reporting.in_short import what_was_lost
-from afferents.reporting.recording_figures import is_overlay, steadiness_figure, steadiness_sentence
+from afferents.reporting.overlay import is_overlay
+from afferents.reporting.recording_figures import steadiness_figure, steadiness_sentence
 from afferents.reporting.style import save_figure
+from afferents.reporting.summary_text import what_was_lost
 from afferents.store.recording import Recording, RecordingSet
 from afferents.store.responses import Responses, named_by_spacing, speed_of
 from afferents.store.trimming import AUDIO_S, LAST_FRAME

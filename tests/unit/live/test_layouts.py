@@ -82,7 +82,7 @@ def test_every_image_model_learns_and_the_report_shows_no_pixels_beside_the_mark
     assert set(summary["models"]) == {"sa-se", "ra-ste", "ra-wave-vector", "own-logistic"}
     data, notes = figure_data(load_results(results), Progress(quiet=True))
     assert not notes
-    shown = np.isfinite(data.sa1_images.values)
+    shown = np.isfinite(data.images["sa1"].values)
     assert 0.6 < shown.mean() < 0.8
     assert not shown[:, 0, 0].any()
     assert shown[:, 6, 6].all()
