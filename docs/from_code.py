@@ -11,7 +11,27 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 import afferents
+from afferents.evaluation.fold_files import Epoch, FoldFacts, FoldKey
+from afferents.evaluation.job_status import Failed, Plan, Running
+from afferents.evaluation.schemas import (
+    Comparison,
+    FirstEpoch,
+    Intervals,
+    Lost,
+    OfTouches,
+    Outcome,
+    Reliability,
+    RoughnessOutcome,
+    RoughnessSummary,
+    Summary,
+    UnknownBySpeed,
+    UnknownOutcome,
+    UnknownSummary,
+    UnknownTexture,
+)
 
 DOCS = Path(__file__).parent
 OUT = DOCS / "generated"
@@ -92,6 +112,36 @@ def things(named: dict[str, Any]) -> str:
     return table(("name", "what it is"), rows)
 
 
+def fields(*models: type[BaseModel]) -> str:
+    """Return the tables of what stands in a file: the fields of models, and what each is.
+
+    A field of several models stands in the first table alone.
+    """
+    tables, seen = [], set()
+    for model in models:
+        rows = [
+            (_code(field.alias or name), (field.description or "").replace("\n", " "))
+            for name, field in model.model_fields.items()
+        ]
+        new = [row for row in rows if row not in seen]
+        seen.update(rows)
+        tables.append(f"{first_sentence(model.__doc__)}.\n\n{table(('field', 'what it is'), new)}")
+    return "\n".join(tables)
+
+
+def schemas() -> dict[str, str]:
+    """Return the tables of all files of a results folder, by name of the page's part."""
+    return {
+        "summary-fields.md": fields(
+            Summary, Outcome, OfTouches, Reliability, FirstEpoch, Intervals, Lost, Comparison
+        ),
+        "unknown-fields.md": fields(UnknownSummary, UnknownOutcome, UnknownBySpeed, UnknownTexture),
+        "roughness-fields.md": fields(RoughnessSummary, RoughnessOutcome),
+        "fold-fields.md": fields(FoldFacts, Epoch),
+        "plan-fields.md": fields(Plan, FoldKey, Running, Failed),
+    }
+
+
 def parts() -> dict[str, str]:
     """Return all parts of pages, by name of file."""
     return {
@@ -101,6 +151,7 @@ def parts() -> dict[str, str]:
         "encodings.md": things(dict(afferents.ENCODINGS)),
         "classifiers.md": things(dict(afferents.CLASSIFIERS)),
         "data-sets.md": things({each.name: each for each in afferents.DATA_SETS.values()}),
+        **schemas(),
     }
 
 

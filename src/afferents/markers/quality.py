@@ -276,7 +276,7 @@ def _at_rest(quality: TrackingQuality) -> list[str]:
 
 
 def _audit(tracks: xr.Dataset) -> list[str]:
-    """Say how often identities were in danger, if ever, and what was done."""
+    """Say how often markers may have been confused, if ever, and what was done."""
     found = {
         "two markers on one blob": tracks.attrs["audit_shared"],
         "a marker apart from its neighbours' motion": tracks.attrs["audit_strangers"],
@@ -287,7 +287,7 @@ def _audit(tracks: xr.Dataset) -> list[str]:
     said = []
     if counted:
         danger = ", ".join(counted)
-        said.append(f"Identities were in danger; a marker in doubt counts as lost: {danger}.")
+        said.append(f"Markers may have been confused, and count as lost where in doubt: {danger}.")
     checks, slips = tracks.attrs.get("audit_checks", 0), tracks.attrs.get("audit_slips", 0)
     if checks:
         said.append(f"All names were checked by the layout's order {checks} times{_slips(slips)}.")
