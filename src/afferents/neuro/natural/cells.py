@@ -169,7 +169,7 @@ def spikes_of_cells(file: Path, described: NaturalFile, description: Path) -> Sp
     units, table = known.units(described.fibres), known.trials(trials, cells, axes)
     rows = trains.transpose(*axes, "fibre").values.reshape(-1, len(units))
     there = [any(train is not None for train in row) for row in rows]
-    return Spikes.from_trains(rows[there], units, table[there], file)
+    return Spikes.from_trains(rows[there].tolist(), units, table[there], file)
 
 
 class _Conditions:
@@ -244,7 +244,7 @@ class _Conditions:
         if isinstance(given, float):
             return given
         axes = trials.durations_by if isinstance(given, str) else ("speed",)
-        self._require_axes(axes, places, "durations_by")
+        self._require_axes(axes, map(str, places), "durations_by")
         sizes = tuple(self._sizes.get(axis, 1) for axis in axes)
         content = self._variables[given] if isinstance(given, str) else given
         values = self._numbers(content, "durations")
@@ -260,6 +260,7 @@ class _Conditions:
 
     def _require_axes(self, named: Iterable[str], axes: Iterable[str], what: str) -> None:
         """Refuse names that are no axes of trials."""
+        axes = list(axes)
         if other := [name for name in named if name not in axes]:
             expected = f"axes of trials ({', '.join(axes)}) in {what} of [trials]"
             raise InputError(f"{self._where}: expected {expected}, found '{other[0]}'")

@@ -118,8 +118,8 @@ def _opened(path: Path) -> Iterator[Any]:
 
 def _units(units: Any, described: NaturalFile, path: Path) -> pd.DataFrame:
     if "spike_times" not in units.colnames:
-        found = ", ".join(units.colnames)
-        raise InputError(f"{path}: expected units with spike_times, found columns {found}")
+        there = ", ".join(units.colnames)
+        raise InputError(f"{path}: expected units with spike_times, found columns {there}")
     columns, words = described.columns, described.fibres.words
     require_column(units.colnames, columns.fibre_class, path)
     names = units[columns.fibre] if columns.fibre in units.colnames else units.id

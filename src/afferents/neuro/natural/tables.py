@@ -68,9 +68,10 @@ def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     table = pd.DataFrame(found).assign(speed_mm_s=speeds_of(read, described, file), repetition=0)
     if columns.repetition in read:
         table["repetition"] = numbers_of(read, columns.repetition, file)
-    of_column = isinstance(duration_s, str)
-    table["duration_s"] = numbers_of(read, duration_s, file) if of_column else duration_s
-    return table
+    in_column = isinstance(duration_s, str)
+    return table.assign(
+        duration_s=numbers_of(read, str(duration_s), file) if in_column else duration_s
+    )
 
 
 def speeds_of(table: pd.DataFrame, described: NaturalFile, file: Path) -> pd.Series | float:
