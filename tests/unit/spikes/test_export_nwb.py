@@ -95,9 +95,9 @@ def test_images_in_a_folder_are_named_in_their_order(tmp_path):
     images = ImageFolder(tmp_path / "video", 10.0)
     recording = Recording("1/20", "1", 20.0, tmp_path, video=images)
     nwbfile = pynwb.NWBFile("images", "id", datetime(2026, 1, 1, tzinfo=UTC))
-    camera = nwbfile.create_device(name="camera")
+    nwbfile.create_device(name="camera")
     laid = laid_out([responses])
-    add_videos(nwbfile, laid, {"1/20": recording}, tmp_path / "x.nwb", camera)
+    add_videos(nwbfile, laid, {"1/20": recording}, tmp_path / "x.nwb")
     series = nwbfile.acquisition["video_1_20"]
     names = [f"video/frame{n}.png" for n in (8, 9, 10, 12)]
     assert list(series.external_file) == names
