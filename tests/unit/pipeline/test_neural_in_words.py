@@ -85,19 +85,19 @@ def test_fibres_with_gaps_are_put_beside_artificial_units():
     """No fibre is there in every trial: trains are matched all the same, decoding says why not."""
     natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
     found = beside(artificial, natural, 0.2, 0, "made")
-    assert found.resolution is None
+    assert "beside_resolution" not in found.tables
     assert "6 textures of each; 17 SA, 15 RA, 7 PC of each" in found.sentences[0]
     assert "were not recorded" in found.sentences[0]
-    by = found.matches.set_index(["class", "population", "stretched"])["accuracy"]
+    by = found.tables["beside_stretch"].set_index(["class", "population", "stretched"])["accuracy"]
     for population in ("artificial", "natural"):
         assert by["SA", population, True] > 0.7 > by["SA", population, False]
     assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
-    assert set(found.natural["n_textures"]) == {8}
+    assert set(found.tables["natural_stretch"]["n_textures"]) == {8}
 
 
 def test_without_gaps_decoding_stands_beside_as_well():
     natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
     assert isinstance(natural, Spikes)
     found = beside(artificial, natural, 0.2, 0, "made")
-    assert found.resolution is not None
+    assert "beside_resolution" in found.tables
     assert found.figure is not None

@@ -105,8 +105,8 @@ def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np
 
     begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in laid])
     duration_s = spikes.trials["duration_s"].to_numpy(np.float64)
-    ends = {"start_time": begin, "stop_time": begin + duration_s}
-    table = spikes.trials.drop(columns="duration_s").assign(**ends)
+    ends = pd.DataFrame({"start_time": begin, "stop_time": begin + duration_s})
+    table = ends.join(spikes.trials.drop(columns="duration_s"))
     further = _conditions(laid)
     table = table.join(further.drop(columns=[name for name in further if name in table]))
     about = {str(name): _TRIALS.get(str(name), "A condition of the recording.") for name in table}
