@@ -14,10 +14,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import accuracy_by_resolution, require_conditions
+from afferents.neuro.decoding import accuracy_by_resolution, require_conditions, some_units
 from afferents.neuro.figures import beside_figure
 from afferents.neuro.speed import match_by_class, stretch_match
-from afferents.neuro.windows import some_units
 from afferents.spikes.population import Spikes, joined
 
 _MOST_SPEEDS = 4

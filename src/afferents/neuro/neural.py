@@ -16,9 +16,10 @@ from afferents.neuro.decoding import (
     accuracy_by_resolution,
     accuracy_by_units,
     require_conditions,
+    some_units,
     summary,
 )
-from afferents.neuro.exponent import exponents, told_by_exponent
+from afferents.neuro.exponent import accuracy_by_exponent, exponents
 from afferents.neuro.figures import (
     raster_figure,
     resolution_figure,
@@ -28,7 +29,6 @@ from afferents.neuro.figures import (
 )
 from afferents.neuro.natural.reader import read_natural
 from afferents.neuro.speed import match_by_class, rate_slopes, stretch_match
-from afferents.neuro.windows import some_units
 from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
@@ -106,8 +106,8 @@ def _codes(found: pd.DataFrame) -> list[str]:
         best_s, rate = float(by.index.to_numpy()[by.argmax()]), by.loc[by.index.max()]
         where = "not learnt from" if across == "speeds" else "learnt from"
         said.append(
-            f"{name}, at a speed {where}: rates alone tell {100 * rate:.0f}% of the windows, bins "
-            f"of {1e3 * best_s:g} ms {100 * by.max():.0f}% (chance "
+            f"{name}, at a speed {where}: rates alone recognise {100 * rate:.0f}% of the windows, "
+            f"bins of {1e3 * best_s:g} ms {100 * by.max():.0f}% (chance "
             f"{100 * some['chance'].iloc[0]:.0f}%)."
         )
     return said
@@ -132,12 +132,12 @@ def _slopes(slopes: pd.DataFrame) -> list[str]:
 
 
 def _exponents(table: pd.DataFrame) -> list[str]:
-    right = told_by_exponent(table)
+    right = accuracy_by_exponent(table)
     if not right:
         return []
     chance = 100 / table["texture"].nunique()
     return [
-        f"The spectral exponent of the vibration alone, one number, tells "
+        f"The spectral exponent of the vibration alone, one number, recognises "
         f"{100 * summary(right)['accuracy']:.0f}% of the recordings at a speed not learnt from "
         f"(chance {chance:.0f}%)."
     ]

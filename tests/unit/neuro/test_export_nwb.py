@@ -7,7 +7,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import cv2
-import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -180,8 +179,3 @@ def test_a_recording_that_has_changed_leaves_nothing(stores, tmp_path):
     with pytest.raises(InputError):
         afferents.export_nwb(store, tmp_path / "x.nwb", quiet=True)
     assert [path.name for path in tmp_path.iterdir()] == ["s.zarr"]
-
-
-def test_the_file_is_plain_hdf5(written):
-    with h5py.File(written) as file:
-        assert file.attrs["nwb_version"].startswith("2.")
