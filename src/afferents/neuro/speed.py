@@ -13,8 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import require_conditions, summary
-from afferents.neuro.windows import some_units
+from afferents.neuro.decoding import require_conditions, some_units, summary
 from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
@@ -81,8 +80,8 @@ def stretch_match(
     at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
     summed over the units of a class that both trials have, at the shift where it is greatest: where
     on the drum a recording began is not known. It is divided by the root of the number of these
-    units, by which sums of noise grow, so that gaps in recordings tell no texture. Of repetitions
-    the mean is taken. Textures that no unit was recorded on at both speeds, and pairs of speeds
+    units, by which sums of noise grow, so that gaps in recordings give no texture away. The mean of
+    repetitions is taken. Textures that no unit was recorded on at both speeds, and pairs of speeds
     with fewer than two textures in common, are left out.
 
     Parameters

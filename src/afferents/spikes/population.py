@@ -1,4 +1,4 @@
-"""What spikes, units and trials must be, told in one sentence where they are not."""
+"""Spike times of a population of units over trials, wherever they come from."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -120,9 +120,6 @@ def _remedy(expected: str, times: NDArray[np.float64], duration_s: NDArray[np.fl
     return f"{np.sum(times > duration_s)} spikes lie beyond: give the trial's true duration"
 
 
-# Spike times of a population of units over trials, wherever they come from.
-
-
 @dataclass(frozen=True, eq=False)
 class Spikes:
     """Spike times of units over trials: one ragged array, and what units and trials are.
@@ -226,24 +223,17 @@ class Spikes:
         InputError
             As `from_trains`, and if a unit or a trial is not in its table.
         """
-        unit_table, trial_table = checked_units(units, where), checked_trials(trials, where)
-        unit = unit_table.index.get_indexer(pd.Index(spikes["unit"].astype(str)))
-        trial = spikes["trial"].to_numpy(np.int64)
-        unknown = (unit < 0) | (trial < 0) | (trial >= len(trial_table))
-        if unknown.any():
-            row = spikes[unknown].iloc[0]
-            found = f"a spike of unit {row['unit']} in trial {row['trial']}"
+        names = list(checked_units(units, where).index)
+        n_trials = len(checked_trials(trials, where))
+        named = spikes.assign(unit=spikes["unit"].astype(str))
+        times: dict[Any, ArrayLike] = dict(list(named.groupby(["trial", "unit"])["time_s"]))
+        trains = [[times.pop((trial, name), []) for name in names] for trial in range(n_trials)]
+        for trial, unit in times:
             raise InputError(
-                f"{where}: expected spikes of the units and trials listed, found {found}"
+                f"{where}: expected spikes of the units and trials listed, found a spike of unit "
+                f"{unit} in trial {trial}"
             )
-        cell = trial * len(unit_table) + unit
-        order = np.argsort(cell, kind="stable")
-        counts = np.bincount(cell, minlength=len(trial_table) * len(unit_table))
-        offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        times = spikes["time_s"].to_numpy(np.float64)[order]
-        check_trains(times, offsets, unit_table, trial_table, where)
-        recorded = np.ones((len(trial_table), len(unit_table)), bool)
-        return cls(times, offsets, unit_table, trial_table, recorded)
+        return cls.from_trains(trains, units, trials, where)
 
     @property
     def n_units(self) -> int:

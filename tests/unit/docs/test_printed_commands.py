@@ -18,7 +18,7 @@ for page in WITH_COMMANDS:
     for one in printed_on(page):
         PLACES.setdefault(one.text, []).append(f"{page.name}:{one.line}")
 
-VIEWER = "needs the extra view, which dev leaves out: tests/unit/pipeline/bags/test_viewer.py"
+VIEWER = "needs the extra view, which dev leaves out: tests/unit/exchange/test_viewer.py"
 NOT_RUN = {
     "afferents fetch pestell2022 DATA": (
         "fetches 50 GB from a server; from one of ours: tests/unit/pipeline/test_fetch.py"
@@ -27,7 +27,7 @@ NOT_RUN = {
         "fetches from a server; from one of ours: tests/unit/pipeline/test_fetch.py"
     ),
     "afferents compare PUBLISHED.zarr --authors CONVERTED": (
-        "needs the authors' arrays; on arrays of their form: tests/unit/pipeline/test_authors.py"
+        "needs the authors' arrays; on arrays of their form: tests/unit/exchange/test_authors.py"
     ),
     "afferents align TOUCH1 TOUCH2 TOUCH3": (
         "needs touches, filmed and recorded at once: tests/recovery/test_offset_truth.py"

@@ -26,7 +26,6 @@ from afferents.recordings.ros_messages import (
     ROS_SOUND,
     ROS_SOUND_INFO,
     ROS_SOUND_STAMPED,
-    Messages,
     typestore,
 )
 from afferents.recordings.video import VideoFile
@@ -274,7 +273,3 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(rig, fails, tmp_path):
     out.mkdir()
     (out / "mine").write_text("")
     assert "bags" in fails("export-mcap", session, out)
-
-
-def test_the_messages_need_no_ros(types):
-    assert Messages(types).text("felt")
