@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from afferents.devices.base import Block, Frame, Microphone
 from afferents.devices.picture import picture_of
 from afferents.errors import AfferentsError
-from afferents.markers.detect import detect
-from afferents.markers.image_quality import image_quality
+from afferents.markers.detect import detect, spacing_px
 from afferents.markers.sensor import Sensor
+from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import Plan
 from afferents.recorder.run import FIRST_S, WARM_UP, Devices
@@ -79,9 +79,6 @@ LOOKED_S = 1.5
 RATE = 0.02
 """How far a measured rate may lie from the one that was read back, as a share."""
 MARGIN = 1.2
-SHARPEST_PX = 4.0
-"""A marker's edge is not wider than this in a picture in focus."""
-_SATURATED = 0.5
 _REACHED_S = 2.0
 _ENOUGH = 24
 """Frames or blocks from which a drift can be told."""
@@ -203,13 +200,13 @@ def judged(image: GreyImage, sensor: Sensor) -> Check:
     if len(found) < max(4, 0.9 * usual):
         said = f"{len(found)} markers of {usual}, mean grey level {image.mean():.0f}"
         return Check("picture", False, said, "see to light, focus, and the sensor file")
-    quality = image_quality(image, found)
+    quality = measure_image_quality(image, found, spacing_px(found))
     said = (
         f"{len(found)} markers of {usual}, edges {quality.edge_px:.1f} px, "
         f"{quality.saturated:.0%} saturated"
     )
-    passes = quality.edge_px <= SHARPEST_PX and quality.saturated <= _SATURATED
-    do = "less light or gain" if quality.saturated > _SATURATED else "turn the focus"
+    passes = quality.edge_px <= BLURRED_PX and quality.saturated <= OVEREXPOSED
+    do = "less light or gain" if quality.saturated > OVEREXPOSED else "turn the focus"
     return Check("picture", passes, said, do)
 
 

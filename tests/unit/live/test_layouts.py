@@ -103,7 +103,7 @@ def test_images_of_frames_are_those_of_the_store(session, store):
         source = sources_of(MODELS["sa-wave"], open_data([str(store)])[0].encodings)[0]
         offline = component_images(fill(response_of(responses, source._replace(channel=channel))))
         for i in (12, 90, 200):
-            live = felt[i].images[channel.name]
+            live = felt[i].image(channel.name)
             live = live if live.ndim == 3 else live[None]
             np.testing.assert_allclose(live, offline[i], rtol=0, atol=2e-5)
 
