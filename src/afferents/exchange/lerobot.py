@@ -38,7 +38,7 @@ EPISODES = "meta/episodes/chunk-000/file-000.parquet"
 INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 FILES_A_CHUNK = 1000
 DATA_MB, VIDEO_MB = 100, 200
-"""LeRobot's own: it goes on in the last file up to these, when it adds episodes."""
+"""LeRobot's own: up to these it puts several episodes into a file that it writes itself."""
 
 CAMERA = "observation.images.fingertip"
 DISPLACEMENT = "observation.tactile.fingertip.displacement"

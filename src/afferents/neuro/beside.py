@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents.errors import InputError
 from afferents.neuro.decoding import accuracy_by_resolution, require_conditions, some_units
 from afferents.neuro.figures import beside_figure
-from afferents.neuro.speed import match_by_class, stretch_match
+from afferents.neuro.speed import match_by_class, match_sentences, stretch_match
 from afferents.spikes.population import Spikes, joined
 
 _MOST_SPEEDS = 4
@@ -140,6 +140,10 @@ def _some(spikes: Spikes, n_units: dict[str, int], seed: int) -> Spikes:
 
 _SHARE = 1 / 3
 """Of the shortest trial: the longest window that still leaves some to learn from."""
+_ALL = (
+    "All {n_units} natural {class} fibres, on {n_textures} textures with the gaps they have (up to "
+    "{n_trains} trains a pair of speeds),"
+)
 
 
 class Beside(NamedTuple):
@@ -179,7 +183,11 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
     )
     alone = match_by_class(stretch_match(natural, n_units=None, seed=seed))
     tables = {"beside_stretch": both, "natural_stretch": alone}
-    sentences = [compared(pair), *matches_in_words(both), *all_fibres_in_words(alone)]
+    sentences = [
+        compared(pair),
+        *match_sentences(both, "{class} trains, {population}, made alike,"),
+        *match_sentences(alone, _ALL),
+    ]
     try:
         whole = dict(zip(names, matched(artificial, natural, seed), strict=True))
     except InputError as gaps:
@@ -208,30 +216,3 @@ def compared(pair: Mapping[str, Spikes]) -> str:
         f"{speeds['artificial']} mm/s beside {speeds['natural']} mm/s; of the natural trials "
         f"{100 * (1 - one.recorded.mean()):.0f}% were not recorded."
     )
-
-
-def matches_in_words(matches: pd.DataFrame) -> list[str]:
-    """Return what stretching does to trains of both populations; as `match_by_class` has it."""
-    said = []
-    for (name, population), some in matches.groupby(["class", "population"], sort=False):
-        by = some.set_index("stretched")["accuracy"]
-        said.append(
-            f"{name}, {population}: {100 * by[True]:.0f}% of textures are found by their trains at "
-            f"another speed when stretched, {100 * by[False]:.0f}% as they are (chance "
-            f"{100 * some['chance'].iloc[0]:.0f}%)."
-        )
-    return said
-
-
-def all_fibres_in_words(matches: pd.DataFrame) -> list[str]:
-    """Return the same of all natural fibres, and how much was recorded of them."""
-    said = []
-    for name, some in matches.groupby("class", sort=False):
-        by, one = some.set_index("stretched")["accuracy"], some.iloc[0]
-        said.append(
-            f"All {one['n_units']} natural {name} fibres, on {one['n_textures']} textures with the "
-            f"gaps they have (up to {one['n_trains']} trains a pair of speeds): "
-            f"{100 * by[True]:.0f}% of textures are found when stretched, "
-            f"{100 * by[False]:.0f}% as they are (chance {100 * one['chance']:.0f}%)."
-        )
-    return said

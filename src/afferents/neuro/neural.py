@@ -28,7 +28,12 @@ from afferents.neuro.figures import (
     units_figure,
 )
 from afferents.neuro.natural.reader import read_natural
-from afferents.neuro.speed import match_by_class, rate_slopes, stretch_match
+from afferents.neuro.speed import (
+    match_by_class,
+    match_sentences,
+    rate_slopes,
+    stretch_match,
+)
 from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
@@ -77,7 +82,7 @@ def sentences_of(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     return [
         *_rates(tables["rates"]),
         *_codes(tables["resolution"]),
-        *_stretched(tables["stretch"]),
+        *match_sentences(match_by_class(tables["stretch"]), "{class} trains"),
         *_slopes(tables["slopes"]),
         *_exponents(tables["exponents"]),
     ]
@@ -111,15 +116,6 @@ def _codes(found: pd.DataFrame) -> list[str]:
             f"{100 * some['chance'].iloc[0]:.0f}%)."
         )
     return said
-
-
-def _stretched(matches: pd.DataFrame) -> list[str]:
-    found = match_by_class(matches).pivot_table("accuracy", "class", "stretched", sort=False)
-    return [
-        f"{name} trains find their texture at another speed in {100 * stretched:.0f}% of cases "
-        f"when stretched by the ratio of the speeds, in {100 * plain:.0f}% as they are."
-        for name, stretched, plain in zip(found.index, found[True], found[False], strict=True)
-    ]
 
 
 def _slopes(slopes: pd.DataFrame) -> list[str]:

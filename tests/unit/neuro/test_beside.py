@@ -6,9 +6,9 @@ import pytest
 from tests.unit.neuro.test_analysis import fibres
 
 from afferents.errors import InputError
-from afferents.neuro.beside import alike, all_fibres_in_words, beside, matched, matches_in_words
+from afferents.neuro.beside import alike, beside, matched
 from afferents.neuro.neural import sentences_of
-from afferents.neuro.speed import match_by_class
+from afferents.neuro.speed import match_by_class, match_sentences
 from afferents.spikes import Spikes
 
 
@@ -54,9 +54,9 @@ def test_sentences_say_what_the_tables_hold():
         "PC, at a speed learnt from: rates alone recognise 44% of the windows, bins of 10 ms 83% "
         "(chance 8%).",
         "RA trains find their texture at another speed in 72% of cases when stretched by the ratio "
-        "of the speeds, in 15% as they are.",
+        "of the speeds, in 15% as they are (chance 2%).",
         "PC trains find their texture at another speed in 56% of cases when stretched by the ratio "
-        "of the speeds, in 14% as they are.",
+        "of the speeds, in 14% as they are (chance 2%).",
         "RA rates grow with speed to the power 0.70, with a standard deviation of 0.20 over units.",
         "The spectral exponent of the vibration alone, one number, recognises 100% of the "
         "recordings at a speed not learnt from (chance 50%).",
@@ -67,16 +67,14 @@ def test_sentences_of_natural_fibres_say_what_the_table_holds():
     """Found on real afferents: SA 54, RA 72, PC 56% when stretched; 22, 15, 14% as they are."""
     found = match_by_class(matches(SA=(0.54, 0.22), RA=(0.72, 0.15)))
     both = pd.concat([found.assign(population="natural"), found.assign(population="artificial")])
-    assert [matches_in_words(both)[i] for i in (0, 2)] == [
-        "SA, natural: 54% of textures are found by their trains at another speed when stretched, "
-        "22% as they are (chance 2%).",
-        "SA, artificial: 54% of textures are found by their trains at another speed when "
-        "stretched, 22% as they are (chance 2%).",
-    ]
-    assert all_fibres_in_words(found)[1] == (
-        "All 7 natural RA fibres, on 55 textures with the gaps they have (up to 30 trains a pair "
-        "of speeds): 72% of textures are found when stretched, 15% as they are (chance 2%)."
-    )
+    said = match_sentences(both, "{class} trains, {population},")
+    assert said[::3] == [
+        f"{who} find their texture at another speed in {stretched}% of cases when stretched by the "
+        f"ratio of the speeds, in {plain}% as they are (chance 2%)."
+        for who, stretched, plain in (
+            ("SA trains, natural,", 54, 22), ("RA trains, artificial,", 72, 15)
+        )
+    ]  # fmt: skip
 
 
 def test_fibres_with_gaps_are_put_beside_artificial_units():
