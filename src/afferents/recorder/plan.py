@@ -1,10 +1,8 @@
-"""The monotonic clock that a recording goes by; in a dry run it may go faster."""
+"""`PLAN.toml`: what is to be recorded, and with what."""
 
 import hashlib
 import math
 import re
-import threading
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,34 +17,6 @@ from afferents.files import write_aside
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
-
-
-class Clock:
-    """The monotonic clock.
-
-    Parameters
-    ----------
-    speed
-        How much faster than the machine's it goes; 1 for real devices.
-    """
-
-    def __init__(self, speed: float = 1.0) -> None:
-        """Begin now."""
-        self._begun_s, self._speed = time.monotonic(), speed
-
-    def now(self) -> float:
-        """Return the time, s."""
-        real_s = time.monotonic()
-        return (
-            real_s if self._speed == 1 else self._begun_s + (real_s - self._begun_s) * self._speed
-        )
-
-    def wait(self, seconds: float, ended: threading.Event) -> bool:
-        """Wait so long, or until something has ended; say whether it has."""
-        return ended.wait(max(0.0, seconds) / self._speed)
-
-
-# `PLAN.toml`: what is to be recorded, and with what.
 
 _WHAT = "a plan of a recording"
 _TEXTURE = re.compile(r"[\w][\w .+-]*")

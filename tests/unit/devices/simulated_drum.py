@@ -6,10 +6,11 @@ quite evenly, loses bytes, stalls and fails as it is told to.
 
 import math
 import os
+import pty
 import select
-import sys
 import threading
 import time
+import tty
 from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
@@ -17,7 +18,6 @@ from types import TracebackType
 from typing import Self
 
 from afferents.devices.drives.line import framed, unframed
-from afferents.errors import InputError
 
 STEP_S = 0.002
 
@@ -128,13 +128,6 @@ class SimulatedDrum:
 
     def __enter__(self) -> Self:
         """Open the pseudo-terminal, and answer in a thread."""
-        if sys.platform == "win32":
-            raise InputError(
-                "simulated drum: expected a system with pseudo-terminals, found Windows"
-            )
-        import pty
-        import tty
-
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         self.port = os.ttyname(self._slave)
