@@ -192,8 +192,8 @@ def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
     rate = n / (blocks[-1].time_s - blocks[0].time_s)
     lost = sum(block.overflowed for block in blocks)
     drift = 1e6 * (rate / settings.rate_hz - 1)
-    channel = -1 if plan.sensor_channel is None else plan.sensor_channel
-    peak = max(int(np.abs(b.samples[:, channel].astype(np.int32)).max()) for b in blocks) / _FULL
+    sensor = [block.samples[:, plan.channel].astype(np.int32) for block in blocks]
+    peak = max(int(np.abs(samples).max()) for samples in sensor) / _FULL
     loud = peak < 1 - 1 / _FULL
     return [
         Check(

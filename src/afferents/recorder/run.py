@@ -226,8 +226,7 @@ class Run:
             return
         log = self.log
         log.blocks.append(BlockRow(block.time_s, audio.n_samples, len(samples), block.overflowed))
-        channel = self._plan.sensor_channel
-        level = np.abs(samples[:, -1 if channel is None else channel].astype(np.int32))
+        level = np.abs(samples[:, self._plan.channel].astype(np.int32))
         log.peak = max(log.peak, int(level.max()))
         log.clipped += int((level >= _FULL).sum())
         audio.write(samples)

@@ -91,14 +91,13 @@ class RecordedSession:
         camera = devices.camera.settings
         sound = devices.sound
         channels = sound.channels if sound else 2
-        channel = self.plan.sensor_channel
         with naming(self.root):
             self.root.mkdir(parents=True, exist_ok=True)
         self._content = {
             "simulated": self._simulated,
             "sample_rate_hz": sound.rate_hz if sound else 44100,
             "audio_channels": channels,
-            "sensor_channel": channels - 1 if channel is None else channel,
+            "sensor_channel": self.plan.channel % channels,
             "fps_hz": camera.fps_hz,
             "frame_width": camera.width,
             "frame_height": camera.height,

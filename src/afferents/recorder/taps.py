@@ -94,5 +94,4 @@ def _measured(folder: Path, plan: Plan, sensor: Sensor) -> Offset:
         n = round(plan.start_s * sound.samplerate)
         samples = sound.read(n, dtype="float64", always_2d=True)
         rate_hz = sound.samplerate
-    channel = -1 if plan.sensor_channel is None else plan.sensor_channel
-    return measure_offset(np.array(time_s), np.array(position), samples[:, channel], rate_hz)
+    return measure_offset(np.array(time_s), np.array(position), samples[:, plan.channel], rate_hz)

@@ -84,8 +84,7 @@ class Watch:
         """Take devices that are open: they are looked at while a person is waited for."""
         self.camera = devices.camera.settings
         self.microphone = devices.sound
-        channel = plan.sensor_channel
-        self.sensor_channel = -1 if channel is None else channel
+        self.sensor_channel = plan.channel
         self._plan, self._session, self._done, self._total = plan, session, done, total
         self._devices = devices
 
