@@ -5,7 +5,7 @@ from typing import Any
 
 from afferents import dims
 from afferents.choices import Cut, Penalty
-from afferents.encodings.base import Known
+from afferents.encodings.base import SignalInfo
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, recordings_in
@@ -158,7 +158,7 @@ def encodings_for(data: Sequence[OpenedData], cut: Cut, wanted: Mapping[str, Any
     return suited.changed(**wanted)
 
 
-def known_of(recordings: Sequence[Responses], cut: Cut) -> Known | None:
+def known_of(recordings: Sequence[Responses], cut: Cut) -> SignalInfo | None:
     """Return what is known of the vibration of recordings; None if there is none to learn from."""
     lengths = dict(_lengths(recordings, cut))
     if not lengths:
@@ -168,7 +168,7 @@ def known_of(recordings: Sequence[Responses], cut: Cut) -> Known | None:
     # Where no speed is known, encodings that need one are refused, whatever is chosen for them.
     speeds, ways_mm = zip(*slid, strict=True) if slid else ((1.0,), (1.0,))
     vibration = used[0][dims.RA2]
-    return Known(
+    return SignalInfo(
         float(vibration.attrs[dims.SAMPLE_RATE]),
         min(lengths.values()),
         max(lengths.values()),

@@ -11,7 +11,7 @@ import torch
 import afferents
 from afferents import cli, dims
 from afferents.channels import CHANNELS, fill
-from afferents.encodings.tactile_image import component_images
+from afferents.encodings.base import component_images
 from afferents.evaluation.data import open_data
 from afferents.evaluation.encode import encode, response_of, sources_of
 from afferents.evaluation.results import load_results
