@@ -67,7 +67,7 @@ def _failed(error: Exception, debug: bool) -> int:
     if isinstance(error, UnicodeEncodeError):  # several libraries take no other names of files
         return _ended(_no_letters(error), debug)
     if isinstance(error, MemoryError | RuntimeError):
-        from afferents.models.hardware import is_out_of_memory
+        from afferents.models.config import is_out_of_memory
 
         if is_out_of_memory(error):
             do = "run it again with less data, or where there is more"

@@ -123,7 +123,7 @@ def evaluate(
     disturb: Annotated[
         str | None,
         typer.Option(
-            help="Spoil the recordings that are tested: markers=0.1 (noise, px), sound=-20dB "
+            help="Corrupt the recordings that are tested: markers=0.1 (noise, px), sound=-20dB "
             "(noise, by the sound's own level), frames=0.05 and lost=0.1 (share of the frames "
             "dropped, of the markers lost), seed=0.",
             rich_help_panel=SPOILT,
@@ -132,7 +132,7 @@ def evaluate(
     disturb_training: Annotated[
         str | None,
         typer.Option(
-            help="Spoil the recordings that are learnt from, in the same words.",
+            help="Corrupt the recordings that are learnt from, in the same words.",
             rich_help_panel=SPOILT,
         ),
     ] = None,

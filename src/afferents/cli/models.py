@@ -60,8 +60,8 @@ def train(
     disturb_training: Annotated[
         str | None,
         typer.Option(
-            help="Spoil the recordings that it learns from: markers=0.05 (noise, px) and more, as "
-            "'evaluate' does."
+            help="Corrupt the recordings that it learns from, as 'evaluate' does: markers=0.05 "
+            "(noise, px) and more."
         ),
     ] = None,
     as_json: Json = False,
@@ -135,7 +135,9 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a trained model, with its card, as one ONNX file: what 'live' takes."""
-    from afferents.models.export import export_model
+    import afferents
+    from afferents.models.card import CARD, read_card
 
-    card = export_model(model, out, force)
+    afferents.export(model, out, force)
+    card = read_card(model / CARD)
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"ONNX: {out}")

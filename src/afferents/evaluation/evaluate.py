@@ -16,7 +16,7 @@ from afferents.choices import (
 )
 from afferents.evaluation.results import Results, load_results
 from afferents.files import Place
-from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import OPTION as SPLIT_OPTION
 from afferents.folds.held_out import SPEED, Group, key_of, split_named
 from afferents.folds.protocol import protocols
@@ -76,7 +76,7 @@ def _written(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-Disturbed = str | Mapping[str, float | str] | Disturbance | None
+Corrupted = str | Mapping[str, float | str] | Corruption | None
 Changed = str | Path | Mapping[str, Any] | None
 
 
@@ -99,8 +99,8 @@ def evaluate(
     quiet: bool = False,
     split: str = "speed",
     steady: Sequence[float] | None = None,
-    disturb: "Disturbed" = None,
-    disturb_training: "Disturbed" = None,
+    disturb: "Corrupted" = None,
+    disturb_training: "Corrupted" = None,
     penalty: Penalty = "fixed",
     recipe: "Changed" = None,
     statistics: Statistics = "warmed-up",
@@ -149,9 +149,9 @@ def evaluate(
         Start and end in s of the part of each recording that is used, such as ``(0.2, 2.8)``; None
         for what the data say.
     disturb, disturb_training
-        What spoils the recordings that are tested, and those that are learnt from, such as
+        What corrupts the recordings that are tested, and those that are learnt from, such as
         ``"markers=0.1,sound=-20dB"`` or ``{"markers": 0.1}``; None for nothing. What there is
-        says `afferents.folds.corruption.Disturbance`.
+        says `afferents.folds.corruption.Corruption`.
     penalty
         ``searched`` chooses that of every ridge inside each fold, by leaving out its training
         speeds in turn; ``fixed`` takes the usual one where there is one.
@@ -248,8 +248,8 @@ def _evaluation(
     precision: Precision = "auto",
     split: str = "speed",
     steady: Sequence[float] | None = None,
-    disturb: "Disturbed" = None,
-    disturb_training: "Disturbed" = None,
+    disturb: "Corrupted" = None,
+    disturb_training: "Corrupted" = None,
     penalty: Penalty = "fixed",
     recipe: "Changed" = None,
     statistics: Statistics = "warmed-up",
@@ -271,9 +271,9 @@ def _evaluation(
     named = names_in(models)
     what, steady_s = split_named(split), steady_in(steady, cut)
     wanted = what.read(held_out, "--held-out")
-    at_test = Disturbance.of(disturb, "--disturb")
-    in_training = Disturbance.of(disturb_training, "--disturb-training")
-    disturbances = Disturbances((at_test,), in_training)
+    at_test = Corruption.of(disturb, "--disturb")
+    in_training = Corruption.of(disturb_training, "--disturb-training")
+    corruptions = Corruptions((at_test,), in_training)
     hyperparameters = Hyperparameters.of(recipe, preset)
     opened = open_data(sources_in(data), without, keep_going, progress)
     warn_of_copies(recordings_in(opened), progress)
@@ -294,7 +294,7 @@ def _evaluation(
         encodings=encodings,
         without=left_out,
         ablation=used,
-        disturbances=disturbances,
+        corruptions=corruptions,
         split=what,
         steady_s=steady_s,
         penalty=penalty,
@@ -314,7 +314,7 @@ def _evaluation(
             *options_in_words(used, wanted, left_out),
             *choices_in_words(whole),
             *hyperparameters.words(),
-            *disturbances.words(),
+            *corruptions.words(),
             *encodings_in_words(chosen, encodings),
         ],
         workers=workers,

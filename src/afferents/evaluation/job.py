@@ -31,10 +31,10 @@ from afferents.evaluation.recipe import Recipe
 from afferents.folds.corruption import fold_of_variants
 from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
+from afferents.models.config import is_out_of_memory
 from afferents.models.fitted import Part
 from afferents.models.fitting import fit, recipes_of
 from afferents.models.folder import weights_of
-from afferents.models.hardware import is_out_of_memory
 from afferents.models.loop import Checkpoint
 from afferents.parallel import keep_freed_memory
 from afferents.progress import Progress
@@ -129,14 +129,16 @@ def train_and_test(
         Part(part, fold, source.encoding)
         for part, (_, fold), source in zip(samples, ranks_and_folds, sources, strict=True)
     ]
-    leaks: list[Leaks] = []
+    leaks: dict[int, Leaks] = {}
 
-    def check(learnt_from: Sequence[Indices]) -> None:
-        for part, index in zip(parts, learnt_from, strict=True):
-            leaks.append(find_leaks(part.samples, part.fold, index))
-            if protocol.name == "nested":
-                refuse_leaks(leaks[-1], part.fold)
+    def check(number: int, learnt_from: Indices) -> None:
+        part = parts[number]
+        leaks[number] = find_leaks(part.samples, part.fold, learnt_from)
+        if protocol.name == "nested":
+            refuse_leaks(leaks[number], part.fold)
 
+    for number, part in enumerate(parts):
+        check(number, part.fold.train[:0])
     configs = [recipe.training(network) for network in recipes_of(model, parts)]
     rank = ranks_and_folds[0][0]
     searched = recipe.penalty == "searched"
@@ -186,7 +188,7 @@ def encoded(
     progress: Progress,
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from, and are tested on."""
-    how = recipe.cut, progress, recipe.ablation, recipe.disturbances
+    how = recipe.cut, progress, recipe.ablation, recipe.corruptions
     samples = (encode_variants(recordings, source, *how) for source in sources)
     return tuple(recipe.split.labelled(one, recordings) for one in samples)
 

@@ -20,7 +20,7 @@ from afferents.evaluation.encode import sources_of
 from afferents.evaluation.schemas import SCHEMA
 from afferents.files import write_json
 from afferents.folds.ablation import Ablation
-from afferents.folds.corruption import Disturbances
+from afferents.folds.corruption import Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES, Compute, Hyperparameters, TrainingConfig
 from afferents.models.model import MODELS, Model, own_of
@@ -134,7 +134,7 @@ def own_kept(results: Path) -> dict[str, Any]:
     return read_json(path, "models of one's own") if path.is_file() else {}
 
 
-def said_of_own(results: Path) -> dict[str, Any]:
+def describe_custom_models(results: Path) -> dict[str, Any]:
     """Return what a summary says of models that are none of the package's, if there are any."""
     kept = own_kept(results)
     titles = {name: str(found["title"]) for name, found in kept.items()}
@@ -182,8 +182,8 @@ class Recipe:
         Conditions of recordings that are left out.
     ablation
         What of the data is used.
-    disturbances
-        What spoils the recordings that are tested, and those that are learnt from.
+    corruptions
+        What corrupts the recordings that are tested, and those that are learnt from.
     split
         What is held out.
     steady_s
@@ -210,7 +210,7 @@ class Recipe:
     encodings: Encodings
     without: Mapping[str, str] = field(default_factory=dict)
     ablation: Ablation = field(default_factory=Ablation)
-    disturbances: Disturbances = field(default_factory=Disturbances)
+    corruptions: Corruptions = field(default_factory=Corruptions)
     split: Split = SPEED
     steady_s: Steady | None = None
     penalty: Penalty = "fixed"
@@ -245,7 +245,7 @@ class Recipe:
         penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
         kept = {} if self.statistics == "warmed-up" else {"statistics": self.statistics}
         recipe = {"recipe": own} if (own := self.hyperparameters.describe()) else {}
-        return split | steady | penalty | kept | recipe | self.disturbances.describe()
+        return split | steady | penalty | kept | recipe | self.corruptions.describe()
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""

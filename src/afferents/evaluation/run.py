@@ -24,7 +24,7 @@ from afferents.evaluation.encode import (
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
 from afferents.evaluation.job import encoded, keep, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
-from afferents.evaluation.recipe import Recipe, keep_own_models, said_of_own
+from afferents.evaluation.recipe import Recipe, describe_custom_models, keep_own_models
 from afferents.evaluation.summary import data_quality, summarise
 from afferents.files import remove_partials
 from afferents.folds.held_out import Group, Split, key_of
@@ -99,7 +99,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, recipe.encodings)
-    own = recipe.disturbances, recipe.hyperparameters, recipe.penalty
+    own = recipe.corruptions, recipe.hyperparameters, recipe.penalty
     require_options(able, recipe.encodings, *own)
     require_speeds_known(able, recipe.encodings, everything)
     recipe.split.groups_of(everything)
@@ -347,7 +347,7 @@ def summarise_folder(
         "left_out": list(left_out),
         **quality,
         **named_by_spacing(recordings),
-        **said_of_own(recipe.out),
+        **describe_custom_models(recipe.out),
         **recipe.choices,
     }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(groups)]

@@ -11,18 +11,16 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from afferents.choices import Cut
-from afferents.folds.corruption import Spoilt
-from afferents.folds.fields import (
+from afferents.folds.corruption import Corruption
+from afferents.folds.held_out import (
     Amount,
     Count,
     GroupName,
-    Key,
     Share,
     Shares,
     Speed,
     SplitName,
     Steady,
-    _counted,
 )
 from afferents.folds.protocol import ProtocolName
 from afferents.models.card import Source
@@ -32,7 +30,17 @@ SCHEMA = 2
 
 Difference = Annotated[float, Field(ge=-1, le=1)]
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
+
+
+def _counted(value: Any) -> Any:
+    if not isinstance(value, int) or value < 0:
+        raise ValueError("a count, true or false")
+    return value
+
+
 Counted = Annotated[Any, AfterValidator(_counted)]
+Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
+"""A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 
 
 class Form(BaseModel):
@@ -63,8 +71,8 @@ class Config(Form):
     preset: str
     split: SplitName = "speed"
     steady_s: Steady | None = None
-    disturb: Spoilt = {}
-    disturb_training: Spoilt = {}
+    disturb: Corruption = Corruption()
+    disturb_training: Corruption = Corruption()
     spectral: dict[str, Any]
     ablation: Used = Used()
 
@@ -265,8 +273,8 @@ class About(Form):
     cut: Cut
     preset: str
     steady_s: Steady | None = None
-    disturb: Spoilt = {}
-    disturb_training: Spoilt = {}
+    disturb: Corruption = Corruption()
+    disturb_training: Corruption = Corruption()
     recipe: dict[str, dict[str, Any]] = {}
     textures: tuple[str, ...] = Field(min_length=1)
     named_by_spacing: bool = False

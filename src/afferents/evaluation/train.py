@@ -34,19 +34,18 @@ from afferents.evaluation.encode import (
 )
 from afferents.evaluation.results import load_results
 from afferents.files import Place
-from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split, order, split_named, split_of
 from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
+from afferents.models.classifiers import classifier_of
 from afferents.models.config import Compute, Hyperparameters
 from afferents.models.fitted import Part
 from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
-from afferents.models.folder import Deployed, Recogniser, is_model_folder, save_model
+from afferents.models.folder import Deployed, Recogniser, is_model_folder, own_types, save_model
 from afferents.models.learning_set import LearningSet
 from afferents.models.model import MODELS, Model, models_in, names_in
-from afferents.models.own import own_types
-from afferents.models.table import classifier_of
 from afferents.outputs import require_free
 from afferents.plugins import reference_of
 from afferents.progress import Progress
@@ -73,8 +72,8 @@ class Training:
         Of what one group is not learnt from, and calibrates the model.
     steady_s
         Start and end of constant speed, s, of all recordings; None for what each says of its own.
-    disturbance
-        What spoils the recordings.
+    corruption
+        What corrupts the recordings.
     hyperparameters
         Of a network's training, where not the preset's.
     statistics
@@ -91,7 +90,7 @@ class Training:
     compute: Compute = field(default_factory=Compute)
     split: Split = SPEED
     steady_s: Steady | None = None
-    disturbance: Disturbance = field(default_factory=Disturbance)
+    corruption: Corruption = field(default_factory=Corruption)
     hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
     statistics: Statistics = "warmed-up"
 
@@ -122,7 +121,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     recordings = with_steady(recordings_in(training.data), training.steady_s)
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
-    spoilt = Disturbances(training=training.disturbance)
+    spoilt = Corruptions(training=training.corruption)
     hyperparameters = training.hyperparameters
     require_options([training.model], training.encodings, spoilt, hyperparameters)
     require_speeds_known([training.model], training.encodings, recordings)
@@ -137,8 +136,8 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     scores = scores_of(training) if training.results else ()
     model = training.model
     classifier = _reference(model.classifier)
-    spoilt_by = training.disturbance
-    samples = encode_all(recordings, source, training.cut, progress, disturbance=spoilt_by)
+    spoilt_by = training.corruption
+    samples = encode_all(recordings, source, training.cut, progress, corruption=spoilt_by)
     samples = training.split.labelled(samples, recordings)
     fold = all_but_the_middle(samples, training.split)
     with progress.task("training", 1) as mark:
@@ -164,7 +163,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         seed=training.seed,
         **_groups_of(samples, fold),
         steady_s=training.steady_s,
-        disturb_training=training.disturbance.describe(),
+        disturb_training=training.corruption.describe(),
         data=tuple(data.origin.describe() for data in training.data),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
@@ -303,7 +302,7 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
         fingerprints == [data.origin.fingerprint for data in training.data]
         and "ablation" not in config
         and config["cut"] == training.cut
-        and config.get("disturb_training", {}) == training.disturbance.describe()
+        and config.get("disturb_training", {}) == training.corruption.describe()
         and config.get("steady_s") == (training.steady_s and list(training.steady_s))
         and config.get(encoding.name) == encoding.model_dump(mode="json")
     )
@@ -354,7 +353,7 @@ def train(
     quiet: bool = False,
     split: str = "speed",
     steady: Sequence[float] | None = None,
-    disturb_training: "str | Mapping[str, float | str] | Disturbance | None" = None,
+    disturb_training: "str | Mapping[str, float | str] | Corruption | None" = None,
     recipe: str | Path | Mapping[str, Any] | None = None,
     statistics: Statistics = "warmed-up",
     **encoding: Any,
@@ -415,7 +414,7 @@ def train(
         wanted = Training(
             opened, chosen, preset, cut, encodings, seed,
             None if results is None else Path(results), Compute(device, precision),
-            what, steady_s, Disturbance.of(disturb_training, "--disturb-training"),
+            what, steady_s, Corruption.of(disturb_training, "--disturb-training"),
             hyperparameters, statistics,
         )  # fmt: skip
         return train_model(wanted, Path(out), progress, force)

@@ -8,11 +8,11 @@ import torch
 from afferents import dims
 from afferents.exchange.authors_arrays import AuthorsFolder, Difference, Floats, TestSets
 from afferents.models.base import Network
+from afferents.models.classifiers import build
 from afferents.models.config import Compute, training_config
 from afferents.models.keras import load_keras_weights
 from afferents.models.loop import predict
 from afferents.models.model import Model
-from afferents.models.table import build
 
 MOST = 200
 """Samples of each texture, evenly spread over time, that a network is asked about."""

@@ -13,7 +13,7 @@ from afferents.live.images import FrameImages
 from afferents.live.network import Network
 from afferents.live.percept import Counters, Percept, State
 from afferents.live.quality import Quality
-from afferents.models.evidence import SURE, Evidence
+from afferents.models.evidence import SURE, EvidenceAccumulator
 
 
 class PredictionSession(ABC):
@@ -158,7 +158,7 @@ class ModelSession(PredictionSession):
         super().__init__(network.card.model, counters, quality)
         self.network, self.card = network, network.card
         self.textures = self.card.textures
-        self._evidence = Evidence(len(self.card.textures), self.card.evidence_per_s)
+        self._evidence = EvidenceAccumulator(len(self.card.textures), self.card.evidence_per_s)
 
     def introduction(self) -> dict[str, Any]:
         """Return what a page says of the model once, ready for JSON."""

@@ -15,9 +15,20 @@ from afferents import dims
 from afferents.choices import Statistics
 from afferents.documents import as_form, parse_json, read_json
 from afferents.encodings.wavenumbers import unseen_waves
-from afferents.folds.corruption import Spoilt, spoilt_by
-from afferents.folds.fields import Count, GroupName, Share, Shares, Speed, SplitName, Steady
-from afferents.folds.held_out import SPEED, Group, Split, split_named
+from afferents.folds.corruption import Corruption
+from afferents.folds.held_out import (
+    SPEED,
+    Count,
+    Group,
+    GroupName,
+    Share,
+    Shares,
+    Speed,
+    Split,
+    SplitName,
+    Steady,
+    split_named,
+)
 from afferents.models.model import MODELS
 
 SCHEMA = 3
@@ -51,7 +62,7 @@ def set_otherwise(recipe: Mapping[str, Any]) -> str:
 
 
 class Source(BaseModel):
-    """Data that were learnt from: `Origin.describe`."""
+    """Data that were learnt from."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -92,8 +103,8 @@ class Score(BaseModel):
     worst_group: GroupName | None = _unsaid(None)
     split: SplitName = _unsaid(SPEED.name)
     same_data: bool
-    disturb: Spoilt = _unsaid({})
-    disturb_training: Spoilt = _unsaid({})
+    disturb: Corruption = _unsaid(Corruption())
+    disturb_training: Corruption = _unsaid(Corruption())
     recipe: dict[str, Any] = _unsaid({})
 
     @model_validator(mode="after")
@@ -112,14 +123,14 @@ class Score(BaseModel):
         return (
             f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at {split.many} held out "
             f"({self.protocol}, {self.preset}{set_otherwise(self.recipe)}{other}"
-            f"{self._disturbed()}), "
+            f"{self._corrupted()}), "
             f"{100 * self.worst_accuracy:.1f}% {split.at([worst])}"
         )
 
-    def _disturbed(self) -> str:
-        """Return how the recordings were spoilt, in words; nothing if they were not."""
+    def _corrupted(self) -> str:
+        """Return how the recordings were corrupted, in words; nothing if they were not."""
         said = {"tested": self.disturb, "learnt": self.disturb_training}
-        return "".join(f", {what} disturbed by {spoilt_by(by)}" for what, by in said.items() if by)
+        return "".join(f", {what} corrupted by {by}" for what, by in said.items() if by)
 
 
 class Card(BaseModel):
@@ -178,7 +189,7 @@ class Card(BaseModel):
     steady_s
         Part of the recordings that it learnt from, s, where that was said when it was trained.
     disturb_training
-        What spoilt the recordings that it learnt from: `--disturb-training`.
+        What corrupted the recordings that it learnt from: `--disturb-training`.
     recipe, statistics
         Of the network: what was set otherwise than the preset has it; `training_config` says what.
     scores
@@ -216,7 +227,7 @@ class Card(BaseModel):
     learnt_from: tuple[GroupName, ...] = _unsaid(())
     validated_on: GroupName | None = _unsaid(None)
     steady_s: Steady | None = _unsaid(None)
-    disturb_training: Spoilt = _unsaid({})
+    disturb_training: Corruption = _unsaid(Corruption())
     recipe: dict[str, Any] = _unsaid({})
     statistics: Statistics = _unsaid("warmed-up")
     validation_accuracy: Share
@@ -302,7 +313,7 @@ class Card(BaseModel):
             *self._speeds(),
             *self._limits(),
             *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
-            *self._spoilt(),
+            *self._corrupted(),
             *(f"Evaluated: {score.describe()}." for score in self.scores),
             *([] if self.scores else [f"Not evaluated at {split.many} held out."]),
             *([] if self.estimator is None else [_NOT_FELT]),
@@ -334,10 +345,10 @@ class Card(BaseModel):
             "was learnt: known textures, too, may be called unknown there."
         ]
 
-    def _spoilt(self) -> list[str]:
-        """Return by what the recordings were disturbed, if they were."""
-        by = spoilt_by(self.disturb_training)
-        return [f"The recordings that it learnt from were disturbed by {by}."] if by else []
+    def _corrupted(self) -> list[str]:
+        """Return by what the recordings were corrupted, if they were."""
+        by = self.disturb_training
+        return [f"The recordings that it learnt from were corrupted by {by}."] if by else []
 
     def _limits(self) -> list[str]:
         """Return what its fingertip keeps from it, where it relies on waves."""

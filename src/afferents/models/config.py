@@ -1,17 +1,19 @@
-"""How a network is trained: frozen, and by name for the presets."""
+"""How a network is trained, by name for the presets, and what it is computed on."""
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import torch
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from torch import nn
 
 from afferents.choices import Device, Precision, Preset, Statistics
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.models.layers import L2
+from afferents.models.layers import L2, takes_bfloat16
 
 Dropped = Annotated[float, Field(ge=0, lt=1)]
 """Share of the values that a dropout layer sets to 0."""
@@ -339,3 +341,63 @@ def set_dropout(network: nn.Module, dropout: float | tuple[float, ...] | None) -
         )
     for layer, share in zip(layers, shares, strict=True):
         layer.p = share
+
+
+# Where and in which precision to compute.
+
+
+def choose_device(config: TrainingConfig) -> torch.device:
+    """Return the device that the configuration asks for.
+
+    Raises
+    ------
+    InputError
+        If it asks for a GPU and there is none.
+    """
+    available = torch.cuda.is_available()
+    if config.device == "cuda" and not available:
+        raise InputError("device: expected a CUDA GPU, found none; use device 'auto' or 'cpu'")
+    return torch.device("cuda" if available and config.device != "cpu" else "cpu")
+
+
+def is_out_of_memory(error: Exception) -> bool:
+    """Tell whether an error says that memory is short, of the GPU or of the machine."""
+    short = isinstance(error, MemoryError | torch.OutOfMemoryError)
+    return short or "can't allocate memory" in str(error)
+
+
+def has_bfloat16(device: torch.device) -> bool:
+    """Return whether the device multiplies bfloat16 natively; emulation would be slower.
+
+    A processor that could, but whose newer instructions oneDNN is kept from, does not.
+    """
+    if device.type == "cuda":
+        return bool(torch.cuda.is_bf16_supported(including_emulation=False))
+    if not hasattr(torch.cpu, "get_capabilities"):  # an older PyTorch cannot tell
+        return False
+    capabilities = torch.cpu.get_capabilities()
+    native = any(capabilities.get(name, False) for name in ("avx512_bf16", "amx_bf16"))
+    return native and takes_bfloat16()
+
+
+def autocast(config: TrainingConfig, device: torch.device) -> AbstractContextManager[object]:
+    """Return the context in which the network runs: bfloat16 or plain float32."""
+    chosen = config.precision == "bfloat16"
+    if chosen or (config.precision == "auto" and has_bfloat16(device)):
+        return torch.autocast(device.type, dtype=torch.bfloat16)
+    return nullcontext()
+
+
+def computed_with(config: TrainingConfig) -> dict[str, str]:
+    """Return device, precision and PyTorch version, for the record of a training."""
+    device = choose_device(config)
+    precision = "float32" if isinstance(autocast(config, device), nullcontext) else "bfloat16"
+    return {"device": device.type, "precision": precision, "torch": torch.__version__}
+
+
+def to_channels_last(model: nn.Module) -> nn.Module:
+    """Lay a network's kernels out with the channel running fastest, in place; return it.
+
+    Convolutions then keep their maps so as well, which is faster on CPU and GPU.
+    """
+    return model.to(memory_format=torch.channels_last)  # type: ignore[call-overload, no-any-return]

@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from afferents.evaluation.results import Results
 from afferents.files import write_text
-from afferents.folds.corruption import spoilt_by
+from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, key_of, split_of
 from afferents.reporting.accuracy_figures import (
     by_texture_table,
@@ -152,7 +152,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("Cut and preset", f"{summary['cut']}, {summary['preset']}"),
         *([("Steady part", f"{written(steady)} s (--steady)")] if steady else []),
         *_set_otherwise(summary),
-        *_spoilt(summary),
+        *_corrupted(summary),
         ("Chance", f"{percent(summary['chance'])} %"),
     ]
 
@@ -175,13 +175,13 @@ def _set_otherwise(summary: Summary) -> list[tuple[str, str]]:
     ]
 
 
-def _spoilt(summary: Summary) -> list[tuple[str, str]]:
-    """Return what disturbed the recordings, if anything did."""
+def _corrupted(summary: Summary) -> list[tuple[str, str]]:
+    """Return what corrupted the recordings, if anything did."""
     said = {
-        "Disturbed when tested": summary.get("disturb"),
-        "Disturbed when learnt from": summary.get("disturb_training"),
+        "Corrupted when tested": summary.get("disturb"),
+        "Corrupted when learnt from": summary.get("disturb_training"),
     }
-    return [(head, spoilt_by(by)) for head, by in said.items() if by]
+    return [(head, str(Corruption(**by))) for head, by in said.items() if by]
 
 
 def redo_command(results: Results) -> str:

@@ -15,10 +15,10 @@ from afferents.errors import InputError
 from afferents.evaluation.results import Results
 from afferents.folds.held_out import SPEED
 from afferents.markers.places import covered
+from afferents.models.classifiers import build, classifier_of
 from afferents.models.layers import count_parameters
 from afferents.models.model import MODELS, TABLE1
 from afferents.models.shapes import layer_shapes, written_shape
-from afferents.models.table import build, classifier_of
 from afferents.reporting.choice import PANELS, Shown, instead_of, shown_for
 from afferents.reporting.confusion import TWICE, confusion_title, matrices_figure
 from afferents.reporting.drawings import (

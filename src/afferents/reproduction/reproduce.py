@@ -23,7 +23,7 @@ from afferents.folds.held_out import SPEED, split_named
 from afferents.folds.protocol import protocols
 from afferents.markers.sensor import Sensor, load_sensor, sensor_in, sensors_of
 from afferents.models.card import Card
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.model import BEST, MODELS, models_in, names_in
 from afferents.progress import Progress
 from afferents.reporting.report import report
@@ -76,7 +76,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
         progress.note(f"training {MODELS[name].title} on {store}")
         training = Training(data, MODELS[name], "fast", "all", data[0].encodings)
         card: Card = train_model(training, folder / name, progress, force=True)
-        export_model(folder / name, path, force=True)
+        export(folder / name, path, force=True)
         for sentence in card.describe():
             progress.note(sentence)
     return exported
@@ -230,13 +230,13 @@ def _require_sound(given: Options, choices: Options) -> None:
     """
     from afferents.encodings.base import Encoding
     from afferents.encodings.settings import ENCODINGS, Encodings
-    from afferents.folds.corruption import Disturbance
+    from afferents.folds.corruption import Corruption
 
     models, _ = models_in(choices["models"]), protocols(choices["protocol"])
     split_named(given.get("split", SPEED.name)).read(given.get("held_out", ()), "--held-out")
     steady_in(given.get("steady"), choices["cut"])
     for name in ("disturb", "disturb_training"):
-        Disturbance.of(given.get(name), f"--{name.replace('_', '-')}")
+        Corruption.of(given.get(name), f"--{name.replace('_', '-')}")
     encoding = _encoding(given)
     own = (type(m.encoding) for m in models if isinstance(m.encoding, Encoding))
     known = {name for kind in (*ENCODINGS.values(), *own) for name in kind.model_fields}

@@ -5,7 +5,7 @@ import pytest
 
 from afferents.evaluation.data import open_data
 from afferents.evaluation.train import Training, train_model
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
@@ -21,7 +21,7 @@ def trained(store, name, folder):
     data = open_data([str(store)])
     training = Training(data, MODELS[name], "quick", "all", data[0].encodings)
     train_model(training, folder / name, QUIET)
-    export_model(folder / name, folder / f"{name}.onnx")
+    export(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 
 

@@ -19,7 +19,7 @@ from afferents.evaluation.train import Training, train_model
 from afferents.live import Network, Pace, ReplayedVideo
 from afferents.live.images import Images
 from afferents.markers.sensor import load_sensor
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.folder import load_model
 from afferents.models.model import MODELS, models_named
 from afferents.progress import Progress
@@ -66,7 +66,7 @@ def trained(store, model):
     data = open_data([str(store)])
     training = Training(data, model, "quick", "all", data[0].encodings)
     card = train_model(training, folder, Progress(quiet=True))
-    export_model(folder, folder.with_suffix(".onnx"))
+    export(folder, folder.with_suffix(".onnx"))
     return card
 
 
