@@ -171,7 +171,7 @@ def _of_solved(
         part = Part(some, fold, encoding)
 
         def once(part: Part = part) -> object:
-            return fit(model, [part], protocol, [config], 0, 0, lambda _: None)
+            return fit(model, [part], protocol, [config], 0, 0, lambda *_: None)
 
         once()
         seconds.append(measured(once)[0])

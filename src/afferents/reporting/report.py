@@ -28,10 +28,10 @@ from afferents.evaluation.results import (
 from afferents.files import Place, write_text
 from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
+from afferents.models.classifiers import build, classifier_of
 from afferents.models.layers import count_parameters
 from afferents.models.model import TABLE1
 from afferents.models.shapes import layer_shapes, written_shape
-from afferents.models.table import build, classifier_of
 from afferents.progress import Progress
 from afferents.reporting.choice import PANELS, shown_for
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side

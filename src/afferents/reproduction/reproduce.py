@@ -26,7 +26,7 @@ from afferents.extraction.options import Extraction
 from afferents.files import Place
 from afferents.markers.sensor import Sensor, load_sensor, sensor_in, sensors_of
 from afferents.models.card import Card
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.model import BEST, MODELS, models_in, names_in
 from afferents.progress import Progress
 from afferents.reporting.report import report
@@ -78,7 +78,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
         progress.note(f"training {MODELS[name].title} on {store}")
         training = Training(data, MODELS[name], data[0].encodings)
         card: Card = train_model(training, folder / name, progress, force=True)
-        export_model(folder / name, path, force=True)
+        export(folder / name, path, force=True)
         for sentence in card.describe():
             progress.note(sentence)
     return exported
