@@ -161,7 +161,7 @@ def _of_reproduction(places: Places) -> Status:
         said.append(f"Report: {page}")
     elif begun.estimated_s is not None:
         end = _clock(begun.since + begun.estimated_s)
-        took = _duration(begun.estimated_s)
+        took = duration(begun.estimated_s)
         said.append(f"Estimated before it began: {took}, until {end} if nothing stopped it.")
     facts = {
         "like": begun.like,
@@ -200,7 +200,7 @@ def _sentences(
     found: list[JobStatus], counts: Counter[State], left: float | None, cluster: str | None
 ) -> list[str]:
     said = [f"{counts['done']} of {len(found)} trainings are done."]
-    said += [f"Running: {s.key}, for {_duration(s.seconds or 0)}." for s in found
+    said += [f"Running: {s.key}, for {duration(s.seconds or 0)}." for s in found
              if s.state == "running"]  # fmt: skip
     said += [f"Failed: {s.key}: {s.why}" for s in found if s.state == "failed"]
     if counts["stopped"]:
@@ -213,7 +213,7 @@ def _sentences(
         return [*said, "Nothing is running; the same command goes on where it stopped."]
     if left is not None:
         end = _clock(time.time() + left)
-        said.append(f"Expected end: {end}, in {_duration(left)}{_unless(found)}.")
+        said.append(f"Expected end: {end}, in {duration(left)}{_unless(found)}.")
     return said
 
 
@@ -230,8 +230,9 @@ def _unless(found: list[JobStatus]) -> str:
     return f", taking {', '.join(unknown)} (none ended yet) to be like the others"
 
 
-def _duration(seconds: float) -> str:
-    minutes = round(seconds / 60)
+def duration(seconds: float) -> str:
+    """Return a time in words: ``0.4 s``, ``40 s``, ``12 min``, ``3 h 20 min``, ``52 h 00 min``."""
     if seconds < 90:
-        return f"{seconds:.0f} s"
+        return f"{seconds:.0f} s" if seconds >= 9.5 else f"{seconds:.1f} s"
+    minutes = round(seconds / 60)
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"

@@ -152,7 +152,7 @@ def reproduce(
     """
     from afferents.recordings.session import read_session
     from afferents.reporting.discrepancies import discrepancies
-    from afferents.reproduction.estimate import in_words, require_length
+    from afferents.reproduction.estimate import require_length
 
     given = {name: value for name, value in options.items() if value is not None}
     choices = chosen(like, given)
@@ -172,8 +172,7 @@ def reproduce(
         if not given.get("keep_going"):
             require_length(there, choices["cut"])
         estimate = _estimated(there, places, everything)
-        for line in in_words(estimate):
-            progress.note(line)
+        progress.note(estimate.sentence())
     if only_estimate:
         return estimate
     n = len(there.recordings)
@@ -280,7 +279,7 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "Es
     from afferents.folds.ablation import Ablation
     from afferents.models.config import Compute, Hyperparameters
     from afferents.parallel import workers_at
-    from afferents.reproduction.measure import estimate_of
+    from afferents.reproduction.estimate import estimate
 
     given = _defaults(evaluate) | dict(everything)
     split, models = split_named(given["split"]), given["models"]
@@ -299,14 +298,14 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "Es
         hyperparameters=Hyperparameters.of(given["recipe"], given["preset"]),
     )
     sensor = sensor_in(given["sensor"]) if given.get("sensor") else None
-    estimate = estimate_of(
+    found = estimate(
         session, sensors_of(session, sensor), given["method"], places.store, recipe,
         protocols(given["protocol"]), list(given["seeds"]),
         split.read(given["held_out"], "--held-out"), "best" in names_in(models),
     )  # fmt: skip
     cluster = given["cluster"]
     processes = workers_at(cluster) if cluster else given["workers"] or cpu_count()
-    return replace(estimate, processes=processes, cluster=cluster is not None)
+    return replace(found, processes=processes, cluster=cluster is not None)
 
 
 def _defaults(stage: Callable[..., Any]) -> dict[str, Any]:
