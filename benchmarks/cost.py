@@ -26,7 +26,7 @@ from afferents.models.config import Compute
 from afferents.models.model import TABLE1
 from afferents.reporting.published import published_costs
 from afferents.reproduction.estimate import Estimate, time_fold, track_first_frames
-from afferents.reproduction.folder import duration
+from afferents.reproduction.run_folder import duration
 
 RECORDINGS, FRAMES, AUDIO_S, SPEEDS = 130, 5850, 65, 10
 PROCESSES = (2, 16, 20)

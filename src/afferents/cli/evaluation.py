@@ -262,8 +262,8 @@ def status(
     as_json: Json = False,
 ) -> None:
     """Show how far an evaluation is, or a reproduction: done, running, failed, and when it ends."""
-    from afferents.reproduction.folder import STATES
-    from afferents.reproduction.folder import status as look
+    from afferents.reproduction.run_folder import STATES
+    from afferents.reproduction.run_folder import status as look
 
     found = look(results)
     table = TerminalTable(("model", "protocol", *STATES), found.rows, n_headers=2)

@@ -13,7 +13,7 @@ from afferents.cli.options import takes_encodings, takes_options_of
 from afferents.cli.printing import TerminalTable, say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
-from afferents.reproduction.presets import CHOICES, written
+from afferents.reproduction.presets import CHOICES, Choice, format_choice
 
 
 def doctor(as_json: Json = False) -> None:
@@ -43,16 +43,18 @@ def _list_discrepancies(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _default_of(choice: Choice) -> str:
+    published = format_choice(choice.published)
+    if choice.recommended == choice.published:
+        return published
+    return f"{format_choice(choice.recommended)}, or {published} with --like published"
+
+
 @takes_encodings
 @takes_options_of(
     {"Options of extract": extract, "Options of evaluate": evaluate},
     own=("session", "data", "out", "as_json", "quiet"),
-    values={
-        one.name: written(one.published)
-        if one.recommended == one.published
-        else f"{written(one.recommended)}, or {written(one.published)} with --like published"
-        for one in CHOICES
-    },
+    values={one.name: _default_of(one) for one in CHOICES},
 )
 def reproduce(
     out: Annotated[

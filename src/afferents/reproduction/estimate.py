@@ -37,7 +37,7 @@ from afferents.models.table import classifier_of
 from afferents.recordings.check import facts
 from afferents.recordings.session import Session
 from afferents.reporting.published import published_costs
-from afferents.reproduction.folder import duration
+from afferents.reproduction.run_folder import duration
 from afferents.store.recording import Frame, Recording, Video
 from afferents.store.responses import Responses, label
 from afferents.store.trimming import cut_audio, cut_frames

@@ -27,8 +27,15 @@ from afferents.models.export import export_model
 from afferents.models.model import BEST, MODELS, models_in, names_in
 from afferents.progress import Progress
 from afferents.reporting.report import report
-from afferents.reproduction.folder import Places, require_same, write_begun
-from afferents.reproduction.presets import CHOICES, NEUTRAL, choices_in_words, chosen, otherwise
+from afferents.reproduction.presets import (
+    CHOICES,
+    NEUTRAL,
+    choices_in_words,
+    choose,
+    format_choice,
+    list_changes,
+)
+from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
@@ -44,7 +51,7 @@ DEMO_STORE = Path("out/demo/session.zarr")
 
 
 def simulated(
-    places: Places,
+    run: RunFolder,
     size: Size,
     sensor: Sensor,
     seed: int,
@@ -52,7 +59,7 @@ def simulated(
     progress: Progress,
 ) -> Path:
     """Simulate the session of a reproduction that is given none; keep what is there of it."""
-    session = places.out / "session"
+    session = run.out / "session"
     simulation = simulation_of(session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
     return simulate_session(simulation, workers, progress)
 
@@ -155,32 +162,38 @@ def reproduce(
     from afferents.reproduction.estimate import require_length
 
     given = {name: value for name, value in options.items() if value is not None}
-    choices = chosen(like, given)
+    choices = choose(like, given)
     _require_sound(given, choices)
     everything = {**given, **choices}
-    places = Places(Path(out))
-    differs = otherwise(like, given, _others(given))
+    run = RunFolder(Path(out))
+    differs = list_changes(like, given, _others(given))
     remaining = discrepancies().remaining() if like == "published" else []
-    require_same(places, like, choices)
+    run.require_same(like, choices)
     with Progress(quiet) as progress:
         for line in _said(like, given, differs, remaining):
             progress.note(line)
         if session is None:
             _require_simulated(choices["cut"], size, only_estimate)
-        root = Path(session) if session else _simulated(places, size, given, progress)
+        root = Path(session) if session else _simulated(run, size, given, progress)
         there = read_session(root, choices["fps_hz"])
         if not given.get("keep_going"):
             require_length(there, choices["cut"])
-        estimate = _estimated(there, places, everything)
+        estimate = _estimated(there, run, everything)
         progress.note(estimate.sentence())
     if only_estimate:
         return estimate
     n = len(there.recordings)
-    write_begun(places, like, choices, differs, remaining, n, estimate.total_s)
-    extract(there.root, places.store, quiet=quiet, **_extracting(everything))
-    evaluate(places.store, places.results, quiet=quiet, **_evaluating(everything))
-    report(places.results, quiet=quiet, figures="paper" if like == "published" else "report")
-    return load_results(places.results)
+    said = {name: format_choice(value) for name, value in choices.items()}
+    run.write_state(
+        RunState(
+            like=like, choices=said, otherwise=tuple(differs), differs=tuple(remaining),
+            recordings=n, estimated_s=estimate.total_s,
+        )
+    )  # fmt: skip
+    extract(there.root, run.store, quiet=quiet, **_extracting(everything))
+    evaluate(run.store, run.results, quiet=quiet, **_evaluating(everything))
+    report(run.results, quiet=quiet, figures="paper" if like == "published" else "report")
+    return load_results(run.results)
 
 
 def _said(
@@ -194,7 +207,7 @@ def _said(
         yield "Asked for otherwise:"
         yield from (f"  {line}" for line in differs)
     if remaining:
-        yield f"Where this still differs from the authors' code ({len(remaining)} places):"
+        yield f"Where this still differs from the authors' code ({len(remaining)} run):"
         yield from (f"  {line}" for line in remaining)
         yield "All discrepancies of paper and code: afferents reproduce --discrepancies"
 
@@ -263,14 +276,14 @@ def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
         )
 
 
-def _simulated(places: "Places", size: Size, given: Options, progress: Progress) -> Path:
+def _simulated(run: "RunFolder", size: Size, given: Options, progress: Progress) -> Path:
 
     sensor = sensor_in(given.get("sensor", "tip_b"))
     seed = next(iter(given.get("seeds", (0,))))
-    return simulated(places, size, sensor, seed, given.get("workers"), progress)
+    return simulated(run, size, sensor, seed, given.get("workers"), progress)
 
 
-def _estimated(session: "Session", places: "Places", everything: Options) -> "Estimate":
+def _estimated(session: "Session", run: "RunFolder", everything: Options) -> "Estimate":
     """Return what is left to be done, and how long that takes."""
     from joblib import cpu_count
 
@@ -284,7 +297,7 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "Es
     given = _defaults(evaluate) | dict(everything)
     split, models = split_named(given["split"]), given["models"]
     recipe = Recipe(
-        places.results,
+        run.results,
         (),
         models_in(models),
         given["preset"],
@@ -299,7 +312,7 @@ def _estimated(session: "Session", places: "Places", everything: Options) -> "Es
     )
     sensor = sensor_in(given["sensor"]) if given.get("sensor") else None
     found = estimate(
-        session, sensors_of(session, sensor), given["method"], places.store, recipe,
+        session, sensors_of(session, sensor), given["method"], run.store, recipe,
         protocols(given["protocol"]), list(given["seeds"]),
         split.read(given["held_out"], "--held-out"), "best" in names_in(models),
     )  # fmt: skip

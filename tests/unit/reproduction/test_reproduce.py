@@ -130,9 +130,13 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
 
 
 def test_status_says_what_was_estimated_before_anything_is_done(as_published, tmp_path, run):
-    from afferents.reproduction.folder import Places, write_begun
+    from afferents.reproduction.run_folder import RunFolder, RunState
 
-    write_begun(Places(tmp_path), "published", {"cut": "all"}, [], [], 6, 7200.0)
+    state = RunState(
+        like="published", choices={"cut": "all"}, otherwise=(), differs=(), recordings=6,
+        estimated_s=7200.0,
+    )  # fmt: skip
+    RunFolder(tmp_path).write_state(state)
     code, printed, _ = run("status", tmp_path)
     assert code == 0
     assert "0 of 6 recordings are extracted." in printed

@@ -14,7 +14,7 @@ from afferents.models.model import MODELS, TABLE1
 from afferents.recordings.session import read_session
 from afferents.reproduction import estimate as module
 from afferents.reproduction.estimate import Estimate, Work, estimate, expected_epochs
-from afferents.reproduction.folder import duration
+from afferents.reproduction.run_folder import duration
 
 NAMES = ("sa-se", "sa-ste", "sa-wave-vector")
 
