@@ -271,10 +271,13 @@ def _networks(
     Those of images by 5, those of vibration by 6; what the data have no samples of is left out.
     """
     found: dict[int, dict[str, DrawnNetwork]] = {}
+    titles: dict[str, list[str]] = {}
     for model in TABLE1.values():
+        titles.setdefault(str(model.classifier), []).append(model.title)
+    for model in TABLE1.values():
+        title = ", ".join(titles[str(model.classifier)])
         shape = shapes.get(str(model.encoding))
-        same = [one.title for one in TABLE1.values() if one.classifier == model.classifier]
-        title, of_vibration = ", ".join(same), ENCODINGS[str(model.encoding)].of_vibration
+        of_vibration = ENCODINGS[str(model.encoding)].of_vibration
         if shape is None:
             continue
         try:
