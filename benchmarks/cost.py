@@ -19,10 +19,10 @@ from training_speed import machine
 import afferents
 from afferents import dims
 from afferents.encodings.settings import Encodings
+from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Recipe
 from afferents.folds.protocol import PROTOCOLS
 from afferents.markers.sensor import sensors_of
-from afferents.models.config import Compute
 from afferents.models.model import TABLE1
 from afferents.reproduction.estimate import Amount, Estimate, authors_gpu_s, duration
 from afferents.reproduction.measure import Trainings, measure_recording
@@ -39,10 +39,10 @@ def main() -> None:
         )
         measured = measure_recording(session.recordings, sensors_of(session, None), "published")
     measured = measured._replace(responses=at_full_length(measured.responses))
-    recipe = Recipe(
-        Path("none"), (), list(TABLE1.values()), "paper", "published", Encodings(),
-        statistics="keras", compute=Compute("cpu", "float32"),
-    )  # fmt: skip
+    options = EvaluationOptions(
+        preset="paper", cut="published", statistics="keras", device="cpu", precision="float32"
+    )
+    recipe = Recipe(Path("none"), (), list(TABLE1.values()), Encodings(), options)
     trainings = Trainings(recipe, measured, Amount(RECORDINGS, GROUPS, SPEEDS))
     works = trainings.works(recipe.models, [PROTOCOLS["published"]], lambda *_: SPEEDS)
     whole = Estimate(RECORDINGS * FRAMES, measured.frame_s, RECORDINGS, works)

@@ -35,11 +35,11 @@ from afferents.evaluation.fold_files import FoldKey, digest_of
 from afferents.evaluation.intervals import Accuracy, bootstrap_interval, count_right
 from afferents.evaluation.job import encoded, train_and_test
 from afferents.evaluation.metrics import TOUCHES_S, name_touches
-from afferents.evaluation.recipe import Recipe
-from afferents.evaluation.run import Evaluation, planned
+from afferents.evaluation.options import EvaluationOptions
+from afferents.evaluation.recipe import Evaluation, Recipe
+from afferents.evaluation.run import planned
 from afferents.files import write_aside, write_text
 from afferents.folds.corruption import Disturbance, Disturbances
-from afferents.folds.protocol import protocols
 from afferents.models.model import models_named
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
@@ -121,24 +121,25 @@ def session_counts(
         out=asked.out.resolve(),
         data=origins_of(opened),
         models=models_named(asked.models),
-        preset=asked.preset,
-        cut="all",
         encodings=encodings_for(opened, "all", {n: v for n, v in wanted.items() if v}),
-        penalty=asked.penalty,
+        options=EvaluationOptions(
+            preset=asked.preset,
+            penalty=asked.penalty,
+            seeds=asked.seeds,
+            held_out=asked.held_out,
+            disturb_training=asked.disturb_training,
+        ),
     )
     recordings = usual.recordings(opened)
     require_support(usual.models, recordings, may_leave_out=False)
-    training = Disturbance.of(asked.disturb_training, "--disturb-training")
     amounts = {name: getattr(asked, name).split(",") for name in AMOUNTS if getattr(asked, name)}
     groups = itertools.groupby(usual.models, lambda model: sources_of(model, usual.encodings))
     for sources, of_group in groups:
         recipe = replace(usual, models=list(of_group))
         tests = tests_of(recipe, amounts)
         each = tuple(Disturbance.of({n: a} if n else None, "the amounts") for n, a in tests)
-        recipe = replace(recipe, disturbances=Disturbances(each, training))
-        seeds, under = range(asked.seeds), protocols("nested")
-        evaluation = Evaluation(recipe, opened, under, seeds, held_out=held_out_in(asked))
-        keys = planned(evaluation, recipe.models, recordings)
+        recipe = replace(recipe, disturbances=Disturbances(each, usual.options.disturb_training))
+        keys = planned(Evaluation(recipe, opened), recipe.models, recordings)
         missing = [key for key in keys if not part_of(recipe, key).is_file()]
         if missing:
             samples = encoded(recipe, sources, recordings, progress)
@@ -150,18 +151,13 @@ def session_counts(
         yield from (pd.read_parquet(part_of(recipe, key)) for key in keys)
 
 
-def held_out_in(asked: argparse.Namespace) -> tuple[float, ...]:
-    """Return the speeds that are held out in turn; none for all."""
-    return tuple(float(v) for v in asked.held_out.split(",")) if asked.held_out else ()
-
-
 def summary_of(counts: pd.DataFrame) -> pd.DataFrame:
     """Return a row a model, disturbance, amount and touch: mean over speeds, interval, worst."""
     recordings = counts["session"] + ":" + counts["recording"]
-    drawn_over = counts["session" if len(counts["session"].unique()) > 1 else "replicate"]
+    drawn_over = counts["session" if len(counts["session"].unique()) > 1 else "unit"]
     counts, rows = counts.assign(recording=recordings, replicate=drawn_over), []
     for names, mine in counts.groupby(BY, sort=False):
-        accuracy = Accuracy.of_counts(mine[[SPEED, "recording", "replicate", "seed", "right", "n"]])
+        accuracy = Accuracy.of_counts(mine[[SPEED, "recording", "unit", "seed", "right", "n"]])
         interval = bootstrap_interval(accuracy)
         totals = mine.groupby(SPEED)[["right", "n"]].sum()
         by_speed = totals["right"] / totals["n"]

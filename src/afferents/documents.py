@@ -185,7 +185,7 @@ def _first_fault(
     """Say in one sentence which key is at fault and why."""
     fault = error.errors()[0]
     key = ".".join(_keys(fault["loc"], content))
-    if fault["type"] == "extra_forbidden":
+    if fault["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         return InputError(
             f"{where}: expected keys of {what}, found the unknown key '{key}'{then(do)}"
         )

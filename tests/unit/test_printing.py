@@ -18,7 +18,7 @@ ASCII = {"LC_ALL": "C", "LANG": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "
 @pytest.fixture
 def results(tmp_path):
     """An evaluation that has failed at a name that no ASCII terminal can spell."""
-    plan(tmp_path, [FoldKey("vib-te", "nested", 0, 10.0)], workers=1)
+    plan(tmp_path, [FoldKey.of("vib-te", "nested", 0, 10.0)], workers=1)
     write_json(tmp_path / "folds/vib-te/nested/seed-0/10.failed", {"why": "é – \udcff"})
     return tmp_path
 

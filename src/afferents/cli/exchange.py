@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from afferents.cli.printing import TerminalTable, say
+from afferents.cli.printing import say
 from afferents.cli.shared import Json, Quiet
 
 
@@ -28,8 +28,7 @@ def compare(
     import afferents
 
     found = afferents.compare(store, authors, quiet or as_json)
-    tables = [TerminalTable.of(table) for table in found.tables]
-    say(as_json, found.facts, *tables, *found.sentences)
+    say(as_json, found.facts, *found.tables, *found.sentences)
 
 
 # The command that writes a store as a LeRobot data set.

@@ -1,31 +1,27 @@
 """Commands of single models: train one, explain it, export it."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from afferents.choices import PRESET_ASKED
-from afferents.cli.options import takes_encodings
-from afferents.cli.printing import TerminalTable, say
-from afferents.cli.shared import (
-    SEED,
-    CutName,
-    Data,
-    DeviceName,
-    Force,
-    Json,
-    ModelFolder,
-    PrecisionName,
-    PresetName,
-    Quiet,
-    RecipeFile,
-    StatisticsName,
-    SteadyPart,
-)
+from afferents.cli.options import shows, takes_encodings, takes_fields
+from afferents.cli.printing import say
+from afferents.cli.shared import SEED, CutName, Data, Force, Json, ModelFolder, Quiet
+
+if TYPE_CHECKING:
+    from afferents.evaluation.options import TrainingOptions
 
 
+def _options() -> type["TrainingOptions"]:
+    from afferents.evaluation.options import TrainingOptions
+
+    return TrainingOptions
+
+
+@shows("data", "out", "model", "preset", "results", "split", "seed", "force", "quiet")
 @takes_encodings
+@takes_fields(_options)
 def train(
     data: Data,
     out: Annotated[Path, typer.Argument(help="Folder to write the model to.")],
@@ -41,13 +37,7 @@ def train(
         Path | None,
         typer.Option(help="Results of 'evaluate', whose accuracy the model's card is to state."),
     ] = None,
-    preset: PresetName = PRESET_ASKED,
-    recipe: RecipeFile = None,
-    cut: CutName = "all",
     seed: Annotated[int, typer.Option(**SEED, help="Random seed of the training.")] = 0,
-    force: Force = False,
-    device: DeviceName = "auto",
-    precision: PrecisionName = "auto",
     split: Annotated[
         str,
         typer.Option(
@@ -55,30 +45,20 @@ def train(
             "that all recordings carry, such as 'trial'."
         ),
     ] = "speed",
-    steady: SteadyPart = None,
-    statistics: StatisticsName = "warmed-up",
-    disturb_training: Annotated[
-        str | None,
-        typer.Option(
-            help="Spoil the recordings that it learns from: markers=0.05 (noise, px) and more, as "
-            "'evaluate' does."
-        ),
-    ] = None,
+    force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
-    **encoding: Any,
+    **options: Any,
 ) -> None:
     """Train one model for use, not for a test.
 
     It learns from all speeds but one, which calibrates its probabilities.
     """
     import afferents
-    from afferents.store.trimming import parse_steady
 
     card = afferents.train(
-        data, out, model, preset, cut, seed, results, force, device, precision, quiet or as_json,
-        split, parse_steady(steady), disturb_training, recipe, statistics, **encoding,
-    )  # fmt: skip
+        data, out, model, seed, results, force, quiet or as_json, split=split, **options
+    )
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"Model: {out}")
 
 
@@ -124,8 +104,7 @@ def explain(
     else:
         found = afferents.explain(model, data, out, cut, quiet or as_json)
     pictures = [f"Picture: {path}" for path in found.pictures]
-    tables = [TerminalTable.of(table) for table in found.tables]
-    say(as_json, found.facts, *tables, *found.sentences, *pictures)
+    say(as_json, found.facts, *found.tables, *found.sentences, *pictures)
 
 
 def export(

@@ -1,58 +1,218 @@
-"""Options of commands that are made from what stages and encodings say of themselves."""
+"""Options of commands that are made from what holds them: fields of a model, or an encoding.
+
+A command that ends in ``**options`` is given them when it is called, not when commands are listed:
+what holds them takes a second to import. `Commands` also gives every command whose options fill
+more than a screen ``--config``, ``--set`` and ``--help-all``, and hides those that few need.
+"""
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import wraps
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
 import typer
 from typer.core import TyperGroup
 from typer.models import OptionInfo
 
-if TYPE_CHECKING:
-    from afferents.encodings.base import Option
+from afferents.documents import read_json, read_toml
+from afferents.errors import InputError
 
-# Options of encodings: made from what the encodings say of themselves, listed nowhere else.
-#
-# A command that takes them ends in ``**encoding`` and stands under `takes_encodings`. Encodings
-# take a second to import, so its options are made when it is called, not when commands are listed.
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+    from pydantic.fields import FieldInfo
+
+    from afferents.encodings.base import Option
 
 Command = Callable[..., None]
 PANEL = "Options of encodings (how samples are cut from recordings)"
+RARE = "Further options"
 
-_TAKING: dict[str, Command] = {}
-"""Commands that take options of encodings, by name, as they are written."""
+_MAKERS: dict[str, list[Callable[[Command, Sequence[str]], Command]]] = {}
+"""By name of a command: what gives it options once it is called."""
+_WRITTEN: dict[str, Command] = {}
+"""Such commands, as they are written."""
+_SHOWN: dict[str, tuple[str, ...]] = {}
+"""By name of a command: the options that ``--help`` lists, where it has more."""
+
+
+def text(value: Any) -> Any:
+    """Return text as it is typed, or what a file has in its place: a list, a table, a number."""
+    return value
+
+
+def shows(*names: str) -> Callable[[Command], Command]:
+    """Let ``--help`` list these options of a command alone, and ``--help-all`` all."""
+
+    def register(command: Command) -> Command:
+        _SHOWN[command.__name__] = names
+        _WRITTEN.setdefault(command.__name__, command)
+        return command
+
+    return register
+
+
+def takes_fields(
+    of: Callable[[], "type[BaseModel]"], own: Sequence[str] = (), values: Mapping[str, str] = {}
+) -> Callable[[Command], Command]:
+    """Give a command that ends in ``**options`` the fields of a pydantic model, None if not given.
+
+    Parameters
+    ----------
+    of
+        Returns the model; called when the command is.
+    own
+        Fields that the command sets itself.
+    values
+        By field: what it is unless given, for its help.
+    """
+
+    def make(command: Command, arguments: Sequence[str]) -> Command:
+        fields = of().model_fields.items()
+        return _with_options(command, {
+            name: _option_of(name, field, values.get(name))
+            for name, field in fields if name not in own
+        })  # fmt: skip
+
+    return lambda command: _later(command, make)
 
 
 def takes_encodings(command: Command) -> Command:
-    """Return a command without its ``**encoding``; a call of it by `Commands` has the options."""
-    _TAKING[command.__name__] = command
-    return _with_options(command, {})
+    """Give a command that ends in ``**options`` those of all encodings, and of one's own."""
+
+    def make(command: Command, arguments: Sequence[str]) -> Command:
+        options = _of_encodings(arguments).items()
+        return _with_options(command, {
+            name: (
+                text if option.kind is str else option.kind,
+                typer.Option(option.flag, help=option.help, rich_help_panel=PANEL),
+            )
+            for name, option in options
+        })  # fmt: skip
+
+    return _later(command, make)
+
+
+def takes_options_of(
+    stage: Command, own: tuple[str, ...], values: Mapping[str, str]
+) -> Callable[[Command], Command]:
+    """Give a command that ends in ``**options`` those of another command, None if not given.
+
+    Parameters
+    ----------
+    own
+        Parameters of the other that the command sets itself, arguments among them.
+    values
+        By parameter: what the option is unless given, for its help.
+    """
+
+    def make(command: Command, arguments: Sequence[str]) -> Command:
+        options = {}
+        for name, parameter in inspect.signature(stage).parameters.items():
+            if name not in own:
+                kind, *about = get_args(parameter.annotation)
+                option = copy(next(one for one in about if isinstance(one, OptionInfo)))
+                if name in values:
+                    option.help = f"{option.help} (default: {values[name]})"
+                options[name] = kind, option
+        return _with_options(command, options)
+
+    return lambda command: _later(command, make)
 
 
 class Commands(TyperGroup):
-    """The commands; one that takes options of encodings gets them when it is called."""
+    """The commands; one that takes options from elsewhere gets them when it is called."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the name, command and arguments of a call."""
         name, command, rest = super().resolve_command(ctx, args)
-        if name in _TAKING:
-            command = _made(_with_options(_TAKING[name], _options(rest)))
+        if name in _WRITTEN:
+            function = _WRITTEN[name]
+            for make in _MAKERS.get(name, ()):
+                function = make(function, rest)
+            function = _closed(function)
+            if name in _SHOWN:
+                function = _with_configuration(function, _SHOWN[name])
+            alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+            alone.command()(function)
+            command = typer.main.get_command(alone)
         return name, command, rest
 
 
-def _options(arguments: Sequence[str]) -> dict[str, "Option"]:
+# Options as typer reads them.
+
+
+def _later(command: Command, make: Callable[[Command, Sequence[str]], Command]) -> Command:
+    """Put down that a command is given options when it is called; return it without any."""
+    name = command.__name__
+    _MAKERS.setdefault(name, []).append(make)
+    _WRITTEN.setdefault(name, command)
+    return _closed(command)
+
+
+def _option_of(name: str, field: "FieldInfo", value: str | None) -> tuple[Any, OptionInfo]:
+    """Return how an option is read that stands for a field, and what help says of it."""
+    first, *_ = (field.description or "").split("\n\n")
+    said, usual = " ".join(first.split()), value or field.default
+    if isinstance(usual, str | int | float) and usual is not False and "(default" not in said:
+        said = f"{said} (default: {usual})"
+    return _kind(field.annotation), typer.Option(f"--{name.replace('_', '-')}", help=said)
+
+
+def _kind(annotation: Any) -> Any:
+    """Return the type by which typer reads a field: a plain one, a list of texts, or `text`."""
+    if get_origin(annotation) in (Union, UnionType):
+        kinds = [one for one in get_args(annotation) if one is not NoneType]
+        return _kind(kinds[0]) if len(kinds) == 1 else text
+    if get_origin(annotation) is Literal or annotation in (int, float, bool):
+        return annotation
+    return list[str] if get_origin(annotation) is dict else text
+
+
+def _with_options(command: Command, options: Mapping[str, tuple[Any, OptionInfo]]) -> Command:
+    """Return a command with a keyword for each option that it has not, None unless given."""
+    signature, keyword = inspect.signature(command), inspect.Parameter.KEYWORD_ONLY
+    parameters = list(signature.parameters.values())
+    for name, (kind, option) in options.items():
+        if name not in signature.parameters:
+            if kind is text:
+                option.parser = text
+            read: Any = str if kind is text else kind
+            annotation = Annotated[read | None, option]
+            new = inspect.Parameter(name, keyword, default=None, annotation=annotation)
+            parameters.append(new)
+    parameters.sort(key=lambda one: one.kind)  # the ** that takes them comes last
+    return _called_with(command, parameters)
+
+
+def _closed(command: Command) -> Command:
+    """Return a command without its ``**options``, which typer can't read."""
+    parameters = inspect.signature(command).parameters.values()
+    return _called_with(command, [one for one in parameters if one.kind is not one.VAR_KEYWORD])
+
+
+def _called_with(command: Command, parameters: Sequence[inspect.Parameter]) -> Command:
+    @wraps(command)
+    def call(**given: Any) -> None:
+        command(**given)
+
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters} | {"return": None}
+    return call
+
+
+def _of_encodings(arguments: Sequence[str]) -> dict[str, "Option"]:
     """Return the options of all encodings, and of one's own that the arguments name models of."""
     from afferents.encodings.base import Encoding
     from afferents.encodings.settings import options
 
-    own = (model.encoding for model in _own_models(arguments))
-    extra = [encoding.options() for encoding in own if isinstance(encoding, Encoding)]
     found = options()
-    for more in extra:
-        found |= {name: option for name, option in more.items() if name not in found}
+    for encoding in (model.encoding for model in _own_models(arguments)):
+        if isinstance(encoding, Encoding):
+            found = encoding.options() | found
     return found
 
 
@@ -67,92 +227,91 @@ def _own_models(arguments: Sequence[str]) -> Iterator[Any]:
             yield from models_named(",".join(own)) if own else []
 
 
-def _with_options(command: Command, options: dict[str, "Option"]) -> Command:
-    """Return a command with a keyword for each option instead of its ``**encoding``."""
-    signature = inspect.signature(command)
-    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+# Options by name: from a file, or one by one; and help with all of them.
+
+
+def _with_configuration(command: Command, shown: Sequence[str]) -> Command:
+    """Return a command with ``--config``, ``--set`` and ``--help-all``, rare options hidden."""
+    parameters = []
+    for one in inspect.signature(command).parameters.values():
+        kind, about = get_args(one.annotation)
+        if isinstance(about, OptionInfo) and one.name not in shown:
+            about = copy(about)
+            about.hidden, about.rich_help_panel = True, about.rich_help_panel or RARE
+        parameters.append(one.replace(annotation=Annotated[kind, about]))
     keyword = inspect.Parameter.KEYWORD_ONLY
     added = [
-        inspect.Parameter(name, keyword, default=None, annotation=_annotation(option))
-        for name, option in options.items()
+        inspect.Parameter(name, keyword, default=default, annotation=annotation)
+        for name, default, annotation in _CONFIGURATION
     ]
 
-    @wraps(command)
     def call(**given: Any) -> None:
-        command(**given)
+        command(**{name: v for name, v in given.items() if name not in _ADDED})
 
-    call.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
-    call.__annotations__ = {p.name: p.annotation for p in own + added} | {"return": None}
-    return call
-
-
-def _annotation(option: "Option") -> Any:
-    """Return the annotation by which typer reads an option."""
-    stated = typer.Option(option.flag, help=option.help, rich_help_panel=PANEL)
-    return Annotated[option.kind | None, stated]
+    rank = {name: place for place, name in enumerate(shown)}
+    needed = inspect.Parameter.empty
+    parameters.sort(key=lambda p: (p.kind, p.default is not needed, rank.get(p.name, len(rank))))
+    return _called_with(wraps(command)(call), [*parameters, *added])
 
 
-def _made(command: Command) -> Any:
-    """Return a function as a command of click."""
-    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    alone.command()(command)
-    return typer.main.get_command(alone)
+def _help_all(ctx: typer.Context, wanted: bool) -> None:
+    if wanted:
+        for one in ctx.command.params:
+            if hasattr(one, "hidden"):
+                one.hidden = False
+        typer.echo(ctx.get_help())
+        raise typer.Exit
 
 
-# Options of the stages for a command that goes through several: theirs, listed nowhere else.
+def _read_config(ctx: typer.Context, path: Path | None) -> None:
+    if path is None:
+        return
+    what = f"options of 'afferents {ctx.info_name}' by name"
+    if path.suffix == ".json":
+        content = read_json(path, what)
+        sources = [data["source"] for data in content.get("data", ())]
+        content = {"data": sources, **content.get("options", {})} if sources else content
+    else:
+        content = read_toml(path, what)
+    _take(ctx, content, path, replace=False)
 
 
-def takes_options_of(
-    stages: Mapping[str, Command], own: tuple[str, ...], values: Mapping[str, str]
-) -> Callable[[Command], Command]:
-    """Give a command that ends in ``**options`` those of other commands, None where not given.
-
-    Parameters
-    ----------
-    stages
-        The commands, by the heading under which help lists their options. What two have is listed
-        once.
-    own
-        Parameters of theirs that the command sets itself, arguments among them.
-    values
-        By parameter: what the option is unless given, for its help.
-    """
-
-    def with_options(command: Command) -> Command:
-        signature = inspect.signature(command)
-        mine = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
-        taken = {*own, *(p.name for p in mine)}
-        added: list[inspect.Parameter] = []
-        for heading, stage in stages.items():
-            for parameter in inspect.signature(stage).parameters.values():
-                if parameter.name not in taken:
-                    taken.add(parameter.name)
-                    added.append(_optional(parameter, heading, values))
-        rest = inspect.Parameter("options", inspect.Parameter.VAR_KEYWORD, annotation=Any)
-
-        @wraps(command)
-        def call(**given: Any) -> None:
-            command(**given)
-
-        parameters = [*mine, *added]
-        call.__signature__ = signature.replace(parameters=[*parameters, rest])  # type: ignore[attr-defined]
-        call.__annotations__ = {p.name: p.annotation for p in parameters} | {"return": None}
-        return call
-
-    return with_options
+def _read_set(ctx: typer.Context, pairs: list[str] | None) -> None:
+    for pair in pairs or ():
+        name, found, value = pair.partition("=")
+        if not found:
+            raise InputError(f"--set: expected NAME=VALUE, such as seed=3, found '{pair}'")
+        _take(ctx, {name: value}, "--set", replace=True)
 
 
-def _optional(
-    parameter: inspect.Parameter, heading: str, values: Mapping[str, str]
-) -> inspect.Parameter:
-    """Return an option that is None unless it is given."""
-    kind, *about = get_args(parameter.annotation)
-    option = copy(next(one for one in about if isinstance(one, OptionInfo)))
-    option.rich_help_panel = option.rich_help_panel or heading
-    if parameter.name in values:
-        option.help = f"{option.help} Default: {values[parameter.name]}."
-    return parameter.replace(
-        default=None,
-        annotation=Annotated[kind | None, option],
-        kind=inspect.Parameter.KEYWORD_ONLY,
-    )
+_CONFIGURATION = (
+    ("config", None, Annotated[Path | None, typer.Option(
+        callback=_read_config, is_eager=True, metavar="FILE",
+        help="Options by name from a TOML file, or from the config.json of a results folder.",
+    )]),
+    ("set_", None, Annotated[list[str] | None, typer.Option(
+        "--set", callback=_read_set, is_eager=True, metavar="NAME=VALUE",
+        help="One option by name, before what a file says; may be repeated.",
+    )]),
+    ("help_all", False, Annotated[bool, typer.Option(
+        "--help-all", callback=_help_all, is_eager=True, help="Show all options and exit.",
+    )]),
+)  # fmt: skip
+_ADDED = frozenset(name for name, *_ in _CONFIGURATION)
+
+
+def _take(ctx: typer.Context, given: Mapping[str, Any], where: object, replace: bool) -> None:
+    """Make values those that options have unless they are given as flags."""
+    known = {one.name: one for one in ctx.command.params if one.name not in _ADDED}
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        name = key.strip().replace("-", "_")
+        if name not in known:
+            expected = f"options of 'afferents {ctx.info_name}', as --help-all lists them"
+            raise InputError(f"{where}: expected {expected}, found '{key}'")
+        if getattr(known[name], "multiple", False) or known[name].nargs == -1:
+            pairs = value.items() if isinstance(value, Mapping) else ()
+            value = [f"{k}={v}" for k, v in pairs] or ([value] if isinstance(value, str) else value)
+        values[name] = value
+    before = dict(ctx.default_map or {})
+    ctx.default_map = {**before, **values} if replace else {**values, **before}

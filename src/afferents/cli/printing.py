@@ -3,20 +3,20 @@
 import json
 import re
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rich import box
-from rich.console import Console, ConsoleOptions, JustifyMethod, RenderableType
-from rich.table import Table as RichTable
+from rich.console import Console, JustifyMethod, RenderableType
+from rich.table import Table
 from rich.text import Text
 
 from afferents.cli.errors import no_room
 from afferents.errors import AfferentsError
 
 if TYPE_CHECKING:
-    from afferents.reporting.tables import Table
+    from pandas import DataFrame
 
 _BREAKS = r"(?<=:) | (?=\[)"
 """Where a value may be broken: after its name (`10 mm/s: 25.0`), before its interval."""
@@ -24,120 +24,65 @@ _PADDING, _EDGE = 3, 1
 """Characters beside each column, and what the edges of a table take beyond that."""
 
 
-@dataclass(frozen=True)
-class TerminalTable:
-    """A table to print with rich.
+def lay_out(table: "DataFrame", width: int) -> Iterator[RenderableType]:
+    """Yield what rich prints of a table in so many characters: title, columns, and caption.
 
-    It is laid out for the terminal that it is printed in. Names break at spaces, values where
-    `_BREAKS` says. If that is not enough, the columns are printed in several blocks, each with the
-    cells that say what the row is.
-
-    Attributes
-    ----------
-    columns
-        Heads of the columns.
-    rows
-        Texts of the cells, as many as there are columns; those that are "—" are dimmed.
-    n_headers
-        How many cells of a row, from the left, say what the row is.
-    title, caption
-        Printed above and below, over the width of the terminal; empty for none.
+    Where whole rows don't fit, values are broken; where that is not enough, columns are printed in
+    several blocks, each with the headers of the rows. No word is broken.
     """
-
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    n_headers: int = 1
-    title: str = ""
-    caption: str = ""
-
-    @classmethod
-    def of(cls, table: "Table") -> "TerminalTable":
-        """Return a table of the report for the terminal."""
-        rows = [[cell.text for cell in row] for row in table.rows]
-        return cls(table.columns, rows, table.n_headers, table.title, table.caption)
-
-    def __rich_console__(
-        self, console: Console, options: ConsoleOptions
-    ) -> Iterator[RenderableType]:
-        """Yield what rich prints."""
-        available = options.max_width - _EDGE
-        if self.title:
-            yield Text(self.title, style="bold")
-        for block in self._blocks(available):
-            yield self._drawn(block, available)
-        if self.caption:
-            yield Text(self.caption, style="dim italic")
-
-    def _blocks(self, available: int) -> list[list[int]]:
-        """Return the columns of each block: the row's headers, and as many others as fit."""
-        headers = list(range(self.n_headers))
-        blocks, room = [[*headers]], available - _width(self._least(i) for i in headers)
-        for column in range(self.n_headers, len(self.columns)):
-            needed = _width([self._least(column)])
-            if needed > room and len(blocks[-1]) > self.n_headers:
-                blocks.append([*headers])
-                room = available - _width(self._least(i) for i in headers)
-            blocks[-1].append(column)
-            room -= needed
-        return blocks
-
-    def _drawn(self, block: Sequence[int], available: int) -> RichTable:
-        widths = self._widths(block, available)
-        drawn = RichTable(box=box.SIMPLE_HEAD)
-        for column, width in widths.items():
-            side: JustifyMethod = "left" if column < self.n_headers else "right"
-            head = _wrapped(self.columns[column].split(" "), width)
-            drawn.add_column(head, justify=side, width=width, overflow="fold")
-        for row in self.rows:
-            cells = (_wrapped(self._pieces(row[c], c), width) for c, width in widths.items())
-            drawn.add_row(*(Text(text, style="dim" if text == "—" else "") for text in cells))
-        return drawn
-
-    def _widths(self, block: Sequence[int], available: int) -> dict[int, int]:
-        """Return the widths of columns: the least, then whole cells, then whole heads, if it fits.
-
-        From left to right; what is left over goes to the names of rows.
-        """
-        widths = {column: self._least(column) for column in block}
-        room = available - _width(widths.values())
-        for whole in (self._longest_cell, lambda column: len(self.columns[column])):
-            for column, width in widths.items():
-                more = whole(column) - width
-                if 0 < more <= room:
-                    widths[column] += more
-                    room -= more
-        for column in range(self.n_headers):
-            more = min(room, max(0, self._longest_cell(column) - widths[column]))
-            widths[column] += more
-            room -= more
-        return widths
-
-    def _least(self, column: int) -> int:
-        """Return the length of the longest piece in a column."""
-        cells = (piece for row in self.rows for piece in self._pieces(row[column], column))
-        return max(map(len, [*self.columns[column].split(" "), *cells]))
-
-    def _longest_cell(self, column: int) -> int:
-        return max((len(row[column]) for row in self.rows), default=0)
-
-    def _pieces(self, text: str, column: int) -> list[str]:
-        """Return the parts of a cell between which its lines may be broken."""
-        return text.split(" ") if column < self.n_headers else re.split(_BREAKS, text)
+    if table.attrs["title"]:
+        yield Text(table.attrs["title"], style="bold")
+    columns = list(range(len(table.columns)))
+    whole = _drawn(table, columns, width, broken=False)
+    if whole is not None:
+        yield whole
+    while whole is None and columns:
+        n, block = next(
+            (n, drawn)
+            for n in range(len(columns), 0, -1)
+            if (drawn := _drawn(table, columns[:n], width, broken=True))
+        )
+        yield block
+        columns = columns[n:]
+    if table.attrs["caption"]:
+        yield Text(table.attrs["caption"], style="dim italic")
 
 
-def _width(widths: Iterable[int]) -> int:
-    return sum(width + _PADDING for width in widths)
+def _drawn(table: "DataFrame", columns: Sequence[int], width: int, broken: bool) -> Table | None:
+    """Return a table of some columns, all but the headers of rows whole; None if it is too wide.
 
+    One column alone is never too wide.
+    """
+    from afferents.reporting.tables import heads_of, texts_of
 
-def _wrapped(pieces: Sequence[str], width: int) -> str:
-    """Return pieces in lines, each with as many as its width takes."""
-    lines = [pieces[0]]
-    for piece in pieces[1:]:
-        if len(lines[-1]) + 1 + len(piece) <= width:
-            lines[-1] += f" {piece}"
-        else:
-            lines.append(piece)
-    return "\n".join(lines)
+    n_headers = table.index.nlevels
+    places = [*range(n_headers), *(n_headers + column for column in columns)]
+    heads = [heads_of(table)[place] for place in places]
+    rows = [[row[place] for place in places] for row in texts_of(table)]
+    if broken:
+        rows = [[*row[:n_headers], *(re.sub(_BREAKS, "\n", cell) for cell in row[n_headers:])]
+                for row in rows]  # fmt: skip
+    least, widths = [], []
+    for number, head in enumerate(heads):
+        is_header = number < n_headers
+        cells = [row[number] for row in rows]
+        pieces = [piece for cell in cells for piece in cell.split(None if is_header else "\n")]
+        least.append(max(map(len, [*head.split(), *pieces]), default=0))
+        widths.append(max([least[-1], *(len(cell) for cell in cells if is_header)]))
+    spare = width - sum(one + _PADDING for one in widths) - _EDGE
+    while spare < 0 and widths != least:
+        widest = max(range(len(widths)), key=lambda number: widths[number] - least[number])
+        widths[widest] -= 1
+        spare += 1
+    if spare < 0 and len(columns) > 1:
+        return None
+    drawn = Table(box=box.SIMPLE_HEAD)
+    for number, (head, one) in enumerate(zip(heads, widths, strict=True)):
+        side: JustifyMethod = "left" if number < n_headers else "right"
+        drawn.add_column(textwrap.fill(head, one), justify=side, width=one, overflow="fold")
+    for row in rows:
+        drawn.add_row(*(Text(cell, style="dim" if cell == "—" else "") for cell in row))
+    return drawn
 
 
 def say(as_json: bool, content: Any, *lines: Any) -> None:
@@ -148,7 +93,7 @@ def say(as_json: bool, content: Any, *lines: Any) -> None:
     as_json
         Whether `content` is printed as JSON, and not the lines.
     lines
-        Sentences, which are not wrapped, and tables of rich.
+        Sentences, which are not wrapped, and tables (`reporting.tables`).
 
     Raises
     ------
@@ -170,7 +115,10 @@ def _print(as_json: bool, content: Any, lines: Iterable[Any]) -> None:
         return
     console = Console(highlight=False, markup=False)
     for line in lines:
-        console.print(line, soft_wrap=isinstance(line, str))
+        if isinstance(line, str):
+            console.print(line, soft_wrap=True)
+        else:
+            console.print(*lay_out(line, console.width), sep="")
 
 
 def once_a_kind(problems: Sequence[str]) -> list[str]:

@@ -1,19 +1,21 @@
 """The command that looks at this machine."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table
 
 from afferents.choices import Like, Size
 from afferents.cli.errors import fail_if_skipped
-from afferents.cli.evaluation import as_function_takes_it, evaluate
-from afferents.cli.options import takes_encodings, takes_options_of
-from afferents.cli.printing import TerminalTable, say
+from afferents.cli.options import shows, takes_encodings, takes_fields, takes_options_of
+from afferents.cli.printing import say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
 from afferents.reproduction.presets import CHOICES, written
+
+if TYPE_CHECKING:
+    from afferents.evaluation.options import EvaluationOptions
 
 
 def doctor(as_json: Json = False) -> None:
@@ -43,17 +45,27 @@ def _list_discrepancies(wanted: bool) -> None:
         raise typer.Exit
 
 
+_PUBLISHED = {
+    one.name: written(one.published)
+    if one.recommended == one.published
+    else f"{written(one.recommended)}, or {written(one.published)} with --like published"
+    for one in CHOICES
+}
+
+
+def _options() -> type["EvaluationOptions"]:
+    from afferents.evaluation.options import EvaluationOptions
+
+    return EvaluationOptions
+
+
+@shows(
+    "out", "session", "like", "size", "sensor", "models", "held_out", "workers", "discrepancies",
+    "quiet",
+)  # fmt: skip
 @takes_encodings
-@takes_options_of(
-    {"Options of extract": extract, "Options of evaluate": evaluate},
-    own=("session", "data", "out", "as_json", "quiet"),
-    values={
-        one.name: written(one.published)
-        if one.recommended == one.published
-        else f"{written(one.recommended)}, or {written(one.published)} with --like published"
-        for one in CHOICES
-    },
-)
+@takes_fields(_options, values=_PUBLISHED)
+@takes_options_of(extract, own=("session", "out", "as_json", "quiet"), values=_PUBLISHED)
 def reproduce(
     out: Annotated[
         Path, typer.Argument(help="Folder to write session, store, results and report to.")
@@ -100,17 +112,16 @@ def reproduce(
     """
     import afferents
     from afferents.evaluation.results import Results
-    from afferents.reporting.in_short import headline
+    from afferents.reporting.summary_text import headline
     from afferents.reporting.tables import table1
 
-    given = as_function_takes_it(options)
-    results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **given)
+    results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **options)
     if not isinstance(results, Results):
         if as_json:
             say(True, results.describe())
         return
     page = results.root / "report.html"
-    said = ("", headline(results.summary), f"Report: {page.resolve()}")
-    say(as_json, results.summary, TerminalTable.of(table1(results.summary)), *said)
+    said = ("", headline(results.found), f"Report: {page.resolve()}")
+    say(as_json, results.summary, table1(results.found), *said)
     skipped = results.summary["skipped"]
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})

@@ -6,10 +6,12 @@ from typing import Annotated
 import typer
 
 from afferents.choices import Nodules, Remount, Size, numbers_in
+from afferents.cli.options import shows
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
 
 
+@shows("preset", "textures", "speeds", "seconds", "nuisances", "seed", "sensor", "workers", "quiet")
 def simulate(
     session: Annotated[Path, typer.Argument(help="Session folder to write.")],
     preset: Annotated[

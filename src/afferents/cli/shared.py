@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from afferents.choices import Cut, Device, Method, Precision, Preset, Statistics
+from afferents.choices import Cut, Method
 from afferents.quality.issues import KINDS
 
 Session = Annotated[
@@ -53,24 +53,6 @@ Accept = Annotated[
         f"Checks: {', '.join(KINDS)}.",
     ),
 ]
-DeviceName = Annotated[
-    Device,
-    typer.Option("--device", help="Where networks are trained; 'auto' takes a GPU if there is."),
-]
-PrecisionName = Annotated[
-    Precision,
-    typer.Option(
-        "--precision", help="Number format; 'auto' is bfloat16 where the processor supports it."
-    ),
-]
-StatisticsName = Annotated[
-    Statistics,
-    typer.Option(
-        "--statistics",
-        help="Running statistics of batch normalisation: 'warmed-up' as plain averages, or from 0 "
-        "and 1 as 'keras' keeps them (matters where an epoch has few steps).",
-    ),
-]
 CutName = Annotated[
     Cut,
     typer.Option(
@@ -86,44 +68,12 @@ TrackerName = Annotated[
         "'published' repeats the reference code, flaws included.",
     ),
 ]
-PresetName = Annotated[
-    Preset,
-    typer.Option(
-        "--preset",
-        help="Training recipe of networks: 'paper' as published (days for Table 1), 'fast' with "
-        "fewer samples and epochs, 'quick' to see that it runs.",
-    ),
-]
-RecipeFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--recipe",
-        help="TOML file of hyperparameters that are not to be the preset's: learning_rate, "
-        "max_epochs, dropout and others, for all networks or in a table for each.",
-    ),
-]
-ProtocolName = Annotated[
-    str,
-    typer.Option(
-        "--protocol",
-        help="'nested': the held-out speed is unseen until the test. 'published': as in the "
-        "paper's code, it selects the model (leaky). Or 'both'.",
-    ),
-]
 FpsHz = Annotated[
     float | None,
     typer.Option(
         "--fps",
         help="True frame rate of the videos, frames a second, where their files say another; "
         "times then count from it (default: what the session file says, else the files).",
-    ),
-]
-SteadyPart = Annotated[
-    str | None,
-    typer.Option(
-        "--steady",
-        help="Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what "
-        "session.json says, else all but 2.5 s at each end).",
     ),
 ]
 SEED: dict[str, Any] = {"min": 0, "max": 2**32 - 1}

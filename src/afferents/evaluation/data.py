@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import ConfigDict, Field, SkipValidation
+
 from afferents import dims
 from afferents.encodings.settings import Encodings
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.intervals import numbered
 from afferents.extraction.copies import with_fingerprint
 from afferents.extraction.extract import responses_of
+from afferents.models.card import Source
 from afferents.plugins import in_a_sentence
 from afferents.progress import Progress
 from afferents.recordings.data_set import DataSet
@@ -26,33 +29,18 @@ Data = str | Path | DataSet
 """A path, a name and a path, or an object of one's own: what `data_set_of` takes."""
 
 
-@dataclass(frozen=True)
-class Origin:
+class Origin(Source):
     """Where data come from and what tells them from others, light enough to be sent with a job.
 
     Attributes
     ----------
     data_set
-        With a path that any process finds, wherever it was started.
-    source
-        As the user gave it.
+        With a path that any process finds, wherever it was started; no file keeps it.
     """
 
-    data_set: DataSet
-    source: str
-    fingerprint: str
-    n_recordings: int
-    simulated: bool
+    model_config = ConfigDict(arbitrary_types_allowed=True)
 
-    def describe(self) -> dict[str, Any]:
-        """Return what a results folder keeps of it."""
-        return {
-            "source": self.source,
-            "kind": self.data_set.name,
-            "fingerprint": self.fingerprint,
-            "n_recordings": self.n_recordings,
-            "simulated": self.simulated,
-        }
+    data_set: SkipValidation[DataSet] = Field(exclude=True)
 
 
 @dataclass(frozen=True)
@@ -133,7 +121,14 @@ def _open(given: Data, keep_going: bool, progress: Progress) -> OpenedData:
             f"{source}: expected recordings of different names, found several '{twice[0]}'"
         )
     simulated = bool(config.get("declared", {}).get("simulated"))
-    origin = Origin(data_set.located(), source, fingerprint, len(responses), simulated)
+    origin = Origin(
+        source=source,
+        kind=data_set.name,
+        fingerprint=fingerprint,
+        n_recordings=len(responses),
+        simulated=simulated,
+        data_set=data_set.located(),
+    )
     return OpenedData(origin, tuple(responses), failed)
 
 
@@ -261,7 +256,8 @@ def _leave_out(data: OpenedData, without: Mapping[str, str]) -> OpenedData:
         raise InputError("--without: expected to leave some recordings, found none left")
     names = "".join(f"{name}={value};" for name, value in sorted(without.items()))
     digest = hashlib.sha256(f"{data.origin.fingerprint} without {names}".encode()).hexdigest()
-    origin = replace(data.origin, fingerprint=digest, n_recordings=len(kept))
+    changed = {"fingerprint": digest, "n_recordings": len(kept)}
+    origin = data.origin.model_copy(update=changed)
     return replace(data, origin=origin, responses=tuple(kept))
 
 

@@ -2,30 +2,31 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
 from afferents import dims
-from afferents.documents import read_checked
 from afferents.encodings.samples import Samples
-from afferents.errors import AfferentsError, InputError
+from afferents.errors import InputError
 from afferents.evaluation.results import (
     CONFIG,
+    OPTIONS,
     PREDICTIONS,
     PROBABILITY,
     read_config,
     read_predictions,
 )
-from afferents.evaluation.schemas import FoldFacts
+from afferents.evaluation.schemas import Counted, ModelName, Schema
 from afferents.files import PARTIAL_PREFIX, holds_only, require_same_config, write_aside, write_json
-from afferents.folds.held_out import SPEED, Group, Split, folder_name, key_of, order, split_named
-from afferents.folds.protocol import Fold
+from afferents.folds.fields import Amount, Count, GroupName, Share, Speed, SplitName
+from afferents.folds.held_out import SPEED, Group, Split, folder_name, order, split_named
+from afferents.folds.protocol import Fold, ProtocolName
 from afferents.folds.splits import Leaks
 from afferents.models.model import MODELS
 from afferents.outputs import LOCK
@@ -35,28 +36,47 @@ FOLD, WEIGHTS = "fold.json", "weights.safetensors"
 AGAIN = "remove its folder and evaluate again"
 
 
-@dataclass(frozen=True)
-class FoldKey:
+class FoldKey(Schema):
     """What names a fold in a results folder: whose it is, and which group is held out."""
 
-    model: str
-    protocol: str
-    seed: int
-    held_out: Group
-    split: Split = SPEED
+    model: ModelName
+    protocol: ProtocolName
+    seed: Count
+    split_name: SplitName = Field(default=SPEED.name, alias="split")
+    """With another split than by speed: its name."""
+    held_out_mm_s: Speed | None = None
+    """The speed held out, mm/s."""
+    held_out_group: GroupName | None = None
+    """With another split: the group held out."""
 
     @classmethod
-    def of(cls, facts: Mapping[str, Any]) -> "FoldKey":
-        """Return the key that a document names; see `describe`."""
-        split = split_named(facts.get("split", SPEED.name))
-        whose = {name: facts[name] for name in ("model", "protocol", "seed")}
-        return cls(**whose, held_out=facts[split.held_out], split=split)
+    def of(
+        cls, model: str, protocol: str, seed: int, held_out: Group, split: Split = SPEED
+    ) -> "FoldKey":
+        """Return the key of a fold."""
+        which = {} if split == SPEED else {"split": split.name}
+        whose = {"model": model, "protocol": protocol, "seed": seed}
+        return FoldKey(**whose, **which, **{split.held_out: held_out})
 
-    def describe(self) -> dict[str, Any]:
-        """Return it as documents hold it."""
-        which = {} if self.split == SPEED else {"split": self.split.name}
-        whose = {"model": self.model, "protocol": self.protocol, "seed": self.seed}
-        return {**whose, **which, self.split.held_out: self.held_out}
+    @model_validator(mode="after")
+    def _says_what_is_held_out(self) -> Self:
+        self._require(self.split.held_out)
+        return self
+
+    def _require(self, name: str) -> None:
+        if getattr(self, name) is None:
+            raise ValueError(f"{name} must be given")
+
+    @property
+    def split(self) -> Split:
+        """What is held out: a speed, or a group of another split."""
+        return split_named(self.split_name)
+
+    @property
+    def held_out(self) -> Group:
+        """The speed or group."""
+        found: Group = getattr(self, self.split.held_out)
+        return found
 
     def folder(self, results: Path) -> Path:
         """Return the folder of this fold."""
@@ -97,7 +117,53 @@ def finished_keys(results: Path) -> list[FoldKey]:
     return sorted(keys, key=place)
 
 
-def read_facts(path: Path) -> dict[str, Any]:
+class Epoch(Schema):
+    """An epoch of a training."""
+
+    accuracy: Share
+    validation_accuracy: Share
+
+
+class FoldFacts(FoldKey):
+    """`fold.json`: a finished fold, and how its training went."""
+
+    seconds: Amount
+    """Of training, testing included."""
+    job_seconds: Amount | None = None
+    """The same with what was read and encoded for it."""
+    validation_mm_s: Speed | None = None
+    """The speed that validated, mm/s."""
+    validation_group: GroupName | None = None
+    """With another split: the group that validated."""
+    validation_accuracy: Share
+    """Of the weights that were kept."""
+    epochs: Count
+    """That were trained; 0 for models that are solved at once."""
+    best_epoch: Count | None = None
+    """Number, from 1, of the epoch whose weights were kept."""
+    history: tuple[Epoch, ...] = ()
+    """`accuracy`, `validation_accuracy` and losses of each epoch."""
+    leaks: dict[str, Counted]
+    """What was seen of the test samples before the test; all 0 and false under `nested`."""
+
+    @model_validator(mode="after")
+    def _says_what_validated(self) -> Self:
+        self._require(self.split.validation)
+        return self
+
+    @property
+    def key(self) -> FoldKey:
+        """Of which fold."""
+        return FoldKey.of(self.model, self.protocol, self.seed, self.held_out, self.split)
+
+    @property
+    def validated_by(self) -> Group:
+        """The speed or group that validated."""
+        found: Group = getattr(self, self.split.validation)
+        return found
+
+
+def read_facts(path: Path) -> FoldFacts:
     """Read a fold's facts.
 
     Raises
@@ -105,12 +171,12 @@ def read_facts(path: Path) -> dict[str, Any]:
     InputError
         If they are missing or damaged.
     """
-    return read_checked(path, FoldFacts, "the facts of a fold", AGAIN)
+    return FoldFacts.read(path, "the facts of a fold", AGAIN)
 
 
 def _key_of(results: Path, path: Path) -> FoldKey:
     """Return the key of the fold whose facts lie at `path`."""
-    key = FoldKey.of(read_facts(path))
+    key = read_facts(path).key
     if key.folder(results) != path.parent:
         raise InputError(
             f"{path}: expected the facts of the fold that its folder names, found {key!s}; {AGAIN}"
@@ -173,10 +239,11 @@ def save_fold(
         with (partial / PREDICTIONS).open("wb") as file:
             predictions.to_parquet(file, compression="zstd", index=False)
         (partial / WEIGHTS).write_bytes(weights)
-        write_json(partial / FOLD, {**key.describe(), **facts, "leaks": leaks.describe(key.split)})
+        found = {**key.content(), **facts, "leaks": leaks.describe(key.split)}
+        FoldFacts.model_validate(found).write(partial / FOLD)
 
 
-def load_fold(results: Path, key: FoldKey) -> tuple[dict[str, Any], pd.DataFrame]:
+def load_fold(results: Path, key: FoldKey) -> tuple[FoldFacts, pd.DataFrame]:
     """Read a finished fold: its facts and its predictions."""
     folder = key.folder(results)
     return read_facts(folder / FOLD), read_predictions(folder / PREDICTIONS)
@@ -207,9 +274,12 @@ def _foreign(results: Path) -> bool:
 
 
 def _without_paths(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave out where data lie: their fingerprint tells them, and they may move."""
+    """Leave out where data lie: their fingerprint tells them, and they may move.
+
+    And what was chosen in one run: other models, seeds or processes stand in the same folder.
+    """
     data = [{k: v for k, v in d.items() if k != "source"} for d in config.get("data", [])]
-    return {**config, "data": data}
+    return {**{k: v for k, v in config.items() if k != OPTIONS}, "data": data}
 
 
 def _comparable(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -218,7 +288,7 @@ def _comparable(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def claim_results_folder(results: Path, config: Mapping[str, Any]) -> None:
-    """Write the configuration if it is not there yet; called when a fold is about to be kept.
+    """Write the configuration, as far as another did not; called when a fold is about to be kept.
 
     Raises
     ------
@@ -235,62 +305,3 @@ def digest_of(config: Mapping[str, Any]) -> str:
     """Return what tells a configuration from others, wherever its data lie."""
     text = json.dumps(_without_paths(config), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-# How the trainings behind an outcome went: the epoch that was kept, and the first one.
-
-
-def course_of(facts: Iterable[Mapping[str, Any]], split: Split) -> dict[str, dict[str, list[Any]]]:
-    """Return the best and the first epoch by group held out, one value a seed.
-
-    Parameters
-    ----------
-    facts
-        Of folds of one model under one protocol, as `fold.json` holds them. What was solved at
-        once has no epochs and is passed over.
-    split
-        What was held out.
-
-    Returns
-    -------
-    dict
-        ``best_epoch``: the number, from 1, of the epoch whose weights were kept. ``first_epoch``:
-        its accuracies, shares from 0 to 1, as ``training`` (over the epoch's batches, with
-        dropout, as Keras logs it too) and ``validation``.
-    """
-    best: dict[str, list[int]] = {}
-    first: dict[str, list[dict[str, float]]] = {}
-    for fact in facts:
-        history = fact.get("history", ())
-        if not history or fact.get("best_epoch") is None:
-            continue
-        group, epoch = key_of(fact[split.held_out]), history[0]
-        best.setdefault(group, []).append(fact["best_epoch"])
-        first.setdefault(group, []).append(
-            {"training": epoch["accuracy"], "validation": epoch["validation_accuracy"]}
-        )
-    return {"best_epoch": best, "first_epoch": first}
-
-
-def read_course(
-    results: Path,
-    model: str,
-    protocol: str,
-    seeds: Sequence[int],
-    groups: Sequence[Any],
-    split: Split,
-) -> dict[str, dict[str, list[Any]]]:
-    """Return the same of a results folder, from the folds that are still there.
-
-    For summaries written before these were recorded. A fold that is gone or damaged is passed
-    over: its numbers stand in the summary all the same.
-    """  # fmt: skip
-    keys = [FoldKey(model, protocol, seed, group, split) for group in groups for seed in seeds]
-    return course_of(filter(None, (_facts(key.folder(results) / FOLD) for key in keys)), split)
-
-
-def _facts(path: Path) -> dict[str, Any] | None:
-    try:
-        return read_facts(path)
-    except (AfferentsError, OSError):
-        return None

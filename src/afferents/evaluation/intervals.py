@@ -3,22 +3,23 @@
 Recordings of several sessions are told apart by the number of theirs, which stands before the name.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
+from afferents.evaluation.schemas import Difference
 from afferents.folds.held_out import Group, column_of, group_in, order
 
-TEXTURE, SESSION = "texture", "session"
-"""What may be the replicate, as summaries name it."""
+TEXTURE: Final = "texture"
+SESSION: Final = "session"
+"""What may be drawn anew (the bootstrap unit), as summaries name it."""
 
 
-def replicate_of(n_sources: int) -> str:
-    """Return what is the replicate of an evaluation of so many sessions."""
+def bootstrap_unit_of(n_sources: int) -> Literal["texture", "session"]:
+    """Return what is drawn anew of an evaluation of so many sessions."""
     return SESSION if n_sources > 1 else TEXTURE
 
 
@@ -32,15 +33,15 @@ def source_number(name: str) -> str:
     return name.partition(":")[0]
 
 
-# How sure an accuracy is, and the difference of two, by bootstrap over replicates and seeds.
+# How sure an accuracy is, and the difference of two, by bootstrap over units and seeds.
 #
-# What is drawn anew is the replicate of the experiment, whole. Where several sessions were
+# What is drawn anew is the unit of the experiment, whole. Where several sessions were
 # evaluated that is the session. In a single session it is the texture, with all that was tested of
 # it at every speed held out: a model that takes one drum for its neighbour does so at most speeds,
 # so that a drum's recordings at ten speeds are nowhere near ten independent trials.
 #
 # The interval is Student's t times the bootstrap's standard error, with one degree of freedom less
-# than there are replicates (Hesterberg, What Teachers Should Know About the Bootstrap, The American
+# than there are units (Hesterberg, What Teachers Should Know About the Bootstrap, The American
 # Statistician 69:371, 2015). Percentiles of the same draws are too narrow of so few: of 13 textures
 # they hold the truth in 89 to 92 of 100 cases and of five sessions in 82, this one in 92 to 95 and
 # in 95.
@@ -48,45 +49,31 @@ def source_number(name: str) -> str:
 RESAMPLES = 2000
 
 Counts = NDArray[np.float64]
-"""Shape (replicate, seed, 2): test samples named rightly, and all."""
+"""Shape (unit, seed, 2): test samples recognised, and all."""
 
 
-@dataclass(frozen=True)
-class Interval:
+class Interval(NamedTuple):
     """A 95% interval."""
 
     low: float
     high: float
 
 
-@dataclass(frozen=True)
-class Difference:
-    """How much more accurate one is than another, and the 95% interval of that."""
-
-    mean: float
-    low: float
-    high: float
-
-    def describe(self) -> dict[str, Any]:
-        """Return it as the summary holds it."""
-        return {"difference": self.mean, "ci95": [self.low, self.high]}
-
-
-def count_right(predictions: pd.DataFrame, replicate: str = TEXTURE) -> pd.DataFrame:
-    """Count the test samples of each recording and seed that were named rightly, and all.
+def count_right(predictions: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> pd.DataFrame:
+    """Count the test samples of each recording and seed that were recognised, and all.
 
     Parameters
     ----------
     predictions
         Columns held_out_speed_mm_s (or held_out_group), recording, seed (may be missing for one),
         true_texture and predicted_texture; one row a test sample.
-    replicate
+    bootstrap_unit
         `TEXTURE`, or `SESSION` where recordings are named by the number of their session.
 
     Returns
     -------
     DataFrame
-        Columns held_out_speed_mm_s (or held_out_group), recording, replicate, seed, right and n.
+        Columns held_out_speed_mm_s (or held_out_group), recording, unit, seed, right and n.
     """
     held_out = column_of(predictions)
     recording = predictions["recording"].astype(str)
@@ -94,33 +81,33 @@ def count_right(predictions: pd.DataFrame, replicate: str = TEXTURE) -> pd.DataF
         {
             held_out: predictions[held_out],
             "recording": recording,
-            "replicate": predictions["true_texture"].astype(str)
-            if replicate == TEXTURE
+            "unit": predictions["true_texture"].astype(str)
+            if bootstrap_unit == TEXTURE
             else recording.map(source_number),
             "seed": predictions.get("seed", 0),
             "right": predictions["true_texture"] == predictions["predicted_texture"],
         }
     )
-    right = rows.groupby([held_out, "recording", "replicate", "seed"])["right"]
+    right = rows.groupby([held_out, "recording", "unit", "seed"])["right"]
     return right.agg(right="sum", n="count").reset_index()
 
 
 class Accuracy:
-    """Accuracies of one model under one protocol, by group held out, replicate and seed.
+    """Accuracies of one model under one protocol, by group held out, unit and seed.
 
-    A replicate is drawn whole, with replacement: all its recordings in all groups held out.
+    A unit is drawn whole, with replacement: all its recordings in all groups held out.
     Trainings are drawn within each group held out, since each group has its own. The groups are
     those of the experiment and stay.
 
     Parameters
     ----------
-    predictions, replicate
+    predictions, bootstrap_unit
         As `count_right` takes them.
     """
 
-    def __init__(self, predictions: pd.DataFrame, replicate: str = TEXTURE) -> None:
+    def __init__(self, predictions: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> None:
         """Count once what is drawn from often."""
-        self._take(count_right(predictions, replicate))
+        self._take(count_right(predictions, bootstrap_unit))
 
     @classmethod
     def of_counts(cls, counts: pd.DataFrame) -> "Accuracy":
@@ -131,13 +118,13 @@ class Accuracy:
 
     def _take(self, table: pd.DataFrame) -> None:
         self.table = table
-        self.replicates = np.unique(table["replicate"].to_numpy(dtype=str))
+        self.units = np.unique(table["unit"].to_numpy(dtype=str))
         self.counts: dict[Group, Counts] = {}
         for value, of_group in table.groupby(column_of(table)):
-            replicate = np.searchsorted(self.replicates, of_group["replicate"].to_numpy(dtype=str))
+            unit = np.searchsorted(self.units, of_group["unit"].to_numpy(dtype=str))
             seeds, seed = np.unique(of_group["seed"], return_inverse=True)
-            counts = np.zeros((len(self.replicates), len(seeds), 2))
-            np.add.at(counts, (replicate, seed), of_group[["right", "n"]].to_numpy(dtype=float))
+            counts = np.zeros((len(self.units), len(seeds), 2))
+            np.add.at(counts, (unit, seed), of_group[["right", "n"]].to_numpy(dtype=float))
             self.counts[group_in(value)] = counts
 
     def mean(self) -> float:
@@ -148,10 +135,10 @@ class Accuracy:
     def drawn(self, seed: int = 0) -> dict[Group, NDArray[np.float64]]:
         """Return `RESAMPLES` accuracies in each group, NaN where a draw has none of it there.
 
-        The same seed draws the same replicates, which are the same in all groups.
+        The same seed draws the same units, which are the same in all groups.
         """
         rng, of_seeds = np.random.default_rng(seed), np.random.default_rng([seed, 1])
-        n = len(self.replicates)
+        n = len(self.units)
         times = rng.multinomial(n, np.full(n, 1 / n), RESAMPLES).astype(float)
         found = {}
         for group in sorted(self.counts, key=order):
@@ -164,13 +151,13 @@ class Accuracy:
         return found
 
     def resampled(self, seed: int = 0) -> NDArray[np.float64]:
-        """Return `RESAMPLES` means over groups; the same seed draws the same replicates."""
+        """Return `RESAMPLES` means over groups; the same seed draws the same units."""
         return np.asarray(np.nanmean(list(self.drawn(seed).values()), axis=0))
 
 
 def bootstrap_interval(accuracy: Accuracy, seed: int = 0) -> Interval:
-    """95% interval of the mean over groups of the accuracy; 0 to 1 of a single replicate."""
-    return interval_of(accuracy.mean(), accuracy.resampled(seed), len(accuracy.replicates))
+    """95% interval of the mean over groups of the accuracy; 0 to 1 of a single unit."""
+    return interval_of(accuracy.mean(), accuracy.resampled(seed), len(accuracy.units))
 
 
 def intervals_by_group(accuracy: Accuracy, seed: int = 0) -> dict[Group, Interval]:
@@ -183,7 +170,7 @@ def intervals_by_group(accuracy: Accuracy, seed: int = 0) -> dict[Group, Interva
 
 
 def interval_of(mean: float, drawn: NDArray[np.float64], n: int, lowest: float = 0.0) -> Interval:
-    """Return the 95% interval of a mean of `n` replicates that was drawn anew.
+    """Return the 95% interval of a mean of `n` units that was drawn anew.
 
     Parameters
     ----------
@@ -204,7 +191,7 @@ def interval_of(mean: float, drawn: NDArray[np.float64], n: int, lowest: float =
 def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Difference:
     """Compare two models, or protocols, on the recordings that both were tested on.
 
-    Each draw takes the same replicates for both, so what makes a texture or a session hard for
+    Each draw takes the same units for both, so what makes a texture or a session hard for
     either cancels; seeds are paired by their order.
 
     Raises
@@ -219,5 +206,5 @@ def paired_difference(one: Accuracy, other: Accuracy, seed: int = 0) -> Differen
     a, b = (Accuracy.of_counts(side.table.merge(common)) for side in (one, other))
     mean = a.mean() - b.mean()
     drawn = a.resampled(seed) - b.resampled(seed)
-    interval = interval_of(mean, drawn, len(a.replicates), lowest=-1.0)
-    return Difference(mean, interval.low, interval.high)
+    interval = interval_of(mean, drawn, len(a.units), lowest=-1.0)
+    return Difference(difference=mean, ci95=interval)

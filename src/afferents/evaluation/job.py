@@ -137,9 +137,9 @@ def train_and_test(
             if protocol.name == "nested":
                 refuse_leaks(leaks[-1], part.fold)
 
-    configs = [recipe.training(network) for network in recipes_of(model, parts)]
+    configs = [recipe.options.training(network) for network in recipes_of(model, parts)]
     rank = ranks_and_folds[0][0]
-    searched = recipe.penalty == "searched"
+    searched = recipe.options.penalty == "searched"
     fitted = fit(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
@@ -176,7 +176,7 @@ def fold_of(recipe: Recipe, key: FoldKey, samples: Samples, of_vibration: bool) 
     """
     protocol = PROTOCOLS[key.protocol]
     splitter = LeaveOneGroupOut(protocol, of_vibration, key.seed, recipe.split)
-    return fold_of_variants(splitter, samples, key.held_out, recipe.ablation, recipe.tested)
+    return fold_of_variants(splitter, samples, key.held_out, recipe.options.ablation, recipe.tested)
 
 
 def encoded(
@@ -186,7 +186,7 @@ def encoded(
     progress: Progress,
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from, and are tested on."""
-    how = recipe.cut, progress, recipe.ablation, recipe.disturbances
+    how = recipe.options.cut, progress, recipe.options.ablation, recipe.disturbances
     samples = (encode_variants(recordings, source, *how) for source in sources)
     return tuple(recipe.split.labelled(one, recordings) for one in samples)
 
@@ -214,7 +214,7 @@ def opened_again(recipe: Recipe) -> list[OpenedData]:
         If they are not those that the evaluation began with.
     """
     sources = [origin.data_set for origin in recipe.data]
-    data = open_data(sources, recipe.without, keep_going=True)
+    data = open_data(sources, recipe.options.without, keep_going=True)
     for found, expected in zip(data, recipe.data, strict=True):
         if found.origin.fingerprint != expected.fingerprint:
             raise InputError(

@@ -13,18 +13,45 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean
-from typing import Any, Literal
+from typing import Literal
 
-from afferents.documents import read_checked
+from pydantic import Field
+
 from afferents.errors import InputError
 from afferents.evaluation.fold_files import FOLD, PLAN, FoldKey, finished, read_facts
 from afferents.evaluation.results import CONFIG
-from afferents.evaluation.schemas import Failed, Plan, Running
-from afferents.files import write_json
+from afferents.evaluation.schemas import Schema
+from afferents.folds.fields import Amount
 
 _REMOVE = "remove it: it is only shown"
 
 State = Literal["done", "running", "failed", "stopped", "to do"]
+
+
+class Plan(Schema):
+    """`plan.json`: the trainings asked for, and by how many processes."""
+
+    workers: int = Field(ge=1)
+    """Trainings side by side."""
+    cluster: str | None
+    """Address of a Dask scheduler, if not on this machine."""
+    jobs: tuple[FoldKey, ...]
+    """The folds."""
+
+
+class Running(Schema):
+    """``<group>.running``: which process trains the fold now."""
+
+    host: str
+    pid: int = Field(ge=1, lt=1 << 31)
+    since: Amount
+    """Seconds since 1970."""
+
+
+class Failed(Schema):
+    """``<group>.failed``: why a fold could not be trained."""
+
+    why: str
 
 
 @dataclass(frozen=True)
@@ -58,15 +85,13 @@ def plan(results: Path, keys: Iterable[FoldKey], workers: int, cluster: str | No
         Where they are, if not on this machine.
     """
     begun = (results / PLAN).is_file() and (results / CONFIG).is_file()
-    earlier = _planned(results)[0] if begun else []
-    jobs = [key.describe() for key in dict.fromkeys([*earlier, *keys])]
-    write_json(results / PLAN, {"workers": workers, "cluster": cluster, "jobs": jobs})
+    earlier = _read_plan(results).jobs if begun else ()
+    jobs = tuple(dict.fromkeys([*earlier, *keys]))
+    Plan(workers=workers, cluster=cluster, jobs=jobs).write(results / PLAN)
 
 
-def _planned(results: Path) -> tuple[list[FoldKey], dict[str, Any]]:
-    """Return the jobs that are planned, and the whole plan."""
-    found = read_checked(results / PLAN, Plan, "a plan of trainings", _REMOVE)
-    return [FoldKey.of(job) for job in found["jobs"]], found
+def _read_plan(results: Path) -> Plan:
+    return Plan.read(results / PLAN, "a plan of trainings", _REMOVE)
 
 
 @contextmanager
@@ -74,11 +99,11 @@ def at_work(results: Path, key: FoldKey) -> Iterator[None]:
     """Mark a job as running inside, and as failed if it raises."""
     running, failed = _mark(results, key, "running"), _mark(results, key, "failed")
     failed.unlink(missing_ok=True)
-    write_json(running, {"host": socket.gethostname(), "pid": os.getpid(), "since": time.time()})
+    Running(host=socket.gethostname(), pid=os.getpid(), since=time.time()).write(running)
     try:
         yield
     except Exception as error:
-        write_json(failed, {"why": str(error) or type(error).__name__})
+        Failed(why=str(error) or type(error).__name__).write(failed)
         raise
     finally:
         running.unlink(missing_ok=True)
@@ -101,7 +126,7 @@ def job_statuses(results: Path) -> list[JobStatus]:
         raise InputError(
             f"{results}: expected a results folder that evaluate has begun, found none"
         )
-    return [_job_status(results, key) for key in _planned(results)[0]]
+    return [_job_status(results, key) for key in _read_plan(results).jobs]
 
 
 def seconds_left(found: list[JobStatus], workers: int) -> float | None:
@@ -127,30 +152,31 @@ def seconds_left(found: list[JobStatus], workers: int) -> float | None:
 
 def planned_workers(results: Path) -> tuple[int, str | None]:
     """Return how many processes the last run had, and on which cluster, if on one."""
-    _, planned = _planned(results)
-    return planned["workers"], planned["cluster"]
+    plan = _read_plan(results)
+    return plan.workers, plan.cluster
 
 
 def _job_status(results: Path, key: FoldKey) -> JobStatus:
     if finished(results, key):
         facts = read_facts(key.folder(results) / FOLD)
-        return JobStatus(key, "done", facts.get("job_seconds", facts["seconds"]))
+        seconds = facts.seconds if facts.job_seconds is None else facts.job_seconds
+        return JobStatus(key, "done", seconds)
     failed, running = _mark(results, key, "failed"), _mark(results, key, "running")
     if failed.is_file():
-        return JobStatus(key, "failed", why=read_checked(failed, Failed, "a mark", _REMOVE)["why"])
+        return JobStatus(key, "failed", why=Failed.read(failed, "a mark", _REMOVE).why)
     if running.is_file():
-        mark = read_checked(running, Running, "a mark", _REMOVE)
+        mark = Running.read(running, "a mark", _REMOVE)
         state: State = "running" if _alive(mark) else "stopped"
-        return JobStatus(key, state, time.time() - mark["since"])
+        return JobStatus(key, state, time.time() - mark.since)
     return JobStatus(key, "to do")
 
 
-def _alive(mark: dict[str, Any]) -> bool:
+def _alive(mark: Running) -> bool:
     """Say whether the process that left a mark is there; of another machine nobody knows."""
-    if mark["host"] != socket.gethostname():
+    if mark.host != socket.gethostname():
         return True
     try:
-        os.kill(mark["pid"], 0)
+        os.kill(mark.pid, 0)
     except ProcessLookupError:
         return False
     except PermissionError:

@@ -1,18 +1,18 @@
 """Accuracy by group held out and of whole touches, confusion, and calibration."""
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.evaluation.results import PROBABILITY
+from afferents.evaluation.schemas import Reliability
 from afferents.folds.held_out import SPEED, Group, column_of, group_in, order
 
 
 def accuracy_by_group(predictions: pd.DataFrame) -> dict[Group, float]:
-    """Return the fraction of test samples named rightly, for each group held out, in order.
+    """Return the fraction of test samples recognised, for each group held out, in order.
 
     Several seeds are averaged.
     """
@@ -169,9 +169,13 @@ def _named(predictions: pd.DataFrame, textures: list[str], by: list[str]) -> pd.
 
 
 def outside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the slowest and the fastest held-out speed; see `inside_speeds`."""
-    outer: pd.DataFrame = predictions.drop(index=inside_speeds(predictions).index)
-    return outer
+    """Return the rows of the slowest and the fastest held-out speed; see `inside_speeds`.
+
+    None where no speed lies between others.
+    """
+    inner = inside_speeds(predictions)
+    outer: pd.DataFrame = predictions.drop(index=inner.index)
+    return outer if len(inner) else outer.iloc[:0]
 
 
 def inside_speeds(predictions: pd.DataFrame) -> pd.DataFrame:
@@ -193,37 +197,6 @@ N_BINS = 15
 """Of equal width, from 0 to 1."""
 
 
-@dataclass(frozen=True)
-class Reliability:
-    """Samples gathered by confidence, the probability of what they are named.
-
-    Attributes
-    ----------
-    count
-        Samples in each bin, (bin,).
-    confidence, accuracy
-        Their mean confidence and the share named rightly, (bin,); 0 where there are none.
-    """
-
-    count: NDArray[np.int64]
-    confidence: NDArray[np.float64]
-    accuracy: NDArray[np.float64]
-
-    @property
-    def ece(self) -> float:
-        """Expected calibration error: the mean over samples of their bin's difference, 0 to 1."""
-        return float(self.count @ np.abs(self.accuracy - self.confidence) / self.count.sum())
-
-    def describe(self) -> dict[str, Any]:
-        """Return it as the summary holds it."""
-        return {
-            "ece": self.ece,
-            "count": self.count.tolist(),
-            "confidence": self.confidence.tolist(),
-            "accuracy": self.accuracy.tolist(),
-        }
-
-
 def reliability(
     confidence: NDArray[np.floating], right: NDArray[np.bool_], n_bins: int = N_BINS
 ) -> Reliability:
@@ -242,10 +215,13 @@ def reliability(
     number = np.clip(np.ceil(exact * n_bins).astype(np.int64) - 1, 0, n_bins - 1)
     count = np.bincount(number, minlength=n_bins)
     some = np.maximum(count, 1)
+    mean = np.bincount(number, exact, n_bins) / some
+    accuracy = np.bincount(number, right, n_bins) / some
     return Reliability(
-        count.astype(np.int64),
-        np.bincount(number, exact, n_bins) / some,
-        np.bincount(number, right, n_bins) / some,
+        ece=float(count @ np.abs(accuracy - mean) / count.sum()),
+        count=tuple(count.tolist()),
+        confidence=tuple(mean.tolist()),
+        accuracy=tuple(accuracy.tolist()),
     )
 
 

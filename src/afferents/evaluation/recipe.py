@@ -10,23 +10,23 @@ from pathlib import Path
 from typing import Any
 
 from afferents.channels import channel_of
-from afferents.choices import Cut, Penalty, Preset, Statistics
 from afferents.documents import read_json
 from afferents.encodings.base import Encoding
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, Origin, recordings_in
 from afferents.evaluation.encode import sources_of
+from afferents.evaluation.options import EvaluationOptions
+from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
 from afferents.files import write_json
-from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Disturbances
 from afferents.folds.held_out import SPEED, Split
-from afferents.models.config import RECIPES, Compute, Hyperparameters, TrainingConfig
+from afferents.models.config import RECIPES
 from afferents.models.model import MODELS, Model, own_of
 from afferents.plugins import import_extra
 from afferents.store.responses import Responses
-from afferents.store.trimming import Steady, with_steady
+from afferents.store.trimming import with_steady
 
 FIELD, FLAG = "frames", "--frames"
 """Of encodings whose samples are runs of images: their length."""
@@ -134,7 +134,7 @@ def own_kept(results: Path) -> dict[str, Any]:
     return read_json(path, "models of one's own") if path.is_file() else {}
 
 
-def said_of_own(results: Path) -> dict[str, Any]:
+def describe_custom_models(results: Path) -> dict[str, Any]:
     """Return what a summary says of models that are none of the package's, if there are any."""
     kept = own_kept(results)
     titles = {name: str(found["title"]) for name, found in kept.items()}
@@ -178,24 +178,14 @@ class Recipe:
         The results folder.
     data
         Where the data come from, for processes that read them themselves.
-    without
-        Conditions of recordings that are left out.
-    ablation
-        What of the data is used.
+    models
+        Those asked for, ``best`` and the like resolved.
+    encodings
+        How samples are made, as suits the data and as asked for.
+    options
+        What was chosen.
     disturbances
-        What spoils the recordings that are tested, and those that are learnt from.
-    split
-        What is held out.
-    steady_s
-        Start and end of constant speed, s, of all recordings; None for what each says of its own.
-    penalty
-        Whether that of every ridge is chosen inside each fold, or of those alone that have none.
-    statistics
-        Running statistics of the networks' batch normalisation: see `WarmUp`.
-    compute
-        What the networks run on, and in which precision.
-    hyperparameters
-        Of the networks' training, where not the preset's.
+        What corrupts recordings: that of the options, or several tests of one training.
     skipped
         Recordings that no model uses, and why; found out when the evaluation begins.
     tested
@@ -205,51 +195,56 @@ class Recipe:
     out: Path
     data: tuple[Origin, ...]
     models: Sequence[Model]
-    preset: Preset
-    cut: Cut
     encodings: Encodings
-    without: Mapping[str, str] = field(default_factory=dict)
-    ablation: Ablation = field(default_factory=Ablation)
+    options: EvaluationOptions = field(default_factory=EvaluationOptions)
     disturbances: Disturbances = field(default_factory=Disturbances)
-    split: Split = SPEED
-    steady_s: Steady | None = None
-    penalty: Penalty = "fixed"
-    statistics: Statistics = "warmed-up"
-    compute: Compute = field(default_factory=Compute)
-    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
 
     @property
     def config(self) -> dict[str, Any]:
-        """Return what must agree for folds to stand in one results folder: its `config.json`."""
-        training = {name: self.training(name).model_dump(mode="json") for name in RECIPES}
+        """Return what must agree for folds to stand in one results folder, and what was chosen.
+
+        `config.json` holds it. The last entry, `options`, may differ from run to run.
+        """
+        training = {name: self.options.training(name).model_dump(mode="json") for name in RECIPES}
+        ablation = self.options.ablation.describe()
         return {
             "schema": SCHEMA,
-            "data": [origin.describe() for origin in self.data],
-            "without": dict(self.without),
+            "data": [origin.model_dump() for origin in self.data],
+            "without": dict(self.options.without),
             "skipped": sorted(self.skipped),
-            "cut": self.cut,
-            "preset": self.preset,
+            "cut": self.options.cut,
+            "preset": self.options.preset,
             **self.encodings.describe(),
             "training": training,
-            **({"ablation": ablation} if (ablation := self.ablation.describe()) else {}),
+            **({"ablation": ablation} if ablation else {}),
             **self.choices,
+            OPTIONS: self.options.given(),
         }
 
     @property
     def choices(self) -> dict[str, Any]:
         """Return what is held out and whatever else was chosen, ready for JSON."""
-        split = {} if self.split == SPEED else {"split": self.split.name}
-        steady = {} if self.steady_s is None else {"steady_s": list(self.steady_s)}
-        penalty = {} if self.penalty == "fixed" else {"penalty": self.penalty}
-        kept = {} if self.statistics == "warmed-up" else {"statistics": self.statistics}
-        recipe = {"recipe": own} if (own := self.hyperparameters.describe()) else {}
-        return split | steady | penalty | kept | recipe | self.disturbances.describe()
+        options = self.options
+        found = {
+            "split": options.split if options.split != SPEED.name else None,
+            "steady_s": options.steady and list(options.steady),
+            "penalty": options.penalty if options.penalty != "fixed" else None,
+            "statistics": options.statistics if options.statistics != "warmed-up" else None,
+            "recipe": options.recipe.describe(),
+        }
+        return {name: v for name, v in found.items() if v} | self.disturbances.describe()
+
+    @property
+    def split(self) -> Split:
+        """What is held out."""
+        return self.options.by
 
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
-        return with_steady(self.ablation.recordings(recordings_in(data)), self.steady_s)
+        used = self.options.ablation.recordings(recordings_in(data))
+        return with_steady(used, self.options.steady)
 
     def located(self) -> "Recipe":
         """Return it with a results folder that any process finds, wherever it was started."""
@@ -267,6 +262,28 @@ class Recipe:
         """Return the model of that name."""
         return next(model for model in self.models if model.name == name)
 
-    def training(self, network: str) -> TrainingConfig:
-        """Return how a network is trained; by name, see `RECIPES`."""
-        return self.hyperparameters.training(self.preset, network, self.compute, self.statistics)
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is evaluated: what all trainings go by, and their data, opened."""
+
+    recipe: Recipe
+    data: Sequence[OpenedData]
+
+    @property
+    def options(self) -> EvaluationOptions:
+        """What was chosen."""
+        return self.recipe.options
+
+    @property
+    def words(self) -> list[str]:
+        """What was chosen, as a command line says it, for the report to name."""
+        models, encodings = self.recipe.models, self.recipe.encodings
+        used = [source.encoding for model in models for source in sources_of(model, encodings)]
+        flags = {name: option.flag for one in used for name, option in one.options().items()}
+        return self.options.words(flags)
+
+    @property
+    def recordings(self) -> list[Responses]:
+        """Return the recordings that are used, with the part of them that is."""
+        return self.recipe.recordings(self.data)

@@ -10,7 +10,9 @@
         fold.json, predictions.parquet, weights.safetensors
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +23,24 @@ from pandas.api.types import is_numeric_dtype
 
 from afferents.documents import read_checked
 from afferents.errors import InputError, then
-from afferents.evaluation.schemas import About, Config, RoughnessSummary, Summary, UnknownSummary
-from afferents.folds.held_out import SPEED, Split, column_of, split_of
+from afferents.evaluation.schemas import (
+    AGAIN,
+    Config,
+    OfTouches,
+    Outcome,
+    RoughnessSummary,
+    Summary,
+    UnknownSummary,
+)
+from afferents.folds.held_out import SPEED, Split, column_of
 
 CONFIG, SUMMARY, PREDICTIONS = "config.json", "summary.json", "predictions.parquet"
+OPTIONS = "options"
+"""In the configuration: what was chosen in the last run, which `--config` takes again."""
 UNKNOWN, ROUGHNESS = "unknown", "roughness"
 """What `--split texture` asks: names of its summaries (JSON) and tables (Parquet)."""
 PROBABILITY = "p_"
 """Prefix of the predictions' probability columns, one a texture."""
-AGAIN = "evaluate again into another folder"
 
 _TEXTS = ("model", "protocol", "recording", "true_texture", "predicted_texture")
 _NUMBERS = ("seed", "start_s", "stop_s")
@@ -41,51 +52,62 @@ _ABOVE_ONE = 1e-5
 class Results:
     """A results folder in memory.
 
-    `predictions` has the columns model, protocol, seed, held_out_speed_mm_s (held_out_group where
-    something else than speed was held out), recording, start_s, stop_s, true_texture,
-    predicted_texture and `p_<texture>` for every texture.
+    Attributes
+    ----------
+    root
+        The folder.
+    config
+        What was evaluated, as `config.json` holds it.
+    found
+        The numbers, as they are passed about.
+    predictions
+        Columns model, protocol, seed, held_out_speed_mm_s (held_out_group where something else
+        than speed was held out), recording, start_s, stop_s, true_texture, predicted_texture and
+        `p_<texture>` for every texture.
     """
 
     root: Path
     config: dict[str, Any]
-    summary: dict[str, Any]
+    found: Summary
     predictions: pd.DataFrame
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """All numbers, as `summary.json` holds them; see docs/results-format.md."""
+        return self.found.content()
 
     @property
     def accuracy(self) -> pd.DataFrame:
-        """Share of test samples named rightly, by model, protocol and speed or group held out.
+        """Share of test samples recognised, by model, protocol and speed or group held out.
 
         Columns model, protocol, held_out_speed_mm_s (or held_out_group), accuracy, ci95_low,
-        ci95_high. The mean over speeds stands in a row without a speed. Intervals are of 95%;
-        earlier results have none at each speed. See docs/results-format.md.
+        ci95_high. The mean over speeds stands in a row without a speed. Intervals are of 95%.
         """
-        split, rows = self.split, []
+        split = self.split
+        rows: list[tuple[Any, ...]] = []
         number, none = (float, np.nan) if split.ordered else (str, None)
-        for model, of_protocol in self.summary["models"].items():
-            for protocol, found in of_protocol.items():
-                intervals = found.get(split.ci95_by, {})
-                for group, accuracy in found[split.by].items():
-                    ci95 = intervals.get(group, (np.nan, np.nan))
-                    rows.append((model, protocol, number(group), accuracy, *ci95))
-                rows.append((model, protocol, none, found["mean_accuracy"], *found["ci95"]))
+        for model, protocol, found in self._outcomes():
+            for group, accuracy in found.by.items():
+                rows.append((model, protocol, number(group), accuracy, *found.ci95_by[group]))
+            rows.append((model, protocol, none, found.mean_accuracy, *found.ci95))
         names = ("model", "protocol", split.column, "accuracy", "ci95_low", "ci95_high")
         return pd.DataFrame(rows, columns=list(names))
 
     @property
     def accuracy_by_touch(self) -> pd.DataFrame:
-        """Share of touches named rightly, by model, protocol and length of touch.
+        """Share of touches recognised, by model, protocol and length of touch.
 
         Columns model, protocol, touch_s (s, as asked for), seconds (s, of the whole samples that
         come nearest), accuracy (mean over what was held out), ci95_low, ci95_high, worst (the
         speed or group held out where it is lowest) and worst_accuracy; None and NaN where samples
         are too long or recordings too short. A touch is named by the mean log-probability of its
-        samples; see docs/results-format.md.
+        samples.
         """
-        split, rows = self.split, []
-        for model, of_protocol in self.summary["models"].items():
-            for protocol, outcome in of_protocol.items():
-                for touch, found in outcome.get("by_touch", {}).items():
-                    rows.append((model, protocol, float(touch), *_touched(found, split)))
+        rows = [
+            (model, protocol, float(touch), *_of_length(found))
+            for model, protocol, outcome in self._outcomes()
+            for touch, found in outcome.by_touch.items()
+        ]
         names = ("model", "protocol", "touch_s", "seconds", "accuracy", "ci95_low", "ci95_high",
                  "worst", "worst_accuracy")  # fmt: skip
         return pd.DataFrame(rows, columns=list(names))
@@ -93,21 +115,24 @@ class Results:
     @property
     def split(self) -> Split:
         """What was held out."""
-        return split_of(self.summary)
+        return self.found.split
 
     @property
     def textures(self) -> list[str]:
         """Textures in natural order."""
-        return list(self.summary["textures"])
+        return list(self.found.textures)
+
+    def _outcomes(self) -> Iterator[tuple[str, str, Outcome]]:
+        for model, of_protocol in self.found.models.items():
+            for protocol, found in of_protocol.items():
+                yield model, protocol, found
 
 
-def _touched(found: dict[str, Any] | None, split: Split) -> tuple[Any, ...]:
+def _of_length(found: OfTouches | None) -> tuple[Any, ...]:
     """Return a row of what touches of one length came to."""
     if found is None:
         return np.nan, np.nan, np.nan, np.nan, None, np.nan
-    worst = found[split.worst]
-    interval, lowest = found["ci95"], found[split.by][worst]
-    return found["seconds"], found["mean_accuracy"], *interval, worst, lowest
+    return found.seconds, found.mean_accuracy, *found.ci95, found.worst, found.by[found.worst]
 
 
 def load_results(root: str | Path) -> Results:
@@ -136,18 +161,18 @@ def load_results(root: str | Path) -> Results:
             raise InputError(
                 f"{root}: expected a results folder with {name}, found none; run evaluate first"
             )
-    config, summary = read_config(root), read_summary(root)
+    config, found = read_config(root), read_summary(root)
     predictions = read_predictions(root / PREDICTIONS)
-    if column_of(predictions) != split_of(summary).column:
-        expected = f"predictions with the column '{split_of(summary).column}'"
+    if column_of(predictions) != found.split.column:
+        expected = f"predictions with the column '{found.split.column}'"
         raise InputError(f"{root / PREDICTIONS}: expected {expected}, found none; {AGAIN}")
     named = {*predictions["true_texture"], *predictions["predicted_texture"]}
-    if foreign := named - set(summary["textures"]):
+    if foreign := named - set(found.textures):
         expected = f"predictions of the textures that {SUMMARY} names"
         raise InputError(
             f"{root / PREDICTIONS}: expected {expected}, found one of '{min(foreign)}'; {AGAIN}"
         )
-    return Results(root, config, summary, predictions)
+    return Results(root, config, found, predictions)
 
 
 def read_config(root: Path) -> dict[str, Any]:
@@ -155,12 +180,12 @@ def read_config(root: Path) -> dict[str, Any]:
     return read_checked(root / CONFIG, Config, "the configuration of an evaluation", AGAIN)
 
 
-def read_summary(root: Path) -> dict[str, Any]:
+def read_summary(root: Path) -> Summary:
     """Read the numbers of a results folder; see `load_results`."""
-    return read_checked(root / SUMMARY, Summary, "the summary of an evaluation", AGAIN)
+    return Summary.read(root / SUMMARY, "the summary of an evaluation")
 
 
-def texture_summaries(root: Path) -> dict[str, dict[str, Any]]:
+def texture_summaries(root: Path) -> dict[str, UnknownSummary | RoughnessSummary]:
     """Read the summaries of a folder of `--split texture`, by question; none of any other.
 
     Raises
@@ -168,12 +193,15 @@ def texture_summaries(root: Path) -> dict[str, dict[str, Any]]:
     InputError
         If one is damaged.
     """
-    forms: dict[str, type[About]] = {UNKNOWN: UnknownSummary, ROUGHNESS: RoughnessSummary}
-    there = {name: root / f"{name}.json" for name in forms}
+    schemas: dict[str, type[UnknownSummary | RoughnessSummary]] = {
+        UNKNOWN: UnknownSummary,
+        ROUGHNESS: RoughnessSummary,
+    }
+    there = {name: root / f"{name}.json" for name in schemas}
     if not there[UNKNOWN].is_file():
         return {}
     return {
-        name: read_checked(path, forms[name], "the summary of an evaluation", AGAIN)
+        name: schemas[name].read(path, "the summary of an evaluation")
         for name, path in there.items()
         if path.is_file()
     }

@@ -1,13 +1,13 @@
-"""Roughness as a number: bump spacing in mm, of textures never sums at speeds never sums.
+"""Roughness as a number: bump spacing in mm, of textures held out at speeds held out.
 
-A texture never sums has no class to be named by, but it lies somewhere among those that were. So
-a ridge regression on spacing learns from the others at the other speeds, and is asked for mm. Two
-questions, each at a speed held out: of textures sums at other speeds (`seen`), and of a texture
+A texture held out has no class to be recognised as, but it lies somewhere among those learnt. So a
+ridge regression on spacing learns from the others at the other speeds, and is asked for mm. Two
+questions, each at a speed held out: of textures learnt at other speeds (`seen`), and of a texture
 left out altogether (`unseen`).
 
 Intervals are 90% intervals by errors inside the training data: as wide as nine in ten errors of the
 same kind there, where speeds, or textures and speeds, are left out in turn. They promise nothing
-of what is held out, which is unlike the rest, most of all a texture never felt; which share of the
+of what is held out, which is unlike the rest, most of all a texture held out; which share of the
 samples they did hold is in the results, of both kinds.
 """
 
@@ -26,6 +26,7 @@ from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
 from afferents.evaluation.metrics import inside_speeds
+from afferents.evaluation.schemas import RoughnessOutcome
 from afferents.models.fit_solved import new_solved
 from afferents.models.model import Model
 from afferents.models.solved import Gram, sum_of
@@ -64,7 +65,7 @@ def ask_mm(model: Model, samples: Samples, encoding: Encoding, progress: Progres
 
 
 def summarise_mm(table: pd.DataFrame) -> dict[str, Any]:
-    """Return what the tables of all models come to."""
+    """Return the fields of `RoughnessSummary` that the tables of all models come to."""
     return {
         "coverage_asked": COVERAGE,
         "models": {
@@ -201,7 +202,7 @@ def _rows(
     )
 
 
-def _summary_of(rows: pd.DataFrame) -> dict[str, Any]:
+def _summary_of(rows: pd.DataFrame) -> RoughnessOutcome:
     """Return mean absolute errors, of samples and of recordings' means, and what intervals held."""
     error = (rows["predicted_mm"] - rows["spacing_mm"]).abs()
     by = ["spacing_mm", "held_out_speed_mm_s", dims.RECORDING]
@@ -209,18 +210,17 @@ def _summary_of(rows: pd.DataFrame) -> dict[str, Any]:
     of_recording = (recordings["predicted_mm"] - recordings["spacing_mm"]).abs()
     speed = rows["held_out_speed_mm_s"]
     inner = inside_speeds(rows).index
-    return {
-        "mae_mm": _mean_by(error, speed),
-        "mae_mm_inside": _mean_by(error[inner], speed[inner]) if len(inner) else None,
-        "mae_mm_recordings": _mean_by(of_recording, recordings["held_out_speed_mm_s"]),
-        "by_speed": {f"{v:g}": float(e) for v, e in error.groupby(speed).mean().items()},
-        "by_spacing": {
-            f"{x:g}": float(e) for x, e in error.groupby(rows["spacing_mm"]).mean().items()
-        },
-        "covered": float((error <= rows["half_interval_mm"]).mean()),
-        "half_interval_mm": float(rows["half_interval_mm"].mean()),
-        "n": len(rows),
-    }
+    by_spacing = error.groupby(rows["spacing_mm"]).mean()
+    return RoughnessOutcome(
+        mae_mm=_mean_by(error, speed),
+        mae_mm_inside=_mean_by(error[inner], speed[inner]) if len(inner) else None,
+        mae_mm_recordings=_mean_by(of_recording, recordings["held_out_speed_mm_s"]),
+        by_speed={f"{v:g}": float(e) for v, e in error.groupby(speed).mean().items()},
+        by_spacing={f"{x:g}": float(e) for x, e in by_spacing.items()},
+        covered=float((error <= rows["half_interval_mm"]).mean()),
+        half_interval_mm=float(rows["half_interval_mm"].mean()),
+        n=len(rows),
+    )
 
 
 def _mean_by(error: "pd.Series[float]", speed: "pd.Series[float]") -> float:

@@ -3,7 +3,7 @@
 import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from joblib import cpu_count
@@ -13,7 +13,7 @@ from afferents.encodings.settings import Encodings
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.choice import require_options, require_trainable
-from afferents.evaluation.data import OpenedData, recordings_in
+from afferents.evaluation.data import recordings_in
 from afferents.evaluation.encode import (
     kept_part,
     require_speeds_known,
@@ -24,11 +24,12 @@ from afferents.evaluation.encode import (
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
 from afferents.evaluation.job import encoded, keep, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
-from afferents.evaluation.recipe import Recipe, keep_own_models, said_of_own
+from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
+from afferents.evaluation.results import CONFIG
+from afferents.evaluation.schemas import Summary
 from afferents.evaluation.summary import data_quality, summarise
-from afferents.files import remove_partials
+from afferents.files import remove_partials, write_json
 from afferents.folds.held_out import Group, Split, key_of
-from afferents.folds.protocol import Protocol
 from afferents.models.fitting import learns_in_a_loop
 from afferents.models.model import Model
 from afferents.outputs import writing_alone
@@ -39,49 +40,7 @@ from afferents.store.trimming import require_within
 from afferents.version import __version__
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """What is evaluated, and what of that is asked for and done now.
-
-    Attributes
-    ----------
-    recipe
-        What all trainings go by, and where results are written.
-    data
-        What the recipe's data are, opened.
-    may_leave_out
-        Whether models that the data don't support are left out instead of refused.
-    keep_going
-        Whether recordings that can't be encoded are skipped instead of refused.
-    held_out
-        Groups, by default speeds, that are held out in turn; none for all. The others are trained
-        on still.
-    options
-        The command's further options, for the report to name.
-    workers
-        Processes side by side; None for one a core.
-    cluster
-        Address of a Dask scheduler whose workers do the trainings; None for this machine.
-    """
-
-    recipe: Recipe
-    data: Sequence[OpenedData]
-    protocols: Sequence[Protocol]
-    seeds: Sequence[int]
-    may_leave_out: bool = False
-    keep_going: bool = False
-    held_out: Sequence[Group] = ()
-    options: Sequence[str] = ()
-    workers: int | None = None
-    cluster: str | None = None
-
-    @property
-    def recordings(self) -> list[Responses]:
-        """Return the recordings that are used, with the part of them that is."""
-        return self.recipe.recordings(self.data)
-
-
-def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
     """Run what is not finished yet and return the summary of the results folder.
 
     Raises
@@ -93,26 +52,26 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
     LeakageError
         If anything of a held-out speed is seen under the nested protocol.
     """
-    recipe, everything = evaluation.recipe, evaluation.recordings
-    able = require_support(recipe.models, everything, evaluation.may_leave_out)
+    recipe, options, everything = evaluation.recipe, evaluation.options, evaluation.recordings
+    able = require_support(recipe.models, everything, evaluation.options.may_leave_out)
     left_out = [model.name for model in recipe.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, recipe.encodings)
-    own = recipe.disturbances, recipe.hyperparameters, recipe.penalty
+    own = recipe.disturbances, options.recipe, options.penalty
     require_options(able, recipe.encodings, *own)
     require_speeds_known(able, recipe.encodings, everything)
     recipe.split.groups_of(everything)
-    if recipe.ablation.markers != 1:
+    if options.ablation.markers != 1:
         _require_images(able, recipe.encodings)
     bumps = textures_of(everything) if named_by_spacing(everything) else []
     _note_limits(evaluation, able, bumps, progress)
     skipped = skipped_recordings(evaluation, able, everything)
     recordings = [r for r in everything if r.attrs["name"] not in skipped]
     _require_enough(evaluation, recordings)
-    require_trainable(able, recordings, recipe.encodings, recipe.cut)
+    require_trainable(able, recordings, recipe.encodings, options.cut)
     quality = data_quality(recordings)
-    tested = recipe.ablation.tested(recordings_in(evaluation.data))
+    tested = options.ablation.tested(recordings_in(evaluation.data))
     recipe = replace(recipe, skipped=skipped, tested=tested)
     evaluation = replace(evaluation, recipe=recipe)
     check_results_folder(recipe.out, recipe.config)
@@ -121,9 +80,10 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
         remove_partials(recipe.out)
         keep_own_models(recipe.out, able, recipe.encodings)
         jobs = planned(evaluation, able, recordings)
-        plan(recipe.out, jobs, _workers(evaluation, jobs), evaluation.cluster)
+        plan(recipe.out, jobs, _workers(evaluation, jobs), options.cluster)
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
+        write_json(recipe.out / CONFIG, recipe.config)
         return summarise_folder(evaluation, recordings, left_out, quality)
 
 
@@ -155,7 +115,7 @@ def _groups(evaluation: Evaluation, models: Sequence[Model]) -> list[list[Model]
     On this machine those that share samples, which are all in memory; a cluster's workers read
     what they need, so it is given everything at once, and none waits for the last of a group.
     """
-    if evaluation.cluster is not None:
+    if evaluation.options.cluster is not None:
         return [list(models)]
     by_source = itertools.groupby(models, lambda f: sources_of(f, evaluation.recipe.encodings))
     return [list(group) for _, group in by_source]
@@ -164,9 +124,9 @@ def _groups(evaluation: Evaluation, models: Sequence[Model]) -> list[list[Model]
 def _workers(evaluation: Evaluation, jobs: Sequence[FoldKey]) -> int:
     """Return how many trainings there will be side by side; a cluster with work to do is asked."""
     idle = all(finished(evaluation.recipe.out, key) for key in jobs)
-    if evaluation.cluster is not None and not idle:
-        return workers_at(evaluation.cluster)
-    return evaluation.workers or cpu_count()
+    if evaluation.options.cluster is not None and not idle:
+        return workers_at(evaluation.options.cluster)
+    return evaluation.options.workers or cpu_count()
 
 
 def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> None:
@@ -176,7 +136,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError(f"the data: expected at least 2 textures to tell apart, found {found}")
     split = evaluation.recipe.split
     groups = split.groups_of(recordings)
-    nested = any(protocol.name == "nested" for protocol in evaluation.protocols)
+    nested = any(protocol.name == "nested" for protocol in evaluation.options.protocols)
     solved = not all(learns_in_a_loop(model) for model in evaluation.recipe.models)
     needed = 3 if nested or solved else 2
     if len(groups) < needed:
@@ -212,10 +172,10 @@ def planned(
     """Name the folds of all models, protocols, seeds and groups to be held out."""
     groups, split = held_out_groups(evaluation, recordings), evaluation.recipe.split
     return [
-        FoldKey(model.name, protocol.name, seed, group, split)
+        FoldKey.of(model.name, protocol.name, seed, group, split)
         for model in models
-        for protocol in evaluation.protocols
-        for seed in evaluation.seeds
+        for protocol in evaluation.options.protocols
+        for seed in evaluation.options.seeds
         for group in groups
     ]
 
@@ -228,7 +188,7 @@ def held_out_groups(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
     InputError
         If one is asked for that no recording is of.
     """
-    split, wanted = evaluation.recipe.split, evaluation.held_out
+    split, wanted = evaluation.recipe.split, evaluation.options.held_out
     there = split.groups_of(recordings)
     split.require(wanted, there, "--held-out")
     return [group for group in there if group in wanted or not wanted]
@@ -252,14 +212,14 @@ def skipped_recordings(
     sources = dict.fromkeys(source for model in models for source in sources_of(model, encodings))
     for responses, source in itertools.product(recordings, sources):
         try:
-            require_within(responses, source.channel.made_of, evaluation.recipe.steady_s)
-            kept_part(responses, source, evaluation.recipe.cut)
-            if source.encoding.of_vibration or evaluation.keep_going:
+            require_within(responses, source.channel.made_of, evaluation.options.steady)
+            kept_part(responses, source, evaluation.options.cut)
+            if source.encoding.of_vibration or evaluation.options.keep_going:
                 read_whole(responses, source.channel.made_of)
-            if evaluation.keep_going and dims.DETECTED in responses:
+            if evaluation.options.keep_going and dims.DETECTED in responses:
                 read_whole(responses, dims.DETECTED)
         except AfferentsError as error:
-            if not evaluation.keep_going:
+            if not evaluation.options.keep_going:
                 raise
             skipped[responses.attrs["name"]] = str(error)
     return skipped
@@ -303,16 +263,18 @@ def run_jobs(
     if not keys:
         return
     recipe = evaluation.recipe.located()
-    if evaluation.cluster is not None:
+    if evaluation.options.cluster is not None:
         sent = recipe.packed()
-        for outcome in on_cluster(run_far_job, [(sent, key) for key in keys], evaluation.cluster):
+        for outcome in on_cluster(
+            run_far_job, [(sent, key) for key in keys], evaluation.options.cluster
+        ):
             keep(recipe, outcome)
             yield outcome.key
         return
     samples = encoded(recipe, sources_of(model, recipe.encodings), recordings, progress)
     opened_again(recipe)  # hours may have gone by: samples of changed data are refused
     jobs = ((recipe, key, samples) for key in keys)
-    yield from side_by_side(run_job, jobs, evaluation.workers, progress.note)
+    yield from side_by_side(run_job, jobs, evaluation.options.workers, progress.note)
 
 
 def summarise_folder(
@@ -320,7 +282,7 @@ def summarise_folder(
     recordings: Sequence[Responses],
     left_out: Sequence[str],
     quality: Mapping[str, Any],
-) -> dict[str, Any]:
+) -> Summary:
     """Summarise every model, protocol and seed of the folder whose folds are all finished.
 
     Folds of other groups than those to be held out are not looked at.
@@ -336,18 +298,18 @@ def summarise_folder(
     whole = Counter((key.model, key.protocol, key.seed) for key in keys)
     about = {
         "afferents": __version__,
-        "data": [origin.describe() for origin in recipe.data],
-        "without": dict(recipe.without),
-        "options": list(evaluation.options),
-        "cut": recipe.cut,
-        "preset": recipe.preset,
+        "data": [origin.model_dump() for origin in recipe.data],
+        "without": dict(recipe.options.without),
+        "options": evaluation.words,
+        "cut": recipe.options.cut,
+        "preset": recipe.options.preset,
         recipe.split.groups: groups,
         "chance": 1 / len(textures),
         "skipped": [{"recording": n, "reason": why} for n, why in recipe.skipped.items()],
         "left_out": list(left_out),
         **quality,
         **named_by_spacing(recordings),
-        **said_of_own(recipe.out),
+        **describe_custom_models(recipe.out),
         **recipe.choices,
     }
     complete = [k for k in keys if whole[k.model, k.protocol, k.seed] == len(groups)]

@@ -1,17 +1,21 @@
-"""What must stand in the files of a results folder for them to be read back.
+"""What lies in the files of a results folder, as models that code passes about.
 
-Each form lists what the code goes by and the range that it may have; what else stands in a file
-(docs/results-format.md) is let be. Written by `evaluate`, read by `report`, `status`, `train`, and
-by `evaluate` itself when it goes on.
+Written by `evaluate`, read by `report`, `status`, `train`, and by `evaluate` itself when it goes
+on. Files say of speeds and of groups by different names (`by_speed`, `by_group`); the properties of
+these models are the same for both. Other keys may stand beside those that are listed.
 """
 
 from itertools import chain
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from afferents.choices import Cut
-from afferents.folds.corruption import Spoilt
+from afferents.documents import as_form, read_json
+from afferents.files import write_json
+from afferents.folds.ablation import Ablation
+from afferents.folds.corruption import Disturbance
 from afferents.folds.fields import (
     Amount,
     Count,
@@ -24,36 +28,47 @@ from afferents.folds.fields import (
     Steady,
     _counted,
 )
+from afferents.folds.held_out import SPEED, Group, Split, key_of, split_named
 from afferents.folds.protocol import ProtocolName
 from afferents.models.card import Source
 from afferents.models.model import MODEL_NAME
 
 SCHEMA = 2
+AGAIN = "evaluate again into another folder"
 
-Difference = Annotated[float, Field(ge=-1, le=1)]
+Points = Annotated[float, Field(ge=-1, le=1)]
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
 Counted = Annotated[Any, AfterValidator(_counted)]
 
 
-class Form(BaseModel):
-    """Base of all forms: other keys may stand beside those that are listed."""
+class Schema(BaseModel):
+    """Base of all that is kept in a results folder."""
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = ConfigDict(
+        frozen=True, extra="allow", use_attribute_docstrings=True, populate_by_name=True
+    )
+
+    @classmethod
+    def read(cls, path: Path, what: str, do: str = AGAIN) -> Self:
+        """Read a file.
+
+        Raises
+        ------
+        InputError
+            If it is missing or damaged: what it should be, which key is at fault, and what to do.
+        """
+        return as_form(read_json(path, what, do), cls, path, what, do)
+
+    def content(self) -> dict[str, Any]:
+        """Return what the file holds, ready for JSON: all that was said, and nothing else."""
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True)
+
+    def write(self, path: Path) -> None:
+        """Write the file, whole or not at all."""
+        write_json(path, self.content())
 
 
-class Used(Form):
-    """What of the data was used: `Ablation`."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    textures: tuple[str, ...] = ()
-    speeds_mm_s: tuple[Speed, ...] = ()
-    markers: Share = 1.0
-    train_speeds: Annotated[int, Field(ge=1)] | None = None
-    test_only: tuple[str, str] | None = None
-
-
-class Config(Form):
+class Config(Schema):
     """`config.json`: what must agree for folds to stand in one folder."""
 
     data: tuple[Source, ...] = Field(min_length=1)
@@ -61,122 +76,88 @@ class Config(Form):
     skipped: tuple[str, ...]
     cut: Cut
     preset: str
-    split: SplitName = "speed"
+    split: SplitName = SPEED.name
     steady_s: Steady | None = None
-    disturb: Spoilt = {}
-    disturb_training: Spoilt = {}
+    disturb: Disturbance = Disturbance()
+    disturb_training: Disturbance = Disturbance()
     spectral: dict[str, Any]
-    ablation: Used = Used()
+    ablation: Ablation = Ablation()
+    options: dict[str, Any] = {}
 
 
-class Job(Form):
-    """Which fold a training is of: `FoldKey`."""
-
-    model: ModelName
-    protocol: ProtocolName
-    seed: Count
-    split: SplitName | None = None
-    held_out_mm_s: Speed | None = None
-    held_out_group: GroupName | None = None
-
-    @model_validator(mode="after")
-    def _says_what_is_held_out(self) -> Self:
-        return self._require("held_out_mm_s" if self.split is None else "held_out_group")
-
-    def _require(self, name: str) -> Self:
-        if getattr(self, name) is None:
-            raise ValueError(f"{name} must be given")
-        return self
-
-
-class Plan(Form):
-    """`plan.json`: what is to be done."""
-
-    workers: int = Field(ge=1)
-    cluster: str | None
-    jobs: tuple[Job, ...]
-
-
-class Running(Form):
-    """``<group>.running``: which process is at work."""
-
-    host: str
-    pid: int = Field(ge=1, lt=1 << 31)
-    since: Amount
-
-
-class Failed(Form):
-    """``<group>.failed``: why a training could not be done."""
-
-    why: str
-
-
-class EpochFacts(Form):
-    """An epoch of a fold's history."""
-
-    accuracy: Share
-    validation_accuracy: Share
-
-
-class FoldFacts(Job):
-    """`fold.json`: a finished fold."""
-
-    seconds: Amount
-    job_seconds: Amount | None = None
-    validation_mm_s: Speed | None = None
-    validation_group: GroupName | None = None
-    validation_accuracy: Share
-    epochs: Count
-    best_epoch: Count | None = None
-    history: tuple[EpochFacts, ...] = ()
-    leaks: dict[str, Counted]
-
-    @model_validator(mode="after")
-    def _says_what_validated(self) -> Self:
-        return self._require("validation_mm_s" if self.split is None else "validation_group")
-
-
-class Accuracies(Form):
-    """Of samples or whole recordings, at some speeds held out, or groups of another split."""
+class Accuracies(Schema):
+    """Accuracy of samples, recordings or touches: mean over what was held out, and in each."""
 
     mean_accuracy: Share
-    ci95: Shares | None = None
-    by_speed: dict[Key, Share | None] | None = None
+    """Mean over held-out speeds (or groups) of the share of test samples recognised."""
+    ci95: Shares
+    """Its 95% interval, low and high."""
+    by_speed: dict[Key, Share] | None = None
+    """Accuracy by held-out speed (keys such as `"10"`)."""
+    by_group: dict[GroupName, Share] | None = None
+    """With another split: accuracy by held-out group."""
+    ci95_by_speed: dict[Key, Shares] | None = None
+    """Interval of each speed's accuracy."""
+    ci95_by_group: dict[GroupName, Shares] | None = None
+    """With another split: interval of each group's accuracy."""
     worst_speed: str | None = None
-    by_group: dict[GroupName, Share | None] | None = None
-    ci95_by_speed: dict[Key, Shares] = {}
-    ci95_by_group: dict[GroupName, Shares] = {}
+    """The speed where accuracy is lowest."""
     worst_group: str | None = None
+    """With another split: the group where accuracy is lowest."""
+
+    @property
+    def by(self) -> dict[str, float]:
+        """Accuracy by what was held out."""
+        return (self.by_speed if self.by_group is None else self.by_group) or {}
+
+    @property
+    def ci95_by(self) -> dict[str, tuple[float, float]]:
+        """Interval by what was held out."""
+        return (self.ci95_by_speed if self.ci95_by_group is None else self.ci95_by_group) or {}
+
+    @property
+    def worst(self) -> str:
+        """What was held out where accuracy is lowest."""
+        return self.worst_speed or self.worst_group or ""
 
     @model_validator(mode="after")
     def _worst_is_one_of_them(self) -> Self:
         what = "speed" if self.by_group is None else "group"
-        by, worst = getattr(self, f"by_{what}"), getattr(self, f"worst_{what}")
-        if by is None or by.get(worst) is None:
+        if self.worst not in self.by:
             raise ValueError(f"worst_{what} must be one of by_{what}")
+        if set(self.ci95_by) != set(self.by):
+            raise ValueError(f"ci95_by_{what} must have those of by_{what}; {AGAIN}")
         return self
 
 
-class Touches(Accuracies):
-    """The same, and of the speeds that lie between others; None of other groups."""
+class WithInside(Accuracies):
+    """Accuracy, and the same of the held-out speeds that lie between others."""
 
-    inside: Accuracies | None = None
+    inside: Accuracies | None
+    """The same of the held-out speeds inside the trained range: without the slowest and the
+    fastest. Null where there are none, and with another split: groups lie on no scale."""
 
 
-class OfLength(Touches):
-    """Of touches of about one length, made of so many samples."""
+class OfTouches(WithInside):
+    """Accuracy of touches of about one length, each of so many consecutive samples."""
 
     seconds: Amount
+    """What they last, s: whole samples come within a quarter of the length asked for."""
     samples: Annotated[int, Field(ge=1)]
+    """Samples of a touch; touches share none."""
 
 
-class Bins(Form):
-    """Reliability: samples gathered by confidence."""
+class Reliability(Schema):
+    """Samples gathered by confidence, the probability of the texture that they are named."""
 
     ece: Share
+    """Expected calibration error: the mean over samples of their bin's difference."""
     count: tuple[Count, ...]
+    """Samples in each bin."""
     confidence: tuple[Share, ...]
+    """Their mean confidence; 0 where there are none."""
     accuracy: tuple[Share, ...]
+    """Share recognised; 0 where there are none."""
 
     @model_validator(mode="after")
     def _are_as_many(self) -> Self:
@@ -185,119 +166,199 @@ class Bins(Form):
         return self
 
 
-class FirstEpoch(Form):
+class FirstEpoch(Schema):
     """Accuracies of the first epoch of a training."""
 
     training: Share
+    """Over the epoch's batches, with dropout, as Keras logs it too."""
     validation: Share
+    """Of the validation samples."""
 
 
-class Outcome(Touches):
-    """What came out for a model under a protocol."""
+class Outcome(WithInside):
+    """`models.<name>.<protocol>` of `summary.json`: what came out for a model under a protocol."""
 
-    recordings: Touches | None = None
-    by_touch: dict[Key, OfLength | None] = {}
+    recordings: WithInside
+    """The same of whole recordings: each is named by the sum of its samples' log-probabilities."""
+    by_touch: dict[Key, OfTouches | None]
+    """The same of touches of about 0.11, 1 and 4 s (keys `"0.11"`, `"1"`, `"4"`), each named by the
+    mean log-probability of its samples. Null where samples are longer, or recordings shorter."""
     macro_f1: Share
-    reliability: Bins | None = None
+    """Mean over textures of F1, all that was held out together."""
+    confusion: tuple[tuple[Count, ...], ...]
+    """Counts, `[true][predicted]`, all that was held out and all seeds."""
+    reliability: Reliability | None
+    """Whether the model is right as often as it says; null where it gives no probabilities."""
     n_test: Count
+    """Test samples."""
     seeds: tuple[Count, ...]
-    seconds: Amount
+    """Seeds of the trainings."""
     validation_speeds: dict[Key, Speed] | None = None
+    """By held-out speed, the speed (mm/s) that validated."""
     validation_groups: dict[GroupName, GroupName] | None = None
+    """With another split: by held-out group, the group that validated."""
+    validation_accuracy: dict[GroupName, tuple[Share, ...]]
+    """By what was held out, one value a seed."""
     epochs: dict[GroupName, tuple[Count, ...]]
-    best_epoch: dict[GroupName, tuple[Count, ...]] = {}
-    first_epoch: dict[GroupName, tuple[FirstEpoch, ...]] = {}
-    leaks: dict[str, Counted | None]
+    """By what was held out, one value a seed."""
+    best_epoch: dict[GroupName, tuple[Count, ...]]
+    """By what was held out, one value a seed: number, from 1, of the epoch whose weights were kept.
+    Empty for models that are solved at once."""
+    first_epoch: dict[GroupName, tuple[FirstEpoch, ...]]
+    """By what was held out, one a seed: accuracies of the first epoch. Empty likewise."""
+    seconds: Amount
+    """Seconds of training, all together."""
+    leaks: dict[str, Counted]
+    """Totals over folds; all 0 and false under `nested`."""
+
+    @property
+    def validations(self) -> dict[str, Group]:
+        """What validated, by what was held out."""
+        return {**(self.validation_speeds or {}), **(self.validation_groups or {})}
 
 
-class Paired(Form):
-    """How much better one is than another, with its interval."""
+class Difference(Schema):
+    """How much more accurate one is than another, paired, with the 95% interval of that."""
 
-    difference: Difference
-    ci95: tuple[Difference, Difference]
+    difference: Points
+    """Mean over what was held out."""
+    ci95: tuple[Points, Points]
+    """Its interval; each draw takes the same textures, or sessions, for both."""
 
 
-class Comparison(Paired):
-    """Of two models under one protocol."""
+class Comparison(Difference):
+    """`comparisons` of `summary.json`: of two models under one protocol."""
 
     protocol: ProtocolName
     model: str
+    """How much better this one is."""
     than: str
 
 
-class Skipped(Form):
+class Skipped(Schema):
     """A recording that was left out, and why."""
 
     recording: str
     reason: str
 
 
-class Accepted(Form):
-    """A recording that was kept as it is, and what is wrong with it."""
+class Accepted(Schema):
+    """A recording that `extract --accept` kept as it is, and what is wrong with it."""
 
     recording: str
     found: tuple[str, ...] = Field(min_length=1)
 
 
-class Lost(Form):
-    """Share of marker positions that were lost: over recordings, and where most."""
+class Lost(Schema):
+    """Share of marker positions that were lost from the rest frame on, 0 to 1."""
 
     median: Share
+    """Over recordings."""
     worst: Share
     recording: str
+    """In which most were lost."""
     n: Annotated[int, Field(ge=1)]
+    """Recordings with markers."""
 
 
-class Intervals(Form):
-    """What was drawn anew for the intervals, and how many there are."""
+class Intervals(Schema):
+    """What intervals are drawn over, and how many there are."""
 
-    replicate: Literal["texture", "session"]
+    bootstrap_unit: Literal["texture", "session"] = Field(alias="replicate")
+    """What is drawn anew, whole."""
     n: Count
+    """How many there are."""
 
 
-class About(Form):
+class About(Schema):
     """What every summary says of the whole."""
 
     schema_version: Literal[2] = Field(alias="schema")
     afferents: str
+    """The version that wrote it."""
     data: tuple[Source, ...] = Field(min_length=1)
+    """For each source: `source`, `kind` (the data set: `store`, `dataset`, `fabricslide`, or the
+    name of your own), `fingerprint`, `n_recordings`, `simulated`."""
+    without: dict[str, str] = {}
+    """Conditions of recordings that were left out."""
     options: tuple[str, ...] = ()
+    """Further options of the command."""
     cut: Cut
+    """Part of the recordings that was used."""
     preset: str
-    steady_s: Steady | None = None
-    disturb: Spoilt = {}
-    disturb_training: Spoilt = {}
-    recipe: dict[str, dict[str, Any]] = {}
-    textures: tuple[str, ...] = Field(min_length=1)
-    named_by_spacing: bool = False
-    intervals: Intervals | None = None
+    """Training recipe."""
     skipped: tuple[Skipped, ...]
+    """`recording` and `reason` of what `--keep-going` left out."""
     accepted: tuple[Accepted, ...] = ()
+    """`recording`, and in sentences what was `found` wrong with it; only where there is any."""
     lost: Lost | None = None
-
-
-class AboutSpeeds(About):
-    """The same, where speeds are held out."""
-
-    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
+    """Share of marker positions that were lost; only where there are markers."""
+    named_by_spacing: bool = False
+    """True where textures are named by the spacing of their bumps in mm, as the published layout
+    has it: tables and figures then show the paper's letters; only where it is so."""
+    steady_s: Steady | None = None
+    """Start and stop, s, of the part of recordings that was used; only with `--steady`."""
+    penalty: str = "fixed"
+    """`searched` where `--penalty searched` was given."""
+    statistics: str = "warmed-up"
+    """`keras` where `--statistics keras` was given."""
+    recipe: dict[str, dict[str, Any]] = {}
+    """Hyperparameters by network that `--recipe` set; only where it was given."""
+    disturb: Disturbance = Disturbance()
+    """How recordings that are tested were corrupted: amounts of `markers` (px), `sound`, `frames`
+    and `lost` (shares), and `seed`, without those that are 0; only with `--disturb`."""
+    disturb_training: Disturbance = Disturbance()
+    """How recordings that are learnt from were corrupted; only with `--disturb-training`."""
+    textures: tuple[str, ...] = Field(min_length=1)
+    """Classes in order."""
+    speeds_mm_s: tuple[Speed, ...] = ()
+    """Speeds that were held out in turn."""
 
 
 class Summary(About):
     """`summary.json`."""
 
-    split: SplitName | None = None
-    speeds_mm_s: tuple[Speed, ...] = ()
+    split_name: SplitName = Field(default=SPEED.name, alias="split")
+    """With another split: what was held out, the condition's name."""
     groups: tuple[GroupName, ...] = ()
+    """With another split: values of the condition as text, or numbers of arcs."""
     chance: Share
+    """1 / number of textures."""
+    left_out: tuple[str, ...] = ()
+    """Models that were asked for and that the data don't support."""
     titles: dict[str, str] = {}
+    """Titles of models of your own, by name; only where there are any."""
     lengths: dict[str, dict[Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}$")], str]] = {}
+    """Where windows have several lengths (`--frames 1,2,5`): by name of the model, the model of
+    each length; these stand under `models` and `titles` like models of your own."""
+    intervals: Intervals
+    """What intervals are drawn over: `replicate`, `texture` or `session`, and `n`, how many."""
     models: dict[str, dict[ProtocolName, Outcome]]
-    selection_effect: dict[str, Paired] = {}
+    """By name and protocol, the outcome of a model, see below."""
+    selection_effect: dict[str, Difference] = {}
+    """By model, published minus nested accuracy: `difference` and its `ci95`."""
     comparisons: tuple[Comparison, ...] = ()
+    """For each two models under one protocol: `protocol`, `model`, `than`, `difference`, `ci95`."""
+
+    @property
+    def split(self) -> Split:
+        """What was held out."""
+        return split_named(self.split_name)
+
+    @property
+    def held_out(self) -> list[Group]:
+        """What was held out in turn: speeds in mm/s, or names of groups."""
+        return list(self.speeds_mm_s or self.groups)
+
+    @property
+    def held_out_keys(self) -> list[str]:
+        """The same as the keys of tables."""
+        return [key_of(group) for group in self.held_out]
 
     @model_validator(mode="after")
     def _says_what_was_held_out(self) -> Self:
-        listed, by = ("speeds_mm_s", "by_speed") if self.split is None else ("groups", "by_group")
+        is_speed = self.split_name == SPEED.name
+        listed, by = ("speeds_mm_s", "by_speed") if is_speed else ("groups", "by_group")
         if not getattr(self, listed):
             raise ValueError(f"{listed} must name at least one")
         for name, outcomes in self.models.items():
@@ -309,18 +370,21 @@ class Summary(About):
 # Summaries of `--split texture`.
 
 
-class Unknown(Form):
-    """Shares called unknown, at some held-out speeds."""
+class ShareUnknown(Schema):
+    """Share called unknown, at some held-out speeds."""
 
     mean: Share
+    """Over these speeds."""
     ci95: Shares
 
 
-class UnknownBySpeed(Unknown):
-    """The same at all of them and, where there are any, at those that lie between others."""
+class UnknownBySpeed(ShareUnknown):
+    """The same at all held-out speeds, at those that lie between others, and at the two ends."""
 
-    inside: Unknown | None
-    outside: Unknown | None = None
+    inside: ShareUnknown | None
+    """At held-out speeds inside the trained range; null where none lie inside."""
+    outside: ShareUnknown | None
+    """At the slowest and the fastest; null likewise."""
     by_speed: dict[Key, Share] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -330,36 +394,51 @@ class UnknownBySpeed(Unknown):
         return self
 
 
-class Units(Form):
-    """Of samples, and of whole recordings."""
+class OfUnits(Schema):
+    """Share called unknown of samples, and of whole recordings."""
 
     samples: UnknownBySpeed
     recordings: UnknownBySpeed
 
 
-class Areas(Form):
-    """Under the curve of false alarms against finds, of both."""
+class Areas(Schema):
+    """Areas under the curve of false alarms against finds (ROC), mean over folds."""
 
     samples: Share | None
     recordings: Share | None
 
 
-class OfTexture(Form):
-    """How often one texture is called unknown."""
+class UnknownTexture(Schema):
+    """How often one texture is called unknown: left out, and where it was learnt from."""
 
     found_samples: Share
+    found_recordings: Share
     false_alarms: Share
+    auroc: Share
 
 
-class UnknownOutcome(Form):
-    """What a model makes of textures never felt."""
+class UnknownOutcome(Schema):
+    """`models.<name>` of `unknown.json`: what a model makes of textures held out."""
 
-    found: Units
-    false_alarms: Units
+    found: OfUnits
+    """Share called unknown of the texture left out, for `samples` and `recordings`: `mean` over
+    held-out speeds, its `ci95`, the same two `inside` and `outside`, and `by_speed`."""
+    false_alarms: OfUnits
+    """The same of the textures learnt from."""
     auroc: Areas
+    """Of `samples` and `recordings`: how often the novelty of what was held out is above that of
+    what was learnt (area under the ROC curve); mean over folds."""
     auroc_inside: Areas
-    auroc_outside: Areas | None = None
-    by_texture: dict[str, OfTexture]
+    """The same at speeds inside the trained range; null where none lie inside."""
+    auroc_outside: Areas
+    """The same at the slowest and the fastest; null likewise."""
+    auroc_by_speed: dict[Key, Share]
+    """Of samples."""
+    by_texture: dict[str, UnknownTexture]
+    """`found_samples`, `found_recordings`, `auroc` of this texture left out, and its `false_alarms`
+    where it was learnt from."""
+    n: Count
+    """Samples of textures left out."""
 
     @model_validator(mode="after")
     def _areas_go_with_speeds(self) -> Self:
@@ -369,11 +448,18 @@ class UnknownOutcome(Form):
         return self
 
 
-class UnknownSummary(AboutSpeeds):
+class UnknownSummary(About):
     """`unknown.json`."""
 
+    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
+    """Speeds that were held out in turn."""
     false_alarms_stated: Share
+    """Share of the samples of known textures that the limit lets be called unknown, at speeds
+    inside the trained range."""
+    intervals: Intervals
+    """What intervals are drawn over: `replicate`, `texture` or `session`, and `n`, how many."""
     models: dict[str, UnknownOutcome] = Field(min_length=1)
+    """By name, the outcome of a model, see below."""
 
     @model_validator(mode="after")
     def _knows_all_textures(self) -> Self:
@@ -383,20 +469,33 @@ class UnknownSummary(AboutSpeeds):
         return self
 
 
-class RoughnessOutcome(Form):
-    """How far off a model is in mm."""
+class RoughnessOutcome(Schema):
+    """`models.<name>.<kind>` of `roughness.json`: how far off a model is in mm."""
 
     mae_mm: Amount
+    """Mean absolute error, mean over held-out speeds."""
     mae_mm_inside: Amount | None
+    """The same over the speeds inside the trained range."""
     mae_mm_recordings: Amount
+    """The same of recordings' means."""
     by_speed: dict[Key, Amount] = Field(min_length=1)
     by_spacing: dict[Key, Amount] = Field(min_length=1)
     covered: Share
+    """Share of the held-out samples that lie in their intervals."""
     half_interval_mm: Amount
+    """Mean half width of the intervals."""
+    n: Count
+    """Samples."""
 
 
-class RoughnessSummary(AboutSpeeds):
+class RoughnessSummary(About):
     """`roughness.json`."""
 
+    speeds_mm_s: tuple[Speed, ...] = Field(min_length=1)
+    """Speeds that were held out in turn."""
     coverage_asked: Share
+    """Share of the errors inside the training data that the intervals are as wide as. It is no
+    promise for what is held out."""
     models: dict[str, dict[Literal["seen", "unseen"], RoughnessOutcome]]
+    """By name, for `seen` textures (learnt at other speeds) and `unseen` ones (held out), the
+    outcome of a model, see below."""

@@ -1,6 +1,6 @@
-"""What a summary says of the recordings: what was accepted, how many markers were lost."""
+"""The summary of a results folder: accuracies with intervals, and how sound the data were."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,13 @@ import pandas as pd
 import xarray as xr
 
 from afferents import dims
-from afferents.evaluation.fold_files import FoldKey, course_of, load_fold
+from afferents.evaluation.fold_files import FoldFacts, FoldKey, load_fold
 from afferents.evaluation.intervals import (
     Accuracy,
     bootstrap_interval,
+    bootstrap_unit_of,
     intervals_by_group,
     paired_difference,
-    replicate_of,
 )
 from afferents.evaluation.metrics import (
     TOUCHES_S,
@@ -29,14 +29,27 @@ from afferents.evaluation.metrics import (
     reliability_of,
 )
 from afferents.evaluation.results import PREDICTIONS, SUMMARY
-from afferents.evaluation.schemas import SCHEMA
-from afferents.files import write_aside, write_json
+from afferents.evaluation.schemas import (
+    SCHEMA,
+    Accepted,
+    Accuracies,
+    Comparison,
+    Difference,
+    FirstEpoch,
+    Intervals,
+    Lost,
+    OfTouches,
+    Outcome,
+    Summary,
+    WithInside,
+)
+from afferents.files import write_aside
 from afferents.folds.held_out import SPEED, Split, key_of
 from afferents.store.responses import Responses, doubts_in, read_whole
 
 
 def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
-    """Return what of the recordings whoever reads the numbers must know, ready for JSON.
+    """Return what of the recordings whoever reads the numbers must know, for a summary.
 
     Returns
     -------
@@ -51,16 +64,16 @@ def data_quality(recordings: Sequence[Responses]) -> dict[str, Any]:
         If what a store says of lost markers can't be read.
     """
     accepted = [
-        {"recording": str(r.attrs["name"]), "found": found}
+        Accepted(recording=str(r.attrs["name"]), found=tuple(found))
         for r in recordings
         if (found := doubts_in(r.attrs))
     ]
-    lost = {
+    lost = lost_of({
         str(r.attrs["name"]): share_lost(read_whole(r, dims.DETECTED), r.attrs)
         for r in recordings
         if dims.DETECTED in r
-    }
-    return ({"accepted": accepted} if accepted else {}) | lost_of(lost)
+    })  # fmt: skip
+    return ({"accepted": accepted} if accepted else {}) | ({"lost": lost} if lost else {})
 
 
 def share_lost(detected: xr.DataArray, about: Mapping[Any, Any]) -> float:
@@ -76,26 +89,18 @@ def share_lost(detected: xr.DataArray, about: Mapping[Any, Any]) -> float:
     return 1 - float(detected[int(about.get("rest_frame", 0)) :].mean())
 
 
-def lost_of(shares: Mapping[str, float]) -> dict[str, Any]:
-    """Return `lost` of `data_quality`, from each recording's share; nothing of no recordings."""
+def lost_of(shares: Mapping[str, float]) -> Lost | None:
+    """Summarise each recording's share of lost markers; None of no recordings."""
     if not shares:
-        return {}
+        return None
     worst = max(shares, key=lambda name: shares[name])
     median = float(np.median(list(shares.values())))
-    return {
-        "lost": {"median": median, "worst": shares[worst], "recording": worst, "n": len(shares)}
-    }
-
-
-# The summary of a results folder; its schema is documented in docs/results-format.md.
-
-Accuracies = Mapping[tuple[str, str], Accuracy]
-"""By model and protocol."""
+    return Lost(median=median, worst=shares[worst], recording=worst, n=len(shares))
 
 
 def summarise(
     results: Path, keys: Sequence[FoldKey], textures: list[str], about: Mapping[str, Any]
-) -> dict[str, Any]:
+) -> Summary:
     """Read the folds of `keys`, write predictions.parquet and summary.json, return the summary.
 
     Parameters
@@ -104,151 +109,151 @@ def summarise(
         What the summary says of the whole (data, cut, preset, skipped recordings). Where it names
         several sources, each is a session.
     """
-    replicate = replicate_of(len(about["data"]))
+    bootstrap_unit = bootstrap_unit_of(len(about["data"]))
     loaded = [(key, *load_fold(results, key)) for key in keys]
-    models: dict[str, dict[str, Any]] = {}
+    models: dict[str, dict[str, Outcome]] = {}
     accuracies: dict[tuple[str, str], Accuracy] = {}
     for model, protocol in dict.fromkeys((key.model, key.protocol) for key in keys):
         mine = [
-            entry for entry in loaded if (entry[0].model, entry[0].protocol) == (model, protocol)
+            (facts, table)
+            for key, facts, table in loaded
+            if (key.model, key.protocol) == (model, protocol)
         ]
-        predictions = pd.concat([table for _, _, table in mine])
-        facts = [fact for _, fact, _ in mine]
-        accuracy = accuracies[model, protocol] = Accuracy(predictions, replicate)
-        found = _summary_of(predictions, accuracy, facts, textures, mine[0][0].split, replicate)
+        predictions = pd.concat([table for _, table in mine])
+        accuracies[model, protocol] = Accuracy(predictions, bootstrap_unit)
+        found = _outcome(predictions, [facts for facts, _ in mine], textures, bootstrap_unit)
         models.setdefault(model, {})[protocol] = found
     with write_aside(results / PREDICTIONS) as partial, partial.open("wb") as file:
-        pd.concat([table for _, _, table in loaded]).to_parquet(
-            file, compression="zstd", index=False
-        )
-    summary = {
-        "schema": SCHEMA,
+        pd.concat([table for *_, table in loaded]).to_parquet(file, compression="zstd", index=False)
+    units = {unit for accuracy in accuracies.values() for unit in accuracy.units}
+    summary = Summary(
+        schema=SCHEMA,
         **about,
-        "textures": textures,
-        "intervals": {"replicate": replicate, "n": _n_replicates(accuracies)},
-        "models": models,
-        "selection_effect": _selection_effects(accuracies),
-        "comparisons": _comparisons(accuracies),
-    }
-    write_json(results / SUMMARY, summary)
+        textures=tuple(textures),
+        intervals=Intervals(bootstrap_unit=bootstrap_unit, n=len(units)),
+        models=models,
+        selection_effect=_selection_effects(accuracies),
+        comparisons=tuple(_comparisons(accuracies)),
+    )
+    summary.write(results / SUMMARY)
     return summary
 
 
-def _n_replicates(accuracies: Accuracies) -> int:
-    return len({name for accuracy in accuracies.values() for name in accuracy.replicates})
-
-
-def _selection_effects(accuracies: Accuracies) -> dict[str, Any]:
+def _selection_effects(accuracies: Mapping[tuple[str, str], Accuracy]) -> dict[str, Difference]:
     """Return, by model, how much the published protocol adds to the nested one's accuracy."""
-    both = [
-        m for m, protocol in accuracies if protocol == "published" and (m, "nested") in accuracies
-    ]
     return {
-        model: paired_difference(
-            accuracies[model, "published"], accuracies[model, "nested"]
-        ).describe()
-        for model in both
+        model: paired_difference(accuracies[model, "published"], accuracies[model, "nested"])
+        for model, protocol in accuracies
+        if protocol == "published" and (model, "nested") in accuracies
     }
 
 
-def _comparisons(accuracies: Accuracies) -> list[dict[str, Any]]:
-    """Return, for each two models under one protocol, how much better the later one is."""
-    return [
-        {
-            "protocol": protocol,
-            "model": other,
-            "than": model,
-            **paired_difference(
-                accuracies[other, protocol], accuracies[model, protocol]
-            ).describe(),
-        }
-        for (model, protocol), (other, same) in combinations(accuracies, 2)
-        if protocol == same
-    ]
+def _comparisons(accuracies: Mapping[tuple[str, str], Accuracy]) -> Iterable[Comparison]:
+    """Yield, for each two models under one protocol, how much better the later one is."""
+    for (model, protocol), (other, same) in combinations(accuracies, 2):
+        if protocol == same:
+            found = paired_difference(accuracies[other, protocol], accuracies[model, protocol])
+            yield Comparison(protocol=protocol, model=other, than=model, **found.content())
 
 
-def _summary_of(
-    predictions: pd.DataFrame,
-    accuracy: Accuracy,
-    facts: list[dict[str, Any]],
-    textures: list[str],
-    split: Split,
-    replicate: str,
-) -> dict[str, Any]:
-    named = name_recordings(predictions, textures)
-    return {
-        **_outcome(predictions, accuracy, split),
-        "inside": _outcome_inside(predictions, replicate),
-        "recordings": {
-            **_outcome(named, Accuracy(named, replicate), split),
-            "inside": _outcome_inside(named, replicate),
+def _outcome(
+    predictions: pd.DataFrame, facts: Sequence[FoldFacts], textures: list[str], bootstrap_unit: str
+) -> Outcome:
+    """Return what came out for one model under one protocol."""
+    split = facts[0].split
+    recordings = name_recordings(predictions, textures)
+    validated = {key_of(fact.held_out): fact.validated_by for fact in reversed(facts)}
+    return Outcome(
+        **_with_inside(predictions, split, bootstrap_unit),
+        recordings=WithInside(**_with_inside(recordings, split, bootstrap_unit)),
+        by_touch={
+            f"{s:g}": _of_touches(predictions, textures, split, s, bootstrap_unit)
+            for s in TOUCHES_S
         },
-        "by_touch": {
-            f"{s:g}": _touches(predictions, textures, split, s, replicate) for s in TOUCHES_S
-        },
-        "macro_f1": macro_f1(predictions, textures),
-        "confusion": confusion(predictions, textures).tolist(),
-        "reliability": found.describe() if (found := reliability_of(predictions)) else None,
-        "n_test": len(predictions),
-        "seeds": sorted({fact["seed"] for fact in facts}),
-        split.validations: _by_group(facts, split, split.validation, first=True),
-        "validation_accuracy": _by_group(facts, split, "validation_accuracy"),
-        "epochs": _by_group(facts, split, "epochs"),
-        **course_of(facts, split),
-        "seconds": sum(fact["seconds"] for fact in facts),
-        "leaks": _total_leaks(facts),
-    }
+        macro_f1=macro_f1(predictions, textures),
+        confusion=tuple(map(tuple, confusion(predictions, textures).tolist())),
+        reliability=reliability_of(predictions),
+        n_test=len(predictions),
+        seeds=tuple(sorted({fact.seed for fact in facts})),
+        **{split.validations: validated},
+        validation_accuracy=_by_group(facts, "validation_accuracy"),
+        epochs=_by_group(facts, "epochs"),
+        **course_of(facts),
+        seconds=sum(fact.seconds for fact in facts),
+        leaks=_total_leaks(facts),
+    )
 
 
-def _outcome(predictions: pd.DataFrame, accuracy: Accuracy, split: Split) -> dict[str, Any]:
-    """Return means, intervals and worst group of what was named, samples or recordings."""
+def _with_inside(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
+    """Return the fields of accuracies, and of those of speeds that lie between others."""
+    inner = inside_speeds(predictions)
+    inside = Accuracies(**_accuracies(inner, SPEED, bootstrap_unit)) if len(inner) else None
+    return {**_accuracies(predictions, split, bootstrap_unit), "inside": inside}
+
+
+def _accuracies(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
+    """Return the fields of means, intervals and worst group of samples, recordings or touches."""
     by_group = accuracy_by_group(predictions)
-    interval = bootstrap_interval(accuracy)
+    accuracy = Accuracy(predictions, bootstrap_unit)
+    intervals = intervals_by_group(accuracy)
     worst = min(by_group, key=lambda group: by_group[group])
     return {
         "mean_accuracy": sum(by_group.values()) / len(by_group),
-        "ci95": [interval.low, interval.high],
-        split.by: {key_of(group): accuracy for group, accuracy in by_group.items()},
-        split.ci95_by: {
-            key_of(group): [found.low, found.high]
-            for group, found in intervals_by_group(accuracy).items()
-        },
+        "ci95": bootstrap_interval(accuracy),
+        split.by: {key_of(group): share for group, share in by_group.items()},
+        split.ci95_by: {key_of(group): interval for group, interval in intervals.items()},
         split.worst: key_of(worst),
     }
 
 
-def _outcome_inside(predictions: pd.DataFrame, replicate: str) -> dict[str, Any] | None:
-    """Return the same of the speeds that lie between others; None where there is none."""
-    inner = inside_speeds(predictions)
-    return _outcome(inner, Accuracy(inner, replicate), SPEED) if len(inner) else None
-
-
-def _touches(
-    predictions: pd.DataFrame, textures: list[str], split: Split, length_s: float, replicate: str
-) -> dict[str, Any] | None:
+def _of_touches(
+    predictions: pd.DataFrame, textures: list[str], split: Split, length_s: float, unit: str
+) -> OfTouches | None:
     """Return the same of touches of one length; None where there are none."""
     found = name_touches(predictions, textures, length_s, split.whole)
     if found is None:
         return None
-    outcome = _outcome(found.named, Accuracy(found.named, replicate), split)
-    inside = _outcome_inside(found.named, replicate)
-    return {"seconds": found.seconds, "samples": found.samples, **outcome, "inside": inside}
+    fields = _with_inside(found.named, split, unit)
+    return OfTouches(seconds=found.seconds, samples=found.samples, **fields)
 
 
-def _by_group(
-    facts: list[dict[str, Any]], split: Split, name: str, first: bool = False
-) -> dict[str, Any]:
-    """Collect a fact by group held out: one value a seed, or the first seed's alone."""
-    collected: dict[str, list[Any]] = {}
+def _by_group(facts: Sequence[FoldFacts], name: str) -> dict[str, tuple[Any, ...]]:
+    """Collect a fact by group held out, one value a seed."""
+    collected: dict[str, tuple[Any, ...]] = {}
     for fact in facts:
-        collected.setdefault(key_of(fact[split.held_out]), []).append(fact[name])
-    return {group: values[0] if first else values for group, values in collected.items()}
+        group = key_of(fact.held_out)
+        collected[group] = (*collected.get(group, ()), getattr(fact, name))
+    return collected
 
 
-def _total_leaks(facts: list[dict[str, Any]]) -> dict[str, Any]:
+def course_of(facts: Sequence[FoldFacts]) -> dict[str, dict[str, tuple[Any, ...]]]:
+    """Return the best and the first epoch by group held out, one value a seed.
+
+    What was solved at once has no epochs and is passed over.
+
+    Returns
+    -------
+    dict
+        ``best_epoch``: the number, from 1, of the epoch whose weights were kept. ``first_epoch``:
+        its accuracies, shares from 0 to 1, in training and in validation.
+    """
+    learnt = [fact for fact in facts if fact.history and fact.best_epoch is not None]
+    return {
+        "best_epoch": _by_group(learnt, "best_epoch"),
+        "first_epoch": {
+            group: tuple(
+                FirstEpoch(training=epochs[0].accuracy, validation=epochs[0].validation_accuracy)
+                for epochs in histories
+            )
+            for group, histories in _by_group(learnt, "history").items()
+        },
+    }
+
+
+def _total_leaks(facts: Sequence[FoldFacts]) -> dict[str, Any]:
     total: dict[str, Any] = {}
     for fact in facts:
-        for name, value in fact["leaks"].items():
+        for name, value in fact.leaks.items():
             seen = isinstance(value, bool)
             total[name] = (total.get(name, False) or value) if seen else total.get(name, 0) + value
     return total

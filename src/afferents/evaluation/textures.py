@@ -1,4 +1,4 @@
-"""`--split texture`: what is said of a texture never felt, at a speed never felt.
+"""`--split texture`: what is said of a texture held out, at a speed held out.
 
 Two questions: is it recognised as unknown (`unknown.py`), and, where the session names textures by
 their bump spacing, how coarse is it in mm (`roughness.py`). The `nested` protocol alone: nothing of
@@ -20,14 +20,21 @@ from afferents.evaluation.encode import (
     require_support,
     sources_of,
 )
-from afferents.evaluation.intervals import replicate_of
+from afferents.evaluation.intervals import SESSION, bootstrap_unit_of
+from afferents.evaluation.recipe import Evaluation
 from afferents.evaluation.results import ROUGHNESS, UNKNOWN
 from afferents.evaluation.roughness import ask_mm, can_ask_mm, summarise_mm
-from afferents.evaluation.run import Evaluation, skipped_recordings
-from afferents.evaluation.schemas import SCHEMA
+from afferents.evaluation.run import skipped_recordings
+from afferents.evaluation.schemas import (
+    SCHEMA,
+    About,
+    Intervals,
+    RoughnessSummary,
+    UnknownSummary,
+)
 from afferents.evaluation.summary import data_quality
 from afferents.evaluation.unknown import ask_unknown, summarise_unknown
-from afferents.files import write_aside, write_json
+from afferents.files import write_aside
 from afferents.folds.held_out import SPEED
 from afferents.models.confidence import KNOWN
 from afferents.models.model import MODELS, Model
@@ -46,7 +53,7 @@ def can_be_asked(model: Model) -> bool:
     return not model.parts and kind.asked_of_unseen_textures(model.speed_from)
 
 
-def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, Any]:
+def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, About]:
     """Ask every model, write tables and summaries, and return the summaries by question.
 
     Raises
@@ -69,11 +76,13 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     novelty, mm = [], []
     for model in recipe.models:
         source = sources_of(model, recipe.encodings)[0]
-        samples = encode_all(recordings, source, recipe.cut, progress, recipe.ablation)
+        samples = encode_all(
+            recordings, source, recipe.options.cut, progress, recipe.options.ablation
+        )
         novelty.append(ask_unknown(model, samples, source.encoding, progress))
         if named_by_spacing(recordings) and can_ask_mm(textures):
             mm.append(ask_mm(model, samples, source.encoding, progress))
-    about = _about(evaluation, recordings, skipped) | {"textures": textures}
+    about = _about(evaluation, recordings, skipped) | {"textures": tuple(textures)}
     if not mm:  # of an earlier run, which this one replaces
         for suffix in ("json", "parquet"):
             (recipe.out / f"{ROUGHNESS}.{suffix}").unlink(missing_ok=True)
@@ -91,10 +100,10 @@ def _about(
     return {
         "schema": SCHEMA,
         "afferents": __version__,
-        "data": [origin.describe() for origin in evaluation.recipe.data],
-        "without": dict(evaluation.recipe.without),
-        "options": list(evaluation.options),
-        "cut": evaluation.recipe.cut,
+        "data": [origin.model_dump() for origin in evaluation.recipe.data],
+        "without": dict(evaluation.options.without),
+        "options": evaluation.words,
+        "cut": evaluation.options.cut,
         "preset": "none: solved at once",
         "speeds_mm_s": speeds_of(recordings),
         "skipped": [{"recording": n, "reason": why} for n, why in skipped.items()],
@@ -104,34 +113,29 @@ def _about(
     }
 
 
-def _written(
-    out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.DataFrame]
-) -> dict[str, Any]:
+def _written(out: Path, name: str, about: dict[str, Any], tables: Sequence[pd.DataFrame]) -> About:
     """Write the table and the summary of a question; return the summary."""
     table = pd.concat(tables, ignore_index=True)
-    found = (
-        _summary_of_unknown(table, len(about["data"])) if name == UNKNOWN else summarise_mm(table)
-    )
-    summary = {**about, **found}
+    summary: About
+    if name == UNKNOWN:
+        summary = UnknownSummary(**about, **_unknown_fields(table, len(about["data"])))
+    else:
+        summary = RoughnessSummary(**about, **summarise_mm(table))
     out.mkdir(parents=True, exist_ok=True)
     with write_aside(out / f"{name}.parquet") as partial, partial.open("wb") as file:
         table.to_parquet(file, compression="zstd", index=False)
-    write_json(out / f"{name}.json", summary)
+    summary.write(out / f"{name}.json")
     return summary
 
 
-def _summary_of_unknown(table: pd.DataFrame, n_sources: int) -> dict[str, Any]:
-    replicate = replicate_of(n_sources)
-    models = table.groupby("model", sort=False)
+def _unknown_fields(table: pd.DataFrame, n_sources: int) -> dict[str, Any]:
+    unit, models = bootstrap_unit_of(n_sources), table.groupby("model", sort=False)
+    n = n_sources if unit == SESSION else int(table["texture"].nunique())
     return {
         "false_alarms_stated": round(1 - KNOWN, 6),
-        "intervals": {"replicate": replicate, "n": _n_replicates(table, n_sources)},
-        "models": {str(model): summarise_unknown(rows, replicate) for model, rows in models},
+        "intervals": Intervals(bootstrap_unit=unit, n=n),
+        "models": {str(model): summarise_unknown(rows, unit) for model, rows in models},
     }
-
-
-def _n_replicates(table: pd.DataFrame, n_sources: int) -> int:
-    return n_sources if n_sources > 1 else int(table["texture"].nunique())
 
 
 def _refuse(evaluation: Evaluation) -> None:
@@ -142,21 +146,20 @@ def _refuse(evaluation: Evaluation) -> None:
             raise InputError(
                 f"--models: expected some of {able} with --split texture, found {model.name}"
             )
-    protocols = [protocol.name for protocol in evaluation.protocols]
+    protocols = [protocol.name for protocol in evaluation.options.protocols]
     if protocols != ["nested"]:
         raise InputError(
             f"--protocol: expected nested with --split texture, found {' and '.join(protocols)}"
         )
     options = {
-        "--held-out": evaluation.held_out,
-        "--train-speeds": evaluation.recipe.ablation.train_speeds,
-        "--test-only": evaluation.recipe.ablation.test_only,
+        "--held-out": evaluation.options.held_out,
+        "--train-speeds": evaluation.options.ablation.train_speeds,
+        "--test-only": evaluation.options.ablation.test_only,
         "--penalty": evaluation.recipe.choices.get("penalty"),
-        "--recipe": evaluation.recipe.hyperparameters.source
-        or evaluation.recipe.choices.get("recipe"),
+        "--recipe": evaluation.options.recipe.source or evaluation.recipe.choices.get("recipe"),
         "--disturb": " ".join(evaluation.recipe.disturbances.words()),
-        "--cluster": evaluation.cluster,
-        "--seeds": len(evaluation.seeds) if len(evaluation.seeds) > 1 else None,
+        "--cluster": evaluation.options.cluster,
+        "--seeds": len(evaluation.options.seeds) if len(evaluation.options.seeds) > 1 else None,
     }
     for option, given in options.items():
         if given:

@@ -1,6 +1,6 @@
 """One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.channels import name_of_channel
-from afferents.choices import PRESET_ASKED, Cut, Device, Precision, Preset, Statistics
+from afferents.choices import Cut
 from afferents.encodings.samples import Samples, textures_of
 from afferents.encodings.settings import Encodings, described
 from afferents.errors import InputError, then
@@ -32,14 +32,14 @@ from afferents.evaluation.encode import (
     require_used,
     sources_of,
 )
+from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.files import Place
-from afferents.folds.corruption import Disturbance, Disturbances
-from afferents.folds.held_out import SPEED, Split, order, split_named, split_of
+from afferents.folds.corruption import Disturbances
+from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
-from afferents.models.config import Compute, Hyperparameters
 from afferents.models.fitted import Part
 from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
 from afferents.models.folder import Deployed, Recogniser, is_model_folder, save_model
@@ -52,7 +52,7 @@ from afferents.plugins import reference_of
 from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.store.responses import named_by_spacing
-from afferents.store.trimming import Steady, require_within, steady_in, with_steady
+from afferents.store.trimming import require_within, steady_in, with_steady
 from afferents.version import __version__
 
 if TYPE_CHECKING:
@@ -67,33 +67,18 @@ class Training:
 
     Attributes
     ----------
+    options
+        What was chosen; of its split one group is not learnt from, and calibrates the model.
     results
         Results folder whose scores the card is to carry; None for 'not evaluated'.
-    split
-        Of what one group is not learnt from, and calibrates the model.
-    steady_s
-        Start and end of constant speed, s, of all recordings; None for what each says of its own.
-    disturbance
-        What spoils the recordings.
-    hyperparameters
-        Of a network's training, where not the preset's.
-    statistics
-        How batch normalisation keeps them; see `training_config`.
     """
 
     data: list[OpenedData]
     model: Model
-    preset: Preset
-    cut: Cut
     encodings: Encodings
+    options: TrainingOptions = field(default_factory=TrainingOptions)
     seed: int = 0
     results: Path | None = None
-    compute: Compute = field(default_factory=Compute)
-    split: Split = SPEED
-    steady_s: Steady | None = None
-    disturbance: Disturbance = field(default_factory=Disturbance)
-    hyperparameters: Hyperparameters = field(default_factory=Hyperparameters)
-    statistics: Statistics = "warmed-up"
 
 
 def train_model(training: Training, out: Path, progress: Progress, force: bool = False) -> Card:
@@ -116,31 +101,32 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     AfferentsError
         If the loss is no longer a number.
     """
+    options = training.options
     _require_deployable(training.model)
     reads = [data.origin.data_set.path for data in training.data]
     require_free(out, "a model", is_model_folder, force=force, reads=reads)
-    recordings = with_steady(recordings_in(training.data), training.steady_s)
+    recordings = with_steady(recordings_in(training.data), training.options.steady)
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
-    spoilt = Disturbances(training=training.disturbance)
-    hyperparameters = training.hyperparameters
-    require_options([training.model], training.encodings, spoilt, hyperparameters)
+    corrupted = Disturbances(training=options.disturb_training)
+    require_options([training.model], training.encodings, corrupted, options.recipe)
     require_speeds_known([training.model], training.encodings, recordings)
-    training.split.groups_of(recordings)
+    options.by.groups_of(recordings)
     source = sources_of(training.model, training.encodings)[0]
     if source.encoding.step != 1:
         found = f"one of {source.encoding.step}"
         raise InputError(f"encodings: expected every frame, as live feels them, found {found}")
     for responses in recordings:
-        require_within(responses, source.channel.made_of, training.steady_s)
-    require_trainable([training.model], recordings, training.encodings, training.cut)
+        require_within(responses, source.channel.made_of, training.options.steady)
+    require_trainable([training.model], recordings, training.encodings, options.cut)
     scores = scores_of(training) if training.results else ()
     model = training.model
     classifier = _reference(model.classifier)
-    spoilt_by = training.disturbance
-    samples = encode_all(recordings, source, training.cut, progress, disturbance=spoilt_by)
-    samples = training.split.labelled(samples, recordings)
-    fold = all_but_the_middle(samples, training.split)
+    samples = encode_all(
+        recordings, source, options.cut, progress, disturbance=options.disturb_training
+    )
+    samples = options.by.labelled(samples, recordings)
+    fold = all_but_the_middle(samples, options.by)
     with progress.task("training", 1) as mark:
         deployed, learnt = trained_on(training, Part(samples, fold, source.encoding))
         mark(1)
@@ -158,14 +144,14 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
         **named_by_spacing(recordings),
         shape=tuple(learnt.values.shape[1:]),
         scale=learnt.scale,
-        preset=training.preset if learns_in_a_loop(model) else None,
-        recipe=dict(training.hyperparameters.of_network(_recipe_of(training))),
-        statistics=training.statistics,
+        preset=options.preset if learns_in_a_loop(model) else None,
+        recipe=dict(options.recipe.of_network(_recipe_of(training))),
+        statistics=options.statistics,
         seed=training.seed,
         **_groups_of(samples, fold),
-        steady_s=training.steady_s,
-        disturb_training=training.disturbance.describe(),
-        data=tuple(data.origin.describe() for data in training.data),
+        steady_s=training.options.steady,
+        disturb_training=options.disturb_training,
+        data=tuple(data.origin.model_dump() for data in training.data),
         scores=scores,
         versions={"afferents": __version__, **{name: version(name) for name in learnt_with}},
         **calibration._asdict(),
@@ -205,8 +191,7 @@ def trained_on(training: Training, part: Part) -> tuple[Deployed, LearningSet]:
     """Train on a fold; return the classifier to be deployed, and what it learnt from."""
     torch.set_num_threads(1)
     recipe = recipe_of(training.model, part.encoding)
-    given = (training.preset, recipe, training.compute, training.statistics)
-    config = training.hyperparameters.training(*given)
+    config = training.options.training(recipe)
     network, learnt = fit_once(training.model, part, config, training.seed)
     return Deployed(network.cpu(), len(textures_of(part.samples)), learnt.scale).eval(), learnt
 
@@ -256,28 +241,28 @@ def scores_of(training: Training) -> tuple[Score, ...]:
     """
     assert training.results is not None
     results = load_results(training.results)
-    summary = results.summary
-    found = summary["models"].get(training.model.name, {})
+    summary = results.found
+    found = summary.models.get(training.model.name, {})
     if not found:
         raise InputError(
             f"{training.results}: expected a finished evaluation of {training.model.name}, found "
-            f"of {', '.join(summary['models']) or 'nothing'}; evaluate it there, or leave out "
+            f"of {', '.join(summary.models) or 'nothing'}; evaluate it there, or leave out "
             "--results"
         )
-    same, split = _same_data(training, results.config), split_of(summary)
+    same = _same_data(training, results.config)
     return tuple(
         Score(
             protocol=protocol,
-            preset=summary["preset"],
-            seeds=tuple(entry["seeds"]),
-            mean_accuracy=entry["mean_accuracy"],
-            ci95=tuple(entry["ci95"]),
-            worst_accuracy=entry[split.by][entry[split.worst]],
+            preset=summary.preset,
+            seeds=entry.seeds,
+            mean_accuracy=entry.mean_accuracy,
+            ci95=entry.ci95,
+            worst_accuracy=entry.by[entry.worst],
             same_data=same,
-            disturb=summary.get("disturb", {}),
-            disturb_training=summary.get("disturb_training", {}),
-            recipe=summary.get("recipe", {}).get(_recipe_of(training), {}),
-            **_worst(split, entry[split.worst]),
+            disturb=summary.disturb,
+            disturb_training=summary.disturb_training,
+            recipe=summary.recipe.get(_recipe_of(training), {}),
+            **_worst(summary.split, entry.worst),
         )
         for protocol, entry in sorted(found.items())
     )
@@ -302,9 +287,9 @@ def _same_data(training: Training, config: dict[str, Any]) -> bool:
     return (
         fingerprints == [data.origin.fingerprint for data in training.data]
         and "ablation" not in config
-        and config["cut"] == training.cut
-        and config.get("disturb_training", {}) == training.disturbance.describe()
-        and config.get("steady_s") == (training.steady_s and list(training.steady_s))
+        and config["cut"] == training.options.cut
+        and config.get("disturb_training", {}) == training.options.disturb_training.describe()
+        and config.get("steady_s") == (training.options.steady and list(training.options.steady))
         and config.get(encoding.name) == encoding.model_dump(mode="json")
     )
 
@@ -344,22 +329,13 @@ def train(
     data: Data,
     out: Place,
     model: str | Model = "best",
-    preset: Preset = PRESET_ASKED,
-    cut: Cut = "all",
     seed: int = 0,
     results: Place | None = None,
     force: bool = False,
-    device: Device = "auto",
-    precision: Precision = "auto",
     quiet: bool = False,
-    split: str = "speed",
-    steady: Sequence[float] | None = None,
-    disturb_training: "str | Mapping[str, float | str] | Disturbance | None" = None,
-    recipe: str | Path | Mapping[str, Any] | None = None,
-    statistics: Statistics = "warmed-up",
-    **encoding: Any,
+    **options: Any,
 ) -> Card:
-    """Train one model to feel with, on all speeds but the one that calibrates it.
+    """Train one model for use, on all speeds but the one that calibrates it.
 
     Parameters
     ----------
@@ -369,20 +345,18 @@ def train(
         Folder of the model to write.
     model
         A name, a `Model` of your own, or ``best``.
-    preset, cut, seed, encoding
-        As of `evaluate`.
+    seed
+        Of the training.
     results
         Results folder whose scores the model's card is to carry.
     force
         Whether a model that was written there before may be replaced.
-    device, precision
-        What networks learn on, and in which numbers.
     quiet
         Whether no progress is shown.
-    split
-        Of what one group calibrates it instead of a speed, such as ``trial``.
-    steady, disturb_training, recipe, statistics
-        As of `evaluate`.
+    options
+        What else is chosen: the fields of `afferents.evaluation.options.TrainingOptions`, such as
+        ``preset="quick"``, and options of the encoding. With ``split="trial"`` a trial calibrates
+        the model instead of a speed.
 
     Returns
     -------
@@ -402,23 +376,18 @@ def train(
     """
     from afferents.extraction.copies import warn_of_copies
 
-    hyperparameters = Hyperparameters.of(recipe, preset)
-    asked, what, steady_s = models_in(model), split_named(split), steady_in(steady, cut)
+    chosen, asked = TrainingOptions(**options), models_in(model)
     if len(asked) + ("best" in names_in(model)) > 1:
         raise InputError(f"--model: expected 'best' or one model, found '{model}'")
     with Progress(quiet) as progress:
         opened = open_data([data], progress=progress)
         warn_of_copies(recordings_in(opened), progress)
-        (chosen,) = asked or [best_of(recordings_in(opened))]
-        encodings = encodings_for(opened, cut, encoding)
-        say_choice(opened, [chosen], encodings, progress)
-        wanted = Training(
-            opened, chosen, preset, cut, encodings, seed,
-            None if results is None else Path(results), Compute(device, precision),
-            what, steady_s, Disturbance.of(disturb_training, "--disturb-training"),
-            hyperparameters, statistics,
-        )  # fmt: skip
-        return train_model(wanted, Path(out), progress, force)
+        (one,) = asked or [best_of(recordings_in(opened))]
+        encodings = encodings_for(opened, chosen.cut, chosen.encoding)
+        say_choice(opened, [one], encodings, progress)
+        place = None if results is None else Path(results)
+        training = Training(opened, one, encodings, chosen, seed, place)
+        return train_model(training, Path(out), progress, force)
 
 
 def load_model(model: Place) -> "Recogniser":

@@ -1,4 +1,4 @@
-"""How often a texture never felt is called unknown, and how often one that was felt is.
+"""How often a texture held out is called unknown, and how often one that was learnt is.
 
 A table of novelty has one row a sample asked, with the columns held_out_speed_mm_s,
 left_out (the texture of which nothing was learnt), texture (its own), recording, novelty
@@ -21,6 +21,14 @@ from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, labels_of, textures_of
 from afferents.evaluation.intervals import TEXTURE, Accuracy, bootstrap_interval
 from afferents.evaluation.metrics import accuracy_by_group, inside_speeds, outside_speeds
+from afferents.evaluation.schemas import (
+    Areas,
+    OfUnits,
+    ShareUnknown,
+    UnknownBySpeed,
+    UnknownOutcome,
+    UnknownTexture,
+)
 from afferents.models.base import Solved
 from afferents.models.confidence import KNOWN, Novelty
 from afferents.models.fit_solved import learn, new_solved, scores_of
@@ -32,52 +40,48 @@ FOLD = ["held_out_speed_mm_s", "left_out"]
 """What is held out together: a speed, and a texture."""
 
 
-def summarise_unknown(table: pd.DataFrame, replicate: str = TEXTURE) -> dict[str, Any]:
+def summarise_unknown(table: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> UnknownOutcome:
     """Return what a table of novelty of one model comes to; docs/results-format.md.
 
     Parameters
     ----------
     table
         As above.
-    replicate
+    bootstrap_unit
         What is drawn anew for intervals, as `count_right` takes it.
     """
     table = table.reset_index(drop=True)
-    touched = recordings_of(table)
-    kinds = {"samples": table, "recordings": touched}
-    never = {unit: rows["left_out"] == rows["texture"] for unit, rows in kinds.items()}
-    return {
-        "found": {
-            unit: share_unknown(rows[never[unit]], replicate) for unit, rows in kinds.items()
-        },
-        "false_alarms": {
-            unit: share_unknown(rows[~never[unit]], replicate) for unit, rows in kinds.items()
-        },
-        "auroc": {unit: _mean_auroc(rows) for unit, rows in kinds.items()},
-        "auroc_inside": {
-            unit: _mean_auroc(inner) if len(inner := inside_speeds(rows)) else None
-            for unit, rows in kinds.items()
-        },
-        "auroc_outside": {
-            unit: _mean_auroc(outside_speeds(rows)) if len(inside_speeds(rows)) else None
-            for unit, rows in kinds.items()
-        },
-        "auroc_by_speed": {
-            f"{v:g}": _mean_auroc(rows) for v, rows in table.groupby("held_out_speed_mm_s")
-        },
-        "by_texture": {
-            str(texture): {
-                **{
-                    f"found_{unit}": _by_speed_mean(rows[rows["left_out"] == texture], True)
-                    for unit, rows in kinds.items()
-                },
-                "false_alarms": _by_speed_mean(table[table["texture"] == texture], False),
-                "auroc": _mean_auroc(table[table["left_out"] == texture]),
-            }
-            for texture in pd.unique(table["left_out"])
-        },
-        "n": int(never["samples"].sum()),
-    }
+    units = {"samples": table, "recordings": recordings_of(table)}
+    is_new = {unit: rows["left_out"] == rows["texture"] for unit, rows in units.items()}
+
+    def shares(held_out: bool) -> OfUnits:
+        mine = {unit: rows[is_new[unit] == held_out] for unit, rows in units.items()}
+        return OfUnits(**{u: share_unknown(rows, bootstrap_unit) for u, rows in mine.items()})
+
+    def areas(part: Callable[[pd.DataFrame], pd.DataFrame]) -> Areas:
+        there = {unit: part(rows) for unit, rows in units.items()}
+        return Areas(**{u: _mean_auroc(rows) if len(rows) else None for u, rows in there.items()})
+
+    def of_texture(texture: str) -> UnknownTexture:
+        left_out = {unit: rows[rows["left_out"] == texture] for unit, rows in units.items()}
+        return UnknownTexture(
+            found_samples=_by_speed_mean(left_out["samples"], True),
+            found_recordings=_by_speed_mean(left_out["recordings"], True),
+            false_alarms=_by_speed_mean(table[table["texture"] == texture], False),
+            auroc=_mean_auroc(left_out["samples"]),
+        )
+
+    by_speed = table.groupby("held_out_speed_mm_s")
+    return UnknownOutcome(
+        found=shares(True),
+        false_alarms=shares(False),
+        auroc=areas(lambda rows: rows),
+        auroc_inside=areas(inside_speeds),
+        auroc_outside=areas(outside_speeds),
+        auroc_by_speed={f"{v:g}": _mean_auroc(rows) for v, rows in by_speed},
+        by_texture={str(t): of_texture(t) for t in pd.unique(table["left_out"])},
+        n=int(is_new["samples"].sum()),
+    )
 
 
 def recordings_of(table: pd.DataFrame) -> pd.DataFrame:
@@ -91,21 +95,21 @@ def recordings_of(table: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(novelty=rows["novelty"] / rows["recordings_limit"])
 
 
-def share_unknown(rows: pd.DataFrame, replicate: str = TEXTURE) -> dict[str, Any]:
+def share_unknown(rows: pd.DataFrame, bootstrap_unit: str = TEXTURE) -> UnknownBySpeed:
     """Return the share of rows called unknown: mean over held-out speeds, and by speed.
 
-    The 95% interval is by bootstrap over replicates, as of accuracies. The same of the speeds that
-    lie between others, and of the slowest and the fastest, which lie outside what was learnt when
-    they are held out; None where no speed lies between others.
+    The 95% interval is by bootstrap over units, as of accuracies. The same of the speeds that lie
+    between others, and of the slowest and the fastest, which lie outside what was learnt when they
+    are held out; None where no speed lies between others.
     """
     called = _called(rows).reset_index(drop=True)
     inner, outer = inside_speeds(called), outside_speeds(called)
-    return {
-        **_mean_and_interval(called, replicate),
-        "inside": _mean_and_interval(inner, replicate) if len(inner) else None,
-        "outside": _mean_and_interval(outer, replicate) if len(inner) else None,
-        "by_speed": {f"{speed:g}": share for speed, share in accuracy_by_group(called).items()},
-    }
+    return UnknownBySpeed(
+        **_mean_and_interval(called, bootstrap_unit),
+        inside=ShareUnknown(**_mean_and_interval(inner, bootstrap_unit)) if len(inner) else None,
+        outside=ShareUnknown(**_mean_and_interval(outer, bootstrap_unit)) if len(inner) else None,
+        by_speed={f"{speed:g}": share for speed, share in accuracy_by_group(called).items()},
+    )
 
 
 def auroc(rows: pd.DataFrame) -> float:
@@ -115,10 +119,9 @@ def auroc(rows: pd.DataFrame) -> float:
     return float(roc_auc_score(rows["left_out"] == rows["texture"], rows["novelty"]))
 
 
-def _mean_and_interval(called: pd.DataFrame, replicate: str) -> dict[str, Any]:
-    accuracy = Accuracy(called, replicate)
-    interval = bootstrap_interval(accuracy)
-    return {"mean": accuracy.mean(), "ci95": [interval.low, interval.high]}
+def _mean_and_interval(called: pd.DataFrame, bootstrap_unit: str) -> dict[str, Any]:
+    accuracy = Accuracy(called, bootstrap_unit)
+    return {"mean": accuracy.mean(), "ci95": bootstrap_interval(accuracy)}
 
 
 def _mean_auroc(rows: pd.DataFrame) -> float:
@@ -144,7 +147,7 @@ def _called(rows: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-# Whether a texture never felt is recognised as none of those that were.
+# Whether a texture held out is recognised as none of those that were learnt.
 #
 # For every speed held out and every texture left out, a model learns from the others, and is asked
 # at that speed: samples of the texture left out should be novel to it, those of the others not.

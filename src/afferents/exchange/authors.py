@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from afferents.errors import InputError
 from afferents.exchange.authors_arrays import (
     AuthorsFolder,
@@ -16,10 +18,8 @@ from afferents.exchange.authors_networks import MOST, Asked, ModelDifferences
 from afferents.files import Place
 from afferents.models.model import MODELS, TABLE1
 from afferents.progress import Progress
-from afferents.reporting.tables import Cell, Table
+from afferents.reporting.tables import make_table
 from afferents.store.zarr_store import open_responses
-
-_ABSENT = "—"
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Comparison:
         }
 
     @property
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[pd.DataFrame]:
         """Return the differences, and what the networks name rightly, if there are any."""
         tables = [_of_stages(self.differences)] if self.differences else []
         return tables + ([_of_networks(self.networks)] if self.networks else [])
@@ -92,33 +92,31 @@ def _models(folder: AuthorsFolder, sets: TestSets, progress: Progress) -> list[M
     return models
 
 
-def _of_stages(differences: Sequence[Difference]) -> Table:
-    return Table(
+def _of_stages(differences: Sequence[Difference]) -> pd.DataFrame:
+    return make_table(
         "Differences from the authors' arrays and networks",
         "Of single numbers, in the unit of the stage, with the recording or held-out speed of the "
         "largest. Images are those of the test sets. Theirs were windows of vibration drawn at "
         "random: each is compared with ours that is most like it. Networks are theirs, asked "
         f"about at most {MOST} samples of each texture.",
         ("Stage", "Unit", "Largest", "Mean", "Where", "Compared", "Lost here"),
-        tuple(
-            tuple(map(Cell, (
-                one.stage, one.unit, f"{one.largest:.3g}", f"{one.mean:.3g}", one.where,
-                f"{one.n:,}", f"{one.missing:,}",
-            )))
+        (
+            (one.stage, one.unit, f"{one.largest:.3g}", f"{one.mean:.3g}", one.where,
+             f"{one.n:,}", f"{one.missing:,}")
             for one in differences
         ),
     )  # fmt: skip
 
 
-def _of_networks(networks: Sequence[Asked]) -> Table:
-    return Table(
+def _of_networks(networks: Sequence[Asked]) -> pd.DataFrame:
+    return make_table(
         "The authors' networks",
-        f"Percent named rightly, of at most {MOST} samples of each texture of the test set.",
+        f"Percent recognised, of at most {MOST} samples of each texture of the test set.",
         ("Model", "Held-out speed, mm/s", "Their samples", "Our samples"),
-        tuple(
+        (
             (
-                Cell(MODELS[one.model].title),
-                Cell(f"{one.speed_mm_s:g}"),
+                MODELS[one.model].title,
+                f"{one.speed_mm_s:g}",
                 *map(_percent, (one.on_theirs, one.on_ours)),
             )
             for one in networks
@@ -127,8 +125,8 @@ def _of_networks(networks: Sequence[Asked]) -> Table:
     )
 
 
-def _percent(share: float | None) -> Cell:
-    return Cell(_ABSENT if share is None else f"{100 * share:.1f}")
+def _percent(share: float | None) -> str | None:
+    return None if share is None else f"{100 * share:.1f}"
 
 
 def compare(store: Place, authors: Place, quiet: bool = False) -> "Comparison":

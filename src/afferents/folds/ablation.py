@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from pydantic import ConfigDict
+from pydantic.dataclasses import dataclass
 
 from afferents import dims
 from afferents.encodings.samples import Samples
@@ -20,7 +22,7 @@ _SPREAD = (0.7548776662466927, 0.5698402909980532)
 """Steps of a sequence that fills the plane evenly at any length (Roberts 2018)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Ablation:
     """What of the data is used; all of it as it stands.
 

@@ -3,14 +3,15 @@
 import re
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import ConfigDict, model_serializer
+from pydantic.dataclasses import dataclass
 
 from afferents import dims
 from afferents.channels import ra1, sa1
@@ -22,16 +23,7 @@ from afferents.folds.protocol import Fold
 from afferents.folds.splits import LeaveOneGroupOut
 from afferents.store.responses import Responses, read_whole
 
-Spoilt = dict[str, Annotated[float, Field(ge=0)]]
-"""Amounts by name, those that are not 0; see `folds.corruption.Disturbance`."""
-
-
-def spoilt_by(disturbance: Spoilt) -> str:
-    """Return a disturbance, as results and cards keep it, in the words of `--disturb`."""
-    return ",".join(f"{name}={value:g}" for name, value in disturbance.items())
-
-
-# What spoils recordings at test, and in training if asked: noise, lost frames, lost markers.
+# What corrupts recordings at test, and in training if asked: noise, lost frames, lost markers.
 #
 # Amounts are drawn from a seed and the recording's name, so any process draws the same. The draw
 # does not depend on the amount: twice the noise is the same noise twice as large.
@@ -44,9 +36,9 @@ _FORM = "as in markers=0.1,sound=-20dB,frames=0.05,lost=0.1,seed=1"
 _DRAWS = ("markers", "sound", "frames", "lost")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Disturbance:
-    """What is done to recordings; nothing by default.
+    """What is done to recordings; nothing by default. Files hold the amounts that are not 0.
 
     Attributes
     ----------
@@ -131,6 +123,7 @@ class Disturbance:
         """Return it as it is typed."""
         return ",".join(f"{name}={value:g}" for name, value in self.describe().items())
 
+    @model_serializer
     def describe(self) -> dict[str, float]:
         """Return it ready for JSON: what is not 0; empty where it changes nothing."""
         return {name: value for name, value in asdict(self).items() if value} if self else {}

@@ -22,11 +22,11 @@ from afferents.recordings.check import video_facts
 from afferents.recordings.footage import Footage
 from afferents.recordings.session_file import rate_in
 from afferents.recordings.video import VideoWithProgress, open_video
+from afferents.reporting.overlay import write_overlay
 from afferents.reporting.recording_figures import (
     markers_figure,
     responses_figure,
     vibration_figure,
-    write_overlay,
 )
 from afferents.reporting.style import save_figure
 from afferents.store.recording import GreyImage

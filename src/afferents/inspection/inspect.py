@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import AfferentsError, InputError
+from afferents.evaluation.schemas import Lost
 from afferents.evaluation.summary import lost_of, share_lost
 from afferents.extraction.copies import notes_in
 from afferents.extraction.extract import doubts_of, doubts_without_tracking, responses_of, watched
@@ -42,9 +43,10 @@ from afferents.recordings.described import is_described
 from afferents.recordings.run_log import clock_sentences
 from afferents.recordings.session import Session as FolderSession
 from afferents.recordings.session import require_rates_that_agree
-from afferents.reporting.in_short import what_was_lost
-from afferents.reporting.recording_figures import is_overlay, steadiness_figure, steadiness_sentence
+from afferents.reporting.overlay import is_overlay
+from afferents.reporting.recording_figures import steadiness_figure, steadiness_sentence
 from afferents.reporting.style import save_figure
+from afferents.reporting.summary_text import what_was_lost
 from afferents.store.recording import Recording, RecordingSet
 from afferents.store.responses import Responses, named_by_spacing, speed_of
 from afferents.store.trimming import AUDIO_S, LAST_FRAME
@@ -314,9 +316,9 @@ def length_sentences(rows: list[dict[str, Any]]) -> list[str]:
     return sentences
 
 
-def lost_sentences(quality: dict[str, Any]) -> list[str]:
+def lost_sentences(lost: Lost | None) -> list[str]:
     """Say how many markers were lost, and what models are given in their place; of any."""
-    said = what_was_lost(quality)
+    said = what_was_lost(lost)
     return [said] if said else []
 
 

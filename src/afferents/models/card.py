@@ -15,7 +15,7 @@ from afferents import dims
 from afferents.choices import Statistics
 from afferents.documents import as_form, parse_json, read_json
 from afferents.encodings.wavenumbers import unseen_waves
-from afferents.folds.corruption import Spoilt, spoilt_by
+from afferents.folds.corruption import Disturbance
 from afferents.folds.fields import Count, GroupName, Share, Shares, Speed, SplitName, Steady
 from afferents.folds.held_out import SPEED, Group, Split, split_named
 from afferents.models.model import MODELS
@@ -51,7 +51,7 @@ def set_otherwise(recipe: Mapping[str, Any]) -> str:
 
 
 class Source(BaseModel):
-    """Data that were learnt from: `Origin.describe`."""
+    """Data that were learnt from."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -92,8 +92,8 @@ class Score(BaseModel):
     worst_group: GroupName | None = _unsaid(None)
     split: SplitName = _unsaid(SPEED.name)
     same_data: bool
-    disturb: Spoilt = _unsaid({})
-    disturb_training: Spoilt = _unsaid({})
+    disturb: Disturbance = _unsaid(Disturbance())
+    disturb_training: Disturbance = _unsaid(Disturbance())
     recipe: dict[str, Any] = _unsaid({})
 
     @model_validator(mode="after")
@@ -117,9 +117,9 @@ class Score(BaseModel):
         )
 
     def _disturbed(self) -> str:
-        """Return how the recordings were spoilt, in words; nothing if they were not."""
+        """Return how the recordings were corrupted, in words; nothing if they were not."""
         said = {"tested": self.disturb, "learnt": self.disturb_training}
-        return "".join(f", {what} disturbed by {spoilt_by(by)}" for what, by in said.items() if by)
+        return "".join(f", {what} corrupted by {by}" for what, by in said.items() if by)
 
 
 class Card(BaseModel):
@@ -178,7 +178,7 @@ class Card(BaseModel):
     steady_s
         Part of the recordings that it learnt from, s, where that was said when it was trained.
     disturb_training
-        What spoilt the recordings that it learnt from: `--disturb-training`.
+        What corrupted the recordings that it learnt from: `--disturb-training`.
     recipe, statistics
         Of the network: what was set otherwise than the preset has it; `training_config` says what.
     scores
@@ -216,7 +216,7 @@ class Card(BaseModel):
     learnt_from: tuple[GroupName, ...] = _unsaid(())
     validated_on: GroupName | None = _unsaid(None)
     steady_s: Steady | None = _unsaid(None)
-    disturb_training: Spoilt = _unsaid({})
+    disturb_training: Disturbance = _unsaid(Disturbance())
     recipe: dict[str, Any] = _unsaid({})
     statistics: Statistics = _unsaid("warmed-up")
     validation_accuracy: Share
@@ -302,7 +302,7 @@ class Card(BaseModel):
             *self._speeds(),
             *self._limits(),
             *([] if self.steady_s is None else [_steady_sentence(self.steady_s)]),
-            *self._spoilt(),
+            *self._corrupted(),
             *(f"Evaluated: {score.describe()}." for score in self.scores),
             *([] if self.scores else [f"Not evaluated at {split.many} held out."]),
             *([] if self.estimator is None else [_NOT_FELT]),
@@ -334,10 +334,10 @@ class Card(BaseModel):
             "was learnt: known textures, too, may be called unknown there."
         ]
 
-    def _spoilt(self) -> list[str]:
-        """Return by what the recordings were disturbed, if they were."""
-        by = spoilt_by(self.disturb_training)
-        return [f"The recordings that it learnt from were disturbed by {by}."] if by else []
+    def _corrupted(self) -> list[str]:
+        """Return by what the recordings were corrupted, if they were."""
+        by = self.disturb_training
+        return [f"The recordings that it learnt from were corrupted by {by}."] if by else []
 
     def _limits(self) -> list[str]:
         """Return what its fingertip keeps from it, where it relies on waves."""

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
-from torch import nn
 
 from afferents.choices import Device, Precision, Preset, Statistics
 from afferents.documents import as_form, read_toml
 from afferents.errors import InputError
-from afferents.models.layers import L2
+
+L2 = 0.005
+"""Factor of the sum of squared kernels in the loss (train_static.ipynb, cell 4)."""
 
 Dropped = Annotated[float, Field(ge=0, lt=1)]
 """Share of the values that a dropout layer sets to 0."""
@@ -318,24 +319,3 @@ def _checked(
         expected = f"one share, or {n}, of the dropout layers of {network}"
         raise InputError(f"{where}: expected {expected}, found {len(dropout)}")
     return {name: config.model_dump(mode="json")[name] for name in fields}
-
-
-def set_dropout(network: nn.Module, dropout: float | tuple[float, ...] | None) -> None:
-    """Set the shares that a network's dropout layers drop; None to leave them.
-
-    Raises
-    ------
-    InputError
-        If there is another number of layers.
-    """
-    layers = [module for module in network.modules() if isinstance(module, nn.Dropout)]
-    if dropout is None:
-        return
-    shares = dropout if isinstance(dropout, tuple) else (dropout,) * len(layers)
-    if len(shares) != len(layers):
-        found = f"{len(shares)} shares"
-        raise InputError(
-            f"dropout: expected one for each of {len(layers)} dropout layers, found {found}"
-        )
-    for layer, share in zip(layers, shares, strict=True):
-        layer.p = share

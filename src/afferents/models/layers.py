@@ -10,8 +10,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-L2 = 0.005
-"""Factor of the sum of squared kernels in the loss (train_static.ipynb, cell 4)."""
+from afferents.errors import InputError
+from afferents.models.config import L2
 
 _EPS = 1e-3
 _MOMENTUM = 0.01
@@ -117,3 +117,24 @@ def count_parameters(model: nn.Module) -> ParameterCount:
     trainable = sum(p.numel() for p in model.parameters() if p.requires_grad)
     running = sum(b.numel() for b in model.buffers() if b.is_floating_point())
     return ParameterCount(trainable + running, trainable)
+
+
+def set_dropout(network: nn.Module, dropout: float | tuple[float, ...] | None) -> None:
+    """Set the shares that a network's dropout layers drop; None to leave them.
+
+    Raises
+    ------
+    InputError
+        If there is another number of layers.
+    """
+    layers = [module for module in network.modules() if isinstance(module, nn.Dropout)]
+    if dropout is None:
+        return
+    shares = dropout if isinstance(dropout, tuple) else (dropout,) * len(layers)
+    if len(shares) != len(layers):
+        found = f"{len(shares)} shares"
+        raise InputError(
+            f"dropout: expected one for each of {len(layers)} dropout layers, found {found}"
+        )
+    for layer, share in zip(layers, shares, strict=True):
+        layer.p = share

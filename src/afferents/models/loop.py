@@ -22,9 +22,9 @@ from torch.optim.lr_scheduler import OneCycleLR
 from afferents.documents import parse_json
 from afferents.errors import AfferentsError, InputError, then
 from afferents.files import write_aside
-from afferents.models.config import TrainingConfig, set_dropout
+from afferents.models.config import TrainingConfig
 from afferents.models.hardware import autocast, choose_device, computed_with, to_channels_last
-from afferents.models.layers import l2_penalty
+from afferents.models.layers import l2_penalty, set_dropout
 from afferents.models.learning_set import LearningSet, gather, split
 
 

@@ -1,14 +1,13 @@
 """Which textures and speeds a figure shows where it cannot show all of them."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from afferents import dims
 from afferents.encodings.samples import Samples, textures_of
-from afferents.reporting.labels import About, speed_key, texture_letter, texture_names
+from afferents.reporting.labels import speed_key, texture_letter, texture_names
 from afferents.store.recording import LETTERS, natural_order
 
 EXAMPLE_LETTERS = ("a", "e", "i", "m")
@@ -26,8 +25,8 @@ def speeds_of(samples: Samples) -> list[float]:
 def example_textures(samples: Samples) -> list[str]:
     """Return a, e, i, m of the paper where they are there, else four spread over the rest."""
     textures = textures_of(samples)
-    letter = partial(texture_letter, about=samples.attrs)
-    known = [texture for texture in textures if letter(texture) in EXAMPLE_LETTERS]
+    by_spacing = bool(samples.attrs.get(dims.NAMED_BY_SPACING))
+    known = [one for one in textures if texture_letter(one, by_spacing) in EXAMPLE_LETTERS]
     return known if len(known) == len(EXAMPLE_LETTERS) else spread(textures, 4)
 
 
@@ -99,7 +98,7 @@ class Shown(NamedTuple):
 
 
 def shown_for(
-    wanted: Iterable[tuple[str, float]], recorded: Iterable[tuple[str, float]], about: About
+    wanted: Iterable[tuple[str, float]], recorded: Iterable[tuple[str, float]], by_spacing: bool
 ) -> list[Shown]:
     """Choose a recording for each that the paper shows.
 
@@ -109,8 +108,8 @@ def shown_for(
         Letter and speed (mm/s) of each.
     recorded
         Texture and speed (mm/s) of every recording there is; at least one.
-    about
-        Says how textures are named; see `texture_names`.
+    by_spacing
+        Whether textures are named by their spacing; see `texture_names`.
 
     Returns
     -------
@@ -121,10 +120,10 @@ def shown_for(
     for texture, speed in sorted(recorded, key=lambda one: (natural_order(one[0]), one[1])):
         speeds.setdefault(texture, []).append(speed)
     textures = list(speeds)
-    names = texture_names(textures, about)
+    names = texture_names(textures, by_spacing)
     found = []
     for letter, paper_mm_s in wanted:
-        of_letter = {texture_letter(one, about): one for one in reversed(textures)}
+        of_letter = {texture_letter(one, by_spacing): one for one in reversed(textures)}
         texture = of_letter.get(letter) or _in_place_of(letter, textures)
         speed = min(speeds[texture], key=lambda one: (abs(one - paper_mm_s), one))
         its_own = letter in of_letter

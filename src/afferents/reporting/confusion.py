@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
+from afferents.choices import Figures
 from afferents.evaluation.results import Results
-from afferents.folds.held_out import SPEED, order, split_of
+from afferents.evaluation.schemas import Summary
+from afferents.folds.held_out import SPEED, order
 from afferents.reporting.labels import (
     PROTOCOL_TITLES,
-    About,
-    Summary,
     are_published,
     model_title,
     source_line,
@@ -23,7 +23,17 @@ from afferents.reporting.labels import (
     texture_names,
 )
 from afferents.reporting.published import published_confusion, published_families
-from afferents.reporting.style import GREY, INK, MISSING, PERCENT, frame_all, new_figure, styled
+from afferents.reporting.style import (
+    GREY,
+    INK,
+    MISSING,
+    PERCENT,
+    add_bar,
+    frame_all,
+    hide,
+    new_figure,
+    styled,
+)
 
 # As in the paper, x is the true and y the predicted texture, so every column sums to 100 %; y goes
 # up here, where the print has the first texture at the top. Each column is divided by its own
@@ -49,6 +59,9 @@ _LEAST_POINTS, _MOST_POINTS, _OF_CELL = 5.5, 8.0, 0.43
 """Size of the numbers in cells, pt: no smaller, no larger, and what share of a cell."""
 LEAST_WRITTEN, _DARK = 5.0, 55.0
 """Percent that are written as a number, and from where on in white."""
+TWICE = ("vib-te", "vib-te-aug")
+"""Models whose matrices the paper prints at twice the percentage."""
+_PAPER_COLUMNS = 5
 
 
 @dataclass(frozen=True)
@@ -84,58 +97,107 @@ def percent_of_true(counts: NDArray[np.int64]) -> NDArray[np.float64]:
 
 
 @styled
-def confusion_figure(results: Results, model: str, protocol: str) -> Figure | None:
-    """Draw a matrix for every group held out and one over all; None if it was not evaluated.
+def confusion_figure(
+    results: Results, model: str, protocol: str, style: Figures = "report"
+) -> Figure | None:
+    """Draw a matrix for every group held out; None if it was not evaluated.
 
-    Where the textures are the paper's, its own mean matrix is drawn last for comparison.
+    Parameters
+    ----------
+    style
+        `report` adds one over all groups, and the paper's mean matrix where textures are its own.
+        `paper` draws what the model's figure in the paper has, five in a row, the first texture at
+        the top left, and None of what has no such figure.
     """
     rows = results.predictions
     rows = rows[(rows["model"] == model) & (rows["protocol"] == protocol)]
-    if rows.empty:
+    if rows.empty or (style == "paper" and not is_in_paper(model, results.found)):
         return None
-    textures = results.textures
-    panels = [*_own_panels(rows, results), *_paper_panel(model, results)]
-    n_columns = _columns(len(panels), len(textures))
+    title = confusion_title(model, protocol, results.found)
+    if style == "paper":
+        return _as_in_paper(results, rows, title, model in TWICE)
+    panels = [
+        *_panels(results, rows, " held out"),
+        _panel(rows, results.textures, f"all held-out {results.split.many}"),
+        *_paper_panel(model, results),
+    ]
+    n_columns = _columns(len(panels), len(results.textures))
     n_rows = -(-len(panels) // n_columns)
-    height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + 0.04 * max(map(len, textures))
-    summary = results.summary
-    title, source = confusion_title(model, protocol, summary), source_line(summary)
-    figure = new_figure(_WIDTH_INCH, height, title, source)
-    _draw_grid(figure, panels, textures, summary, (n_rows, n_columns))
+    names = 0.04 * max(map(len, results.textures))
+    height = n_rows * (_PANELS_INCH / n_columns + 0.34) + 0.8 + names
+    figure = new_figure(_WIDTH_INCH, height, title, source_line(results.found))
+    grid = figure.subplots(n_rows, n_columns, squeeze=False)
+    drawn = _draw_panels(grid, panels, results, "lower")
+    for axes, panel in zip(grid.flat, panels, strict=False):
+        write_numbers(axes, panel, _PANELS_INCH / n_columns)
+    add_bar(figure, drawn, list(grid.flat), OF_TRUE, fraction=0.02, pad=0.015, aspect=30)
     return figure
+
+
+def is_in_paper(model: str, summary: Summary) -> bool:
+    """Tell whether the paper has a figure of a model's matrices."""
+    return model in FIGURE_OF and summary.split == SPEED
 
 
 def confusion_title(model: str, protocol: str, summary: Summary) -> str:
     """Return the number that the figure has in the paper, the model and the protocol."""
-    of_paper = model in FIGURE_OF and split_of(summary) == SPEED
-    number = f"{FIGURE_OF[model]}. " if of_paper else ""
+    number = f"{FIGURE_OF[model]}. " if is_in_paper(model, summary) else ""
     return f"{number}{model_title(model, summary)}, {PROTOCOL_TITLES[protocol]}"
 
 
-def _own_panels(rows: pd.DataFrame, results: Results) -> list[Panel]:
-    textures, split = results.textures, results.split
-    held_out = rows[split.column]
-    by_group = [
-        (f"{split.printed(group)} held out", count_confusion(rows[held_out == group], textures))
-        for group in sorted(held_out.unique().tolist(), key=order)
-    ]
-    everything = (f"all held-out {split.many}", count_confusion(rows, textures))
+def _as_in_paper(results: Results, rows: pd.DataFrame, title: str, twice: bool) -> Figure:
+    """Draw ten matrices, one a held-out speed; where the paper prints twice the percentage, both.
+
+    It divides counts by 25, 2.5 and 0.3. That is percent for Figures 9 and 11, which have 2,500 and
+    250 test samples of each texture. Figure 13 has 60 and is divided as if there were 30: it
+    saturates at half. Here each count is divided by the number of its own test samples; Figure 13
+    is drawn so, and above that as it is printed.
+    """
+    panels = _panels(results, rows)
+    blocks = [("", OF_TRUE, panels)]
+    if twice:
+        printed = [replace(one, percent=np.minimum(2 * one.percent, 100)) for one in panels]
+        blocks = [("as printed: twice the percentage, at most 100", "as printed", printed),
+                  ("as it should be", OF_TRUE, panels)]  # fmt: skip
+    n_columns = min(_PAPER_COLUMNS, len(panels))
+    n_rows = -(-len(panels) // _PAPER_COLUMNS)
+    height = len(blocks) * (1.8 * n_rows + (0.4 if twice else 0.2)) + 0.7
+    figure = new_figure(_WIDTH_INCH, height, title, source_line(results.found))
+    parts = figure.subfigures(len(blocks), 1, squeeze=False)
+    for part, (said, label, shown) in zip(parts.flat, blocks, strict=True):
+        if said:
+            part.suptitle(said, fontsize=9, x=0.055, ha="left")
+        grid = part.subplots(n_rows, n_columns, squeeze=False)
+        drawn = _draw_panels(grid, shown, results, "upper")
+        for axes in grid.flat:
+            axes.set_title(axes.get_title(), fontsize=8)
+        bar = add_bar(part, drawn, grid, "", fraction=0.02, pad=0.012, aspect=26)
+        bar.set_label(label, fontsize=7)
+        bar.ax.tick_params(labelsize=7)
+    return figure
+
+
+def _panel(rows: pd.DataFrame, textures: list[str], title: str) -> Panel:
+    counts = count_confusion(rows, textures)
+    accuracy = 100 * np.trace(counts) / counts.sum()
+    return Panel(f"{title}: {accuracy:.0f}%", percent_of_true(counts))
+
+
+def _panels(results: Results, rows: pd.DataFrame, said: str = "") -> list[Panel]:
+    """Return a matrix for each group held out."""
+    held_out, split = rows[results.split.column], results.split
     return [
-        Panel(f"{title}: {_accuracy(counts):.0f} %", percent_of_true(counts))
-        for title, counts in (*by_group, everything)
+        _panel(rows[held_out == group], results.textures, f"{split.printed(group)}{said}")
+        for group in sorted(held_out.unique().tolist(), key=order)
     ]
 
 
 def _paper_panel(model: str, results: Results) -> list[Panel]:
-    same = results.split == SPEED and are_published(results.summary)
+    same = results.split == SPEED and are_published(results.found)
     if model not in published_families() or not same:
         return []
     mean = published_families()[model].mean_percent
-    return [Panel(f"paper, its own recordings: {mean} %", published_confusion(model))]
-
-
-def _accuracy(counts: NDArray[np.int64]) -> float:
-    return float(100 * np.trace(counts) / counts.sum())
+    return [Panel(f"paper, its own recordings: {mean}%", published_confusion(model))]
 
 
 def _columns(n_panels: int, n_textures: int) -> int:
@@ -145,20 +207,14 @@ def _columns(n_panels: int, n_textures: int) -> int:
     return min((4, 3), key=lambda n: (-n_panels % n, -n))
 
 
-def _draw_grid(
-    figure: Figure, panels: list[Panel], textures: list[str], about: About, shape: tuple[int, int]
-) -> None:
-    grid = figure.subplots(*shape, squeeze=False)
-    cells = list(grid.flat)
-    for axes, panel in zip(cells, panels, strict=False):
-        image = draw_panel(axes, panel)
-        write_numbers(axes, panel, _PANELS_INCH / shape[1])
-    for axes in cells[len(panels) :]:
-        axes.set_visible(False)
-    label_edges(grid, textures, about)
-    bar = figure.colorbar(image, ax=cells, fraction=0.02, pad=0.015, aspect=30)
-    bar.set_label(OF_TRUE)
-    bar.outline.set_visible(False)
+def _draw_panels(
+    grid: NDArray[Any], panels: list[Panel], results: Results, origin: Literal["lower", "upper"]
+) -> AxesImage:
+    for axes, panel in zip(grid.flat, panels, strict=False):
+        drawn = draw_panel(axes, panel, origin)
+    hide(list(grid.flat)[len(panels) :])
+    label_edges(grid, results.textures, results.found.named_by_spacing)
+    return drawn
 
 
 def draw_panel(axes: Axes, panel: Panel, origin: Literal["lower", "upper"] = "lower") -> AxesImage:
@@ -184,11 +240,11 @@ def write_numbers(axes: Axes, panel: Panel, width_inch: float) -> None:
         )
 
 
-def label_edges(grid: NDArray[Any], textures: list[str], about: About) -> None:
+def label_edges(grid: NDArray[Any], textures: list[str], by_spacing: bool) -> None:
     """Name the textures on every axis of the left column, and on the lowest of each column."""
     step = -(-len(textures) // MOST_TICKS)
     ticks = list(range(0, len(textures), step))
-    named, axis = texture_names(textures, about), texture_axis(textures, about)
+    named, axis = texture_names(textures, by_spacing), texture_axis(textures, by_spacing)
     names = [named[textures[index]] for index in ticks]
     turned = 90 if max(map(len, names)) > 3 else 0
     for axes in grid.flat:
@@ -201,66 +257,3 @@ def label_edges(grid: NDArray[Any], textures: list[str], about: About) -> None:
     for axes in grid[:, 0]:
         axes.set_yticks(ticks, names, fontsize=6)
         axes.set_ylabel(f"predicted {axis}", fontsize=7)
-
-
-# Figures 9, 11 and 13 as drawn: ten confusion matrices, one a held-out speed, a at the top left.
-#
-# The paper divides counts by 25, 2.5 and 0.3. That is percent for Figures 9 and 11, which have
-# 2,500 and 250 test samples of each texture. Figure 13 has 60 and is divided as if there were 30:
-# it shows twice the percentage, and saturates at half. Here each count is divided by the number of
-# its own test samples; Figure 13 is drawn so, and above that as it is printed.
-
-COLUMNS = 5
-TWICE = ("vib-te", "vib-te-aug")
-"""Models whose matrices are printed at twice the percentage."""
-
-
-@styled
-def matrices_figure(results: Results, model: str, protocol: str) -> Figure | None:
-    """Draw a model's matrices as its figure in the paper; None of what has no such figure."""
-    rows = results.predictions
-    rows = rows[(rows["model"] == model) & (rows["protocol"] == protocol)]
-    if model not in FIGURE_OF or rows.empty:
-        return None
-    panels = _panels(results, model, protocol)
-    blocks = [("", panels)]
-    if model in TWICE:
-        printed = [replace(one, percent=np.minimum(2 * one.percent, 100)) for one in panels]
-        blocks = [("as printed: twice the percentage, cut off at 100", printed),
-                  ("as it should be", panels)]  # fmt: skip
-    n_rows = -(-len(panels) // COLUMNS)
-    title = confusion_title(model, protocol, results.summary)
-    height = len(blocks) * (1.8 * n_rows + (0.4 if len(blocks) > 1 else 0.2)) + 0.7
-    figure = new_figure(9.4, height, title, source_line(results.summary))
-    whole = figure.subfigures(len(blocks), 1, squeeze=False)
-    for part, (said, shown) in zip(whole.flat, blocks, strict=True):
-        if said:
-            part.suptitle(said, fontsize=9, x=0.055, ha="left")
-        grid = part.subplots(n_rows, min(COLUMNS, len(shown)), squeeze=False)
-        for axes, panel in zip(grid.flat, shown, strict=False):
-            image = draw_panel(axes, panel, "upper")
-            _small(axes)
-        for axes in list(grid.flat)[len(shown) :]:
-            axes.set_visible(False)
-        label_edges(grid, results.textures, results.summary)
-        bar = part.colorbar(image, ax=grid, fraction=0.02, pad=0.012, aspect=26)
-        bar.set_label("as printed" if said.startswith("as printed") else OF_TRUE, fontsize=7)
-        bar.ax.tick_params(labelsize=7)
-        bar.outline.set_visible(False)
-    return figure
-
-
-def _panels(results: Results, model: str, protocol: str) -> list[Panel]:
-    rows = results.predictions
-    rows = rows[(rows["model"] == model) & (rows["protocol"] == protocol)]
-    held_out, split = rows[results.split.column], results.split
-    found = []
-    for group in sorted(held_out.unique().tolist(), key=order):
-        counts = count_confusion(rows[held_out == group], results.textures)
-        accuracy = 100 * np.trace(counts) / counts.sum()
-        found.append(Panel(f"{split.printed(group)}: {accuracy:.0f} %", percent_of_true(counts)))
-    return found
-
-
-def _small(axes: Axes) -> None:
-    axes.set_title(axes.get_title(), fontsize=8)

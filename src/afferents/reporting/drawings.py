@@ -64,7 +64,7 @@ class DrumView:
 
 
 @styled
-def figure03(drums: Sequence[DrumView], source: str) -> Figure:
+def drums_figure(drums: Sequence[DrumView], source: str) -> Figure:
     """Draw all drums, the picture of each above a piece of its surface; one scale of heights."""
     columns = min(COLUMNS, len(drums))
     n_rows = -(-len(drums) // columns)

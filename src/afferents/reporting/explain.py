@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import torch
 import xarray as xr
 from matplotlib.axes import Axes
@@ -41,7 +42,6 @@ from afferents.progress import Progress
 from afferents.recordings.data_set import Data
 from afferents.reporting.labels import texture_labels
 from afferents.reporting.style import BLUE, GREY, frame_all, new_figure, save_figure, styled
-from afferents.reporting.tables import Table
 from afferents.store.recording import spacing_mm
 from afferents.store.responses import Responses, textures_of
 from afferents.store.trimming import with_steady
@@ -206,7 +206,7 @@ def _images(title: str, lost: xr.DataArray, source: str) -> Figure:
 
 def _labels(lost: xr.DataArray) -> list[str]:
     textures = [str(texture) for texture in lost[dims.TEXTURE].values]
-    return list(texture_labels(textures, lost.attrs).values())
+    return list(texture_labels(textures, bool(lost.attrs.get(dims.NAMED_BY_SPACING))).values())
 
 
 def _largest(lost: xr.DataArray) -> float:
@@ -280,7 +280,7 @@ class Explanation:
     sentences: list[str] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
-    tables: list[Table] = field(default_factory=list)
+    tables: list[pd.DataFrame] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -338,11 +338,11 @@ def explain_model(
     found = Explanation(
         [
             f"{len(asked.labels)} samples {split.at(groups)}, "
-            f"{'not learnt from' if unseen else 'learnt from'}: {100 * right:.1f}% named rightly."
+            f"{'not learnt from' if unseen else 'learnt from'}: {100 * right:.1f}% recognised."
         ],
         facts={
             "model": card.model,
-            "data": data.origin.describe(),
+            "data": data.origin.model_dump(),
             split.groups: groups,
             "not_learnt_from": unseen,
             "n_samples": len(asked.labels),

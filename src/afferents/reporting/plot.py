@@ -13,7 +13,7 @@ from afferents import dims
 from afferents.encodings.samples import textures_of
 from afferents.errors import InputError, then
 from afferents.evaluation.results import Results
-from afferents.folds.held_out import SPEED, column_of, group_in, order, split_of
+from afferents.folds.held_out import SPEED, column_of, group_in, order
 from afferents.markers.places import covered, fill_frames, images_of
 from afferents.reporting.confusion import (
     OF_TRUE,
@@ -31,12 +31,12 @@ from afferents.reporting.spectra import HIGHEST_HZ, amplitude_label, amplitude_t
 from afferents.reporting.style import (
     BLUE,
     GREEN,
-    GREY,
     LINE,
     ORANGE,
     PURPLE,
     SKY,
     VERMILION,
+    draw_chance,
     frame_all,
     styled,
 )
@@ -107,7 +107,8 @@ def tactile_image(
         title.append(f"{float(found[dims.TIME]):.2f} s")
     if dims.TEXTURE in found.coords and not found[dims.TEXTURE].dims:
         texture = str(found[dims.TEXTURE].item())
-        title.append(f"texture {texture_labels([texture], response.attrs)[texture]}")
+        by_spacing = bool(response.attrs.get(dims.NAMED_BY_SPACING))
+        title.append(f"texture {texture_labels([texture], by_spacing)[texture]}")
     if dims.SPEED in found.coords and not found[dims.SPEED].dims:
         title.append(f"{speed_key(found[dims.SPEED].item())} mm/s")
     image = TactileImage(_grid(found), ", ".join(title))
@@ -289,8 +290,11 @@ def _frame_at(response: xr.DataArray, time_s: float | None) -> xr.DataArray:
             "the response: expected times of its frames, s (coordinate time), found none"
         )
     if time_s is None:
-        level = response.median([d for d in response.dims if d != dims.TIME])
-        return response.isel({dims.TIME: int(np.argmax(level.fillna(-np.inf).values))})
+        seen = response.dropna(dims.TIME, how="all")
+        if not seen.sizes[dims.TIME]:
+            return response.isel({dims.TIME: 0})
+        level = seen.median([d for d in response.dims if d != dims.TIME])
+        return seen.isel({dims.TIME: int(np.argmax(level.values))})
     return response.sel({dims.TIME: time_s}, method="nearest")
 
 
@@ -342,9 +346,10 @@ def _windows(response: xr.DataArray) -> xr.DataArray:
 def _by_texture(data: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
     if dims.TEXTURE not in data.coords or not data[dims.TEXTURE].dims:
         return [("", data)]
+    by_spacing = bool(data.attrs.get(dims.NAMED_BY_SPACING))
     return [
         (label, data.isel({dims.SAMPLE: np.flatnonzero(data[dims.TEXTURE] == name)}))
-        for name, label in texture_labels(textures_of(data), data.attrs).items()
+        for name, label in texture_labels(textures_of(data), by_spacing).items()
     ]
 
 
@@ -386,7 +391,7 @@ def confusion(
     Returns
     -------
     matplotlib.axes.Axes
-        True textures to the right, predicted ones up; every column sums to 100 %. The title gives
+        True textures to the right, predicted ones up; every column sums to 100%. The title gives
         the accuracy.
 
     Raises
@@ -398,7 +403,7 @@ def confusion(
     _require_columns(rows, _TEXTURES)
     named = rows[_TEXTURES].to_numpy().ravel()
     textures = sorted({str(name) for name in named}, key=natural_order)
-    summary = results.summary if isinstance(results, Results) else {}
+    summary = results.found if isinstance(results, Results) else None
     rows, chosen = _chosen(rows, "model", model)
     title = [model_title(chosen, summary)] if chosen else []
     rows, chosen = _chosen(rows, "protocol", protocol)
@@ -408,14 +413,14 @@ def confusion(
         title.append(f"{speed_key(held_out_mm_s)} mm/s held out")
     if held_out is not None:
         rows, _ = _chosen(rows, "held_out_group", held_out)
-        title.append(f"{split_of(summary).printed(held_out) if summary else held_out} held out")
+        title.append(f"{summary.split.printed(held_out) if summary else held_out} held out")
     counts = count_confusion(rows, textures)
     accuracy = 100 * np.trace(counts) / counts.sum()
     ax = axes_of(ax, 4.6, 4.0)
-    panel = Panel(", ".join([*title, f"{accuracy:.0f} %"]), percent_of_true(counts))
+    panel = Panel(", ".join([*title, f"{accuracy:.0f}%"]), percent_of_true(counts))
     image = draw_panel(ax, panel)
     write_numbers(ax, panel, ax.bbox.width / ax.figure.dpi)
-    label_edges(np.array([[ax]]), textures, summary)
+    label_edges(np.array([[ax]]), textures, summary is not None and summary.named_by_spacing)
     ax.figure.colorbar(image, ax=ax, label=OF_TRUE).outline.set_visible(False)
     return ax
 
@@ -427,7 +432,7 @@ def accuracy_by_speed(
     models: Sequence[str] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw how many samples are named rightly at each speed held out, a line for each model.
+    """Draw how many samples are recognised at each speed held out, a line for each model.
 
     Of results of another split, in each group held out.
 
@@ -443,8 +448,8 @@ def accuracy_by_speed(
     Returns
     -------
     matplotlib.axes.Axes
-        Held-out speed in mm/s, or the group's name; accuracy in percent. Open marks: the published
-        protocol. Of `Results`, a dashed line is chance.
+        Held-out speed in mm/s, or the group's name; accuracy in percent. Where
+        the published protocol was run, its marks are open. Of `Results`, a dashed line is chance.
 
     Raises
     ------
@@ -455,7 +460,7 @@ def accuracy_by_speed(
     _require_columns(table, _ACCURACY)
     held_out = column_of(table) if column_of(table) in table else SPEED.column
     _require_columns(table, [held_out])
-    summary = results.summary if isinstance(results, Results) else {}
+    summary = results.found if isinstance(results, Results) else None
     there = list(dict.fromkeys(table["model"]))
     for name in models or ():
         if name not in there:
@@ -478,9 +483,9 @@ def accuracy_by_speed(
                 markerfacecolor="white" if open_mark else colour,
                 label=model_title(name, summary) + (f", {protocol}" if several else ""),
             )
-    if "chance" in summary:
-        ax.axhline(100 * summary["chance"], color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
-    axis = split_of(summary).axis if held_out != SPEED.column else SPEED.axis
+    if summary is not None:
+        draw_chance(ax, summary.chance)
+    axis = SPEED.axis if held_out == SPEED.column else summary.split.axis if summary else "group"
     ax.set(xlabel=f"held-out {axis}", ylabel="accuracy (%)", ylim=(0, 103))
     ax.grid(axis="y", color=LINE, lw=0.4)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

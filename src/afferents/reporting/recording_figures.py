@@ -1,14 +1,8 @@
 """Pictures of one recording: its markers, what the skin did, what was heard."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from fractions import Fraction
-from functools import lru_cache
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import av
-import cv2
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -17,9 +11,7 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.files import write_aside
-from afferents.outputs import MARK
-from afferents.reporting.labels import About, speed_key, texture_axis, texture_letter, texture_names
+from afferents.reporting.labels import speed_key, texture_axis, texture_letter, texture_names
 from afferents.reporting.style import (
     BLUE,
     GREEN,
@@ -30,11 +22,11 @@ from afferents.reporting.style import (
     SEQUENTIAL,
     VERMILION,
     frame_all,
-    name_textures,
+    name_places,
     new_figure,
     styled,
 )
-from afferents.store.recording import Frame, GreyImage, natural_order
+from afferents.store.recording import GreyImage, natural_order
 
 QUANTILES = ((0.05, 0.95), (0.25, 0.75))
 MOST_CHANNELS = 16
@@ -246,140 +238,6 @@ def _channels(segment: xr.DataArray) -> str:
     return "1 channel" if n == 1 else f"{n} channels"
 
 
-# A video with its markers drawn in: names, trails, and the lost in red.
-
-ENLARGED = 2
-"""So that names can be read between markers 20 px apart."""
-TRAIL_FRAMES = 20
-_QUICK = {"crf": "20", "preset": "ultrafast"}
-"""Of x264: encoding is most of the work, and the file is only to be looked at."""
-_RED, _ORANGE, _WHITE, _BLACK = (40, 40, 255), (0, 159, 230), (255, 255, 255), (0, 0, 0)
-"""Blue, green, red."""
-_TICKS_HZ = 90_000
-_COMMENT = f"{MARK}: a video with its markers drawn in"
-_SUBPIXEL_BITS = 4
-
-Colour = tuple[int, int, int]
-Picture = NDArray[np.uint8]
-"""Shape (height, width, 3), blue, green, red."""
-
-
-def write_overlay(
-    path: Path,
-    frames: Iterable[Frame],
-    position: NDArray[np.float64],
-    detected: NDArray[np.bool_],
-    fps_hz: float,
-) -> Path:
-    """Write an mp4 of the frames, twice as large, with their markers.
-
-    Parameters
-    ----------
-    frames
-        Of the video, from its first.
-    position, detected
-        As `markers.track` gives them, shapes (n_frames, n, 2), px, and (n_frames, n).
-
-    Raises
-    ------
-    OSError
-        If the file can't be written.
-    """
-    last = _last_seen(position)
-    with (
-        write_aside(path) as partial,
-        av.open(f"file:{partial}", "w", format="mp4") as container,
-    ):
-        container.metadata["comment"] = _COMMENT
-        stream = container.add_stream("libx264", rate=max(1, round(fps_hz)), options=_QUICK)
-        stream.pix_fmt = "yuv420p"
-        stream.time_base = stream.codec_context.time_base = Fraction(1, _TICKS_HZ)
-        for index, frame in enumerate(frames):
-            image = frame.in_colour() if frame.in_colour else frame.image
-            picture = draw_overlay(image, last, detected, index)
-            if index == 0:
-                stream.height, stream.width = picture.shape[:2]
-            drawn = av.VideoFrame.from_ndarray(picture, format="bgr24")
-            drawn.pts = round(frame.time_s * _TICKS_HZ)
-            drawn.time_base = Fraction(1, _TICKS_HZ)
-            container.mux(stream.encode(drawn))
-        container.mux(stream.encode(None))
-    return path
-
-
-def is_overlay(path: Path) -> bool:
-    """Tell whether a file is a video that `write_overlay` wrote."""
-    try:
-        with av.open(f"file:{path}") as container:
-            return container.metadata.get("comment") == _COMMENT
-    except (av.FFmpegError, OSError):
-        return False
-
-
-def draw_overlay(
-    image: GreyImage, position: NDArray[np.float64], detected: NDArray[np.bool_], index: int
-) -> Picture:
-    """Draw the markers of frame `index`, with the way that they came.
-
-    Parameters
-    ----------
-    image
-        Grey, shape (height, width), or in colour, (height, width, 3), blue, green, red.
-    position
-        Where each marker was last seen, shape (n_frames, n, 2), px.
-    """
-    large = cv2.resize(image, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR)
-    large = large[: large.shape[0] // 2 * 2]
-    if large.ndim == 2:  # grey
-        large = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
-    picture: Picture = np.ascontiguousarray(large, np.uint8)
-    shown = np.flatnonzero(~np.isnan(position[index, :, 0]))
-    way = position[max(0, index - TRAIL_FRAMES) : index + 1]
-    points = _points(way)
-    trails = [points[~np.isnan(way[:, n, 0]), n] for n in shown]
-    cv2.polylines(picture, trails, False, _ORANGE, 1, cv2.LINE_8, _SUBPIXEL_BITS)
-    for n in shown:
-        seen = bool(detected[index, n])
-        where = (int(points[-1, n, 0]), int(points[-1, n, 1]))
-        radius = 5 << _SUBPIXEL_BITS
-        colour = _colour(n) if seen else _RED
-        cv2.circle(picture, where, radius, colour, 1 if seen else 2, cv2.LINE_8, _SUBPIXEL_BITS)
-        place = ((where[0] >> _SUBPIXEL_BITS) + 6, (where[1] >> _SUBPIXEL_BITS) - 5)
-        _write(picture, f"{n}", place, 0.3, colour)
-    said = f"{int(detected[index].sum())} of {detected.shape[1]}, frame {index}"
-    _write(picture, said, (8, 20), 0.55, _WHITE)
-    return picture
-
-
-def _write(
-    picture: Picture, text: str, place: tuple[int, int], size: float, colour: Colour
-) -> None:
-    """Write on a dark rim, which makes it legible on whatever lies behind."""
-    for ink, width in ((_BLACK, 3), (colour, 1)):
-        cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, ink, width, cv2.LINE_8)
-
-
-def _last_seen(position: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where every marker was last seen at every frame, NaN before the first time."""
-    seen = ~np.isnan(position[..., 0])
-    latest = np.maximum.accumulate(np.where(seen, np.arange(len(position))[:, None], 0), axis=0)
-    return np.asarray(np.take_along_axis(position, latest[..., None], axis=0))
-
-
-def _points(position: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return positions in the enlarged picture, in sixteenths of its pixels."""
-    enlarged = (position + 0.5) * ENLARGED - 0.5
-    return np.asarray(np.nan_to_num(np.rint(enlarged * (1 << _SUBPIXEL_BITS))), np.int32)
-
-
-@lru_cache(maxsize=4096)
-def _colour(n: int) -> Colour:
-    """Return a colour for a marker, far from its neighbours' and from red."""
-    hue = 25 + (n * 47) % 130
-    pixel = cv2.cvtColor(np.array([[[hue, 160, 255]]], np.uint8), cv2.COLOR_HSV2BGR)[0, 0]
-    return int(pixel[0]), int(pixel[1]), int(pixel[2])
-
-
 # How steady SA-I and RA-I images are, by texture and speed; the paper's own beside them.
 
 PUBLISHED = {
@@ -388,19 +246,18 @@ PUBLISHED = {
 }
 """The same of the ten images of each row of the paper's Figures 8 and 10, 20 frames apart, as
 digitised from the printed pictures: by channel, texture and speed (mm/s)."""
-_COLOURS = {"sa1": BLUE, "ra1": VERMILION}
-_TITLES = {"sa1": "SA-I", "ra1": "RA-I"}
-MOST_NAMES = 26
+_CHANNELS = {"sa1": ("SA-I", BLUE), "ra1": ("RA-I", VERMILION)}
+_MOST_NAMES = 26
 _WIDTH = 0.6
 """Of the distance between textures, what their speeds are spread over."""
 
 
 def steadiness_sentence(rows: Sequence[Mapping[str, Any]], apart: int) -> str:
     """Return what the recordings say of it, in a sentence with the numbers."""
-    said = {name: [float(row[name]) for row in rows] for name in _TITLES}
+    said = {title: [float(row[name]) for row in rows] for name, (title, _) in _CHANNELS.items()}
     both = " and ".join(
-        f"{_TITLES[name]} {np.mean(values):.2f} ({min(values):.2f} to {max(values):.2f})"
-        for name, values in said.items()
+        f"{title} {np.mean(values):.2f} ({min(values):.2f} to {max(values):.2f})"
+        for title, values in said.items()
     )
     n = len(rows)
     whose = "of the only recording" if n == 1 else f"mean (least to most) of {n} recordings"
@@ -414,6 +271,8 @@ def steadiness_sentence(rows: Sequence[Mapping[str, Any]], apart: int) -> str:
 def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str) -> Figure:
     """Draw the correlation of images some frames apart against texture, a mark a recording.
 
+    Of a texture the slowest recording stands left, the fastest right.
+
     Parameters
     ----------
     rows
@@ -424,68 +283,40 @@ def steadiness_figure(rows: Sequence[Mapping[str, Any]], apart: int, source: str
         The line that says what was looked at.
     """
     textures = sorted({str(row["texture"]) for row in rows}, key=natural_order)
+    by_spacing = bool(rows[0].get(dims.NAMED_BY_SPACING))
+    known = [float(row["speed_mm_s"]) for row in rows if row["speed_mm_s"] is not None]
+    slowest, fastest = min(known, default=0.0), max(known, default=0.0)
+
+    def place(texture: int, speed: float | None) -> float:
+        if speed is None or slowest == fastest:
+            return float(texture)
+        return texture + _WIDTH * ((speed - slowest) / (fastest - slowest) - 0.5)
+
     title = f"How like is a tactile image to the one {apart} frames later?"
     figure = new_figure(max(5.6, min(0.42 * len(textures) + 2.6, 11)), 3.9, title, source)
     axes = figure.subplots()
-    speeds = sorted({float(row["speed_mm_s"]) for row in rows if row["speed_mm_s"] is not None})
-    place, about = _Places(textures, speeds), rows[0]
-    for name in _TITLES:
-        _draw(axes, rows, place, name)
-    _draw_published(axes, place, about)
-    name_textures(axes, texture_names(textures, about).values(), MOST_NAMES)
-    axes.set_xlim(-0.6, len(textures) - 0.4)
-    axes.set_ylim(min(-0.05, *(float(row[name]) - 0.05 for row in rows for name in _TITLES)), 1.03)
-    axes.axhline(0, color=GREY, lw=0.7)
-    axes.grid(axis="y", color=LINE, lw=0.4)
-    within = "; of each, slow to the left, fast to the right" if len(speeds) > 1 else ""
-    axes.set(xlabel=f"{texture_axis(textures, about)}{within}", ylabel="correlation over markers")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
-    return figure
-
-
-def _draw(axes: Axes, rows: Sequence[Mapping[str, Any]], place: "_Places", name: str) -> None:
-    speeds = place.speeds
-    ends = f", {speed_key(speeds[0])} to {speed_key(speeds[-1])} mm/s" if len(speeds) > 1 else ""
-    at = [place.of(place.textures.index(str(row["texture"])), row["speed_mm_s"]) for row in rows]
-    axes.plot(
-        at, [row[name] for row in rows], ls="", marker="o", markersize=3, alpha=0.75,
-        color=_COLOURS[name], label=f"{_TITLES[name]}{ends}",
-    )  # fmt: skip
-
-
-def _draw_published(axes: Axes, place: "_Places", about: About) -> None:
-    letters = [texture_letter(texture, about) for texture in place.textures]
-    shown = [
-        (place.of(letters.index(letter), speed), value)
+    ends = f", {speed_key(slowest)} to {speed_key(fastest)} mm/s" if slowest < fastest else ""
+    at = [place(textures.index(str(row["texture"])), row["speed_mm_s"]) for row in rows]
+    for name, (called, colour) in _CHANNELS.items():
+        axes.plot(at, [row[name] for row in rows], ls="", marker="o", markersize=3, alpha=0.75,
+                  color=colour, label=f"{called}{ends}")  # fmt: skip
+    letters = [texture_letter(texture, by_spacing) for texture in textures]
+    printed = [
+        (place(letters.index(letter), speed), value)
         for of_channel in PUBLISHED.values()
         for (letter, speed), value in of_channel.items()
-        if letter in letters and speed in place
+        if letter in letters and known and slowest <= speed <= fastest
     ]
-    if shown and None not in letters:
-        axes.plot(
-            *zip(*shown, strict=True), ls="", marker="x", markersize=5, mew=1.3, color=INK,
-            label="the paper's\nprinted images",
-        )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Places:
-    """Where marks stand: by texture, and of a texture the slowest left, the fastest right."""
-
-    textures: list[str]
-    speeds: list[float]
-
-    def __contains__(self, speed: object) -> bool:
-        """Tell whether a speed (mm/s) lies among those shown."""
-        return (
-            isinstance(speed, float)
-            and bool(self.speeds)
-            and (self.speeds[0] <= speed <= self.speeds[-1])
-        )
-
-    def of(self, texture: int, speed: float | None) -> float:
-        """Return the place of a speed (mm/s) of a texture; the middle where it is not known."""
-        low, high = (self.speeds[0], self.speeds[-1]) if self.speeds else (0.0, 0.0)
-        if speed is None or low == high:
-            return float(texture)
-        return texture + _WIDTH * ((speed - low) / (high - low) - 0.5)
+    if printed and None not in letters:
+        axes.plot(*zip(*printed, strict=True), ls="", marker="x", markersize=5, mew=1.3, color=INK,
+                  label="the paper's\nprinted images")  # fmt: skip
+    name_places(axes, list(texture_names(textures, by_spacing).values()), _MOST_NAMES)
+    lowest = min(float(row[name]) for row in rows for name in _CHANNELS)
+    axes.set(xlim=(-0.6, len(textures) - 0.4), ylim=(min(-0.05, lowest - 0.05), 1.03))
+    axes.axhline(0, color=GREY, lw=0.7)
+    axes.grid(axis="y", color=LINE, lw=0.4)
+    within = "; of each, slow to the left, fast to the right" if ends else ""
+    axes.set(xlabel=f"{texture_axis(textures, by_spacing)}{within}",
+             ylabel="correlation over markers")  # fmt: skip
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    return figure

@@ -1,27 +1,23 @@
 """From a results folder, and the data behind it where they still are, to the report."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
-import numpy as np
+import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.channels import CHANNELS, fill
 from afferents.choices import Figures
 from afferents.documents import as_form
-from afferents.encodings.augment import stretch_spectrum
 from afferents.encodings.images import spatial_samples
 from afferents.encodings.samples import Samples, concatenate
+from afferents.encodings.settings import ENCODINGS
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.data import open_data, recordings_in
 from afferents.evaluation.encode import Source, encode_all
-from afferents.evaluation.fold_files import read_course
-from afferents.evaluation.metrics import reliability_of
 from afferents.evaluation.results import (
     CONFIG,
     Results,
@@ -32,23 +28,32 @@ from afferents.evaluation.results import (
 from afferents.files import Place, write_text
 from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
+from afferents.models.layers import count_parameters
+from afferents.models.model import TABLE1
+from afferents.models.shapes import layer_shapes, written_shape
+from afferents.models.table import build, classifier_of
 from afferents.progress import Progress
-from afferents.reporting.accuracy_figures import by_texture_table
+from afferents.reporting.choice import PANELS, shown_for
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
-from afferents.reporting.html import write_report as write_page
-from afferents.reporting.labels import are_published
-from afferents.reporting.paper import PaperData, draw_paper_pictures, drums, paper_data
-from afferents.reporting.pictures import FigureData, ReportFigure, draw_pictures, save_pictures
-from afferents.reporting.spectra import FACTORS, StretchExample, stretch_example
-from afferents.reporting.tables import Table, table1, to_markdown
-from afferents.reporting.textures import texture_tables, write_texture_page
+from afferents.reporting.drawings import DrawnLayer, DrawnNetwork, DrumView
+from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
+from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
+from afferents.reporting.labels import are_published, texture_labels, texture_letter
+from afferents.reporting.page import render_report
+from afferents.reporting.tables import by_texture_table, table1, to_markdown
+from afferents.reporting.unseen import texture_tables, write_texture_page
+from afferents.rig.surface import bumped_surface
+from afferents.store.recording import spacing_mm
 from afferents.store.responses import Responses, conditions, speed_of
 from afferents.store.trimming import with_steady
 
-PAGE, TABLE1, TEXTURES, BESIDE = "report.html", "table1.md", "textures.md", "beside_paper.md"
+PAGE, FIRST_TABLE = "report.html", "table1.md"
+TEXTURES, BESIDE = "textures.md", "beside_paper.md"
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
 """Frames from the middle of each recording for Figures 8 and 10, and how many before them are
 read so that a lost marker can be held at its last value."""
+FIRST_SHOWN = 2521
+"""Video frame with which the paper's Figures 8 and 10 begin (figures.ipynb, cells 7 to 25)."""
 _UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)
 """What data that are gone, damaged or changed raise; a store's bad chunk is a RuntimeError."""
 
@@ -74,72 +79,29 @@ def write_report(results_folder: Path, progress: Progress, figures: Figures = "r
     """
     if figures not in get_args(Figures):
         raise InputError(f"figures: expected {' or '.join(get_args(Figures))}, found '{figures}'")
-    summaries = texture_summaries(results_folder)
-    if summaries:
-        _write_textures(results_folder, texture_tables(summaries))
+    if summaries := texture_summaries(results_folder):
+        _write_tables(results_folder / TEXTURES, *texture_tables(summaries))
         return write_texture_page(results_folder / PAGE, summaries)
-    results = with_course(with_reliability(load_results(results_folder)))
-    pictures, notes = _pictures(results, progress, figures)
+    results = load_results(results_folder)
+    data, notes = figure_data(results, progress, figures)
+    pictures = draw_pictures(results, data, figures)
     drawn = progress.track(pictures, "drawing", len(pictures))
     save_pictures(drawn, results_folder / "figures")
-    write_text(results_folder / TABLE1, to_markdown(table1(results.summary)))
-    _write_beside(results_folder / BESIDE, results)
-    return write_page(results_folder / PAGE, results, pictures, notes)
+    _write_tables(results_folder / FIRST_TABLE, table1(results.found))
+    beside = [beside_paper(results.found)]
+    beside += [by_texture_table(results)] if are_published(results.found) else []
+    _write_tables(results_folder / BESIDE, *beside)
+    write_text(results_folder / PAGE, render_report(results, pictures, notes))
+    return results_folder / PAGE
 
 
-def _write_textures(folder: Path, tables: Sequence[Table]) -> None:
-    write_text(folder / TEXTURES, "\n".join(map(to_markdown, tables)))
+def _write_tables(path: Path, *tables: pd.DataFrame | None) -> None:
+    """Write tables as markdown, if there are any."""
+    if texts := [to_markdown(table) for table in tables if table is not None]:
+        write_text(path, "\n".join(texts))
 
 
-def _write_beside(path: Path, results: Results) -> None:
-    """Write our numbers beside the paper's, where textures are its own."""
-    tables = [beside_paper(results.summary)]
-    if are_published(results.summary):
-        tables.append(by_texture_table(results))
-    if text := "\n".join(to_markdown(table) for table in tables if table is not None):
-        write_text(path, text)
-
-
-def with_course(results: Results) -> Results:
-    """Return results whose summary says how trainings went; earlier ones left it to the folds."""
-    models = {
-        model: {
-            protocol: found
-            if "best_epoch" in found
-            else {**found, **_course(results, model, protocol, found["seeds"])}
-            for protocol, found in protocols.items()
-        }
-        for model, protocols in results.summary.get("models", {}).items()
-    }
-    return replace(results, summary={**results.summary, "models": models})
-
-
-def _course(results: Results, model: str, protocol: str, seeds: Sequence[int]) -> dict[str, Any]:
-    groups = results.summary[results.split.groups]
-    return read_course(results.root, model, protocol, seeds, groups, results.split)
-
-
-def with_reliability(results: Results) -> Results:
-    """Return results whose summary says how reliable each model is; earlier ones did not."""
-    models = {
-        model: {
-            protocol: found
-            if "reliability" in found
-            else {**found, "reliability": _reliability(results, model, protocol)}
-            for protocol, found in protocols.items()
-        }
-        for model, protocols in results.summary.get("models", {}).items()
-    }
-    return replace(results, summary={**results.summary, "models": models})
-
-
-def _reliability(results: Results, model: str, protocol: str) -> dict[str, Any] | None:
-    mine = (results.predictions["model"] == model) & (results.predictions["protocol"] == protocol)
-    found = reliability_of(results.predictions[mine])
-    return found.describe() if found else None
-
-
-def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
+def compare_runs(folders: Sequence[Path]) -> tuple[pd.DataFrame, Path]:
     """Return one table of all runs, Table 1 for a single one, and where it is written.
 
     Raises
@@ -162,38 +124,37 @@ def compare_runs(folders: Sequence[Path]) -> tuple[Table, Path]:
             "RESULTS: expected folders of different names, found one name twice; rename one"
         )
     if len(folders) == 1:
-        return table1(*runs.values()), folders[0] / TABLE1
+        return table1(*runs.values()), folders[0] / FIRST_TABLE
     table, path = runs_side_by_side(runs), folders[0] / "runs.md"
-    write_text(path, to_markdown(table))
+    _write_tables(path, table)
     return table, path
 
 
-def _pictures(
-    results: Results, progress: Progress, figures: Figures
-) -> tuple[list[ReportFigure], list[str]]:
-    if figures == "report":
-        data, notes = figure_data(results, progress)
-        return draw_pictures(results, data), notes
+# What the figures of the data show.
+
+
+def figure_data(
+    results: Results, progress: Progress, style: Figures = "report"
+) -> tuple[FigureData, list[str]]:
+    """Read what the figures of the data show; notes say what could not be had."""
+    drums: Sequence[DrumView] = _drums(results) if style == "paper" else ()
     try:
         recordings = _recordings(results, progress)
-        data = _read_data(results, recordings, progress)
-        paper, notes = paper_data(results, recordings, data), []
+        spectra = _spectra(recordings, results.config, progress)
+        images = {
+            channel: found
+            for channel in (dims.SA1, dims.RA1)
+            if (found := _middle_images(recordings, channel)) is not None
+        }
+        said = {str(conditions(recording).get("direction", "")) for recording in recordings}
+        sliding = said.pop() if len(said) == 1 else ""
+        if style == "report":
+            return FigureData(spectra, images, sliding), []
+        frames, began = _printed_frames(recordings, results.found.named_by_spacing)
+        networks = _networks(results, _sample_shapes(results.config, images, spectra))
+        return FigureData(spectra, images, sliding, frames, began, drums, networks), []
     except _UNREADABLE as error:
-        data, paper = FigureData(), PaperData(drums=drums(results))
-        notes = [_missing(error)]
-    return draw_paper_pictures(results, data, paper), notes
-
-
-def figure_data(results: Results, progress: Progress) -> tuple[FigureData, list[str]]:
-    """Read what the figures of the data show; notes say what could not be had."""
-    try:
-        return _read_data(results, _recordings(results, progress), progress), []
-    except _UNREADABLE as error:
-        return FigureData(), [_missing(error)]
-
-
-def _missing(error: Exception) -> str:
-    return f"Figures of the data are missing: {error}."
+        return FigureData(drums=drums), [f"Figures of the data are missing: {error}."]
 
 
 def _recordings(results: Results, progress: Progress) -> list[Responses]:
@@ -205,7 +166,7 @@ def _recordings(results: Results, progress: Progress) -> list[Responses]:
         raise InputError(
             f"{', '.join(sources)}: expected the data that were evaluated, found changed data"
         )
-    left_out = {entry["recording"] for entry in results.summary["skipped"]}
+    left_out = {entry.recording for entry in results.found.skipped}
     ablation = Ablation(**config.get("ablation", {}))
     everything = with_steady(ablation.recordings(recordings_in(opened)), config.get("steady_s"))
     recordings = [r for r in everything if r.attrs["name"] not in left_out and speed_of(r)]
@@ -214,26 +175,6 @@ def _recordings(results: Results, progress: Progress) -> list[Responses]:
             "the data: expected recordings whose speed is known, to show by it, found none"
         )
     return recordings
-
-
-def _read_data(results: Results, recordings: list[Responses], progress: Progress) -> FigureData:
-    config = results.config
-    spectra = _spectra(recordings, config, progress)
-    example = stretch_example(spectra) if spectra is not None else None
-    return FigureData(
-        spectra=spectra,
-        example=example,
-        stretched=_stretched(example) if example else {},
-        sa1_images=_middle_images(recordings, dims.SA1),
-        ra1_images=_middle_images(recordings, dims.RA1),
-        sliding=_sliding(recordings),
-    )
-
-
-def _sliding(recordings: Sequence[Responses]) -> str:
-    """Return the one sliding direction that all recordings declare; nothing where they do not."""
-    said = {str(conditions(recording).get("direction", "")) for recording in recordings}
-    return said.pop() if len(said) == 1 else ""
 
 
 def _spectra(
@@ -247,24 +188,121 @@ def _spectra(
     return encode_all(with_vibration, source, config["cut"], progress)
 
 
-def _stretched(example: StretchExample) -> dict[float, NDArray[np.float32]]:
-    return {factor: stretch_spectrum(example.middle.to_numpy(), factor) for factor in FACTORS}
-
-
 def _middle_images(recordings: list[Responses], channel: str) -> Samples | None:
     """Return a few tactile images from the middle of every recording that has them."""
     parts = []
     for recording in recordings:
         if channel in recording and dims.ROW in recording.coords:
-            response = recording[channel].assign_attrs(recording.attrs)
-            last = response.sizes[dims.TIME] // 2 + SHOWN_FRAMES
-            around = response.isel({dims.TIME: slice(max(0, last - SETTLING_FRAMES), last)})
-            shown = slice(-SHOWN_FRAMES, None)
-            samples = spatial_samples(fill(around.load()), shown, CHANNELS[channel].lookback)
-            # Pixels beside the markers of a layout that is not square show nothing.
-            there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
-            parts.append(samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN))))
+            last = recording.sizes[dims.TIME] // 2 + SHOWN_FRAMES
+            parts.append(_images(recording, channel, max(0, last - SHOWN_FRAMES), SHOWN_FRAMES))
     return concatenate(parts) if parts else None
+
+
+def _images(recording: Responses, channel: str, first: int, n: int) -> Samples:
+    """Return n frames of a channel as images; pixels beside the markers show nothing."""
+    response = recording[channel].assign_attrs(recording.attrs)
+    read = response.isel({dims.TIME: slice(max(0, first - SETTLING_FRAMES), first + n)})
+    kept = slice(max(0, read.sizes[dims.TIME] - n), None)
+    samples = spatial_samples(fill(read.load()), kept, CHANNELS[channel].lookback)
+    there = covered(response[dims.ROW].values, response[dims.COLUMN].values)
+    return samples.where(xr.DataArray(there, dims=(dims.ROW, dims.COLUMN)))
+
+
+# What only the figures as printed show: frames in a row, networks, and drums of the rig.
+
+
+def _printed_frames(
+    recordings: Sequence[Responses], by_spacing: bool
+) -> tuple[dict[tuple[str, int], list[FrameRow]], str]:
+    """Return the rows of Figures 8 and 10, and where their frames begin, in words."""
+    rows: dict[tuple[str, int], list[FrameRow]] = {}
+    beginnings: set[str] = set()
+    for channel in (dims.SA1, dims.RA1):
+        able = {
+            (str(r.attrs[dims.TEXTURE]), float(speed_of(r) or 0)): r
+            for r in reversed(recordings)
+            if channel in r and dims.ROW in r.coords
+        }
+        for apart in SPACINGS if able else ():
+            found = list(_frame_rows(able, channel, apart, by_spacing))
+            rows[channel, apart] = [row for row, _ in found]
+            beginnings |= {said for _, said in found}
+    return rows, " or ".join(sorted(beginnings))
+
+
+def _frame_rows(
+    recordings: Mapping[tuple[str, float], Responses], channel: str, apart: int, by_spacing: bool
+) -> Iterator[tuple[FrameRow, str]]:
+    """Yield ten frames of a recording, and where they begin: as in the paper, or in the middle."""
+    n = (N_FRAMES - 1) * apart + 1
+    for panel, wanted in PANELS.items():
+        for shown in shown_for(wanted, recordings, by_spacing):
+            recording = recordings[shown.texture, shown.speed_mm_s]
+            there = recording.sizes[dims.TIME]
+            as_published = there >= FIRST_SHOWN + (N_FRAMES - 1) * max(SPACINGS) + 1
+            first = FIRST_SHOWN if as_published else max(1, (there - n) // 2)
+            images, last = _images(recording, channel, first, n)[::apart], min(first + n, there)
+            time_s = recording[dims.TIME].values[max(0, last - n) : last : apart]
+            said = (
+                f"at video frame {FIRST_SHOWN} as in the paper"
+                if as_published
+                else "in the middle of each recording, which is shorter than the paper's"
+            )
+            yield FrameRow(panel, shown, images.values, time_s - time_s[0]), said
+
+
+def _drums(results: Results) -> list[DrumView]:
+    """Return the rig's drums of those textures that are of the paper's series."""
+    found, by_spacing = [], results.found.named_by_spacing
+    for texture in results.textures:
+        spacing = spacing_mm(texture)
+        if texture_letter(texture, by_spacing) is not None and spacing is not None:
+            surface = bumped_surface(spacing)
+            name = texture_labels([texture], by_spacing)[texture]
+            found.append(DrumView(name, surface.height_mm, surface.length_mm, surface.width_mm))
+    return found
+
+
+def _networks(
+    results: Results, shapes: Mapping[str, tuple[int, ...]]
+) -> dict[int, list[DrawnNetwork]]:
+    """Return the paper's networks as they are built for samples of these data.
+
+    Those of images by 5, those of vibration by 6; what the data have no samples of is left out.
+    """
+    found: dict[int, dict[str, DrawnNetwork]] = {}
+    for model in TABLE1.values():
+        shape = shapes.get(str(model.encoding))
+        same = [one.title for one in TABLE1.values() if one.classifier == model.classifier]
+        title, of_vibration = ", ".join(same), ENCODINGS[str(model.encoding)].of_vibration
+        if shape is None:
+            continue
+        try:
+            network = build(classifier_of(model.classifier), len(results.textures), shape)
+        except InputError:
+            continue  # samples too small for it: it was not evaluated either
+        layers = tuple(DrawnLayer(*layer) for layer in layer_shapes(network, shape))
+        entered = (
+            written_shape((shape[0], 1, shape[1])) if of_vibration else " x ".join(map(str, shape))
+        )
+        drawn = DrawnNetwork(title, entered, layers, *count_parameters(network))
+        found.setdefault(6 if of_vibration else 5, {}).setdefault(title, drawn)
+    return {number: list(networks.values()) for number, networks in found.items()}
+
+
+def _sample_shapes(
+    config: Mapping[str, Any], images: Mapping[str, Samples], spectra: Samples | None
+) -> dict[str, tuple[int, ...]]:
+    """Return the shape of one sample of each of the paper's encodings that the data have."""
+    shapes: dict[str, tuple[int, ...]] = {}
+    for one in images.values():
+        size = tuple(one.shape[1:])
+        frames = int(config.get("spatiotemporal", {}).get("frames", N_FRAMES))
+        shapes |= {"spatial": size, "spatiotemporal": (frames, *size)}
+    if spectra is not None:
+        bins = min(int(config["spectral"]["model_bins"]), spectra.sizes[dims.FREQUENCY])
+        shapes["spectral"] = (spectra.sizes[dims.CHANNEL], bins)
+    return shapes
 
 
 def report(results: Place, quiet: bool = False, figures: Figures = "report") -> Path:

@@ -24,10 +24,10 @@ from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, has, kept_part, response_of
 from afferents.evaluation.intervals import (
     Accuracy,
-    Difference,
     bootstrap_interval,
     paired_difference,
 )
+from afferents.evaluation.schemas import Difference
 from afferents.files import Place, write_json
 from afferents.folds.held_out import SPEED
 from afferents.models.fit_solved import named_when_left_out
@@ -37,7 +37,7 @@ from afferents.recordings.data_set import Data
 from afferents.reporting.explain import Explanation
 from afferents.reporting.labels import texture_labels
 from afferents.reporting.style import BLUE, GREY, ORANGE, SKY, new_figure, save_figure, styled
-from afferents.reporting.tables import Cell, Table
+from afferents.reporting.tables import make_table
 from afferents.store.recording import natural_order
 from afferents.store.responses import (
     Responses,
@@ -145,7 +145,7 @@ def _between(means: Mapping[tuple[str, float], Floats], which: int, basis: Float
     return Shares(*np.mean([variances(f, basis) for f in fields if len(f) > 1], axis=0).tolist())
 
 
-# Global shear against the images without it: shares of variance, and texture told from each.
+# Global shear against the images without it: shares of variance, and accuracies of each.
 
 _PARTS = (("mean displacement", BLUE), ("its gradients", SKY), ("the rest", ORANGE))
 
@@ -191,32 +191,28 @@ def shear_figure(shown: ShearFigure) -> Figure:
     return figure
 
 
-def shear_tables(shown: ShearFigure) -> Iterator[Table]:
+def shear_tables(shown: ShearFigure) -> Iterator[pd.DataFrame]:
     """Return the shares of variance, and the accuracies, as tables."""
-    yield Table(
+    yield make_table(
         "Global shear in the variance of the markers' displacement",
         "Root of the mean variance of a marker, and percent of the variance.",
         ("Variance", "rms (px)", "Mean displacement", "Its gradients", "The rest"),
-        tuple(
-            _row(name, f"{shown.rms_px[name]:.2f}", *(f"{share:.1f}" for share in shares))
+        (
+            (name, f"{shown.rms_px[name]:.2f}", *(f"{share:.1f}" for share in shares))
             for name, shares in shown.shares.items()
         ),
     )
     rows = [
-        _row(title, f"{100 * mean:.1f} [{100 * low:.1f}, {100 * high:.1f}]")
+        (title, f"{100 * mean:.1f} [{100 * low:.1f}, {100 * high:.1f}]")
         for title, (mean, low, high) in shown.accuracies.items()
     ]
-    yield Table(
+    yield make_table(
         "Texture at held-out speeds",
         "Percent of samples of ten frames, mean over held-out speeds, with 95% interval over "
         f"recordings in brackets. A linear discriminant, nested. {shown.source}.",
-        ("Told from", "Accuracy"),
-        (*rows, _row("chance", f"{100 * shown.chance:.1f}")),
+        ("Recognised from", "Accuracy"),
+        (*rows, ("chance", f"{100 * shown.chance:.1f}")),
     )
-
-
-def _row(*texts: str) -> tuple[Cell, ...]:
-    return tuple(Cell(text) for text in texts)
 
 
 def _draw_shares(axes: Axes, shown: ShearFigure) -> None:
@@ -241,7 +237,7 @@ def _draw_accuracies(axes: Axes, shown: ShearFigure) -> None:
     colours = [SKY if title.startswith("...") else BLUE for title in titles]
     axes.barh(titles, mean, xerr=error, color=colours, height=0.6, error_kw={"lw": 0.8})
     axes.axvline(100 * shown.chance, color=GREY, lw=0.8, ls=(0, (4, 3)))
-    axes.set_title("texture told from (dashed: chance)", loc="left")
+    axes.set_title("recognised from (dashed: chance)", loc="left")
     axes.invert_yaxis()
     axes.set_xlim(0, 103)
     axes.set_xlabel("accuracy at held-out speeds (%)")
@@ -249,10 +245,10 @@ def _draw_accuracies(axes: Axes, shown: ShearFigure) -> None:
 
 def _draw_drag(axes: Axes, figure: Figure, drag_px: xr.DataArray) -> None:
     textures = [str(texture) for texture in drag_px[dims.TEXTURE].values]
-    speeds = drag_px[dims.SPEED].values
+    speeds, by_spacing = drag_px[dims.SPEED].values, bool(drag_px.attrs.get(dims.NAMED_BY_SPACING))
     drawn = axes.imshow(drag_px.values, cmap="cividis", aspect="auto", interpolation="nearest")
     axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
-    axes.set_yticks(range(len(textures)), texture_labels(textures, drag_px.attrs).values())
+    axes.set_yticks(range(len(textures)), texture_labels(textures, by_spacing).values())
     axes.set_ylabel("texture")
     axes.set_xlabel("speed (mm/s)")
     axes.set_title("how far the skin is dragged", loc="left")
@@ -262,9 +258,9 @@ def _draw_drag(axes: Axes, figure: Figure, drag_px: xr.DataArray) -> None:
 # Whether texture is in the global shear, or in the images without it: `explain --shear`.
 #
 # The paper says that its images are dominated by global shear, a cue of friction, and that this
-# tells textures (Pestell & Lepora 2022, Discussion). Two questions ask it of any store: how much
-# of the images' variance is global shear, and how well texture is told, at speeds not learnt from,
-# by the shear alone, by the images without it, and by both.
+# discriminates textures (Pestell & Lepora 2022, Discussion). Two questions ask it of any store: how
+# much of the images' variance is global shear, and how well texture is recognised, at speeds not
+# learnt from, by the shear alone, by the images without it, and by both.
 
 FACTS = "shear.json"
 MOST_RUNS = 200
@@ -314,7 +310,7 @@ class Named(NamedTuple):
 
 
 def explain_shear_of(data: OpenedData, out: Path, cut: Cut, progress: Progress) -> Explanation:
-    """Say how much of the images is global shear, and how well texture is told with and without it.
+    """Say how much of the images is global shear, and how texture is recognised without it.
 
     Parameters
     ----------
@@ -481,14 +477,14 @@ def _written(
     )  # fmt: skip
     picture = save_figure(shear_figure(shown), out / "shear.png")
     facts = {
-        "data": data.origin.describe(),
+        "data": data.origin.model_dump(),
         "chance": chance,
         "variances_px2": {name: found._asdict() for name, found in shares.items()},
         "accuracy": {
             title: {"mean": mean, "ci95": [low, high], "by_speed": named[title].by_speed}
             for title, (mean, low, high) in accuracies.items()
         },
-        "lost": {title: found.describe() for title, found in losses.items()},
+        "lost": {title: found.content() for title, found in losses.items()},
         "drag_px": {str(one[dims.TEXTURE].item()): one.values.tolist() for one in drag},
         "speeds_mm_s": drag[dims.SPEED].values.tolist(),
     }
@@ -518,13 +514,16 @@ def meaning(
         How much more accurate both together are than the images without shear, and than the shear.
     """
     if all(accuracies[title][1] <= chance for title in (SHEAR, WITHOUT, BOTH)):
-        return "Texture is not told from chance here, with the global shear or without it."
-    shear_adds, rest_adds = without_shear.low > 0, shear_alone.low > 0
-    if shear_adds and rest_adds:
-        points = 100 * without_shear.mean, 100 * shear_alone.mean
         return (
-            "Texture is told from both: {:.1f} points are lost without the global shear, {:.1f} "
-            "without the rest of the images.".format(*points)
+            "Texture is not recognised better than by chance here, with the global shear or "
+            "without it."
+        )
+    shear_adds, rest_adds = without_shear.ci95[0] > 0, shear_alone.ci95[0] > 0
+    if shear_adds and rest_adds:
+        points = 100 * without_shear.difference, 100 * shear_alone.difference
+        return (
+            "Texture is recognised from both: {:.1f} points are lost without the global shear, "
+            "{:.1f} without the rest of the images.".format(*points)
         )
     if shear_adds:
         return (
@@ -536,7 +535,7 @@ def meaning(
             "The images carry the texture without the global shear: it adds nothing to them that "
             "these data show."
         )
-    return "The global shear alone and the images without it tell texture as well as both together."
+    return "The global shear alone and the images without it recognise it as well as both together."
 
 
 def explain_shear(data: Data, out: Place, cut: Cut = "all", quiet: bool = False) -> "Explanation":

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,6 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from afferents import dims
+from afferents.choices import Figures
+from afferents.encodings.augment import stretch_spectrum
 from afferents.encodings.samples import Samples, textures_of
 from afferents.reporting.choice import (
     Shown,
@@ -59,12 +62,12 @@ def amplitude_label(attrs: Mapping[object, object]) -> str:
     return f"amplitude ({attrs[dims.UNITS]})" if attrs.get(dims.UNITS) else "amplitude"
 
 
-def amplitude_top(spectra: Sequence[xr.DataArray | None]) -> float:
-    """Return the top of an amplitude axis for these spectra; None is passed over.
+def amplitude_top(spectra: Sequence[xr.DataArray]) -> float:
+    """Return the top of an amplitude axis for these spectra.
 
     Offset and drift, the lowest hundredth of what is shown, do not set it.
     """
-    tops = [float(_shown(spectrum).max()) for spectrum in spectra if spectrum is not None]
+    tops = [float(_shown(spectrum).max()) for spectrum in spectra]
     highest = max(tops, default=1.0)
     return 1.08 * highest if highest > 0 else 1.0
 
@@ -123,7 +126,7 @@ def stretch_example(spectra: Samples) -> StretchExample | None:
     -------
     None where no texture has a speed together with its half and its double.
     """
-    names = texture_names(textures_of(spectra), spectra.attrs)
+    names = texture_names(textures_of(spectra), bool(spectra.attrs.get(dims.NAMED_BY_SPACING)))
     # Of many recordings, looking for each in all samples would take longer than all the rest.
     recorded = set(zip(spectra[dims.TEXTURE].values, spectra[dims.SPEED].values, strict=True))
     candidates = [
@@ -148,19 +151,22 @@ def _unlike_the_paper(condition: tuple[str, float]) -> tuple[int, float, float, 
     return (kind, abs(speed - SPEED), off, texture, speed)
 
 
+def stretched_copies(example: StretchExample) -> dict[float, NDArray[np.float32]]:
+    """Return the middle spectrum stretched by each of `FACTORS`, bins spaced as before.
+
+    By rebinning, as under the nested protocol.
+    """
+    return {factor: stretch_spectrum(example.middle.to_numpy(), factor) for factor in FACTORS}
+
+
 @styled
-def figure07(
-    example: StretchExample, stretched: Mapping[float, NDArray[np.float32]], source: str
-) -> Figure:
+def stretch_figure(example: StretchExample, source: str) -> Figure:
     """Draw the spectrum, and its stretched copies over the real spectra.
 
     Parameters
     ----------
     example
         From `stretch_example`.
-    stretched
-        `example.middle` stretched by each of `FACTORS` by rebinning, as under the nested
-        protocol; 1-D, any length, bins spaced as before.
     source
         The line that says what the spectra were made from.
     """
@@ -168,18 +174,22 @@ def figure07(
         f"Figure 7. Stretched (nested protocol: rebinned) and real spectra, texture {example.name}"
     )
     figure = new_figure(7.6, 5.6, title, source)
-    upper, middle, lower = figure.subplots(3, 1, sharex=True)
-    _draw_real(upper, example.half, example.speed_mm_s / 2)
-    _draw_stretched(upper, stretched[0.5], 0.5, example)
-    _draw_real(middle, example.middle, example.speed_mm_s)
-    _draw_real(lower, example.double, example.speed_mm_s * 2)
-    _draw_stretched(lower, stretched[2.0], 2.0, example)
-    lower.set_xlabel("frequency (Hz)")
-    middle.set_ylabel(amplitude_label(example.middle.attrs))
-    lower.set_xlim(0, min(STRETCHED_TO_HZ, float(example.middle[dims.FREQUENCY].max())))
-    for axes in (upper, middle, lower):
+    stretched, speed = stretched_copies(example), example.speed_mm_s
+    reals = ((example.half, 0.5, BLUE), (example.middle, 1, INK), (example.double, 2, VERMILION))
+    panels = figure.subplots(3, 1, sharex=True)
+    for axes, (real, factor, colour) in zip(panels, reals, strict=True):
+        n = real.attrs["n_windows"]
+        label = f"recorded at {speed_key(factor * speed)} mm/s ({n} windows)"
+        axes.plot(real[dims.FREQUENCY], real, color=INK, lw=0.9, label=label)
+        if factor in stretched:
+            copy = stretched[factor]
+            label = f"{speed_key(speed)} mm/s stretched by {factor:g}"
+            axes.plot(frequencies(copy, example.middle), copy, color=colour, label=label)
         axes.set_ylim(0, _top(axes))
         axes.legend(loc="upper right")
+    panels[-1].set_xlabel("frequency (Hz)")
+    panels[1].set_ylabel(amplitude_label(example.middle.attrs))
+    panels[-1].set_xlim(0, min(STRETCHED_TO_HZ, float(example.middle[dims.FREQUENCY].max())))
     return figure
 
 
@@ -193,107 +203,45 @@ def _top(axes: Axes) -> float:
     return 1.15 * highest if highest > 0 else 1.0
 
 
-def _draw_real(axes: Axes, spectrum: xr.DataArray, speed_mm_s: float) -> None:
-    label = f"recorded at {speed_key(speed_mm_s)} mm/s ({spectrum.attrs['n_windows']} windows)"
-    axes.plot(spectrum[dims.FREQUENCY], spectrum, color=INK, lw=0.9, label=label)
-
-
-def _draw_stretched(
-    axes: Axes, spectrum: NDArray[np.float32], factor: float, example: StretchExample
-) -> None:
-    axes.plot(
-        frequencies(spectrum, example.middle),
-        spectrum,
-        color=BLUE if factor < 1 else VERMILION,
-        label=f"{speed_key(example.speed_mm_s)} mm/s stretched by {factor:g}",
-    )
-
-
 # Figure 12: spectra of several textures at several speeds, on the true frequency axis.
+#
+# Rows are textures, columns speeds. In the report's figure they are spread over what was recorded,
+# and each texture has its own scale of amplitude. As the paper prints it they are a, g and m at the
+# speeds that its figure truly shows, a single window with the mean over windows behind it, and all
+# panels have one scale; where one texture is much louder than another that hides the others, so a
+# second figure gives each texture its own. The frequency axis is in true Hz: the paper's is off by
+# a factor of two, and four of its five speeds are labelled wrongly.
 
 SPEEDS = (20.0, 40.0, 50.0, 80.0, 100.0)
 """What the paper's figure truly shows; its labels say 10, 30, 50, 70, 90."""
 MOST_SPEEDS = 5
-
-
-@styled
-def figure12(spectra: Samples, source: str) -> Figure:
-    """Draw a grid of mean spectra: a row for each texture, a column for each speed.
-
-    Parameters
-    ----------
-    spectra
-        Samples with the dims (sample, channel, frequency), `frequency` in Hz.
-    source
-        The line that says what the spectra were made from.
-    """
-    textures, speeds = example_textures(spectra), _speeds(spectra)
-    names = texture_names(textures_of(spectra), spectra.attrs)
-    figure = new_figure(
-        1.85 * len(speeds) + 1, 1.25 * len(textures) + 0.9, "Figure 12. Vibration spectra", source
-    )
-    grid = figure.subplots(len(textures), len(speeds), squeeze=False, sharex=True, sharey="row")
-    for texture, row in zip(textures, grid, strict=True):
-        for speed, axes in zip(speeds, row, strict=True):
-            _draw_condition(axes, spectra, texture, speed)
-        top = amplitude_top([condition_spectrum(spectra, texture, speed) for speed in speeds])
-        row[0].set_ylim(0, top)
-        row[0].set_ylabel(names[texture], fontweight="bold", fontsize=8)
-    for speed, axes in zip(speeds, grid[0], strict=True):
-        axes.set_title(f"{speed_key(speed)} mm/s", fontweight="bold")
-    highest = min(HIGHEST_HZ, float(spectra[dims.FREQUENCY].max()))
-    grid[0, 0].set_xlim(0, highest)
-    for axes in grid[-1]:
-        axes.set_xlabel("frequency (Hz)")
-    figure.supylabel(f"{amplitude_label(spectra.attrs)}, mean over windows", fontsize=8.5)
-    return figure
-
-
-def _draw_condition(axes: Axes, spectra: Samples, texture: str, speed: float) -> None:
-    spectrum = condition_spectrum(spectra, texture, speed)
-    if spectrum is None:
-        axes.text(
-            0.5,
-            0.5,
-            "not recorded",
-            color=GREY,
-            ha="center",
-            va="center",
-            transform=axes.transAxes,
-        )
-        return
-    axes.fill_between(spectrum[dims.FREQUENCY], spectrum, color=BLUE, alpha=0.15, lw=0)
-    axes.plot(spectrum[dims.FREQUENCY], spectrum, color=BLUE, lw=0.8)
-
-
-def _speeds(spectra: Samples) -> list[float]:
-    speeds = speeds_of(spectra)
-    return list(SPEEDS) if set(SPEEDS) <= set(speeds) else spread(speeds, MOST_SPEEDS)
-
-
-# Figure 12 as drawn: the spectrum of a single window, with the mean over windows behind it.
-#
-# Rows are the textures a, g and m, columns the speeds that the paper's figure truly shows. As in
-# the paper, all panels have one scale of amplitude; where one texture is much louder than another
-# that hides the others, so a second figure gives each texture its own. The frequency axis is in
-# true Hz: the paper's is off by a factor of two, and four of its five speeds are labelled wrongly.
-
 LETTERS_SHOWN = ("a", "g", "m")
 
 
-def shown_spectra(spectra: Samples) -> list[list[Shown]]:
+def shown_spectra(spectra: Samples, style: Figures) -> list[list[Shown]]:
     """Choose the panels: a row for each texture, a column for each speed."""
-    pairs = zip(spectra[dims.TEXTURE].values.tolist(), spectra[dims.SPEED].values, strict=True)
-    recorded = sorted({(texture, float(speed)) for texture, speed in pairs})
+    by_spacing = bool(spectra.attrs.get(dims.NAMED_BY_SPACING))
+    if style == "paper":
+        pairs = zip(spectra[dims.TEXTURE].values.tolist(), spectra[dims.SPEED].values, strict=True)
+        recorded = sorted({(texture, float(speed)) for texture, speed in pairs})
+        return [
+            shown_for([(letter, speed) for speed in SPEEDS], recorded, by_spacing)
+            for letter in LETTERS_SHOWN
+        ]
+    speeds = speeds_of(spectra)
+    speeds = list(SPEEDS) if set(SPEEDS) <= set(speeds) else spread(speeds, MOST_SPEEDS)
+    names = texture_names(textures_of(spectra), by_spacing)
     return [
-        shown_for([(letter, speed) for speed in SPEEDS], recorded, spectra.attrs)
-        for letter in LETTERS_SHOWN
+        [Shown(texture, speed, names[texture], "", speed, True) for speed in speeds]
+        for texture in example_textures(spectra)
     ]
 
 
 @styled
-def spectra_figure(spectra: Samples, source: str, one_scale: bool = True) -> Figure:
-    """Draw the grid of spectra.
+def spectra_figure(
+    spectra: Samples, source: str, style: Figures = "report", one_scale: bool = False
+) -> Figure:
+    """Draw a grid of spectra: a row for each texture, a column for each speed.
 
     Parameters
     ----------
@@ -301,30 +249,69 @@ def spectra_figure(spectra: Samples, source: str, one_scale: bool = True) -> Fig
         Samples with the dims (sample, channel, frequency), `frequency` in Hz.
     source
         The line that says what the spectra were made from.
+    style
+        `report` draws the mean over windows, `paper` a single window over it.
     one_scale
         Whether all panels have one scale of amplitude, or each texture its own.
     """
-    rows = shown_spectra(spectra)
-    title = "Figure 12. Vibration spectra, one window and the mean over windows"
-    figure = new_figure(9.4, 5.4, title, source)
+    rows, printed = shown_spectra(spectra, style), style == "paper"
+    title, size = "Figure 12. Vibration spectra", (1.85 * len(rows[0]) + 1, 1.25 * len(rows) + 0.9)
+    if printed:
+        title, size = f"{title}, one window and the mean over windows", (9.4, 5.4)
+    figure = new_figure(*size, title, source)
     grid = figure.subplots(
         len(rows), len(rows[0]), squeeze=False, sharex=True, sharey=True if one_scale else "row"
     )
-    for cells, row in zip(grid, rows, strict=True):
+    lines = [[_lines_of(spectra, shown, printed) for shown in row] for row in rows]
+    for cells, row, drawn in zip(grid, rows, lines, strict=True):
+        for axes, own in zip(cells, drawn, strict=True):
+            _draw_panel(axes, own)
+        every = [own for each in lines for own in each] if one_scale else drawn
+        cells[0].set_ylim(0, amplitude_top([line for own in every for line in own.values()]))
+        cells[0].set_ylabel(row[0].name, fontweight="bold", fontsize=8)
         for axes, shown in zip(cells, row, strict=True):
-            _draw(axes, spectra, shown)
-        cells[0].set_ylabel(row[0].name, fontweight="bold", rotation=0, labelpad=10)
+            wanted = f" (for {shown.wanted})" if printed and shown.wanted else ""
+            if printed or row is rows[0]:
+                axes.set_title(f"{speed_key(shown.speed_mm_s)} mm/s{wanted}", fontweight="bold")
     grid[0, 0].set_xlim(0, min(HIGHEST_HZ, float(spectra[dims.FREQUENCY].max())))
-    for cells, row in zip(grid, rows, strict=True):
-        drawn = [one for each in rows for one in each] if one_scale else row
-        cells[0].set_ylim(0, amplitude_top([x for one in drawn for x in _both(spectra, one)]))
     for axes in grid[-1]:
         axes.set_xlabel("frequency (Hz)")
         axes.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
-    scale = "one scale for all" if one_scale else "each texture its own scale"
-    figure.supylabel(f"{amplitude_label(spectra.attrs)}, {scale}", fontsize=8.5)
-    grid[0, 0].legend(loc="upper right", fontsize=7.5)
+    said = "mean over windows"
+    if printed:
+        said = "one scale for all" if one_scale else "each texture its own scale"
+        grid[0, 0].legend(loc="upper right", fontsize=7.5)
+    figure.supylabel(f"{amplitude_label(spectra.attrs)}, {said}", fontsize=8.5)
     return figure
+
+
+_LINES: dict[str, dict[str, Any]] = {
+    "mean": {"color": BLUE, "lw": 0.8},
+    "mean over windows": {"color": ORANGE, "lw": 1.6},
+    "one window": {"color": INK, "lw": 0.5},
+}
+"""What is drawn of a condition, and how: the mean alone, or what lies over it as well."""
+
+
+def _lines_of(spectra: Samples, shown: Shown, printed: bool) -> dict[str, xr.DataArray]:
+    """Return the lines of a panel by their names in `_LINES`; none where nothing was recorded."""
+    mean = condition_spectrum(spectra, shown.texture, shown.speed_mm_s)
+    if mean is None:
+        return {}
+    if not printed:
+        return {"mean": mean}
+    return {"mean over windows": mean, "one window": single_window(spectra, shown)}
+
+
+def _draw_panel(axes: Axes, lines: Mapping[str, xr.DataArray]) -> None:
+    for name, line in lines.items():
+        axes.plot(line[dims.FREQUENCY], line, label=name, **_LINES[name])
+    if "mean" in lines:
+        mean = lines["mean"]
+        axes.fill_between(mean[dims.FREQUENCY], mean, color=BLUE, alpha=0.15, lw=0)
+    if not lines:
+        axes.text(0.5, 0.5, "not recorded", color=GREY, ha="center", va="center",
+                  transform=axes.transAxes)  # fmt: skip
 
 
 def single_window(spectra: Samples, shown: Shown) -> Samples:
@@ -332,18 +319,3 @@ def single_window(spectra: Samples, shown: Shown) -> Samples:
     windows = in_condition(spectra, shown.texture, shown.speed_mm_s)
     middle = windows.isel({dims.SAMPLE: windows.sizes[dims.SAMPLE] // 2})
     return middle.isel({name: 0 for name in middle.dims if name != dims.FREQUENCY})
-
-
-def _both(spectra: Samples, shown: Shown) -> tuple[Samples, xr.DataArray | None]:
-    mean = condition_spectrum(spectra, shown.texture, shown.speed_mm_s)
-    return single_window(spectra, shown), mean
-
-
-def _draw(axes: Axes, spectra: Samples, shown: Shown) -> None:
-    window, mean = _both(spectra, shown)
-    assert mean is not None  # `shown_for` takes only what was recorded
-    frequency = window[dims.FREQUENCY]
-    axes.plot(frequency, window, color=INK, lw=0.5, label="one window", zorder=3)
-    axes.plot(frequency, mean, color=ORANGE, lw=1.6, label="mean over windows")
-    wanted = f" (for {shown.wanted})" if shown.wanted else ""
-    axes.set_title(f"{speed_key(shown.speed_mm_s)} mm/s{wanted}")

@@ -7,16 +7,17 @@ which colour-blind readers can tell apart.
 """
 
 import io
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.text import Text
-from numpy.typing import NDArray
 
 from afferents.files import write_aside
 from afferents.outputs import MARK
@@ -82,52 +83,64 @@ def new_figure(width: float, height: float, title: str, footer: str) -> Figure:
     return figure
 
 
-def model_panels(
-    n_models: int, title: str, footer: str, height: float = 2.1
-) -> tuple[Figure, NDArray[Any], NDArray[Any]]:
-    """Return a figure with a panel for each model, below a row that holds the legend.
+def panels_figure(
+    names: Sequence[str],
+    draw: Callable[[Axes, str], None],
+    title: str,
+    footer: str,
+    x: str,
+    y: str,
+    height: float = 2.1,
+) -> Figure:
+    """Return a figure with a panel for each name, below a row that holds the legend of all.
 
     Parameters
     ----------
+    draw
+        Draws what is of a name into its panel.
+    x, y
+        What the axes are.
     height
         Of a panel, inches.
-
-    Returns
-    -------
-    figure, heading, grid
-        `heading` are the axes above, (column,), and `grid` the panels, (row, column).
     """
-    n_columns = min(_COLUMNS, n_models)
-    n_rows = -(-n_models // n_columns)
+    n_columns = min(_COLUMNS, len(names))
+    n_rows = -(-len(names) // n_columns)
     figure = new_figure(max(3.0 * n_columns + 0.5, 6.0), height * n_rows + 1.0, title, footer)
     heading, *rows = figure.subplots(
-        n_rows + 1,
-        n_columns,
-        squeeze=False,
-        sharex=True,
-        sharey=True,
+        n_rows + 1, n_columns, squeeze=False, sharex=True, sharey=True,
         gridspec_kw={"height_ratios": [0.08, *[1.0] * n_rows]},
-    )
-    return figure, heading, np.array(rows)
-
-
-def finish_panels(heading: NDArray[Any], grid: NDArray[Any], n_models: int, x: str, y: str) -> None:
-    """Name the axes of the panels that are used, hide the others, and draw the legend."""
-    for axes in grid.flat[n_models:]:
-        axes.set_visible(False)
+    )  # fmt: skip
+    grid = np.array(rows)
+    for axes, name in zip(grid.flat, names, strict=False):
+        draw(axes, name)
+    hide(list(grid.flat)[len(names) :])
     for column in grid.T:
         lowest = [axes for axes in column if axes.get_visible()][-1]
         lowest.set_xlabel(x)
         lowest.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
         axes.set_ylabel(y)
-    shown = [axes.get_legend_handles_labels() for axes in grid.flat[:n_models]]
+    shown = [axes.get_legend_handles_labels() for axes in grid.flat[: len(names)]]
     entries = {name: handle for ends in shown for handle, name in zip(*ends, strict=True)}
-    names, handles = list(entries), list(entries.values())
     for axes in heading:
         axes.set_axis_off()
-    legend = heading[0].legend(handles, names, loc="center left", ncols=len(names))
+    handles, labels = list(entries.values()), list(entries)
+    legend = heading[0].legend(handles, labels, loc="center left", ncols=len(labels))
     legend.set_in_layout(False)
+    return figure
+
+
+def hide(cells: Iterable[Axes]) -> None:
+    """Hide the cells of a grid that nothing is drawn in."""
+    for axes in cells:
+        axes.set_visible(False)
+
+
+def add_bar(figure: Figure, drawn: AxesImage, ax: Any, label: str, **where: Any) -> Colorbar:
+    """Add a colour bar without an outline."""
+    bar = figure.colorbar(drawn, ax=ax, label=label, **where)
+    bar.outline.set_visible(False)
+    return bar
 
 
 def percent_axes(axes: Axes, title: str, least: float = 0) -> None:
@@ -143,11 +156,13 @@ def draw_chance(axes: Axes, chance: float) -> None:
     axes.axhline(100 * chance, color=GREY, lw=0.8, ls=(0, (4, 3)), label="chance")
 
 
-def name_textures(axes: Axes, textures: Iterable[str], most: int) -> None:
-    """Write names at 0, 1, 2, ...: all, or where there are more than `most`, some."""
-    names = list(textures)
+def name_places(axes: Axes, names: Sequence[str], most: int, longest: int = 3) -> None:
+    """Write names at 0, 1, 2, ...: all, or where there are more than `most`, some.
+
+    They are turned where one is longer than so many letters.
+    """
     every = -(-len(names) // most)
-    turned = 90 if max(map(len, names)) > 3 else 0
+    turned = 90 if max(map(len, names)) > longest else 0
     axes.set_xticks(range(0, len(names), every), names[::every], rotation=turned)
 
 

@@ -1,26 +1,38 @@
-"""The tables of the report: Table 1, accuracy by held-out speed, leaks, and how models ran."""
+"""The tables of the report: data frames whose rows and columns are as they are read.
 
-from dataclasses import dataclass
-from typing import Any
+The index says what a row is, in one level or several. Numbers are accuracies in percent, which
+pages shade; texts stand as they are. `attrs` hold the title and the caption.
+"""
 
-from afferents.folds.held_out import SPEED, key_of, split_of
-from afferents.models.model import MODELS, TABLE1
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from afferents.evaluation.results import Results
+from afferents.evaluation.schemas import Accuracies, OfTouches, Outcome, Summary
+from afferents.folds.held_out import SPEED
+from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
     ABSENT,
     PROTOCOL_TITLES,
-    Summary,
     are_published,
     drawn_over,
-    groups_in,
     model_order,
     model_title,
     outcome,
     outcomes,
     percent,
     preset_note,
+    texture_names,
 )
-from afferents.reporting.published import published_families, published_speeds
+from afferents.reporting.published import (
+    published_confusion,
+    published_families,
+    published_speeds,
+)
 
+Cell = str | float | None
 PAPER_ROW = "paper"
 PAPER_COLUMN = "Paper, its own recordings"
 OTHER_RECORDINGS = (
@@ -35,52 +47,105 @@ _NAMED = 5
 """So many missing recordings are named below the table; the page names all."""
 
 
-@dataclass(frozen=True)
-class Cell:
-    """A cell: its text, and its accuracy in percent where shading by it helps to read."""
+def make_table(
+    title: str,
+    caption: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[Cell]],
+    n_headers: int = 1,
+) -> pd.DataFrame:
+    """Return a table.
 
-    text: str
-    percent: float | None = None
-
-    @property
-    def absent(self) -> bool:
-        """Whether there is nothing to show."""
-        return self.text == ABSENT
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table to print: the first `n_headers` cells of every row say what the row is."""
-
-    title: str
-    caption: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    n_headers: int = 1
+    Parameters
+    ----------
+    columns
+        Heads, of the cells that say what a row is as well.
+    rows
+        Cells; None for what is absent.
+    n_headers
+        How many cells, from the left, say what a row is.
+    """
+    cells = [tuple(ABSENT if cell is None else cell for cell in row) for row in rows]
+    heads = [str(column) for column in columns]
+    index = pd.MultiIndex.from_tuples([row[:n_headers] for row in cells], names=heads[:n_headers])
+    values = [row[n_headers:] for row in cells]
+    table = pd.DataFrame(values, index=index, columns=heads[n_headers:], dtype=object)
+    table.attrs = {"title": title, "caption": caption.strip()}
+    return table
 
 
-def table1(summary: Summary) -> Table:
+def heads_of(table: pd.DataFrame) -> list[str]:
+    """Return the heads of all columns, those of the index first."""
+    return [*map(str, table.index.names), *map(str, table.columns)]
+
+
+def texts_of(table: pd.DataFrame) -> list[list[str]]:
+    """Return the cells as they are printed, row by row, those of the index first."""
+    return [
+        [*index, *(cell if isinstance(cell, str) else f"{cell:.1f}" for cell in cells)]
+        for index, cells in zip(table.index, table.to_numpy().tolist(), strict=True)
+    ]
+
+
+def to_markdown(table: pd.DataFrame) -> str:
+    """Return the table as a markdown heading, pipe table and caption."""
+    marks = ["---"] * table.index.nlevels + ["---:"] * len(table.columns)
+    lines = [heads_of(table), marks, *texts_of(table)]
+    escaped = ([text.replace("|", r"\|") for text in line] for line in lines)
+    body = "\n".join(f"| {' | '.join(line)} |" for line in escaped)
+    return f"### {table.attrs['title']}\n\n{body}\n\n{table.attrs['caption']}\n"
+
+
+def mean_and_interval(found: Accuracies | None) -> str:
+    """Return `50.1 [40.2, 60.3]` in percent."""
+    if found is None:
+        return ABSENT
+    low, high = map(percent, found.ci95)
+    return f"{percent(found.mean_accuracy)} [{low}, {high}]"
+
+
+def worst_of(summary: Summary, found: Accuracies | None) -> str:
+    """Return `10 mm/s: 25.0`: the group where accuracy is lowest."""
+    if found is None:
+        return ABSENT
+    return f"{summary.split.printed(found.worst)}: {percent(found.by[found.worst])}"
+
+
+def table1(summary: Summary) -> pd.DataFrame:
     """Return Table 1: the paper's mean beside ours under either protocol, in percent.
 
-    All six families have a row, also where nothing was evaluated; other models follow.
+    All six models of the paper have a row, also where nothing was evaluated; others follow.
     """
-    others = [name for name in model_order(summary) if name not in TABLE1]
-    split = split_of(summary)
-    paper = (PAPER_COLUMN,) if split == SPEED else ()
-    here = (f"Here, {title}" for title in PROTOCOL_TITLES.values())
-    return Table(
+    split, families = summary.split, published_families()
+    rows = []
+    for name in (*TABLE1, *(name for name in model_order(summary) if name not in TABLE1)):
+        found = [outcome(summary, name, protocol) for protocol in PROTOCOL_TITLES]
+        strictest = next(filter(None, found), None)
+        paper = [str(families[name].mean_percent) if name in families else None]
+        rows.append((
+            model_title(name, summary),
+            *(paper if split == SPEED else []),
+            *map(mean_and_interval, found),
+            worst_of(summary, strictest),
+        ))  # fmt: skip
+    return make_table(
         f"Table 1. Accuracy at {split.many} held out of training",
         f"Percent of test samples, mean over held-out {split.many}, with 95% interval in brackets "
-        f"(over {drawn_over(summary)}). Chance: {percent(summary['chance'])}. "
-        f"{missing_note(summary)}{comparison_note(summary)} {preset_note(summary)}".rstrip(),
-        ("Model", *paper, *here, f"Worst {split.name} here"),
-        tuple(_table1_row(summary, name) for name in (*TABLE1, *others)),
+        f"(over {drawn_over(summary)}). Chance: {percent(summary.chance)}. "
+        f"{_missing_note(summary)}{comparison_note(summary)} {preset_note(summary)}",
+        (
+            "Model",
+            *((PAPER_COLUMN,) if split == SPEED else ()),
+            *(f"Here, {title}" for title in PROTOCOL_TITLES.values()),
+            f"Worst {split.name} here",
+        ),
+        rows,
     )
 
 
-def missing_note(summary: Summary) -> str:
+def _missing_note(summary: Summary) -> str:
     """Say how many recordings the numbers are without, and which; empty where none is missing."""
-    missing = [entry["recording"] for entry in summary["skipped"]]
+    missing = [entry.recording for entry in summary.skipped]
     if not missing:
         return ""
     named = ", ".join(missing[:_NAMED]) + (" and others" if len(missing) > _NAMED else "")
@@ -88,58 +153,79 @@ def missing_note(summary: Summary) -> str:
     return f"{len(missing)} {are} missing: {named}. "
 
 
-def accuracy_by_speed(summary: Summary) -> Table:
+def comparison_note(summary: Summary) -> str:
+    """Return the sentence that says how far the paper's column may be compared with ours."""
+    split = summary.split
+    if split != SPEED:
+        return f"The paper holds out speeds: its figures are not comparable with {split.many}."
+    same_grid = are_published(summary) and summary.speeds_mm_s == published_speeds()
+    simulated = any(data.simulated for data in summary.data)
+    return SAME_GRID if same_grid and not simulated else OTHER_RECORDINGS
+
+
+def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
     """Return the accuracy of every model by group held out.
 
     The paper's stand beneath ours where the textures are its own and what is held out are speeds.
     """
-    groups, split = groups_in(summary), split_of(summary)
-    rows = [
-        row
-        for name in model_order(summary)
-        for row in (*_own_rows(summary, name), *_paper_speed_row(summary, name))
-    ]
-    of_paper = (
-        "The paper's figures stand where it has the same speed; they were measured on its own "
-        "recordings, under the published protocol. "
-        if any(row[1].text == PAPER_ROW for row in rows)
-        else ""
-    )
-    columns = "held-out speeds in mm/s" if split == SPEED else f"held-out {split.many}"
-    return Table(
+    split, groups = summary.split, summary.held_out_keys
+    rows: list[tuple[Cell, ...]] = []
+    for model in model_order(summary):
+        title = model_title(model, summary)
+        for protocol, called in PROTOCOL_TITLES.items():
+            if found := outcome(summary, model, protocol):
+                rows.append((title, called, *(_times_100(found.by.get(key)) for key in groups)))
+        if of_paper := _paper_by_speed(summary, model):
+            rows.append((title, PAPER_ROW, *of_paper))
+    of_paper_too = any(row[1] == PAPER_ROW for row in rows)
+    return make_table(
         f"Accuracy by held-out {split.axis}",
-        f"Percent of test samples; columns are {columns}. {of_paper}"
-        f"{preset_note(summary)}".rstrip(),
-        ("Model", "Protocol", *map(key_of, groups)),
-        tuple(rows),
-        n_headers=2,
-    )
-
-
-def leak_table(summary: Summary) -> Table:
-    """Return what each model saw of the group held out before its final test, as counted."""
-    split, heads = split_of(summary), leaks_of(summary)
-    rows = tuple(
-        (
-            Cell(model_title(model, summary)),
-            Cell(PROTOCOL_TITLES[protocol]),
-            Cell(f"{found['n_test']:,}"),
-            *(_leak_cell(found["leaks"].get(name)) for name in heads),
-        )
-        for model, protocol, found in outcomes(summary)
-    )
-    return Table(
-        f"What was seen of the held-out {split.name} before the final test",
-        f"Counted over all held-out {split.many} and seeds.",
-        ("Model", "Protocol", "Test samples", *heads.values()),
+        "Percent of test samples; columns are "
+        f"{'held-out speeds in mm/s' if split == SPEED else f'held-out {split.many}'}. "
+        + "The paper's figures stand where it has the same speed; they were measured on its own "
+        "recordings, under the published protocol. " * of_paper_too + preset_note(summary),
+        ("Model", "Protocol", *groups),
         rows,
         n_headers=2,
     )
 
 
-def leaks_of(summary: Summary) -> dict[str, str]:
+def _times_100(share: float | None) -> float | None:
+    return None if share is None else 100 * share
+
+
+def _paper_by_speed(summary: Summary, model: str) -> list[float | None]:
+    """Return the paper's accuracies at our speeds, percent; nothing where it has none of them."""
+    paper = published_families().get(model)
+    if paper is None or summary.split != SPEED or not are_published(summary):
+        return []
+    found = [paper.by_speed.get(speed) for speed in summary.speeds_mm_s]
+    return found if any(found) else []
+
+
+def leak_table(summary: Summary) -> pd.DataFrame:
+    """Return what each model saw of the group held out before its final test, as counted."""
+    split, heads = summary.split, _leaks_of(summary)
+    return make_table(
+        f"What was seen of the held-out {split.name} before the final test",
+        f"Counted over all held-out {split.many} and seeds.",
+        ("Model", "Protocol", "Test samples", *heads.values()),
+        (
+            (
+                model_title(model, summary),
+                PROTOCOL_TITLES[protocol],
+                f"{found.n_test:,}",
+                *(_leak(found.leaks.get(name)) for name in heads),
+            )
+            for model, protocol, found in outcomes(summary)
+        ),
+        n_headers=2,
+    )
+
+
+def _leaks_of(summary: Summary) -> dict[str, str]:
     """Return leaks as the summary names them, and the heads of their columns."""
-    split = split_of(summary)
+    split = summary.split
     return {
         f"test_samples_of_a_{split.leaks}_seen_in_training": f"… of {split.one} trained on",
         f"test_samples_of_a_{split.leaks}_seen_in_validation": (
@@ -151,176 +237,298 @@ def leaks_of(summary: Summary) -> dict[str, str]:
     }
 
 
+def _leak(value: bool | int | None) -> str:
+    if value is None:
+        return "not counted"
+    return ("yes" if value else "no") if isinstance(value, bool) else f"{value:,}"
+
+
 def leak_sentences(summary: Summary) -> list[str]:
     """Return one sentence a protocol that names its leaks, or says that there are none."""
-    sentences = []
-    for protocol in PROTOCOL_TITLES:
-        found = [result for _, name, result in outcomes(summary) if name == protocol]
-        if found:
-            sentences.append(
-                f"{PROTOCOL_TITLES[protocol].capitalize()}: {_leak_sentence(summary, found)}"
+    name, sentences = summary.split.name, []
+    for protocol, title in PROTOCOL_TITLES.items():
+        found = [one for _, its, one in outcomes(summary) if its == protocol]
+        counts = [sum(one.leaks.get(leak) or 0 for one in found) for leak in _leaks_of(summary)]
+        if not found:
+            continue
+        trained, picked, validation, training, scale = counts
+        said = f"nothing of a held-out {name} was seen before its one final test."
+        if any(counts):
+            scaled = f"; scaling constants had seen the held-out {name}" if scale else ""
+            said = (
+                f"{picked:,} of {sum(one.n_test for one in found):,} test samples are of "
+                f"{summary.split.one} that picked the model and {trained:,} of one trained on; "
+                f"{validation:,} overlap validation samples in time and "
+                f"{training:,} overlap training samples{scaled}. Its accuracy is not that of an "
+                f"unseen {name}."
             )
+        sentences.append(f"{title.capitalize()}: {said}")
     return sentences
 
 
-def run_table(summary: Summary) -> Table:
+def run_table(summary: Summary) -> pd.DataFrame:
     """Return how each model was run: seeds, epochs, time, macro-F1 and what validated it."""
-    split = split_of(summary)
-    of_groups = "Speeds are in mm/s" if split == SPEED else split.many.capitalize()
-    rows = tuple(
-        (
-            Cell(model_title(model, summary)),
-            Cell(PROTOCOL_TITLES[protocol]),
-            Cell(f"{found['macro_f1']:.3f}"),
-            Cell(", ".join(map(str, found["seeds"]))),
-            Cell(_epochs(found)),
-            Cell(_validation(summary, found)),
-            Cell(f"{found['seconds']:,.0f}"),
-        )
-        for model, protocol, found in outcomes(summary)
-    )
-    return Table(
+    split = summary.split
+    return make_table(
         "How the models were trained",
-        f"{of_groups}: held out → validated by.",
+        f"{'Speeds are in mm/s' if split == SPEED else split.many.capitalize()}: "
+        "held out → validated by.",
+        ("Model", "Protocol", "Macro-F1", "Seeds", "Epochs", f"Validation {split.name}",
+         "Time (s)"),
+        (
+            (
+                model_title(model, summary),
+                PROTOCOL_TITLES[protocol],
+                f"{found.macro_f1:.3f}",
+                ", ".join(map(str, found.seeds)),
+                _epochs(found),
+                _validation(summary, found),
+                f"{found.seconds:,.0f}",
+            )
+            for model, protocol, found in outcomes(summary)
+        ),
+        n_headers=2,
+    )  # fmt: skip
+
+
+def _epochs(found: Outcome) -> str:
+    epochs = [count for counts in found.epochs.values() for count in counts]
+    low, high = min(epochs), max(epochs)
+    return f"{low}" if low == high else f"{low} to {high}"
+
+
+def _validation(summary: Summary, found: Outcome) -> str:
+    groups = {
+        held_out: group if isinstance(group, str) else f"{group:g}"
+        for held_out, group in found.validations.items()
+    }
+    if all(held_out == group for held_out, group in groups.items()):
+        return f"the held-out {summary.split.name} itself"
+    return ", ".join(f"{held_out} → {group}" for held_out, group in groups.items())
+
+
+# How well samples, whole recordings, and touches of equal length are recognised.
+
+
+def touches_table(summary: Summary) -> pd.DataFrame:
+    """Return how well samples and whole recordings are recognised, between the speeds and beyond.
+
+    Of groups that lie on no scale: over all of them, and in the worst.
+    """
+    split, ends = summary.split, (summary.held_out_keys[0], summary.held_out_keys[-1])
+
+    def cells(found: Outcome | Accuracies) -> list[str]:
+        if not split.ordered:
+            return [mean_and_interval(found), worst_of(summary, found)]
+        inside = mean_and_interval(getattr(found, "inside", None))
+        return [mean_and_interval(found), inside, *(_at(found, end) for end in ends)]
+
+    heads = [f"Over all {split.many}", "Worst"]
+    if split.ordered:
+        heads = [f"All {split.many}", "Between", *(f"{end} mm/s" for end in ends)]
+    between = (
+        "Between: held-out speeds that lie between speeds trained on; to hold out the slowest or "
+        "the fastest is to extrapolate. "
+    )
+    return make_table(
+        "Samples and whole recordings" + ", speeds between others and at the ends" * split.ordered,
+        "Percent recognised. A recording is classified by the sum of its samples' "
+        f"log-probabilities. {between * split.ordered}In brackets: 95% interval (over "
+        f"{drawn_over(summary)}). {preset_note(summary)}",
         (
             "Model",
             "Protocol",
-            "Macro-F1",
-            "Seeds",
-            "Epochs",
-            f"Validation {split.name}",
-            "Time (s)",
+            "Of",
+            *heads,
+        ),
+        (
+            (model_title(model, summary), protocol, unit, *cells(found))
+            for model, protocol, result in outcomes(summary)
+            for unit, found in (("a sample", result), ("a recording", result.recordings))
+        ),
+        n_headers=3,
+    )
+
+
+def _at(found: Accuracies, key: str) -> str:
+    """Return the accuracy at a speed, and its interval."""
+    if key not in found.by:
+        return ABSENT
+    low, high = (percent(end, 0) for end in found.ci95_by[key])
+    return f"{percent(found.by[key])} [{low}, {high}]"
+
+
+def by_touch_table(summary: Summary) -> pd.DataFrame | None:
+    """Return how well touches of equal length are recognised by all models; None of no models."""
+    found = list(outcomes(summary))
+    if not found:
+        return None
+    lengths = list(found[0][-1].by_touch)
+
+    def cells(touches: OfTouches | None) -> tuple[str, str]:
+        worst = ABSENT if touches is None else percent(touches.by[touches.worst])
+        return mean_and_interval(touches), worst
+
+    return make_table(
+        "Accuracy by length of touch",
+        "Percent of touches recognised, each by the mean log-probability of the samples that it is "
+        f"made of: mean over held-out {summary.split.many}, with 95% interval in brackets (over "
+        f"{drawn_over(summary)}), and in the worst of them. A touch is a number of whole samples: "
+        f"its length differs from the one stated by at most a quarter. {preset_note(summary)}",
+        ("Model", "Protocol", *(h for n in lengths for h in (f"{n} s", f"worst, {n} s"))),
+        (
+            (
+                model_title(model, summary),
+                protocol,
+                *(cell for n in lengths for cell in cells(result.by_touch.get(n))),
+            )
+            for model, protocol, result in found
+        ),
+        n_headers=2,
+    )
+
+
+def by_length(summary: Summary, base: str, protocol: str) -> dict[str, Outcome]:
+    """Return what came out by length of window, shortest first, of those that were run."""
+    found = {n: outcome(summary, name, protocol) for n, name in summary.lengths[base].items()}
+    return {n: one for n, one in found.items() if one is not None}
+
+
+def lengths_table(summary: Summary) -> pd.DataFrame | None:
+    """Return accuracy by length of window, in percent; None where there is but one length."""
+    if not summary.lengths:
+        return None
+    lengths = sorted({n for of in summary.lengths.values() for n in of}, key=int)
+    return make_table(
+        "Accuracy by length of window",
+        f"Percent of test samples, mean over held-out {summary.split.many}, with 95% interval in "
+        f"brackets (over {drawn_over(summary)}). Columns are frames of a window, which is one "
+        "sample: longer windows are longer touches, and there are fewer of them to learn from. "
+        f"{preset_note(summary)}",
+        ("Model", "Protocol", *(f"{n} frame{'' if n == '1' else 's'}" for n in lengths)),
+        (
+            (model_title(base, summary), protocol, *(mean_and_interval(of.get(n)) for n in lengths))
+            for base in summary.lengths
+            for protocol in PROTOCOL_TITLES
+            if (of := by_length(summary, base, protocol))
+        ),
+        n_headers=2,
+    )
+
+
+# Accuracy of each texture, and the paper's own beside it.
+#
+# The paper finds the smooth drum and the one with the widest spacing recognised best: they lie at
+# the ends of the series and have a neighbour on one side only. Its accuracies are the diagonals of
+# its matrices.
+
+
+def accuracy_by_texture(results: Results, model: str, protocol: str) -> dict[str, float]:
+    """Return percent of a texture's test samples recognised, mean over what was held out.
+
+    Textures that were not tested are left out.
+    """
+    table = results.predictions
+    mine = table[(table["model"] == model) & (table["protocol"] == protocol)]
+    right = mine["true_texture"] == mine["predicted_texture"]
+    groups = [mine["true_texture"], mine[results.split.column]]
+    shares: pd.Series = right.groupby(groups, observed=True).mean()
+    means = 100 * shares.groupby(level=0, observed=True).mean()
+    return {texture: float(means[texture]) for texture in results.textures if texture in means}
+
+
+def paper_by_texture(results: Results, model: str) -> list[float]:
+    """Return the paper's accuracies by texture, percent; nothing where textures are others."""
+    if model not in published_families() or not _has_the_papers_textures(results):
+        return []
+    found: list[float] = published_confusion(model).diagonal().tolist()
+    return found
+
+
+def _has_the_papers_textures(results: Results) -> bool:
+    return results.split == SPEED and are_published(results.found)
+
+
+def by_texture_table(results: Results) -> pd.DataFrame | None:
+    """Return accuracy by texture, the paper's beneath ours; None where nothing was evaluated."""
+    textures, summary = results.textures, results.found
+    named = texture_names(textures, summary.named_by_spacing)
+    with_ends = _has_the_papers_textures(results)
+    smooth, widest = named[textures[0]], named[textures[-1]]
+
+    def cells(values: Sequence[float | None]) -> tuple[float | None, ...]:
+        if not with_ends:
+            return tuple(values)
+        ends, inner = ([v for v in part if v is not None] for part in (values[::12], values[1:-1]))
+        return (*values, *(float(np.mean(part)) if part else None for part in (ends, inner)))
+
+    rows: list[tuple[Cell, ...]] = []
+    for model in model_order(summary):
+        title = model_title(model, summary)
+        for protocol, called in PROTOCOL_TITLES.items():
+            if outcome(summary, model, protocol):
+                found = accuracy_by_texture(results, model, protocol)
+                rows.append((title, called, *cells([found.get(one) for one in textures])))
+        if of_paper := paper_by_texture(results, model):
+            rows.append((title, PAPER_ROW, *cells(of_paper)))
+    if not rows:
+        return None
+    claim = (
+        f"The paper writes that the smooth texture and the one at the end of the series ({smooth} "
+        f"and {widest}) are recognised best: the last two columns compare their mean with that of "
+        f"all others. By its own matrices that is so of {smooth}, not of {widest}. The paper's "
+        "figures are the diagonals of those matrices, measured on its own recordings, under the "
+        "published protocol."
+    )
+    return make_table(
+        "Accuracy by texture",
+        f"Percent of a texture's test samples recognised, mean over held-out {results.split.many}; "
+        f"columns are textures. {claim * with_ends}",
+        (
+            "Model",
+            "Protocol",
+            *named.values(),
+            *((f"{smooth} and {widest}", "the others") if with_ends else ()),
         ),
         rows,
         n_headers=2,
     )
 
 
-def comparison_note(summary: Summary) -> str:
-    """Return the sentence that says how far the paper's column may be compared with ours."""
-    split = split_of(summary)
-    if split != SPEED:
-        return f"The paper holds out speeds: its figures are not comparable with {split.many}."
-    same_speeds = tuple(groups_in(summary)) == tuple(published_speeds())
-    same_grid = are_published(summary) and same_speeds
-    simulated = any(data["simulated"] for data in summary["data"])
-    return SAME_GRID if same_grid and not simulated else OTHER_RECORDINGS
+def reliability_table(summary: Summary) -> pd.DataFrame | None:
+    """Return the expected calibration error of every model, and on which side it errs.
 
+    None where no model gives probabilities.
+    """
+    known = [found.reliability for _, _, found in outcomes(summary) if found.reliability]
+    if not known:
+        return None
 
-def mean_and_interval(found: dict[str, Any] | None) -> str:
-    """Return `50.1 [40.2, 60.3]` in percent; the interval is left out where there is none."""
-    if found is None:
-        return ABSENT
-    mean, interval = percent(found["mean_accuracy"]), found.get("ci95")
-    return f"{mean} [{percent(interval[0])}, {percent(interval[1])}]" if interval else mean
+    def cells(found: Outcome) -> list[str | None]:
+        if found.reliability is None:
+            return [None] * 3
+        bins = found.reliability
+        means = (np.average(each, weights=bins.count) for each in (bins.confidence, bins.accuracy))
+        return [*(percent(float(mean)) for mean in means), percent(bins.ece)]
 
-
-def _table1_row(summary: Summary, name: str) -> tuple[Cell, ...]:
-    paper = published_families().get(name)
-    of_paper = Cell(str(paper.mean_percent)) if paper else Cell(ABSENT)
-    return (
-        Cell(model_title(name, summary)),
-        *([of_paper] if split_of(summary) == SPEED else []),
-        *(Cell(mean_and_interval(outcome(summary, name, key))) for key in PROTOCOL_TITLES),
-        Cell(_worst(summary, name)),
-    )
-
-
-def _worst(summary: Summary, name: str) -> str:
-    """Return the worst group held out, under the strictest protocol that was run."""
-    for protocol in PROTOCOL_TITLES:
-        found = outcome(summary, name, protocol)
-        if found is not None:
-            return worst_of(summary, found)
-    return ABSENT
-
-
-def worst_of(summary: Summary, found: dict[str, Any] | None) -> str:
-    """Return `10 mm/s: 25.0`: the group where accuracy is lowest."""
-    if found is None:
-        return ABSENT
-    split = split_of(summary)
-    worst = found[split.worst]
-    return f"{split.printed(worst)}: {percent(found[split.by][worst])}"
-
-
-def _own_rows(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
-    keys, by = [key_of(group) for group in groups_in(summary)], split_of(summary).by
-    found = [(title, outcome(summary, name, key)) for key, title in PROTOCOL_TITLES.items()]
-    return [
+    return make_table(
+        "Confidence and accuracy",
+        f"Percent of test samples, all {summary.split.many} held out together. Confidence is the "
+        "mean probability of the predicted texture; ECE, the expected calibration error, the mean "
+        f"difference between confidence and accuracy over {len(known[0].count)} bins of "
+        f"confidence. {temperature_note(summary)}",
+        ("Model", "Protocol", "Confidence", "Accuracy", "ECE"),
         (
-            Cell(model_title(name, summary)),
-            Cell(title),
-            *(_accuracy_cell(result[by].get(key)) for key in keys),
-        )
-        for title, result in found
-        if result is not None
-    ]
-
-
-def _paper_speed_row(summary: Summary, name: str) -> list[tuple[Cell, ...]]:
-    paper, groups = published_families().get(name), groups_in(summary)
-    if paper is None or split_of(summary) != SPEED or not are_published(summary):
-        return []
-    if not set(groups) & set(paper.by_speed):
-        return []
-    values = (paper.by_speed.get(float(group)) for group in groups)
-    cells = (Cell(ABSENT) if value is None else Cell(f"{value:.1f}", value) for value in values)
-    return [(Cell(MODELS[name].title), Cell(PAPER_ROW), *cells)]
-
-
-def _accuracy_cell(fraction: float | None) -> Cell:
-    return Cell(ABSENT) if fraction is None else Cell(percent(fraction), 100 * fraction)
-
-
-def _leak_cell(value: bool | int | None) -> Cell:
-    if value is None:
-        return Cell("not counted")
-    return Cell(("yes" if value else "no") if isinstance(value, bool) else f"{value:,}")
-
-
-def _leak_sentence(summary: Summary, found: list[dict[str, Any]]) -> str:
-    name = split_of(summary).name
-    counts = [sum(one["leaks"].get(leak) or 0 for one in found) for leak in leaks_of(summary)]
-    trained, of_group, validation, training, scale = counts
-    if not any(counts):
-        return f"nothing of a held-out {name} was seen before its one final test."
-    scaled = f"; scaling constants had seen the held-out {name}" if scale else ""
-    return (
-        f"{of_group:,} of {sum(result['n_test'] for result in found):,} test samples are of "
-        f"{split_of(summary).one} that picked the model and {trained:,} of one trained on; "
-        f"{validation:,} overlap validation samples in time and "
-        f"{training:,} overlap training samples{scaled}. Its accuracy is not that of an unseen "
-        f"{name}."
+            (model_title(model, summary), PROTOCOL_TITLES[protocol], *cells(found))
+            for model, protocol, found in outcomes(summary)
+        ),
+        n_headers=2,
     )
 
 
-def _epochs(found: dict[str, Any]) -> str:
-    epochs = [count for counts in found["epochs"].values() for count in counts]
-    if not epochs:
-        return ABSENT
-    low, high = min(epochs), max(epochs)
-    return f"{low}" if low == high else f"{low} to {high}"
-
-
-def _validation(summary: Summary, found: dict[str, Any]) -> str:
-    split = split_of(summary)
-    groups = {held_out: key_of(group) for held_out, group in found[split.validations].items()}
-    if all(held_out == group for held_out, group in groups.items()):
-        return f"the held-out {split.name} itself"
-    return ", ".join(f"{held_out} → {group}" for held_out, group in groups.items())
-
-
-# A `Table` as markdown; the page has its own template, the command line its own layout.
-
-
-def to_markdown(table: Table) -> str:
-    """Return the table as a markdown heading, pipe table and caption."""
-    marks = ["---"] * table.n_headers + ["---:"] * (len(table.columns) - table.n_headers)
-    lines = [list(table.columns), marks, *([cell.text for cell in row] for row in table.rows)]
-    body = "\n".join(f"| {' | '.join(_escape(text) for text in line)} |" for line in lines)
-    return f"### {table.title}\n\n{body}\n\n{table.caption}\n"
-
-
-def _escape(text: str) -> str:
-    return text.replace("|", r"\|")
+def temperature_note(summary: Summary) -> str:
+    """Return what stands behind the confidences."""
+    return (
+        f"Models that are solved at once have a temperature, set at {summary.split.many} left out "
+        "inside the fold; networks are taken as they come out of training."
+    )

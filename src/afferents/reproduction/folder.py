@@ -17,7 +17,7 @@ from afferents.evaluation.job_status import (
     planned_workers,
     seconds_left,
 )
-from afferents.evaluation.schemas import Form
+from afferents.evaluation.schemas import Schema
 from afferents.files import require_same_config, write_json
 from afferents.outputs import is_locked
 from afferents.reproduction.presets import written
@@ -32,7 +32,7 @@ _FREE = frozenset({"protocol", "models"})
 """Choices that one folder may hold several of: trainings are added."""
 
 
-class Begun(Form):
+class Begun(Schema):
     """`reproduction.json`: what a folder's reproduction began with."""
 
     like: Like
@@ -182,7 +182,7 @@ def _of_results(results: Path) -> Status:
     facts = {
         "counts": {state: counts[state] for state in STATES},
         "seconds_left": left,
-        "jobs": [{**s.key.describe(), "state": s.state, "why": s.why} for s in found],
+        "jobs": [{**s.key.content(), "state": s.state, "why": s.why} for s in found],
     }
     return Status(_rows(found), _sentences(found, counts, left, cluster), facts)
 

@@ -209,9 +209,9 @@ class Trainings:
             return replace(parts[0], model=model, fold_s=fold_s, encode_s=encode_s)
         (source,) = sources_of(model, self.recipe.encodings)
         if source not in self._samples:
-            self._samples[source] = measure_encoding(self.measured, source, self.recipe.cut)
+            self._samples[source] = measure_encoding(self.measured, source, self.recipe.options.cut)
         samples, encode_s = self._samples[source]
-        config = self.recipe.training(recipe_of(model, source.encoding))
+        config = self.recipe.options.training(recipe_of(model, source.encoding))
         rate = self._rate(model, source, samples, protocol, config)
         n = len(samples) * self.amount.used
         amounts = amounts_of(n, self.amount.n_groups, protocol)
@@ -297,19 +297,20 @@ def estimate_of(
         If no recording can be tracked, or what is measured is too short to be encoded.
     """
     missing = [r for r in session.recordings if not _is_there(store, r)]
-    candidates = typical(session.recordings, recipe.cut, recipe.steady_s)
+    candidates = typical(session.recordings, recipe.options.cut, recipe.options.steady)
     measured = (
         measure_recording(candidates, sensors, method) if missing else _stored(candidates, store)
     )
     able = [model for model in recipe.models if lacking(model, [measured.responses]) is None]
     best = best_of([measured.responses]) if with_best else None
     models = able if best is None or best in able else [*able, best]
-    how = recipe.cut, recipe.split, held_out, recipe.ablation, recipe.steady_s
+    options = recipe.options
+    how = options.cut, recipe.split, held_out, options.ablation, options.steady
     amount = amount_of(session, measured.recording, *how)
 
     def left(model: Model, protocol: Protocol) -> int:
         keys = (
-            FoldKey(model.name, protocol.name, seed, group, recipe.split)
+            FoldKey.of(model.name, protocol.name, seed, group, recipe.split)
             for seed in seeds
             for group in amount.groups
         )
@@ -321,7 +322,7 @@ def estimate_of(
         measured.frame_s,
         len(missing),
         trainings.works(models, protocols, left),
-        recipe.compute.device != "cpu" and torch.cuda.is_available(),
+        recipe.options.device != "cpu" and torch.cuda.is_available(),
     )
 
 

@@ -4,23 +4,26 @@ What comes out of a simulated session, or of another sensor's, stands beside the
 reproduces nothing; the report says so.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from afferents.choices import Cut, Like, Size
+from afferents.encodings.base import Encoding
+from afferents.encodings.settings import ENCODINGS, Encodings
+from afferents.encodings.settings import options as options_of_encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
-from afferents.evaluation.evaluate import evaluate, options_in_words
+from afferents.evaluation.evaluate import evaluate
+from afferents.evaluation.options import EvaluationOptions, flag_of
+from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.results import Results, load_results
 from afferents.evaluation.train import Training, train_model
 from afferents.extraction.extract import extract, extract_session
 from afferents.extraction.options import Extraction
 from afferents.files import Place
-from afferents.folds.held_out import SPEED, split_named
-from afferents.folds.protocol import protocols
 from afferents.markers.sensor import Sensor, load_sensor, sensor_in, sensors_of
 from afferents.models.card import Card
 from afferents.models.export import export_model
@@ -32,7 +35,6 @@ from afferents.reproduction.presets import CHOICES, NEUTRAL, choices_in_words, c
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
-from afferents.store.trimming import steady_in
 from afferents.store.zarr_store import open_responses
 
 if TYPE_CHECKING:
@@ -74,7 +76,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
     data = open_data([str(store)], progress=progress)
     for name, path in zip(BEST, exported, strict=True):
         progress.note(f"training {MODELS[name].title} on {store}")
-        training = Training(data, MODELS[name], "fast", "all", data[0].encodings)
+        training = Training(data, MODELS[name], data[0].encodings)
         card: Card = train_model(training, folder / name, progress, force=True)
         export_model(folder / name, path, force=True)
         for sentence in card.describe():
@@ -94,11 +96,13 @@ def _simulated_store(folder: Path, progress: Progress) -> Path:
     return store
 
 
-# Command of the whole way: a session, its responses, the models, the report.
+# The whole way: a session, its responses, the models, the report.
 
 Options = Mapping[str, Any]
-_OURS = ("session", "data", "out", "quiet")
-"""Arguments of the stages that the whole way sets itself."""
+EXTRACTING = tuple(
+    name for name in signature(extract).parameters if name not in ("session", "out", "quiet")
+)
+"""Options of `extract`, by name."""
 
 
 def reproduce(
@@ -156,8 +160,10 @@ def reproduce(
 
     given = {name: value for name, value in options.items() if value is not None}
     choices = chosen(like, given)
-    _require_sound(given, choices)
     everything = {**given, **choices}
+    extracting = {name: v for name, v in everything.items() if name in EXTRACTING}
+    evaluating = _evaluating(everything)
+    _require_known(evaluating)
     places = Places(Path(out))
     differs = otherwise(like, given, _others(given))
     remaining = discrepancies().remaining() if like == "published" else []
@@ -167,19 +173,20 @@ def reproduce(
             progress.note(line)
         if session is None:
             _require_simulated(choices["cut"], size, only_estimate)
-        root = Path(session) if session else _simulated(places, size, given, progress)
+        seed = evaluating.seeds[0]
+        root = Path(session) if session else _simulated(places, size, given, seed, progress)
         there = read_session(root, choices["fps_hz"])
         if not given.get("keep_going"):
             require_length(there, choices["cut"])
-        estimate = _estimated(there, places, everything)
+        estimate = _estimated(there, places, extracting, evaluating)
         for line in in_words(estimate):
             progress.note(line)
     if only_estimate:
         return estimate
     n = len(there.recordings)
     write_begun(places, like, choices, differs, remaining, n, estimate.total_s)
-    extract(there.root, places.store, quiet=quiet, **_extracting(everything))
-    evaluate(places.store, places.results, quiet=quiet, **_evaluating(everything))
+    extract(there.root, places.store, quiet=quiet, **extracting)
+    evaluate(places.store, places.results, quiet=quiet, **evaluating.chosen())
     report(places.results, quiet=quiet, figures="paper" if like == "published" else "report")
     return load_results(places.results)
 
@@ -200,51 +207,42 @@ def _said(
         yield "All discrepancies of paper and code: afferents reproduce --discrepancies"
 
 
+def _evaluating(everything: Options) -> EvaluationOptions:
+    """Return the options of `evaluate` among all."""
+    only_extracting = set(EXTRACTING) - EvaluationOptions.model_fields.keys()
+    named = {name: v for name, v in everything.items() if name not in only_extracting}
+    return EvaluationOptions(**named)
+
+
 def _others(given: Options) -> list[str]:
     """Return the other options that change what is computed, as a shell has them."""
-    from afferents.folds.ablation import Ablation
-
-    held_out = given.get("held_out") or ()
-    only, without = given.get("only") or Ablation(), given.get("without") or {}
-    words = options_in_words(only, held_out, without)
+    known = {choice.name for choice in CHOICES} | NEUTRAL
+    others = {name: value for name, value in given.items() if name not in known}
+    flags = {name: option.flag for name, option in options_of_encodings().items()}
+    words = _evaluating(others).words(flags)
     said = [f"{flag} {value}" for flag, value in zip(words[::2], words[1::2], strict=True)]
-    known = {choice.name for choice in CHOICES} | NEUTRAL | {"held_out", "only", "without"}
-    usual = _defaults(evaluate) | _defaults(extract)
-    for name, value in given.items():
-        if name not in known and value != usual.get(name):
-            said.append(f"--{name.replace('_', '-')} {_written(value)}")
+    usual = signature(extract).parameters
+    for name, value in others.items():
+        if name in EXTRACTING and value != usual[name].default:
+            said.append(f"{flag_of(name)} {value}")
     return said
 
 
-def _written(value: Any) -> str:
-    return ":".join(f"{v:g}" for v in value) if isinstance(value, list | tuple) else str(value)
-
-
-def _require_sound(given: Options, choices: Options) -> None:
-    """Refuse what can be refused without the data, before hours are spent on extracting them.
+def _require_known(options: EvaluationOptions) -> None:
+    """Refuse unknown options and models, before hours are spent on extracting.
 
     Raises
     ------
     InputError
         Naming what is wrong.
     """
-    from afferents.encodings.base import Encoding
-    from afferents.encodings.settings import ENCODINGS, Encodings
-    from afferents.folds.corruption import Disturbance
-
-    models, _ = models_in(choices["models"]), protocols(choices["protocol"])
-    split_named(given.get("split", SPEED.name)).read(given.get("held_out", ()), "--held-out")
-    steady_in(given.get("steady"), choices["cut"])
-    for name in ("disturb", "disturb_training"):
-        Disturbance.of(given.get(name), f"--{name.replace('_', '-')}")
-    encoding = _encoding(given)
-    own = (type(m.encoding) for m in models if isinstance(m.encoding, Encoding))
+    own = (type(m.encoding) for m in models_in(options.models) if isinstance(m.encoding, Encoding))
     known = {name for kind in (*ENCODINGS.values(), *own) for name in kind.model_fields}
-    for name in encoding:
+    for name in options.encoding:
         if name not in known:
             expected = "options of extract, of evaluate, or of encodings"
             raise InputError(f"options: expected {expected}, found '{name}'")
-    Encodings().changed(**encoding)
+    Encodings().changed(**options.encoding)
 
 
 def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
@@ -264,67 +262,28 @@ def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
         )
 
 
-def _simulated(places: "Places", size: Size, given: Options, progress: Progress) -> Path:
-
+def _simulated(places: "Places", size: Size, given: Options, seed: int, progress: Progress) -> Path:
     sensor = sensor_in(given.get("sensor", "tip_b"))
-    seed = next(iter(given.get("seeds", (0,))))
     return simulated(places, size, sensor, seed, given.get("workers"), progress)
 
 
-def _estimated(session: "Session", places: "Places", everything: Options) -> "Estimate":
+def _estimated(
+    session: "Session", places: "Places", extracting: Options, options: EvaluationOptions
+) -> "Estimate":
     """Return what is left to be done, and how long that takes."""
     from joblib import cpu_count
 
-    from afferents.encodings.settings import Encodings
-    from afferents.evaluation.recipe import Recipe
-    from afferents.folds.ablation import Ablation
-    from afferents.models.config import Compute, Hyperparameters
     from afferents.parallel import workers_at
     from afferents.reproduction.measure import estimate_of
 
-    given = _defaults(evaluate) | dict(everything)
-    split, models = split_named(given["split"]), given["models"]
-    recipe = Recipe(
-        places.results,
-        (),
-        models_in(models),
-        given["preset"],
-        given["cut"],
-        Encodings().changed(**_encoding(everything)),
-        ablation=given["only"] or Ablation(),
-        split=split,
-        steady_s=steady_in(given["steady"], given["cut"]),
-        statistics=given["statistics"],
-        compute=Compute(given["device"], given["precision"]),
-        hyperparameters=Hyperparameters.of(given["recipe"], given["preset"]),
-    )
-    sensor = sensor_in(given["sensor"]) if given.get("sensor") else None
+    encodings = Encodings().changed(**options.encoding)
+    recipe = Recipe(places.results, (), models_in(options.models), encodings, options)
+    sensor = sensor_in(extracting["sensor"]) if extracting.get("sensor") else None
     estimate = estimate_of(
-        session, sensors_of(session, sensor), given["method"], places.store, recipe,
-        protocols(given["protocol"]), list(given["seeds"]),
-        split.read(given["held_out"], "--held-out"), "best" in names_in(models),
+        session, sensors_of(session, sensor), extracting["method"], places.store, recipe,
+        options.protocols, list(options.seeds), options.held_out,
+        "best" in names_in(options.models),
     )  # fmt: skip
-    cluster = given["cluster"]
-    processes = workers_at(cluster) if cluster else given["workers"] or cpu_count()
+    cluster = options.cluster
+    processes = workers_at(cluster) if cluster else options.workers or cpu_count()
     return replace(estimate, processes=processes, cluster=cluster is not None)
-
-
-def _defaults(stage: Callable[..., Any]) -> dict[str, Any]:
-    """Return the options of a stage and what they are unless given."""
-    found = signature(stage).parameters.values()
-    return {p.name: p.default for p in found if p.default is not p.empty and p.name not in _OURS}
-
-
-def _encoding(everything: Options) -> dict[str, Any]:
-    """Return options that are of no stage: those of encodings."""
-    stages = _defaults(extract).keys() | _defaults(evaluate).keys()
-    return {name: value for name, value in everything.items() if name not in stages}
-
-
-def _extracting(everything: Options) -> dict[str, Any]:
-    return {name: value for name, value in everything.items() if name in _defaults(extract)}
-
-
-def _evaluating(everything: Options) -> dict[str, Any]:
-    others = _defaults(extract).keys() - _defaults(evaluate).keys()
-    return {name: value for name, value in everything.items() if name not in others}

@@ -6,9 +6,9 @@ import pytest
 
 import afferents
 from afferents.cli import evaluation, models, neuro, recordings, reproduction, rig
+from afferents.evaluation.options import EvaluationOptions
 
 SHELL = {
-    "evaluate": evaluation.evaluate,
     "report": evaluation.report,
     "train": models.train,
     "calibrate": recordings.calibrate,
@@ -19,8 +19,6 @@ SHELL = {
     "reproduce": reproduction.reproduce,
 }
 SAID_OTHERWISE = {
-    "evaluate": {"seeds"},  # how many in the shell, which in Python
-    "train": {"statistics"},
     "simulate": {"textures"},  # one text in the shell, letters in Python
     "extract": {"sensor"},
     "neural": {"classes"},
@@ -48,6 +46,6 @@ def test_defaults_are_the_same_in_the_shell_and_in_python(command):
 
 
 def test_the_paper_s_models_and_what_we_recommend_are_evaluated_so_that_numbers_hold():
-    for function in (evaluation.evaluate, afferents.evaluate):
-        found = defaults(function)
-        assert (found["models"], found["preset"]) == ("best,all", "fast")
+    options = EvaluationOptions()
+    assert (options.models, options.preset) == ("best,all", "fast")
+    assert defaults(afferents.evaluate)["models"] == options.models

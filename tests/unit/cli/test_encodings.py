@@ -15,7 +15,7 @@ OWN = f"{Path(__file__).with_name('own_encoding.py')}:powers"
 @pytest.mark.parametrize("command", ["evaluate", "train"])
 def test_all_of_them_are_offered_with_their_help(run, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "200")
-    code, out, _ = run(command, "--help")
+    code, out, _ = run(command, "--help-all")
     assert code == 0
     for option in options().values():
         assert option.flag in out
@@ -28,7 +28,7 @@ def test_one_that_is_new_needs_no_word_of_the_command_line(run, monkeypatch):
         gain: Annotated[float, Option("--gain", "By how much.")] = 1.0
 
     monkeypatch.setitem(ENCODINGS, "louder", Louder)
-    code, out, _ = run("train", "--help")
+    code, out, _ = run("train", "--help-all")
     assert (code, "--gain" in out) == (0, True)
 
 
@@ -37,9 +37,9 @@ def test_one_of_an_encoding_from_outside_goes_all_the_way(run, stores, tmp_path)
     code, out, err = run(*command, "--power", 2, "--workers", 1)
     assert code == 0, err
     assert json.loads(out)["options"] == ["--power", "2"]
-    code, out, _ = run("evaluate", f"--models={OWN}", "--help")
+    code, out, _ = run("evaluate", f"--models={OWN}", "--help-all")
     assert (code, "--power" in out) == (0, True)
-    assert "--power" not in run("evaluate", "--help")[1]
+    assert "--power" not in run("evaluate", "--help-all")[1]
 
 
 @pytest.mark.parametrize(

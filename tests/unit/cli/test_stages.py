@@ -1,37 +1,87 @@
-"""`reproduce` takes the options of its stages as these spell them."""
+"""Options that commands take from elsewhere: which are shown, and how they are given."""
+
+import json
+import re
 
 import pytest
-import typer
 
-from afferents.cli import app
-
-COMMANDS = typer.main.get_command(app).commands
-SET_BY_IT = {"--json", "--quiet", "--out"}
+from afferents import load_results
+from afferents.evaluation.options import EvaluationOptions, TrainingOptions, flag_of
 
 
-def flags(name):
-    return {
-        flag
-        for parameter in COMMANDS[name].params
-        for flag in (*parameter.opts, *parameter.secondary_opts)
-        if flag.startswith("--")
-    }
-
-
-@pytest.mark.parametrize("stage", ["extract", "evaluate"])
-def test_it_has_every_option_of(stage):
-    assert flags(stage) - SET_BY_IT <= flags("reproduce")
-
-
-def test_none_is_set_unless_it_is_given():
-    own = {"out", "session", "like", "size", "estimate", "discrepancies", "as_json", "quiet"}
-    others = [one for one in COMMANDS["reproduce"].params if one.name not in {*own, "help"}]
-    assert len(others) > 25
-    assert all(one.default is None for one in others)
-
-
-def test_options_of_encodings_are_taken_too(run):
-    code, printed, _ = run("reproduce", "--help")
+def listed(run, *command):
+    """Return the flags that help lists."""
+    code, out, _ = run(*command)
     assert code == 0
-    assert "--frames" in printed
-    assert "--tracker" in printed
+    return re.findall(r"^\W+ (--[\w-]+)  ", out, re.MULTILINE)
+
+
+@pytest.fixture(autouse=True)
+def wide(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+
+
+@pytest.mark.parametrize("command", ["evaluate", "train", "reproduce", "simulate"])
+def test_help_lists_twelve_options_at_most_and_all_on_demand(run, command):
+    few, every = listed(run, command, "--help"), listed(run, command, "--help-all")
+    assert len(set(few) - {"--help"}) <= 13
+    assert {"--config", "--set", "--help-all"} <= set(few) < set(every)
+
+
+@pytest.mark.parametrize(
+    ("command", "fields"), [("evaluate", EvaluationOptions), ("train", TrainingOptions)]
+)
+def test_every_field_is_an_option(run, command, fields):
+    assert {flag_of(name) for name in fields.model_fields} <= set(
+        listed(run, command, "--help-all")
+    )
+
+
+def test_reproduce_has_the_options_of_its_stages(run):
+    every = set(listed(run, "reproduce", "--help-all"))
+    for stage in ("extract", "evaluate"):
+        assert set(listed(run, stage, "--help-all" if stage == "evaluate" else "--help")) - {
+            "--out", "--force"
+        } <= every | {"--out"}  # fmt: skip
+
+
+def test_a_file_gives_options_by_name_and_flags_overrule_it(run, stores, tmp_path):
+    """--config, then --set, then flags; the configuration of a results folder repeats a run."""
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'models = "order-te"\nheld_out = [20, 40]\nwindow-s = 0.5\nspeeds = "20,30,40"\n'
+        "[disturb]\nsound = 0.1\n"
+    )
+    store, out = stores["audio"], tmp_path / "r"
+    told = ("--config", file, "--set", "held_out=30", "--set", "seed=2", "--workers", 1, "--json")
+    code, printed, err = run("evaluate", store, "--out", out, *told, "--seed", 1)
+    assert code == 0, err
+    summary = json.loads(printed)
+    assert summary["speeds_mm_s"] == [30.0]
+    assert summary["models"]["order-te"]["nested"]["seeds"] == [1]
+    assert summary["disturb"] == {"sound": 0.1}
+    assert summary["options"] == [
+        "--speeds", "20,30,40", "--held-out", "30", "--disturb", "sound=0.1", "--window-s", "0.5",
+    ]  # fmt: skip
+    again = ("evaluate", "--config", out / "config.json", "--out", tmp_path / "s", "--json")
+    code, printed, err = run(*again)
+    assert code == 0, err
+    first, second = (json.loads((at / "config.json").read_text()) for at in (out, tmp_path / "s"))
+    assert first == second
+    assert load_results(out).predictions.equals(load_results(tmp_path / "s").predictions)
+
+
+@pytest.mark.parametrize(
+    ("command", "sentence"),
+    [
+        (("--set", "modles=all"), "--set: expected options of 'afferents evaluate'"),
+        (("--set", "seed"), "--set: expected NAME=VALUE, such as seed=3, found 'seed'"),
+        (("--set", "markers=some"), "--markers"),
+        (("--config", "none.toml"), "none.toml: expected options of 'afferents evaluate' by name"),
+    ],
+)
+def test_what_is_no_option_is_refused(run, stores, tmp_path, command, sentence):
+    code, _, err = run("evaluate", stores["video"], "--out", tmp_path / "r", *command)
+    assert code == 2
+    assert sentence in err
+    assert not (tmp_path / "r").exists()

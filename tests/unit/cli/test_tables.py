@@ -5,7 +5,8 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from afferents.cli.printing import TerminalTable
+from afferents.cli.printing import lay_out
+from afferents.reporting.tables import make_table
 
 COLUMNS = ("Model", "Protocol", *(f"run-number-{n}" for n in range(4)), "Worst speed here")
 VALUE, WORST = "50.1 [40.2, 60.3]", "10 mm/s: 25.0"
@@ -14,12 +15,13 @@ ROWS = [
     for name in ("RA-I vector waves", "vib-TE augmented")
     for protocol in ("nested protocol", "published protocol")
 ]
-TABLE = TerminalTable(COLUMNS, ROWS, 2, "Accuracy at held-out speeds", "Percent of test samples.")
+TITLE, CAPTION = "Accuracy at held-out speeds", "Percent of test samples."
+TABLE = make_table(TITLE, CAPTION, COLUMNS, ROWS, 2)
 
 
 def printed(table, width):
     console = Console(file=StringIO(), width=width, highlight=False, markup=False)
-    console.print(table)
+    console.print(*lay_out(table, console.width), sep="")
     return console.file.getvalue()
 
 
@@ -49,7 +51,7 @@ def test_columns_that_do_not_fit_come_below_with_the_names_of_their_rows():
 
 
 def test_what_is_not_there_and_markup_are_printed_as_they_stand():
-    text = printed(TerminalTable(("a", "b"), [["[bold]x", "—"]]), 40)
+    text = printed(make_table("", "", ("a", "b"), [["[bold]x", None]]), 40)
     assert "[bold]x" in text
     assert "—" in text
-    assert printed(TerminalTable(("a", "b"), []), 40).split() == ["a", "b", "─" * 7]
+    assert printed(make_table("", "", ("a", "b"), []), 40).split() == ["a", "b", "─" * 7]

@@ -8,7 +8,8 @@ from afferents.errors import InputError
 from afferents.evaluation.results import texture_summaries
 
 SHARES = {"mean": 0.5, "ci95": [0.4, 0.6]}
-UNIT = {**SHARES, "inside": SHARES, "by_speed": {"10": 0.4, "12.5": 0.5, "20": 0.6}}
+BY_SPEED = {"10": 0.4, "12.5": 0.5, "20": 0.6}
+UNIT = {**SHARES, "inside": SHARES, "outside": SHARES, "by_speed": BY_SPEED}
 UNITS = {"samples": UNIT, "recordings": UNIT}
 AREAS = {"samples": 0.9, "recordings": 1}
 ABOUT = {
@@ -33,16 +34,20 @@ ABOUT = {
 
 
 def unknown(**changed):
-    texture = {"found_samples": 0.5, "false_alarms": 0.01}
+    texture = {"found_samples": 0.5, "found_recordings": 1, "false_alarms": 0.01, "auroc": 0.9}
     outcome = {
         "found": UNITS,
         "false_alarms": UNITS,
         "auroc": AREAS,
         "auroc_inside": AREAS,
+        "auroc_outside": AREAS,
+        "auroc_by_speed": {"10": 0.9},
+        "n": 6,
         "by_texture": {"1": texture, "2": texture},
         **changed,
     }
-    return {**ABOUT, "false_alarms_stated": 0.01, "models": {"sa-wave": outcome}}
+    stated = {"false_alarms_stated": 0.01, "intervals": {"replicate": "texture", "n": 2}}
+    return {**ABOUT, **stated, "models": {"sa-wave": outcome}}
 
 
 def roughness(**changed):
@@ -54,6 +59,7 @@ def roughness(**changed):
         "by_spacing": {"1": 0.5},
         "covered": 0.9,
         "half_interval_mm": 1,
+        "n": 6,
         **changed,
     }
     return {**ABOUT, "coverage_asked": 0.9, "models": {"sa-wave": {"seen": outcome}}}
@@ -68,7 +74,8 @@ def read(folder, of_unknown, of_roughness):
 def test_summaries_are_as_they_stand_in_their_files(tmp_path):
     assert texture_summaries(tmp_path) == {}
     expected = {"unknown": unknown(), "roughness": roughness()}
-    assert read(tmp_path, *expected.values()) == expected
+    found = read(tmp_path, *expected.values())
+    assert {name: one.content() for name, one in found.items()} == expected
 
 
 @pytest.mark.parametrize(

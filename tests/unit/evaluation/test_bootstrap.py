@@ -42,8 +42,8 @@ def samples_of(shares, speeds=SPEEDS, n=10, session=""):
     ]
 
 
-def interval(rows, seed=0, replicate=TEXTURE):
-    return bootstrap_interval(Accuracy(table(rows), replicate), seed)
+def interval(rows, seed=0, unit=TEXTURE):
+    return bootstrap_interval(Accuracy(table(rows), unit), seed)
 
 
 def width(found):
@@ -93,14 +93,14 @@ def test_of_several_sessions_the_session_is_the_unit():
         for session, off in enumerate((-0.05, 0.0, 0.05), start=1)
         for row in samples_of(shares + off, n=20, session=f"{session}:")
     ]
-    over_sessions, over_textures = interval(rows, replicate=SESSION), interval(rows)
+    over_sessions, over_textures = interval(rows, unit=SESSION), interval(rows)
     half = 4.3027 * 0.05 / np.sqrt(3)
     assert over_sessions.low == pytest.approx(0.5 - half, abs=0.02)
     assert width(over_textures) > 1.5 * width(over_sessions)
-    assert len(Accuracy(table(rows), SESSION).replicates) == 3
+    assert len(Accuracy(table(rows), SESSION).units) == 3
 
 
-def test_a_single_replicate_says_nothing():
+def test_a_single_unit_says_nothing():
     found = interval(samples_of([0.5]))
     assert (found.low, found.high) == (0.0, 1.0)
 
@@ -144,16 +144,17 @@ def test_a_difference_on_the_same_textures_is_surer_than_the_accuracies():
     better[np.flatnonzero(~easy)[:6]] = True
     one, other = Accuracy(table(named(better))), Accuracy(table(named(easy)))
     found = paired_difference(one, other)
-    assert found.mean == pytest.approx(0.1)
-    assert 0 < found.low < 0.1 < found.high
+    low, high = found.ci95
+    assert found.difference == pytest.approx(0.1)
+    assert 0 < low < 0.1 < high
     alone = bootstrap_interval(one)
-    assert found.high - found.low < 0.7 * width(alone)
-    assert paired_difference(other, one).mean == pytest.approx(-0.1)
+    assert high - low < 0.7 * width(alone)
+    assert paired_difference(other, one).difference == pytest.approx(-0.1)
 
 
 def test_a_difference_is_of_the_recordings_that_both_have():
     one = Accuracy(table([*named([True] * 10), (20, "x", "a", "a")]))
     other = Accuracy(table(named([True] * 5)))
-    assert paired_difference(one, other).describe() == {"difference": 0.0, "ci95": [0.0, 0.0]}
+    assert paired_difference(one, other).content() == {"difference": 0.0, "ci95": [0.0, 0.0]}
     with pytest.raises(InputError, match="recordings that both were tested on"):
         paired_difference(one, Accuracy(table([(10, "elsewhere", "a", "a")])))

@@ -55,7 +55,7 @@ def save_all(root, data, accuracy_of):
     """Save a fold a speed; `accuracy_of[speed]` of the samples are named rightly."""
     keys = []
     for fold in LeaveOneSpeedOut().folds(data):
-        key = FoldKey("vib-te", "nested", 0, fold.held_out)
+        key = FoldKey.of("vib-te", "nested", 0, fold.held_out)
         true = (data["texture"].values[fold.test] == "b").astype(int)
         right = np.arange(len(true)) < accuracy_of[fold.held_out] * len(true)
         probabilities = np.eye(2, dtype=np.float32)[np.where(right, true, 1 - true)]
@@ -88,7 +88,7 @@ def test_summary_and_predictions(tmp_path, samples):
 def test_intervals_say_what_they_were_drawn_over(tmp_path, samples):
     claim_results_folder(tmp_path, CONFIG)
     keys = save_all(tmp_path, samples((10, 20, 30), n=5), {10: 0.5, 20: 1.0, 30: 0.0})
-    summary = summarise(tmp_path, keys, ["a", "b"], ABOUT)
+    summary = summarise(tmp_path, keys, ["a", "b"], ABOUT).content()
     assert summary["intervals"] == {"replicate": "texture", "n": 2}
     entry = summary["models"]["vib-te"]["nested"]
     for found in (entry, entry["inside"], entry["recordings"]):
@@ -108,27 +108,17 @@ def test_of_several_sources_each_is_a_session(tmp_path, samples):
         tmp_path, data.assign_coords(recording=("sample", names)), {10: 0.5, 20: 1.0, 30: 0.0}
     )
     about = {**ABOUT, "data": [SOURCE, {**SOURCE, "fingerprint": "other"}]}
-    summary = summarise(tmp_path, keys, ["a", "b"], about)
-    assert summary["intervals"] == {"replicate": "session", "n": 2}
-
-
-def test_results_without_words_on_their_intervals_are_read(evaluated):
-    def make_older(summary):
-        del summary["intervals"]
-        for found in (one := summary["models"]["vib-te"]["nested"], one["inside"]):
-            del found["ci95_by_speed"]
-
-    table = load_results(evaluated("summary.json", make_older)).accuracy
-    assert table["ci95_low"].isna().sum() == 3
+    found = summarise(tmp_path, keys, ["a", "b"], about).intervals
+    assert (found.bootstrap_unit, found.n) == ("session", 2)
 
 
 def test_a_fold_that_fails_while_saving_is_not_finished(tmp_path, monkeypatch):
-    key = FoldKey("vib-te", "nested", 0, 10.0)
+    key = FoldKey.of("vib-te", "nested", 0, 10.0)
 
     def fail(path, content):
         raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr("afferents.evaluation.fold_files.write_json", fail)
+    monkeypatch.setattr("afferents.evaluation.schemas.write_json", fail)
     with pytest.raises(InputError, match="no space left on the disk"):
         save_fold(tmp_path, key, pd.DataFrame({"a": [1]}), FACTS, LEAKS, b"w")
     assert not finished(tmp_path, key)
@@ -204,6 +194,8 @@ def outcome(summary):
     ("name", "change", "said"),
     [
         ("summary.json", lambda c: c.pop("data"), "with the key 'data', found none"),
+        ("summary.json", lambda c: c.pop("intervals"), "with the key 'intervals', found none"),
+        ("summary.json", lambda c: outcome(c).pop("ci95_by_speed"), "must have those of by_speed"),
         ("summary.json", lambda c: c.update(schema=99), "with schema: 2, found 99"),
         ("summary.json", lambda c: c.update(textures=5), "with textures: a valid array, found 5"),
         ("summary.json", lambda c: c.update(chance=True), "chance: a valid number, found True"),

@@ -15,12 +15,12 @@ from afferents.files import write_json
 
 FACTS = {"validation_mm_s": 20.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
 FOLDER = "folds/vib-te/nested/seed-0"
-KEYS = [FoldKey("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
+KEYS = [FoldKey.of("vib-te", "nested", 0, speed) for speed in (10.0, 12.5, 20.0, 40.0)]
 
 
 def finish(results: Path, key: FoldKey, seconds: float) -> None:
     took = {"seconds": seconds, "job_seconds": seconds}
-    write_json(key.folder(results) / "fold.json", {**key.describe(), **FACTS, **took})
+    write_json(key.folder(results) / "fold.json", {**key.content(), **FACTS, **took})
 
 
 def states(results: Path) -> list[str]:
@@ -49,7 +49,7 @@ def test_a_killed_process_leaves_a_stopped_job(tmp_path):
         "import os, sys; from pathlib import Path\n"
         "from afferents.evaluation.fold_files import FoldKey\n"
         "from afferents.evaluation.job_status import at_work\n"
-        "with at_work(Path(sys.argv[1]), FoldKey('vib-te', 'nested', 0, 10.0)): os.kill("
+        "with at_work(Path(sys.argv[1]), FoldKey.of('vib-te', 'nested', 0, 10.0)): os.kill("
         "os.getpid(), 9)"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)

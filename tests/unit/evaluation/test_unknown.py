@@ -18,7 +18,7 @@ def table():
 
 
 def test_by_hand():
-    found = summarise_unknown(table())
+    found = summarise_unknown(table()).content()
     assert found["found"]["samples"]["mean"] == pytest.approx(1 / 3)
     assert found["found"]["samples"]["by_speed"] == {"10": 0.5, "20": 0.5, "30": 0}
     assert found["found"]["recordings"]["inside"]["mean"] == 0.5
@@ -45,8 +45,9 @@ def test_a_recording_is_judged_by_the_mean_of_its_samples_and_its_own_limit():
 
 def test_few_speeds_lie_between_none():
     rows = table()[lambda t: t.held_out_speed_mm_s < 30]
-    assert share_unknown(rows)["inside"] is None
-    assert summarise_unknown(rows)["auroc_inside"] == {"samples": None, "recordings": None}
+    assert share_unknown(rows).inside is None
+    nothing = {"samples": None, "recordings": None}
+    assert summarise_unknown(rows).content()["auroc_inside"] == nothing
 
 
 def test_area_counts_pairs():
@@ -59,7 +60,7 @@ def test_area_counts_pairs():
 def test_speeds_outside_what_was_learnt_stand_apart():
     rows = table()
     slow = (rows["held_out_speed_mm_s"] == 10.0) & (rows["left_out"] != rows["texture"])
-    found = summarise_unknown(rows.assign(novelty=rows["novelty"].mask(slow, 5.0)))
+    found = summarise_unknown(rows.assign(novelty=rows["novelty"].mask(slow, 5.0))).content()
     alarms = found["false_alarms"]["samples"]
     assert (alarms["inside"]["mean"], alarms["outside"]["mean"]) == (0, 0.5)
     # At 10 mm/s all that was felt is more novel than what was not; at 30 all are the same.

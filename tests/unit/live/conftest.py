@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from afferents.evaluation.data import open_data
+from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.train import Training, train_model
 from afferents.models.export import export_model
 from afferents.models.model import MODELS
@@ -19,7 +20,7 @@ LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.replay"]
 
 def trained(store, name, folder):
     data = open_data([str(store)])
-    training = Training(data, MODELS[name], "quick", "all", data[0].encodings)
+    training = Training(data, MODELS[name], data[0].encodings, TrainingOptions(preset="quick"))
     train_model(training, folder / name, QUIET)
     export_model(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"

@@ -14,6 +14,7 @@ from afferents.channels import CHANNELS, fill
 from afferents.encodings.tactile_image import component_images
 from afferents.evaluation.data import open_data
 from afferents.evaluation.encode import encode, response_of, sources_of
+from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.evaluation.train import Training, train_model
 from afferents.live import Network, Pace, ReplayedVideo
@@ -64,7 +65,7 @@ def results(store):
 def trained(store, model):
     folder = store.parent / model.name
     data = open_data([str(store)])
-    training = Training(data, model, "quick", "all", data[0].encodings)
+    training = Training(data, model, data[0].encodings, TrainingOptions(preset="quick"))
     card = train_model(training, folder, Progress(quiet=True))
     export_model(folder, folder.with_suffix(".onnx"))
     return card
@@ -81,7 +82,7 @@ def test_every_image_model_learns_and_the_report_shows_no_pixels_beside_the_mark
     assert set(summary["models"]) == {"sa-se", "ra-ste", "ra-wave-vector", "own-logistic"}
     data, notes = figure_data(load_results(results), Progress(quiet=True))
     assert not notes
-    shown = np.isfinite(data.sa1_images.values)
+    shown = np.isfinite(data.images["sa1"].values)
     assert 0.6 < shown.mean() < 0.8
     assert not shown[:, 0, 0].any()
     assert shown[:, 6, 6].all()

@@ -39,14 +39,14 @@ def test_shares_are_of_each_recording(store):
     assert shares.index(max(shares)) == 0
     assert max(shares) > 0.19
     assert min(shares) == 0
-    assert said["lost"] == {
+    assert said["lost"].content() == {
         "median": pytest.approx(np.median(shares)),
         "worst": max(shares),
         "recording": name,
         "n": len(recordings),
     }
-    assert said["accepted"] == [
-        {"recording": recordings[1].attrs["name"], "found": [str(REPEATED)]}
+    assert [(one.recording, one.found) for one in said["accepted"]] == [
+        (recordings[1].attrs["name"], (str(REPEATED),))
     ]
 
 
@@ -59,10 +59,10 @@ def test_it_stands_on_the_first_page(store, tmp_path, run):
     command = ("evaluate", store, "--out", out, "--models", "sa-wave-vector", "--workers", 1)
     assert run(*command, "--quiet")[0] == 0
     assert run("report", out, "--quiet")[0] == 0
-    summary, page = read_summary(out), (out / "report.html").read_text()
+    summary, page = read_summary(out).content(), (out / "report.html").read_text()
     assert summary["accepted"][0]["found"] == [str(REPEATED)]
     first = page[: page.index("What came out")]
     assert "49% of them twice" in first
     assert "recording was accepted as it is" in first
-    assert f"at most {100 * summary['lost']['worst']:.1f} %, in 1/20" in first
+    assert f"at most {100 * summary['lost']['worst']:.1f}%, in recording 1/20" in first
     assert json.loads((out / "summary.json").read_text())["lost"] == summary["lost"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from afferents.encodings.settings import Encodings
+from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Recipe
 from afferents.folds.ablation import Ablation
 from afferents.folds.held_out import SPEED
@@ -138,7 +139,8 @@ def test_every_kind_of_model_is_measured(measured, tmp_path, monkeypatch):
     assert amount.groups == (40.0,)
     assert amount.n_groups == 3
     assert amount.used == pytest.approx(9)
-    recipe = Recipe(tmp_path, (), (), "quick", "all", Encodings().changed(frames=5, window_s=0.1))
+    encodings = Encodings().changed(frames=5, window_s=0.1)
+    recipe = Recipe(tmp_path, (), (), encodings, EvaluationOptions(preset="quick"))
     names = ("sa-se", "sa-ste", "sa-wave-vector")
     models = [MODELS[name] for name in names]
     works = Trainings(recipe, found, amount).works(models, [NESTED], lambda *_: 2)

@@ -101,6 +101,6 @@ def test_how_many_markers_were_lost_is_said_of_sessions_and_of_stores(
     assert run("extract", lossy, tmp_path / "s.zarr", "--workers", 1, "--quiet")[0] == 0
     for found in (look(lossy), look(tmp_path / "s.zarr")):
         (said,) = [line for line in found.sentences if line.startswith("Of the marker positions")]
-        assert "at most 0.4 %, in 2/40" in said
+        assert "at most 0.4%, in recording 2/40" in said
         assert "filled in from the markers round them" in said
     assert "No marker was lost." in look(session).sentences

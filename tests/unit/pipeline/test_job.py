@@ -87,7 +87,7 @@ def test_a_store_that_changed_under_the_run_is_refused(run, stores, tmp_path, mo
 @pytest.mark.parametrize("ask", [lambda: torch.empty(10**15), lambda: np.empty(10**16)])
 def test_memory_that_is_short(ask):
     """The errors of the real allocators, whatever they are called."""
-    key = FoldKey("ra-se", "nested", 1, 10.0)
+    key = FoldKey.of("ra-se", "nested", 1, 10.0)
     with (
         pytest.raises(AfferentsError, match=r"ra-se, nested, seed 1, 10 mm/s .* out of memory"),
         job._naming(key),
@@ -96,5 +96,8 @@ def test_memory_that_is_short(ask):
 
 
 def test_other_errors_stay_what_they_are():
-    with pytest.raises(RuntimeError, match="ours"), job._naming(FoldKey("ra-se", "nested", 1, 10)):
+    with (
+        pytest.raises(RuntimeError, match="ours"),
+        job._naming(FoldKey.of("ra-se", "nested", 1, 10)),
+    ):
         raise RuntimeError("ours")

@@ -62,7 +62,7 @@ def test_it_ends_with_table_1_under_both_protocols(results, page):
     assert "Paper, its own recordings" in table
     assert "their numbers do not say how good a model is" in table
     lead = page.read_text().partition('<p class="lead">')[2]
-    assert lead.startswith("SA-I vector waves, which we recommend, names ")
+    assert lead.startswith("SA-I vector waves, which we recommend, recognises ")
 
 
 def test_the_report_says_that_it_was_simulated_and_reproduces_nothing(page):

@@ -42,7 +42,7 @@ def asked(data):
 def test_textures_never_felt_lie_between_those_that_were():
     rows = asked(samples())
     for _, of_kind in rows.groupby("kind"):
-        found = _summary_of(of_kind)
+        found = _summary_of(of_kind).content()
         assert found["mae_mm"] < 0.15
         assert found["mae_mm_recordings"] < 0.05
         assert found["covered"] == pytest.approx(COVERAGE, abs=0.05)

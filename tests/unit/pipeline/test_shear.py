@@ -8,7 +8,7 @@ import pytest
 
 import afferents
 from afferents.evaluation.data import open_data
-from afferents.evaluation.intervals import Difference
+from afferents.evaluation.schemas import Difference
 from afferents.progress import Progress
 from afferents.reporting.shear import BOTH, SHEAR, WITHOUT, explain_shear_of, meaning
 
@@ -28,7 +28,7 @@ def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, r
     assert facts["drag_px"]["2"] == pytest.approx([8, 8, 8], rel=0.1)
     assert (out / "shear.png").is_file()
     again = afferents.explain_shear(stores["video"], out, quiet=True)
-    assert [table.title for table in again.tables][1] == "Texture at held-out speeds"
+    assert [table.attrs["title"] for table in again.tables][1] == "Texture at held-out speeds"
 
 
 def test_markers_that_stand_in_no_image_are_asked_one_by_one(stores, tmp_path):
@@ -75,17 +75,18 @@ def test_missing_pins_are_refused_where_all_are_felt_together(stores, tmp_path, 
 
 
 TOLD = dict.fromkeys((SHEAR, WITHOUT, BOTH), (0.5, 0.4, 0.6))
-MORE, SAME = Difference(0.2, 0.1, 0.3), Difference(0.0, -0.1, 0.1)
+MORE = Difference(difference=0.2, ci95=(0.1, 0.3))
+SAME = Difference(difference=0.0, ci95=(-0.1, 0.1))
 
 
 @pytest.mark.parametrize(
     ("accuracies", "without_shear", "shear_alone", "said"),
     [
-        (dict.fromkeys(TOLD, (0.1, 0.0, 0.2)), SAME, SAME, "not told from chance"),
+        (dict.fromkeys(TOLD, (0.1, 0.0, 0.2)), SAME, SAME, "not recognised better than by chance"),
         (TOLD, MORE, MORE, "20.0 points are lost without the global shear, 20.0 without the rest"),
         (TOLD, MORE, SAME, "The global shear carries the texture"),
         (TOLD, SAME, MORE, "The images carry the texture without the global shear"),
-        (TOLD, SAME, SAME, "tell texture as well as both together"),
+        (TOLD, SAME, SAME, "recognise it as well as both"),
     ],
 )
 def test_the_sentence_follows_from_the_intervals(accuracies, without_shear, shear_alone, said):

@@ -224,7 +224,7 @@ def test_a_texture_of_one_trial_alone_is_refused(folder, tmp_path):
 
 def test_speeds_are_left_out_as_ever_where_they_are_known(folder, tmp_path):
     """`--speeds` keeps its meaning beside another split; repetitions at one speed are apart."""
-    by_trial = {"split": "trial", "only": afferents.folds.ablation.Ablation(("a", "b"))}
+    by_trial = {"split": "trial", "textures": "a,b"}
     found = afferents.evaluate(AtSpeeds(folder), tmp_path / "r", **TRIAL | by_trial)
     assert found.summary["groups"] == ["1", "2", "3"]
     assert found.textures == ["a", "b"]
@@ -275,7 +275,7 @@ def test_a_steady_part_is_taken_without_extracting_again(stores, run, tmp_path):
     assert code == 0, err
     summary = json.loads(printed)
     assert (summary["steady_s"], summary["options"][:4]) == (
-        [0.5, 2.0], ["--held-out", "30", "--steady", "0.5:2"],
+        [0.5, 2.0], ["--steady", "0.5:2", "--held-out", "30"],
     )  # fmt: skip
     assert json.loads((out / "config.json").read_text())["steady_s"] == [0.5, 2.0]
     rows = pd.read_parquet(out / "predictions.parquet")

@@ -8,13 +8,14 @@ from afferents.models import fitting
 from afferents.reproduction.folder import status
 
 SHORT, LONG = (
-    [FoldKey(model, "nested", 1, speed) for speed in (10.0, 20.0)] for model in ("vib-te", "ra-se")
+    [FoldKey.of(model, "nested", 1, speed) for speed in (10.0, 20.0)]
+    for model in ("vib-te", "ra-se")
 )
 
 
 def finish(results, key, seconds):
     facts = {"validation_mm_s": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
-    content = {**key.describe(), **facts, "seconds": seconds}
+    content = {**key.content(), **facts, "seconds": seconds}
     write_json(key.folder(results) / "fold.json", content)
 
 

@@ -1,5 +1,6 @@
 """Small results whose every number can be checked by hand, and small arrays to draw."""
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 
 from afferents.encodings.samples import Samples, concatenate, make_samples
 from afferents.evaluation.results import Results
+from afferents.evaluation.schemas import Summary
 
 NAMED = {"named_by_spacing": True}
 TEXTURES = ["0", "0.5", "Linen"]
@@ -32,20 +34,44 @@ LEAKS = {
 }
 
 
-def outcome(protocol: str) -> dict[str, Any]:
-    """Return an outcome: mean 50 %, interval 40.2 to 60.3 %, 10 mm/s the worst with 25 %."""
-    shift = 20.0 if protocol == "nested" else 0.0
+BINS = {"ece": 0.2, "count": [2, 0, 10], "confidence": [0.4, 0, 0.9], "accuracy": [0.5, 0, 0.7]}
+
+
+def accuracies() -> dict[str, Any]:
+    """Return a mean of 50 %, its interval 40.2 to 60.3 %, and 10 mm/s the worst with 25 %."""
     return {
         "mean_accuracy": 0.5,
         "ci95": [0.402, 0.603],
         "by_speed": dict(BY_SPEED),
+        "ci95_by_speed": {key: [share - 0.1, share + 0.1] for key, share in BY_SPEED.items()},
         "worst_speed": "10",
+        "inside": {
+            "mean_accuracy": 0.5,
+            "ci95": [0.3, 0.7],
+            "by_speed": {"20": 0.5},
+            "ci95_by_speed": {"20": [0.3, 0.7]},
+            "worst_speed": "20",
+        },
+    }
+
+
+def outcome(protocol: str) -> dict[str, Any]:
+    """Return an outcome; see `accuracies`."""
+    shift = 20.0 if protocol == "nested" else 0.0
+    return {
+        **accuracies(),
+        "recordings": accuracies(),
+        "by_touch": {"0.11": None, "1": {**accuracies(), "seconds": 1.0, "samples": 2}},
         "macro_f1": 0.481,
         "confusion": [[2, 1, 1], [1, 2, 1], [1, 1, 2]],
+        "reliability": copy.deepcopy(BINS),
         "n_test": 1234,
         "seeds": [0],
         "validation_speeds": {key: float(key) + shift for key in BY_SPEED},
+        "validation_accuracy": {"10": [0.5], "20": [0.5], "40": [0.5]},
         "epochs": {"10": [12], "20": [26], "40": [9]},
+        "best_epoch": {"10": [11], "20": [20], "40": [9]},
+        "first_epoch": {},
         "seconds": 12.3,
         "leaks": dict(LEAKS[protocol]),
     }
@@ -72,6 +98,7 @@ def summary() -> dict[str, Any]:
         "named_by_spacing": True,
         "speeds_mm_s": list(SPEEDS),
         "chance": 1 / 3,
+        "intervals": {"replicate": "texture", "n": 3},
         "skipped": [],
         "models": {
             name: {protocol: outcome(protocol) for protocol in ("nested", "published")}
@@ -93,7 +120,8 @@ def results(summary: dict[str, Any]) -> Results:
     ]
     columns = ["model", "protocol", "seed", "held_out_speed_mm_s"]
     predictions = pd.DataFrame(rows, columns=[*columns, "true_texture", "predicted_texture"])
-    return Results(Path("OUT"), {"preset": "quick"}, summary, predictions)
+    found = Summary.model_validate(summary)
+    return Results(Path("OUT"), {"preset": "quick"}, found, predictions)
 
 
 @pytest.fixture

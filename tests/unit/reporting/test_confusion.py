@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from matplotlib.figure import Figure
 
+from afferents.evaluation.schemas import Summary
 from afferents.reporting.confusion import (
     Panel,
     confusion_figure,
@@ -17,6 +18,7 @@ from afferents.reporting.confusion import (
     percent_of_true,
     write_numbers,
 )
+from afferents.reporting.figures import FigureData, draw_pictures
 from afferents.reporting.published import published_textures
 
 
@@ -56,15 +58,15 @@ def test_every_tested_texture_sums_to_100(counts):
 def test_figure_has_a_panel_a_speed_with_its_accuracy_and_one_for_all(results):
     drawn = matrices(confusion_figure(results, "vib-te", "nested"))
     assert list(drawn) == [
-        "10 mm/s held out: 25 %",
-        "20 mm/s held out: 50 %",
-        "40 mm/s held out: 75 %",
-        "all held-out speeds: 50 %",
+        "10 mm/s held out: 25%",
+        "20 mm/s held out: 50%",
+        "40 mm/s held out: 75%",
+        "all held-out speeds: 50%",
     ]
 
 
 def test_figure_has_true_on_x_predicted_on_y_and_columns_of_100(results):
-    drawn = matrices(confusion_figure(results, "vib-te", "nested"))["10 mm/s held out: 25 %"]
+    drawn = matrices(confusion_figure(results, "vib-te", "nested"))["10 mm/s held out: 25%"]
     np.testing.assert_allclose(drawn.sum(axis=0), 100)
     assert drawn[0, 1] == pytest.approx(75)  # three of four of texture 1 were taken for 0
     assert drawn[1, 0] == 0
@@ -103,13 +105,12 @@ def test_not_evaluated_is_no_figure(results):
     assert confusion_figure(results, "sa-se", "nested") is None
 
 
-def test_papers_matrix_stands_beside_ours_where_the_textures_are_its_own(results):
-    results.summary["textures"] = list(published_textures())
-    rows = results.predictions
-    rows.loc[rows["true_texture"] == "Linen", "true_texture"] = "6"
-    rows.loc[rows["predicted_texture"] == "Linen", "predicted_texture"] = "6"
-    drawn = matrices(confusion_figure(results, "vib-te", "nested"))
-    paper = drawn["paper, its own recordings: 50 %"]
+def test_papers_matrix_stands_beside_ours_where_the_textures_are_its_own(results, summary):
+    summary["textures"] = list(published_textures())
+    rows = results.predictions.replace("Linen", "6")
+    same = replace(results, predictions=rows, found=Summary.model_validate(summary))
+    drawn = matrices(confusion_figure(same, "vib-te", "nested"))
+    paper = drawn["paper, its own recordings: 50%"]
     np.testing.assert_allclose(paper.sum(axis=0), 100, atol=0.2)
 
 
@@ -120,7 +121,33 @@ def test_few_groups_can_be_drawn(results, n):
     assert len(matrices(confusion_figure(few, "vib-te", "nested"))) == n + 1
 
 
-def test_a_hundred_textures_can_be_drawn_with_few_labels(results):
-    results.summary["textures"] = [*results.textures, *(f"t{i}" for i in range(97))]
-    figure = confusion_figure(results, "vib-te", "nested")
+def test_a_hundred_textures_can_be_drawn_with_few_labels(results, summary):
+    summary["textures"] += [f"t{i}" for i in range(97)]
+    many = replace(results, found=Summary.model_validate(summary))
+    figure = confusion_figure(many, "vib-te", "nested")
     assert len(figure.axes[0].get_yticks()) <= 14
+
+
+def test_figure_13_is_drawn_as_printed_and_as_it_should_be(results):
+    figure = confusion_figure(results, "vib-te", "nested", "paper")
+    images = [axes.images[0].get_array() for axes in figure.findobj(lambda a: hasattr(a, "images"))
+              if axes.images and axes.images[0].get_array().shape == (3, 3)]  # fmt: skip
+    assert len(images) == 2 * 3  # speeds
+    printed, proper = images[1], images[4]
+    np.testing.assert_allclose(np.diag(proper), 50)
+    np.testing.assert_allclose(np.diag(printed), 100)
+    np.testing.assert_allclose(images[2].max(), 100)  # 75 % would print as 150
+
+
+def test_matrices_have_the_first_texture_at_the_top_left(results):
+    figure = confusion_figure(results, "vib-te", "nested", "paper")
+    panels = [axes for axes in figure.findobj(lambda a: hasattr(a, "images"))
+              if axes.images and axes.images[0].get_array().shape == (3, 3)]  # fmt: skip
+    for axes in panels:
+        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+        assert left < right
+        assert top < bottom
+    names = [label.get_text() for label in panels[0].get_yticklabels()]
+    assert names == results.textures
+    pictures = draw_pictures(results, FigureData(), "paper")
+    assert "the first at the top left" in pictures[-1].caption

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.reporting.recording_figures import draw_overlay, write_overlay
+from afferents.reporting.overlay import draw_overlay, write_overlay
 from afferents.store.recording import Frame
 
 N = 30

@@ -1,30 +1,30 @@
 """Figures drawn as in the paper: what stands in for what, and what is drawn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from afferents.evaluation.schemas import Summary
 from afferents.reporting.choice import PANELS, instead_of, shown_for
-from afferents.reporting.confusion import matrices_figure
+from afferents.reporting.confusion import confusion_figure
 from afferents.reporting.drawings import DrawnLayer, DrawnNetwork, DrumView, networks_figure, shaded
-from afferents.reporting.images import FrameRow, frames_figure
-from afferents.reporting.paper import PaperData, draw_paper_pictures
-from afferents.reporting.pictures import FigureData
+from afferents.reporting.figures import FigureData, draw_pictures
+from afferents.reporting.images import FrameRow, printed_images_figure
 from afferents.reporting.spectra import spectra_figure
-
-NAMED = {"named_by_spacing": True}
 
 
 def rows_of(recorded, n_frames=10):
     return [
         FrameRow(panel, shown, np.full((n_frames, 3, 3), i, np.float32), np.arange(n_frames) / 90)
         for i, panel in enumerate(PANELS)
-        for shown in shown_for(PANELS[panel], recorded, NAMED)
+        for shown in shown_for(PANELS[panel], recorded, True)
     ]
 
 
 def test_the_papers_own_are_shown_where_they_are_there():
     recorded = [(texture, float(v)) for texture in ("0", "3", "6") for v in range(10, 101, 10)]
-    shown = [one for panel in PANELS.values() for one in shown_for(panel, recorded, NAMED)]
+    shown = [one for panel in PANELS.values() for one in shown_for(panel, recorded, True)]
     assert [(one.texture, one.speed_mm_s) for one in shown] == [
         ("0", 50), ("3", 50), ("6", 50), ("3", 10), ("3", 50), ("3", 100),
     ]  # fmt: skip
@@ -32,7 +32,7 @@ def test_the_papers_own_are_shown_where_they_are_there():
 
 
 def test_the_nearest_speed_stands_in_and_is_named():
-    (shown,) = shown_for([("g", 50.0)], [("3", 10.0), ("3", 40.0), ("0", 50.0)], NAMED)
+    (shown,) = shown_for([("g", 50.0)], [("3", 10.0), ("3", 40.0), ("0", 50.0)], True)
     assert (shown.texture, shown.speed_mm_s) == ("3", 40.0)
     assert shown.label == "g\n40 mm/s\n(for 50)"
     assert instead_of([shown]).endswith("session lacks: g at 40 mm/s for 50 mm/s. ")
@@ -40,14 +40,14 @@ def test_the_nearest_speed_stands_in_and_is_named():
 
 def test_other_textures_stand_in_by_their_place():
     recorded = [(name, 20.0) for name in ("cotton", "denim", "silk", "wool", "zinc")]
-    shown = shown_for([("a", 50.0), ("g", 50.0), ("m", 50.0)], recorded, NAMED)
+    shown = shown_for([("a", 50.0), ("g", 50.0), ("m", 50.0)], recorded, True)
     assert [one.texture for one in shown] == ["cotton", "silk", "zinc"]
     assert shown[0].wanted == "a, 50"
 
 
 def test_frames_have_one_scale():
     recorded = [("0", 50.0), ("3", 10.0), ("3", 50.0), ("3", 100.0), ("6", 50.0)]
-    figure = frames_figure(rows_of(recorded), "Figure 8", "SA-I (px)", "data", "-y")
+    figure = printed_images_figure(rows_of(recorded), "sa1", "Figure 8", "data", "-y")
     images = [axes.images[0] for axes in figure.axes if axes.images]
     assert len(images) == 6 * 10
     assert {image.get_clim() for image in images} == {(0.0, 1.0)}
@@ -55,52 +55,27 @@ def test_frames_have_one_scale():
 
 
 def test_a_short_recording_has_fewer_frames():
-    figure = frames_figure(rows_of([("0", 50.0)], n_frames=3), "Figure 8", "SA-I (px)", "data")
+    figure = printed_images_figure(rows_of([("0", 50.0)], 3), "sa1", "Figure 8", "data")
     assert len([axes for axes in figure.axes if axes.images]) == 6 * 3
 
 
 def test_spectra_of_one_window_and_the_mean(spectra):
-    one = spectra_figure(spectra, "data")
+    one = spectra_figure(spectra, "data", "paper", one_scale=True)
     assert len(one.axes) == 15
     panel = one.axes[1]
     assert panel.get_title() == "40 mm/s (for a)"
-    assert [line.get_label() for line in panel.lines] == ["one window", "mean over windows"]
-    assert panel.lines[0].get_ydata().argmax() == 80
+    assert [line.get_label() for line in panel.lines] == ["mean over windows", "one window"]
+    assert panel.lines[1].get_ydata().argmax() == 80
     assert len({axes.get_ylim() for axes in one.axes}) == 1
-    assert "each texture its own scale" in spectra_figure(spectra, "data", False)._supylabel._text
+    assert "each texture its own scale" in spectra_figure(spectra, "data", "paper").get_supylabel()
 
 
-def test_figure_13_is_drawn_as_printed_and_as_it_should_be(results):
-    figure = matrices_figure(results, "vib-te", "nested")
-    images = [axes.images[0].get_array() for axes in figure.findobj(lambda a: hasattr(a, "images"))
-              if axes.images and axes.images[0].get_array().shape == (3, 3)]  # fmt: skip
-    assert len(images) == 2 * 3  # speeds
-    printed, proper = images[1], images[4]
-    np.testing.assert_allclose(np.diag(proper), 50)
-    np.testing.assert_allclose(np.diag(printed), 100)
-    np.testing.assert_allclose(images[2].max(), 100)  # 75 % would print as 150
-
-
-def test_matrices_have_the_first_texture_at_the_top_left(results):
-    figure = matrices_figure(results, "vib-te", "nested")
-    panels = [axes for axes in figure.findobj(lambda a: hasattr(a, "images"))
-              if axes.images and axes.images[0].get_array().shape == (3, 3)]  # fmt: skip
-    for axes in panels:
-        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-        assert left < right
-        assert top < bottom
-    names = [label.get_text() for label in panels[0].get_yticklabels()]
-    assert names == results.textures
-    pictures = draw_paper_pictures(results, FigureData(), PaperData())
-    assert "the first at the top left" in pictures[-1].caption
-
-
-def test_what_the_paper_has_no_matrices_of_keeps_its_own(results):
-    results.summary["models"]["order-te"] = results.summary["models"].pop("vib-te-aug")
-    results.predictions["model"] = results.predictions["model"].replace("vib-te-aug", "order-te")
-    assert matrices_figure(results, "order-te", "nested") is None
-    names = [one.name for one in draw_paper_pictures(results, FigureData(), PaperData())]
-    assert names[2:] == [
+def test_what_the_paper_has_no_matrices_of_keeps_its_own(results, summary):
+    summary["models"]["order-te"] = summary["models"].pop("vib-te-aug")
+    rows = results.predictions.replace("vib-te-aug", "order-te")
+    found = replace(results, predictions=rows, found=Summary.model_validate(summary))
+    assert confusion_figure(found, "order-te", "nested", "paper") is None
+    assert [one.name for one in draw_pictures(found, FigureData(), "paper")][3:] == [
         "paper-confusion-vib-te-nested", "paper-confusion-vib-te-published",
         "confusion-order-te-nested", "confusion-order-te-published",
     ]  # fmt: skip

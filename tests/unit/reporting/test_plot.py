@@ -1,5 +1,7 @@
 """Plots draw what they are given, on axes with units, and refuse what lacks a dimension."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,6 +11,7 @@ from matplotlib.axes import Axes
 
 from afferents import plot
 from afferents.errors import InputError
+from afferents.evaluation.schemas import Summary
 from afferents.markers.places import image_places
 from afferents.markers.sensor import load_sensor
 from afferents.store.recording import Frame
@@ -78,6 +81,14 @@ def test_without_a_time_the_strongest_frame_is_drawn_on_a_scale_that_no_outlier_
     one[7] = 1000
     image = xr.DataArray(one.reshape(20, 20), dims=("row", "column"))
     assert plot.tactile_image(image).images[0].get_clim()[1] < 2
+
+
+def test_frames_in_which_nothing_was_seen_are_passed_over_without_a_word(felt, recwarn):
+    """RA-I of the first frame is the change from none."""
+    sa1 = felt.sa1.where(felt.time > 0)
+    assert plot.tactile_image(sa1).get_title() == "1.00 s"
+    assert plot.tactile_image(felt.sa1 * np.nan).get_title() == "0.00 s"
+    assert not recwarn.list
 
 
 def test_markers_between_rows_and_columns_are_drawn_as_pixels_between_them():
@@ -152,7 +163,7 @@ def test_a_confusion_matrix_is_of_the_rows_chosen(results):
     np.testing.assert_allclose(np.nansum(drawn, axis=0), 100)
     rows = results.predictions.query("model == 'vib-te' and protocol == 'nested'")
     right = 100 * (rows["true_texture"] == rows["predicted_texture"]).mean()
-    assert ax.get_title() == f"vib-TE, nested protocol, {right:.0f} %"
+    assert ax.get_title() == f"vib-TE, nested protocol, {right:.0f}%"
     assert "true texture" in ax.get_xlabel()
     again = plot.confusion(rows)
     np.testing.assert_array_equal(image_of(again), drawn)
@@ -170,11 +181,11 @@ def test_accuracy_is_drawn_against_the_speeds_held_out(results):
     assert "chance" not in {line.get_label() for line in table.lines}
 
 
-def test_a_model_of_one_s_own_has_its_title(results):
-    results.summary["titles"] = {"mine": "what I call it"}
-    table = results.accuracy.assign(model="mine")
-    object.__setattr__(results, "predictions", results.predictions.assign(model="mine"))
-    ax = plot.confusion(results, protocol="nested")
+def test_a_model_of_one_s_own_has_its_title(results, summary):
+    summary["titles"] = {"mine": "what I call it"}
+    table, rows = results.accuracy.assign(model="mine"), results.predictions.assign(model="mine")
+    mine = replace(results, predictions=rows, found=Summary.model_validate(summary))
+    ax = plot.confusion(mine, protocol="nested")
     assert ax.get_title().startswith("what I call it, nested protocol")
     assert plot.accuracy_by_speed(table).lines[0].get_label() == "mine, nested"
 

@@ -6,15 +6,24 @@ import shutil
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
 from afferents.evaluation.results import Results
+from afferents.evaluation.schemas import Summary
 from afferents.progress import Progress
 from afferents.reporting import report as writing
 
 QUIET = Progress(quiet=True)
+
+
+def about(textures, named=True):
+    """What figures of the data need of a summary."""
+    return Summary.model_construct(
+        skipped=(), textures=tuple(textures), named_by_spacing=named, models={}
+    )
 
 
 @pytest.fixture
@@ -26,12 +35,12 @@ def store(stores, tmp_path):
 def results(store, tmp_path):
     """What figures of the data need of an evaluation of the store."""
     config = {
-        "data": [data.origin.describe() for data in open_data([str(store)])],
+        "data": [data.origin.model_dump() for data in open_data([str(store)])],
         "without": {},
         "cut": "all",
         **Encodings().describe(),
     }
-    return Results(tmp_path / "r", config, {"skipped": []}, pd.DataFrame())
+    return Results(tmp_path / "r", config, about(["1", "2"]), pd.DataFrame())
 
 
 def test_data_as_evaluated_are_drawn(results):
@@ -41,25 +50,17 @@ def test_data_as_evaluated_are_drawn(results):
     assert data.spectra.attrs == {"units": "full scale", "named_by_spacing": True}
 
 
-def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path, monkeypatch):
+def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path):
     opened = open_data([str(stores["video"])])
     config = {
-        "data": [data.origin.describe() for data in opened],
+        "data": [data.origin.model_dump() for data in opened],
         "without": {},
         "cut": "all",
         **Encodings(wanted={"window_s": 0.2, "stride_s": 0.1}).describe(),
     }
     textures = sorted({str(r.attrs["texture"]) for data in opened for r in data.responses})
-    about = {
-        "skipped": [],
-        "textures": textures,
-        "named_by_spacing": True,
-        "speeds_mm_s": [20.0, 40.0, 60.0],
-        "models": {},
-    }
-    results = Results(tmp_path / "r", config, about, pd.DataFrame())
-    monkeypatch.setattr(writing, "draw_paper_pictures", lambda *given: given)
-    (_, _, paper), notes = writing._pictures(results, QUIET, "paper")
+    results = Results(tmp_path / "r", config, about(textures), pd.DataFrame())
+    paper, notes = writing.figure_data(results, QUIET, "paper")
     assert notes == []
     rows = paper.frames["ra1", 1]
     assert [(row.panel, row.shown.speed_mm_s) for row in rows] == [
@@ -98,26 +99,29 @@ def test_data_that_changed_are_not_drawn_as_if_they_were_the_results(results, st
     assert "sounds.zarr: expected the data that were evaluated, found changed data" in note
 
 
-def test_data_that_are_gone_are_not_drawn(results, store):
+def remove(results, store):
     shutil.rmtree(store)
-    data, (note,) = writing.figure_data(results, QUIET)
-    assert data == writing.FigureData()
-    assert note.startswith("Figures of the data are missing: ")
 
 
-def test_a_damaged_recording_only_costs_the_figures(results, store):
+def damage(results, store):
     chunk = next(path for path in (store / "2/30/ra2/c").rglob("*") if path.is_file())
     chunk.write_bytes(b"damaged")
+
+
+def ask_too_long_windows(results, store):
+    results.config["spectral"]["window_s"] = 100.0
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [(remove, "missing: "), (damage, "missing: "), (ask_too_long_windows, "window of 100 s")],
+)
+def test_data_that_are_gone_or_damaged_only_cost_the_figures(results, store, change, said):
+    change(results, store)
     data, (note,) = writing.figure_data(results, QUIET)
     assert data == writing.FigureData()
     assert note.startswith("Figures of the data are missing: ")
-
-
-def test_a_recording_that_cannot_be_encoded_only_costs_the_figures(results):
-    results.config["spectral"]["window_s"] = 100.0
-    data, (note,) = writing.figure_data(results, QUIET)
-    assert data == writing.FigureData()
-    assert "at least one window of 100 s" in note
+    assert said in note
 
 
 def test_table1_is_whole_or_as_it_was(results, monkeypatch):
@@ -125,23 +129,50 @@ def test_table1_is_whole_or_as_it_was(results, monkeypatch):
     (results.root / "table1.md").write_text("earlier")
     monkeypatch.setattr(writing, "load_results", lambda _: results)
     monkeypatch.setattr(writing, "draw_pictures", lambda *_: [])
-    monkeypatch.setattr(writing, "table1", lambda _: None)
-    monkeypatch.setattr(writing, "to_markdown", lambda _: None)  # can't be written
+    monkeypatch.setattr(writing, "table1", lambda _: results.predictions)
+    monkeypatch.setattr(writing, "to_markdown", lambda _: 1)  # can't be written
     with pytest.raises(TypeError):
         writing.write_report(results.root, QUIET)
     assert (results.root / "table1.md").read_text() == "earlier"
 
 
-def test_earlier_results_are_told_how_reliable_they_are(results):
-    rows = {
-        "model": "m",
-        "protocol": "nested",
-        "true_texture": ["a", "b"],
-        "predicted_texture": "a",
+def recording(n_frames):
+    """Four markers; SA-I of each is the number of the frame, plus a tenth of that of the marker."""
+    sa1 = np.arange(n_frames, dtype=np.float32)[:, None] + np.arange(4, dtype=np.float32) / 10
+    coords = {
+        "time": np.arange(n_frames) / 90,
+        "row": ("marker", [0, 0, 1, 1]),
+        "column": ("marker", [0, 1, 0, 1]),
     }
-    predictions = pd.DataFrame({**rows, "p_a": 0.8, "p_b": 0.2})
-    earlier = Results(results.root, {}, {"models": {"m": {"nested": {}}}}, predictions)
-    told = writing.with_reliability(earlier).summary["models"]["m"]["nested"]
-    assert told["reliability"]["ece"] == pytest.approx(0.3)
-    kept = Results(results.root, {}, {"models": {"m": {"nested": told}}}, predictions[:0])
-    assert writing.with_reliability(kept).summary == kept.summary
+    attributes = {"name": "0/50", "texture": "0", "speed_mm_s": 50.0}
+    return xr.Dataset({"sa1": (("time", "marker"), sa1)}, coords, attributes)
+
+
+@pytest.mark.parametrize(
+    ("n_frames", "apart", "first", "said"),
+    [
+        (5850, 20, 2521, "at video frame 2521 as in the paper"),
+        (5850, 1, 2521, "at video frame 2521 as in the paper"),
+        (900, 20, 359, "in the middle of each recording, which is shorter than the paper's"),
+        (900, 1, 445, "in the middle of each recording, which is shorter than the paper's"),
+    ],
+)
+def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, said):
+    frames, began = writing._printed_frames([recording(n_frames)], True)
+    row = frames["sa1", apart][0]
+    expected = first + apart * np.arange(10)[:, None, None] + np.array([[0, 0.1], [0.2, 0.3]])
+    np.testing.assert_allclose(row.images, expected, rtol=1e-6)
+    assert row.time_s[1] == pytest.approx(apart / 90)
+    assert began == said
+    assert ("ra1", apart) not in frames
+
+
+def test_drums_are_those_of_the_papers_series():
+    def drums(*textures, named=True):
+        return writing._drums(Results("r", {}, about(textures, named), pd.DataFrame()))
+
+    (smooth,) = drums("0", "linen")
+    assert smooth.name == "a (0 mm)"
+    assert smooth.height_mm.max() == 0
+    assert drums("linen") == []
+    assert drums("0", named=False) == []

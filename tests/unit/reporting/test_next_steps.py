@@ -3,7 +3,7 @@
 import shlex
 
 from afferents.evaluation.results import read_summary
-from afferents.reporting.in_short import next_steps
+from afferents.reporting.summary_text import next_steps
 
 
 def test_what_is_printed_is_run(stores, tmp_path, run, monkeypatch):
@@ -13,7 +13,9 @@ def test_what_is_printed_is_run(stores, tmp_path, run, monkeypatch):
     assert run(*command, "--workers", 1, "--quiet")[0] == 0
     summary = read_summary(tmp_path / "R")
     assert next_steps(summary) == []  # the textures of these videos are all the same
-    summary["models"]["sa-wave-vector"]["nested"] |= {"mean_accuracy": 0.9, "ci95": [0.8, 1.0]}
+    found = summary.models["sa-wave-vector"]["nested"]
+    better = found.model_copy(update={"mean_accuracy": 0.9, "ci95": (0.8, 1.0)})
+    summary = summary.model_copy(update={"models": {"sa-wave-vector": {"nested": better}}})
     lines = [line for step in next_steps(summary) for line in step.command.splitlines()]
     assert [line.split()[1] for line in lines] == ["train", "export", "live"]
     for line in lines[:-1]:

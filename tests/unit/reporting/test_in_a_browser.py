@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from afferents.evaluation.data import open_data, origins_of
-from afferents.evaluation.recipe import Recipe
-from afferents.evaluation.run import Evaluation, evaluate
-from afferents.folds.protocol import protocols
+from afferents.evaluation.options import EvaluationOptions
+from afferents.evaluation.recipe import Evaluation, Recipe
+from afferents.evaluation.run import evaluate
 from afferents.models.model import models_named
 from afferents.progress import Progress
 from afferents.reporting.report import write_report
@@ -33,11 +33,10 @@ def page(stores, tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     quiet = Progress(quiet=True)
     data = open_data([str(stores["audio"])])
-    recipe = Recipe(
-        folder / "r", origins_of(data), models_named("vib-te"), "quick", "all", data[0].encodings
-    )
-    evaluation = Evaluation(recipe, data, protocols("nested"), [0], workers=1)
-    evaluate(evaluation, quiet)
+    options = EvaluationOptions(preset="quick", workers=1)
+    models = models_named("vib-te")
+    recipe = Recipe(folder / "r", origins_of(data), models, data[0].encodings, options)
+    evaluate(Evaluation(recipe, data), quiet)
     return write_report(folder / "r", quiet)
 
 

@@ -1,0 +1,336 @@
+"""What can be chosen of an evaluation or a training: one list for Python, shell, files and report.
+
+A field here is an option everywhere: `afferents.evaluate(..., split="trial")`, ``evaluate --split
+trial``, ``split = "trial"`` in a file that ``--config`` names, and the line of the report that says
+what was asked for. Beside the fields stand options of encodings, such as ``frames=20``.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from afferents.choices import (
+    MODELS_ASKED,
+    PRESET_ASKED,
+    Cut,
+    Device,
+    Penalty,
+    Precision,
+    Preset,
+    Statistics,
+    conditions_in,
+)
+from afferents.errors import InputError
+from afferents.folds.ablation import Ablation, parse_speeds
+from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.held_out import SPEED, Group, Split, split_named
+from afferents.folds.protocol import Protocol, protocols
+from afferents.models.config import Compute, Hyperparameters, TrainingConfig
+from afferents.models.model import Model, names_in
+from afferents.store.trimming import Steady, parse_steady, steady_in, written
+
+_SEEDS = 2**32
+_ELSEWHERE = frozenset({
+    "models", "protocol", "preset", "cut", "seed", "seeds", "keep_going", "workers", "cluster",
+    "device", "precision",
+})  # fmt: skip
+"""What a report says in lines of their own, or need not say: it changes no number."""
+
+
+def _names(given: str | Iterable[str]) -> tuple[str, ...]:
+    parts = given.split(",") if isinstance(given, str) else given
+    return tuple(str(part).strip() for part in parts)
+
+
+def _speeds(given: str | Iterable[float]) -> tuple[float, ...]:
+    return parse_speeds(given) if isinstance(given, str) else tuple(map(float, given))
+
+
+def _conditions(given: Mapping[str, str] | Iterable[str]) -> dict[str, str]:
+    if isinstance(given, Mapping):
+        return {str(name): str(value) for name, value in given.items()}
+    return conditions_in([given] if isinstance(given, str) else given, "--without")
+
+
+def _condition(given: str | Mapping[str, str] | Sequence[str]) -> tuple[str, str]:
+    pairs = conditions_in([given], "--test-only") if isinstance(given, str) else given
+    ((name, value),) = pairs.items() if isinstance(pairs, Mapping) else [tuple(pairs)]
+    return str(name), str(value)
+
+
+def _disturbance(option: str) -> Callable[[Any], Disturbance]:
+    return lambda given: Disturbance.of(given, option)
+
+
+def _named(models: Any) -> str:
+    several = [models] if isinstance(models, str | Model) else models
+    return ",".join(one.name if isinstance(one, Model) else one for one in several)
+
+
+Described = PlainSerializer(lambda disturbance: disturbance.describe())
+
+
+class TrainingOptions(BaseModel):
+    """What can be chosen of every training; `EvaluationOptions` has more.
+
+    Raises
+    ------
+    InputError
+        When it is made of something that makes no sense, naming the option.
+    """
+
+    model_config = ConfigDict(
+        frozen=True, extra="allow", arbitrary_types_allowed=True, use_attribute_docstrings=True
+    )
+
+    preset: Preset = PRESET_ASKED
+    """How networks are trained: as in the 'paper' (days for Table 1), 'fast', or 'quick', to see
+    that it runs."""
+    recipe: Annotated[Hyperparameters, PlainSerializer(lambda r: r.source or r.describe())] = Field(
+        default_factory=Hyperparameters
+    )
+    """TOML file of hyperparameters that are not to be the preset's: learning_rate, max_epochs,
+    dropout and others, for all networks or in a table for each."""
+    cut: Cut = "all"
+    """Part of each recording to use: 'all' at constant speed, or the 'published' cut."""
+    split: str = SPEED.name
+    """What is held out in turn: 'speed', a condition of recordings such as 'trial', an 'angle' of
+    the drum, or a 'texture' as well as a speed.
+
+    Of angles one of five is held out, with 'angle-8' one of eight. A texture held out is to be
+    recognised as unknown, and to be placed by its bump spacing.
+    """
+    steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
+    """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
+    says, else all but 2.5 s at each end)."""
+    disturb_training: Annotated[
+        Disturbance, BeforeValidator(_disturbance("--disturb-training")), Described
+    ] = Field(default_factory=Disturbance)
+    """Corrupt the recordings that are learnt from: markers=0.1 (noise, px), sound=-20dB (noise, by
+    the sound's own level), frames=0.05 and lost=0.1 (share of the frames dropped, of the markers
+    lost), seed=0."""
+    statistics: Statistics = "warmed-up"
+    """Running statistics of batch normalisation: 'warmed-up' as plain averages, or from 0 and 1 as
+    'keras' keeps them (matters where an epoch has few steps)."""
+    device: Device = "auto"
+    """Where networks are trained; 'auto' takes a GPU if there is one."""
+    precision: Precision = "auto"
+    """Number format; 'auto' is bfloat16 where the processor supports it."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_one_sentence(cls, given: Any, validate: Callable[[Any], Self]) -> Self:
+        try:
+            return validate({name: v for name, v in dict(given).items() if v is not None})
+        except ValidationError as error:
+            fault = error.errors()[0]
+            reason = fault["msg"].removeprefix("Input should be ")
+            raise InputError(
+                f"{flag_of(str(fault['loc'][0]))}: expected {reason}, found {fault['input']!r}"
+            ) from None
+
+    @field_validator("recipe", mode="before")
+    @classmethod
+    def _read_recipe(cls, given: Any, info: ValidationInfo) -> Any:
+        if isinstance(given, Hyperparameters):
+            return given
+        return Hyperparameters.of(given, info.data.get("preset", PRESET_ASKED))
+
+    @field_validator("steady", mode="before")
+    @classmethod
+    def _read_steady(cls, given: Any, info: ValidationInfo) -> Steady | None:
+        given = parse_steady(given) if isinstance(given, str) else given
+        return steady_in(given, info.data.get("cut", "all"))
+
+    @property
+    def by(self) -> Split:
+        """What is held out, as the code that splits knows it."""
+        return split_named(self.split)
+
+    @property
+    def compute(self) -> Compute:
+        """What networks run on, and in which precision."""
+        return Compute(self.device, self.precision)
+
+    def training(self, network: str) -> TrainingConfig:
+        """Return how a network is trained; by name, see `models.config.RECIPES`."""
+        return self.recipe.training(self.preset, network, self.compute, self.statistics)
+
+    @property
+    def encoding(self) -> dict[str, Any]:
+        """Options of encodings by name of the field, for whatever encodings are used."""
+        return dict(self.model_extra or {})
+
+    def chosen(self) -> dict[str, Any]:
+        """Return what is not as usual by name, as Python takes it again."""
+        usual, names = type(self)(), (*type(self).model_fields, *self.encoding)
+        found = {name: getattr(self, name) for name in names}
+        return {name: v for name, v in found.items() if v != getattr(usual, name, None)}
+
+    def given(self) -> dict[str, Any]:
+        """Return the same ready for JSON, as ``--config`` takes it."""
+        written_out = self.model_dump(mode="json", fallback=str)
+        return {name: written_out[name] for name in self.chosen()}
+
+    def words(self, flags: Mapping[str, str] | None = None) -> list[str]:
+        """Return the words of a command line that ask for the same, for a report to name.
+
+        Parameters
+        ----------
+        flags
+            Of encodings' options, by name of the field; one without a flag is said by its name.
+        """
+        own, flags = type(self).model_fields, flags or {}
+        given = ((n, v) for n, v in self.given().items() if n not in _ELSEWHERE)
+        return [
+            word
+            for name, value in given
+            for text in _texts(name, value)
+            for word in (flag_of(name) if name in own else flags.get(name, name), text)
+        ]
+
+
+class EvaluationOptions(TrainingOptions):
+    """What can be chosen of an evaluation; frozen, and checked when it is made.
+
+    Every field is an option of `afferents.evaluate` and of the command line; any other name is
+    taken for an option of an encoding, such as `frames`.
+
+    Raises
+    ------
+    InputError
+        When it is made of something that makes no sense, naming the option.
+
+    Examples
+    --------
+    >>> options = EvaluationOptions(models="ra-ste", held_out="20,50", frames=5)
+    >>> options.held_out, options.seeds, options.encoding
+    ((20.0, 50.0), (0,), {'frames': 5})
+    """
+
+    models: Annotated[Any, PlainSerializer(_named)] = MODELS_ASKED
+    """Names, comma-separated: 'all' for the paper's Table 1, 'best' for what we recommend for such
+    data, FILE.py:NAME for one of your own."""
+    protocol: str = "nested"
+    """'nested': the held-out speed is unseen until the test. 'published': it selects the model, as
+    in the paper's code (leaky). Or 'both'."""
+    seed: int = Field(default=0, ge=0, lt=_SEEDS)
+    """First random seed."""
+    seeds: tuple[int, ...] = Field(default_factory=lambda others: (others["seed"],), min_length=1)
+    """How many seeds each model is trained with (default: 1).
+
+    In Python it may also be said which: ``seeds=(3, 5)``.
+    """
+    textures: Annotated[tuple[str, ...], BeforeValidator(_names)] = ()
+    """Use only these textures: folder names or the paper's letters."""
+    speeds: Annotated[tuple[float, ...], BeforeValidator(_speeds)] = ()
+    """Use only these speeds, mm/s: 10,50,100 or 10..100:30."""
+    markers: float = 1.0
+    """Share of the markers that tactile images show, evenly spread."""
+    train_speeds: int | None = None
+    """How many speeds each fold trains on (default: all it has)."""
+    test_only: Annotated[
+        tuple[str, str] | None,
+        BeforeValidator(_condition),
+        PlainSerializer(lambda pair: pair and dict([pair])),
+    ] = None
+    """Test only recordings with this condition and train on the others: repetition=1."""
+    held_out: tuple[Group, ...] = ()
+    """Hold out only these speeds, mm/s, or values of --split's condition (default: each)."""
+    without: Annotated[dict[str, str], BeforeValidator(_conditions)] = Field(default_factory=dict)
+    """Leave out recordings with this condition: pressure=F250."""
+    penalty: Penalty = "fixed"
+    """Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or chosen inside
+    each fold by leaving out its training speeds in turn ('searched')."""
+    disturb: Annotated[Disturbance, BeforeValidator(_disturbance("--disturb")), Described] = Field(
+        default_factory=Disturbance
+    )
+    """Corrupt the recordings that are tested, in the words of --disturb-training."""
+    keep_going: bool = False
+    """Skip recordings that fail, name them, and exit with code 3."""
+    workers: int | None = Field(default=None, ge=1)
+    """Processes to run in parallel (default: one per core)."""
+    cluster: str | None = None
+    """Run on a Dask cluster instead, such as tcp://scheduler:8786."""
+
+    @field_validator("protocol")
+    @classmethod
+    def _check_protocol(cls, given: str) -> str:
+        protocols(given)
+        return given
+
+    @field_validator("seeds", mode="before")
+    @classmethod
+    def _count_seeds(cls, given: Any, info: ValidationInfo) -> tuple[int, ...]:
+        if isinstance(given, str | int):
+            try:
+                count = int(given)
+            except ValueError:
+                count = 0
+            if count < 1:
+                raise InputError(f"--seeds: expected how many seeds, 1 or more, found '{given}'")
+            first = info.data.get("seed", 0)
+            return tuple(range(first, first + count))
+        return tuple(given)
+
+    @field_validator("held_out", mode="before")
+    @classmethod
+    def _read_groups(cls, given: Any, info: ValidationInfo) -> tuple[Group, ...]:
+        split = split_named(info.data.get("split", SPEED.name))
+        if isinstance(given, str):
+            given = parse_speeds(given, "--held-out") if split == SPEED else _names(given)
+        return split.read(given, "--held-out")
+
+    @model_validator(mode="after")
+    def _check_shares(self) -> Self:
+        self.ablation  # noqa: B018  refuses shares and numbers that make no sense
+        return self
+
+    @property
+    def ablation(self) -> Ablation:
+        """What of the data is used."""
+        return Ablation(self.textures, self.speeds, self.markers, self.train_speeds, self.test_only)
+
+    @property
+    def disturbances(self) -> Disturbances:
+        """What corrupts the recordings that are tested, and those that are learnt from."""
+        return Disturbances((self.disturb,), self.disturb_training)
+
+    @property
+    def protocols(self) -> Sequence[Protocol]:
+        """Whether anything of the held-out speed may be seen before the test."""
+        return protocols(self.protocol)
+
+    @property
+    def may_leave_out(self) -> bool:
+        """Whether models that the data don't support are left out instead of refused."""
+        return "all" in names_in(self.models)
+
+
+def flag_of(name: str) -> str:
+    """Return a field as the command line has it."""
+    return f"--{name.replace('_', '-')}"
+
+
+def _texts(name: str, value: Any) -> Iterator[str]:
+    """Yield a value as it is typed, once for each time that its option is given."""
+    if isinstance(value, dict):
+        pairs = [f"{key}={_text(one)}" for key, one in value.items()]
+        yield from pairs if name == "without" else [",".join(pairs)] * (name != "recipe")
+    else:
+        yield ",".join(map(_text, value)) if isinstance(value, list | tuple) else _text(value)
+
+
+def _text(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, int | float) else str(value)

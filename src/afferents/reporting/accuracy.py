@@ -1,0 +1,191 @@
+"""Accuracy by what was held out, by texture, by length of window, and by confidence.
+
+Each figure has a panel for each model, in percent, with a line or marks for each protocol.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from afferents.evaluation.results import Results
+from afferents.evaluation.schemas import Reliability, Summary
+from afferents.folds.held_out import SPEED
+from afferents.reporting.labels import (
+    PROTOCOL_TITLES,
+    are_published,
+    model_order,
+    model_title,
+    outcome,
+    percent,
+    source_line,
+    texture_axis,
+    texture_names,
+)
+from afferents.reporting.published import published_families
+from afferents.reporting.style import (
+    GREY,
+    LINE,
+    PROTOCOL_MARKS,
+    draw_chance,
+    name_places,
+    panels_figure,
+    percent_axes,
+    styled,
+)
+from afferents.reporting.tables import accuracy_by_texture, by_length, paper_by_texture
+
+_ASIDE = 0.012
+"""Of the axis, between the intervals of both protocols."""
+_MOST_NAMES = 14
+"""Names of textures under an axis; of more, some are left out."""
+_LARGEST, _SMALLEST = 15.0, 1.7
+"""Diameters, points, of the marks of bins that hold all samples, and hardly any."""
+
+
+@styled
+def speed_figure(summary: Summary) -> Figure:
+    """Draw accuracy by held-out speed, or group, with intervals; the paper's as crosses."""
+    split, keys = summary.split, summary.held_out_keys
+    # Groups that are no numbers stand one after the other.
+    places = {key: float(key) if split.ordered else float(n) for n, key in enumerate(keys)}
+    aside = _ASIDE * (max(places.values()) - min(places.values()))
+
+    def draw(axes: Axes, model: str) -> None:
+        percent_axes(axes, model_title(model, summary))
+        if not split.ordered:
+            name_places(axes, keys, len(keys), longest=4)
+        if model in published_families() and split == SPEED and are_published(summary):
+            paper = published_families()[model].by_speed
+            there = [speed for speed in summary.speeds_mm_s if speed in paper]
+            _draw_paper(axes, there, [paper[speed] for speed in there])
+        for protocol in PROTOCOL_TITLES:
+            if found := outcome(summary, model, protocol):
+                at = [places[key] for key in found.by]
+                _draw_line(axes, protocol, at, list(found.by.values()), "-" * split.ordered)
+                # Both protocols' bars would hide each other: the second's stand to the right.
+                shifted = [x + aside * (protocol == "published") for x in at]
+                _draw_intervals(axes, protocol, shifted, list(found.ci95_by.values()))
+        draw_chance(axes, summary.chance)
+
+    return panels_figure(
+        model_order(summary), draw, f"Accuracy by held-out {split.name}", source_line(summary),
+        f"held-out {split.axis}", "accuracy (%)",
+    )  # fmt: skip
+
+
+@styled
+def texture_figure(results: Results) -> Figure:
+    """Draw accuracy by texture, the paper's as crosses."""
+    textures, summary = results.textures, results.found
+    names = texture_names(textures, summary.named_by_spacing)
+
+    def draw(axes: Axes, model: str) -> None:
+        percent_axes(axes, model_title(model, summary), least=-3)
+        for protocol in PROTOCOL_TITLES:
+            if outcome(summary, model, protocol):
+                found = accuracy_by_texture(results, model, protocol)
+                at, shares = [textures.index(t) for t in found], [v / 100 for v in found.values()]
+                _draw_line(axes, protocol, at, shares, "-", width=0.8)
+        if of_paper := paper_by_texture(results, model):
+            _draw_paper(axes, range(len(textures)), of_paper)
+        draw_chance(axes, summary.chance)
+        name_places(axes, list(names.values()), _MOST_NAMES)
+
+    return panels_figure(
+        model_order(summary), draw, "Accuracy by texture", source_line(summary),
+        texture_axis(textures, summary.named_by_spacing), "accuracy (%)", height=1.9,
+    )  # fmt: skip
+
+
+@styled
+def lengths_figure(summary: Summary) -> Figure:
+    """Draw accuracy against the length of the window, with intervals."""
+
+    def draw(axes: Axes, base: str) -> None:
+        percent_axes(axes, model_title(base, summary))
+        axes.set_xscale("log")
+        axes.set_xticks([int(n) for n in summary.lengths[base]], list(summary.lengths[base]))
+        axes.minorticks_off()
+        for protocol in PROTOCOL_TITLES:
+            if found := by_length(summary, base, protocol):
+                at, ones = [int(n) for n in found], found.values()
+                _draw_line(axes, protocol, at, [one.mean_accuracy for one in ones], "-")
+                _draw_intervals(axes, protocol, at, [one.ci95 for one in ones])
+        draw_chance(axes, summary.chance)
+
+    return panels_figure(
+        list(summary.lengths), draw, "Accuracy by length of window", source_line(summary),
+        "frames of a window", "accuracy (%)",
+    )  # fmt: skip
+
+
+@styled
+def reliability_figure(summary: Summary) -> Figure:
+    """Draw accuracy against confidence; the calibration error stands above each panel."""
+
+    def draw(axes: Axes, model: str) -> None:
+        axes.set_title(model_title(model, summary), loc="left", fontweight="bold")
+        axes.set(xlim=(-3, 107), ylim=(-5, 107))
+        axes.set_xticks(range(0, 101, 20))
+        axes.set_yticks(range(0, 101, 20))
+        axes.grid(color=LINE, lw=0.4)
+        axes.plot([0, 100], [0, 100], color=GREY, lw=0.8, ls=(0, (4, 3)),
+                  label="as often as it says")  # fmt: skip
+        errors = []
+        for protocol in PROTOCOL_TITLES:
+            found = outcome(summary, model, protocol)
+            if found and found.reliability:
+                _draw_bins(axes, protocol, found.reliability)
+                errors.append(percent(found.reliability.ece))
+        if errors:
+            said = f"ECE {' and '.join(errors)}%"
+            axes.set_title(said, loc="right", fontsize=7.5, color=GREY)
+
+    return panels_figure(
+        model_order(summary), draw, "Right as often as it says?", source_line(summary),
+        "confidence (%)", "accuracy (%)", height=2.5,
+    )  # fmt: skip
+
+
+def _draw_line(
+    axes: Axes,
+    protocol: str,
+    at: Sequence[float],
+    shares: Sequence[float],
+    line: str,
+    width: float = 1.1,
+) -> None:
+    colour, marker, filling = PROTOCOL_MARKS[protocol]
+    axes.plot(
+        at, 100 * np.array(shares), color=colour, ls=line, lw=width, marker=marker,
+        markerfacecolor=filling, markersize=4, label=PROTOCOL_TITLES[protocol],
+    )  # fmt: skip
+
+
+def _draw_intervals(
+    axes: Axes, protocol: str, at: Sequence[float], intervals: Sequence[tuple[float, float]]
+) -> None:
+    low, high = 100 * np.array(intervals).T
+    axes.vlines(at, low, high, color=PROTOCOL_MARKS[protocol][0], lw=2.2, alpha=0.35)
+    axes.plot([], [], color=GREY, lw=2.2, alpha=0.5, label="95% interval")
+
+
+def _draw_paper(axes: Axes, at: Sequence[float], accuracies: Sequence[float]) -> None:
+    """Draw the paper's own accuracies, percent."""
+    axes.plot(at, accuracies, color=GREY, ls="", marker="x", markersize=4,
+              label="paper, its own recordings")  # fmt: skip
+
+
+def _draw_bins(axes: Axes, protocol: str, bins: Reliability) -> None:
+    """Draw a mark a bin, the larger the more samples it holds: its area is their share."""
+    colour, marker, filling = PROTOCOL_MARKS[protocol]
+    count = np.array(bins.count)
+    filled = count > 0
+    x, y = (100 * np.array(each)[filled] for each in (bins.confidence, bins.accuracy))
+    area = np.maximum(_LARGEST**2 * count[filled] / count.sum(), _SMALLEST**2)
+    axes.scatter(x, y, s=area, c=filling, edgecolors=colour, linewidths=0.8, marker=marker,
+                 zorder=3, alpha=0.85)  # fmt: skip
+    axes.plot([], [], color=colour, ls="", marker=marker, markerfacecolor=filling, markersize=5,
+              label=PROTOCOL_TITLES[protocol])  # fmt: skip

@@ -1,0 +1,396 @@
+"""All figures of a report: drawn from results and, where given, from samples of the data."""
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from afferents import dims
+from afferents.choices import Figures
+from afferents.encodings.samples import Samples
+from afferents.evaluation.results import Results
+from afferents.files import write_aside
+from afferents.folds.held_out import SPEED
+from afferents.reporting.accuracy import (
+    lengths_figure,
+    reliability_figure,
+    speed_figure,
+    texture_figure,
+)
+from afferents.reporting.choice import instead_of
+from afferents.reporting.confusion import (
+    LEAST_WRITTEN,
+    TWICE,
+    confusion_figure,
+    confusion_title,
+    is_in_paper,
+)
+from afferents.reporting.drawings import (
+    PIECE_MM,
+    DrawnNetwork,
+    DrumView,
+    drums_figure,
+    networks_figure,
+)
+from afferents.reporting.images import FrameRow, images_figure, printed_images_figure
+from afferents.reporting.labels import are_published, drawn_over, outcomes, percent, source_line
+from afferents.reporting.spectra import (
+    shown_spectra,
+    spectra_figure,
+    stretch_example,
+    stretch_figure,
+)
+from afferents.reporting.style import png_bytes
+from afferents.reporting.tables import temperature_note
+
+_OF_CHANNEL = {
+    dims.SA1: ("figure08", "Figure 8", "SA-I", "Displacement of each marker from rest, px"),
+    dims.RA1: ("figure10", "Figure 10", "RA-I", "Change of SA-I of each marker, px/frame"),
+}
+"""Name, number, afferent and response of the figures of tactile images."""
+_APART = {
+    20: ("frames 20 apart", "20-apart", "as the paper's code draws them (its caption says 10)"),
+    1: ("frames in a row", "in-a-row", "as the paper's text has them"),
+}
+
+
+@dataclass(frozen=True)
+class FigureData:
+    """What the figures of the data are drawn from; each may be missing.
+
+    Attributes
+    ----------
+    spectra
+        Vibration spectra, dims (sample, channel, frequency): Figures 7 and 12.
+    images
+        Tactile images by channel (`sa1`, `ra1`), dims (sample, row, column): Figures 8 and 10.
+    sliding
+        Sliding direction in the camera's view; empty where nothing declares one.
+    frames
+        As printed: rows of Figures 8 and 10, by channel and frames from one image to the next.
+    began
+        Where the first of these frames lies, in words.
+    drums
+        Of Figure 3, as printed.
+    networks
+        Of Figures 5 (images) and 6 (vibration), as printed, by the figure's number.
+    """
+
+    spectra: Samples | None = None
+    images: Mapping[str, Samples] = field(default_factory=dict)
+    sliding: str = ""
+    frames: Mapping[tuple[str, int], Sequence[FrameRow]] = field(default_factory=dict)
+    began: str = ""
+    drums: Sequence[DrumView] = ()
+    networks: Mapping[int, Sequence[DrawnNetwork]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure with what stands beside it: a file name, a title, a caption, and what it shows.
+
+    `description` is read out to those who cannot see the figure.
+    """
+
+    name: str
+    title: str
+    caption: str
+    description: str
+    figure: Figure
+
+    @cached_property
+    def png(self) -> bytes:
+        """The figure as the content of a PNG file, drawn once."""
+        return png_bytes(self.figure)
+
+
+def save_pictures(pictures: Iterable[ReportFigure], folder: Path) -> list[Path]:
+    """Write every picture to `folder/<name>.png` and return the paths."""
+    paths = []
+    for picture in pictures:
+        path = folder / f"{picture.name}.png"
+        with write_aside(path) as partial:
+            partial.write_bytes(picture.png)
+        paths.append(path)
+    return paths
+
+
+def draw_pictures(
+    results: Results, data: FigureData, style: Figures = "report"
+) -> list[ReportFigure]:
+    """Draw every figure that the results and the data allow, in the order of the report.
+
+    Those of results come first, then those that the paper has too, in its order, then the rest.
+
+    Parameters
+    ----------
+    style
+        `paper` draws the paper's figures as they are printed, in place of ours of the same numbers;
+        what the paper has no figure of, such as matrices of other models, keeps its own.
+    """
+    source = source_line(results.found)
+    printed = style == "paper"
+    of_paper = [
+        *(_drum_picture(data, source) if printed else ()),
+        *(_network_pictures(data, source) if printed else ()),
+        *_stretch_picture(data, source),
+        *(_printed_spectra if printed else _spectra_picture)(data, source),
+        *(_printed_images if printed else _image_pictures)(data, source),
+        *_confusion_pictures(results, style),
+    ]
+    return [
+        *_speed_picture(results),
+        *_lengths_picture(results),
+        *_texture_picture(results),
+        *_reliability_picture(results),
+        *sorted(of_paper, key=_number_in_paper),
+    ]
+
+
+def _number_in_paper(picture: ReportFigure) -> tuple[float, str]:
+    """Sort key: the figure's number in the paper, then its letter; what has none comes last."""
+    found = re.match(r"Figure (\d+)([A-Z]?)\.", picture.title)
+    return (int(found[1]), found[2]) if found else (math.inf, "")
+
+
+def _marks(results: Results, nested: str = "", published: str = "") -> str:
+    """Return what the marks of the protocols that there are stand for."""
+    there = {protocol for _, protocol, _ in outcomes(results.found)}
+    filled = f"Filled: nested protocol{nested}. " if "nested" in there else ""
+    return filled + (f"Open: published protocol{published}. " if "published" in there else "")
+
+
+def _bars(results: Results) -> str:
+    return f"Bars: 95% intervals, drawn over {drawn_over(results.found)}. "
+
+
+def _has_crosses(results: Results) -> bool:
+    return results.split == SPEED and are_published(results.found)
+
+
+def _speed_picture(results: Results) -> Iterator[ReportFigure]:
+    split = results.split
+    if results.found.models:
+        yield ReportFigure(
+            f"accuracy-by-{split.leaks}",
+            f"Accuracy by held-out {split.name}",
+            _marks(
+                results,
+                f", where nothing of the held-out {split.name} was seen",
+                f", where the other half of that {split.name} picked the model",
+            )
+            + _bars(results)
+            + "Crosses: the paper, measured on its own recordings. " * _has_crosses(results)
+            + "The dashed line is chance.",
+            f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
+            "model. The same numbers stand in the table above.",
+            speed_figure(results.found),
+        )
+
+
+def _lengths_picture(results: Results) -> Iterator[ReportFigure]:
+    if results.found.lengths:
+        yield ReportFigure(
+            "accuracy-by-length",
+            "Accuracy by length of window",
+            f"Mean over what was held out, against the frames of a window. {_marks(results)}"
+            f"{_bars(results)}The dashed line is chance.",
+            "Line chart of accuracy in percent against frames of a window, a panel for each model. "
+            "The same numbers stand in the table above.",
+            lengths_figure(results.found),
+        )
+
+
+def _texture_picture(results: Results) -> Iterator[ReportFigure]:
+    if results.found.models:
+        crosses = "Crosses: the paper, from the diagonals of its matrices. "
+        yield ReportFigure(
+            "accuracy-by-texture",
+            "Accuracy by texture",
+            f"Share of each texture's test samples recognised, mean over held-out "
+            f"{results.split.many}. {_marks(results)}{crosses * _has_crosses(results)}"
+            "The dashed line is chance.",
+            "Chart of accuracy in percent against texture, a panel for each model. The same "
+            "numbers stand in a table above.",
+            texture_figure(results),
+        )
+
+
+def _reliability_picture(results: Results) -> Iterator[ReportFigure]:
+    if any(found.reliability for *_, found in outcomes(results.found)):
+        yield ReportFigure(
+            "reliability",
+            "Right as often as it says?",
+            "Reliability diagram: test samples gathered by confidence, the probability of the "
+            f"predicted texture, in bins of equal width. {_marks(results)}The area of a mark is "
+            "its share of the samples. On the dashed line a model is right as often as it says; "
+            "below it is too sure, above too modest. ECE: expected calibration error of the "
+            f"protocols, in this order. {temperature_note(results.found)}",
+            "Chart of accuracy against confidence, both in percent, a panel for each model. The "
+            "calibration errors stand in the table above.",
+            reliability_figure(results.found),
+        )
+
+
+def _confusion_pictures(results: Results, style: Figures) -> Iterator[ReportFigure]:
+    """Draw the confusion matrices of every model and protocol."""
+    for model, protocol, found in outcomes(results.found):
+        printed = style == "paper" and is_in_paper(model, results.found)
+        figure = confusion_figure(results, model, protocol, "paper" if printed else "report")
+        if figure is None:
+            continue
+        title = confusion_title(model, protocol, results.found)
+        yield ReportFigure(
+            f"{'paper-' * printed}confusion-{model}-{protocol}",
+            title,
+            _printed_matrices(model) if printed else _matrices(results),
+            f"Confusion matrices. {title}. Mean accuracy over held-out {results.split.many} "
+            f"{percent(found.mean_accuracy)} percent.",
+            figure,
+        )
+
+
+def _matrices(results: Results) -> str:
+    return (
+        f"Confusion matrices, one a held-out {results.split.name}: x true, y predicted texture. "
+        "Every column is in percent of that texture's own test samples, so it sums to 100%; grey "
+        "columns have none. Titles give the accuracy. Where cells are large enough to be read, "
+        f"those of {LEAST_WRITTEN:g}% and more carry their number."
+    )
+
+
+def _printed_matrices(model: str) -> str:
+    normalised = (
+        "The paper divides its 60 test samples of a texture as if they were 30: what it prints is "
+        "twice the percentage and saturates at 50%. Above, ours as the paper would print it; "
+        "below, as it should be."
+        if model in TWICE
+        else "Divided by each texture's own number of test samples, which is what the paper prints "
+        "too (its 2,500 or 250)."
+    )
+    return (
+        "Confusion matrices, one a held-out speed: x true, y predicted texture, the first at the "
+        f"top left as in print. Titles give the accuracy. {normalised}"
+    )
+
+
+def _stretch_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    """Draw Figure 7, where some texture has a speed, its half and its double."""
+    example = None if data.spectra is None else stretch_example(data.spectra)
+    if example is not None:
+        yield ReportFigure(
+            "figure07",
+            "Figure 7. Stretching a spectrum to another speed",
+            "A spectrum stretched by 0.5 and by 2 (colour) beside those recorded at half and at "
+            "twice the speed (black). Means over the windows of the condition, true frequency "
+            "axis. Each panel has its own scale of amplitude, since faster sliding is louder. The "
+            "stretched copies are rebinned, as under the nested protocol; the published "
+            "protocol resamples by Fourier transform, which rings.",
+            "Three panels of amplitude against frequency: half the speed, the speed, twice it.",
+            stretch_figure(example, source),
+        )
+
+
+def _spectra_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    if data.spectra is not None:
+        misprint = (
+            " Frequency and speed are those of the recordings: the paper's own figure has its "
+            "frequency axis off by a factor of two and four of its five speeds mislabelled."
+        ) * bool(data.spectra.attrs.get(dims.NAMED_BY_SPACING))
+        yield ReportFigure(
+            "figure12",
+            "Figure 12. Vibration spectra",
+            f"Rows are textures, columns speeds; mean over windows and channels.{misprint}",
+            "Grid of vibration spectra, amplitude against frequency in hertz.",
+            spectra_figure(data.spectra, source),
+        )
+
+
+def _printed_spectra(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    if data.spectra is None:
+        return
+    shown = [one for row in shown_spectra(data.spectra, "paper") for one in row]
+    scales = {
+        "one-scale": "All panels have one scale of amplitude, as in the paper",
+        "own-scales": "Each texture has its own scale of amplitude, so that quiet ones are seen",
+    }
+    for suffix, scale in scales.items():
+        yield ReportFigure(
+            f"paper-figure12-{suffix}",
+            f"Figure 12. Vibration spectra, {suffix.replace('-', ' ')}",
+            "Textures a, g and m; speeds 20, 40, 50, 80 and 100 mm/s, which is what the paper's "
+            "figure shows though four of its labels say otherwise. "
+            f"{instead_of(shown)}Black: a single window, the middle one, as the paper draws. "
+            f"Orange: the mean over windows. {scale}; offset and drift, the lowest hundredth of "
+            "the axis, may go beyond it. Frequencies are true; the paper's axis is off by a "
+            "factor of two.",
+            "Grid of vibration spectra, amplitude against frequency in hertz.",
+            spectra_figure(data.spectra, source, "paper", one_scale=suffix == "one-scale"),
+        )
+
+
+def _image_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    arrow = "; the arrow is the sliding direction" if data.sliding else ""
+    for channel, images in data.images.items():
+        name, number, afferent, what = _OF_CHANNEL[channel]
+        yield ReportFigure(
+            name,
+            f"{number}. {afferent} tactile images",
+            f"{what}. First: textures by speed, the middle frame of each. Then consecutive frames "
+            "of one recording. Row is the rank of a marker in y, column its rank in x"
+            f"{arrow}. Each texture has a colour scale of its own, to the right of its row, as "
+            "have the consecutive frames: compare colours along a row, not between rows.",
+            f"Grid of {afferent} tactile images for several textures and speeds.",
+            images_figure(images, channel, source, data.sliding),
+        )
+
+
+def _printed_images(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    for (channel, apart), rows in data.frames.items():
+        name, number, afferent, what = _OF_CHANNEL[channel]
+        said, suffix, drawn = _APART[apart]
+        title = f"{number}. {afferent} tactile images, {said}"
+        yield ReportFigure(
+            f"paper-{name}-{suffix}",
+            title,
+            f"{what}. A: textures a, g and m at 50 mm/s. B: texture g at 10, 50 and 100 mm/s. "
+            f"{instead_of(row.shown for row in rows)}Ten {said}, {drawn}, beginning {data.began}. "
+            "All images have one colour scale, which spans what is shown. Row is the rank of a "
+            "marker in y, column its rank in x; the paper's images are the transpose.",
+            f"Rows of ten {afferent} tactile images, a row for each texture and speed.",
+            printed_images_figure(rows, channel, title, source, data.sliding),
+        )
+
+
+def _drum_picture(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    if data.drums:
+        yield ReportFigure(
+            "paper-figure03",
+            "Figure 3. Textured drums",
+            "Drawn from the surfaces of the simulated rig, where the paper shows photographs: each "
+            "drum as seen from afar with its axis across the picture, lit from the upper left, "
+            f"and beneath it {PIECE_MM:g} x {PIECE_MM:g} mm of its surface. Unequal bumps are "
+            "errors of printing, as the rig supposes them. All heights have one colour scale.",
+            "Pictures of drums with raised bumps, farther apart from one to the next.",
+            drums_figure(data.drums, source),
+        )
+
+
+def _network_pictures(data: FigureData, source: str) -> Iterator[ReportFigure]:
+    of_what = {5: "Networks of tactile images", 6: "Network of vibration spectra"}
+    for number, networks in data.networks.items():
+        title = f"Figure {number}. {of_what[number]}"
+        yield ReportFigure(
+            f"paper-figure{number:02d}",
+            title,
+            "Layer by layer, read off the networks as they were built for these data: shape of "
+            "what leaves a layer, and its parameters as Keras counts them (with the running means "
+            "and variances of batch normalisation). Boxes are the wider the more values leave "
+            "them, on a logarithmic scale. The softmax is part of the loss.",
+            "Diagram of " + " and ".join(one.title for one in networks) + ", a box for each layer.",
+            networks_figure(networks, title, source),
+        )

@@ -1,0 +1,181 @@
+"""`report.html`: one page that holds all it shows and needs no network."""
+
+import base64
+import json
+import re
+import shlex
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from afferents.evaluation.results import Results
+from afferents.evaluation.schemas import About, Summary
+from afferents.folds.held_out import SPEED
+from afferents.reporting.comparisons import beside_paper, differences
+from afferents.reporting.figures import ReportFigure
+from afferents.reporting.labels import (
+    ABBREVIATIONS,
+    PROTOCOL_TITLES,
+    data_line,
+    model_order,
+    model_title,
+    outcomes,
+    percent,
+    shortened,
+    textures_line,
+)
+from afferents.reporting.published import CITATION
+from afferents.reporting.summary_text import (
+    beside_the_winner,
+    headline,
+    next_steps,
+    sureness,
+    what_was_asked,
+    what_was_lost,
+)
+from afferents.reporting.tables import (
+    accuracy_by_speed,
+    by_texture_table,
+    by_touch_table,
+    heads_of,
+    leak_sentences,
+    leak_table,
+    lengths_table,
+    reliability_table,
+    run_table,
+    table1,
+    touches_table,
+)
+from afferents.store.trimming import written
+
+_UNITS = re.compile(r"(?<=\d) (?=(mm/s|mm|ms|s|px|Hz|MB)\b)")
+"""Spaces between a number and its unit: a line must not break there."""
+
+
+def render_report(
+    results: Results, pictures: Sequence[ReportFigure], notes: Sequence[str] = ()
+) -> str:
+    """Return the page of an evaluation.
+
+    Parameters
+    ----------
+    pictures
+        From `draw_pictures`; may be empty.
+    notes
+        Sentences for the reader, such as why a figure is missing.
+    """
+    summary = results.found
+    accuracies = [
+        table1(summary),
+        accuracy_by_speed(summary),
+        touches_table(summary),
+        lengths_table(summary),
+        by_touch_table(summary),
+        by_texture_table(results),
+        reliability_table(summary),
+        differences(summary),
+    ]
+    return render(
+        "report.html",
+        summary,
+        held_out=summary.split,
+        asked=what_was_asked(summary),
+        headline=headline(summary),
+        beside=beside_the_winner(summary),
+        sureness=sureness(summary),
+        steps=next_steps(summary),
+        facts=facts(summary),
+        lost=what_was_lost(summary.lost),
+        notes=notes,
+        accuracies=[table for table in accuracies if table is not None],
+        folds=beside_paper(summary),
+        leak_sentences=leak_sentences(summary),
+        leaks=leak_table(summary),
+        runs=run_table(summary),
+        pictures=[(one, base64.b64encode(one.png).decode("ascii")) for one in pictures],
+        config=json.dumps(results.config, indent=2),
+        command=redo_command(results),
+    )
+
+
+def render(template: str, summary: About, **content: Any) -> str:
+    """Return a page: its template, filled in with what is of all pages and with `content`."""
+    environment = Environment(
+        loader=PackageLoader("afferents.reporting", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"prose": keep_units, "heads": heads_of, "rows": _rows}
+    page: str = environment.get_template(template).render(
+        simulated=[data for data in summary.data if data.simulated],
+        skipped=summary.skipped,
+        accepted=summary.accepted,
+        data=summary.data,
+        citation=CITATION,
+        version=summary.afferents,
+        **content,
+    )
+    return page
+
+
+def keep_units(text: str) -> str:
+    """Return a text whose lines do not break between a number and its unit."""
+    return _UNITS.sub("\N{NO-BREAK SPACE}", text)
+
+
+def _rows(table: pd.DataFrame) -> list[tuple[tuple[str, ...], list[Any]]]:
+    """Return the headers and the other cells of each row."""
+    return list(zip(table.index, table.to_numpy().tolist(), strict=True))
+
+
+def facts(summary: Summary) -> list[tuple[str, str]]:
+    """Return what was evaluated, as pairs of name and value."""
+    split, groups = summary.split, summary.held_out_keys
+    title = "Speeds" if split == SPEED else f"Held out: {split.name}"
+    run = {protocol for _, protocol, _ in outcomes(summary)}
+    titles = ", ".join(model_title(name, summary) for name in model_order(summary))
+    corrupted = {"tested": summary.disturb, "learnt from": summary.disturb_training}
+    own = [
+        (f"Set otherwise: {network}", ", ".join(f"{name} = {value}" for name, value in its.items()))
+        for network, its in summary.recipe.items()
+    ]
+    steady = f"{written(summary.steady_s)} s (--steady)" if summary.steady_s else ""
+    said = [
+        ("Data", data_line(summary)),
+        ("Textures", textures_line(summary)),
+        (title, f"{len(groups)}: {shortened(groups)}{split.unit}"),
+        ("Models", titles),
+        ("Their names", ABBREVIATIONS * bool(re.search(r"-(SE|STE|TE)\b", titles))),
+        ("Protocol", " and ".join(name for name in PROTOCOL_TITLES if name in run) or "none"),
+        ("Trimming and preset", f"{summary.cut}, {summary.preset}"),
+        ("Steady part", steady),
+        *own,
+        *((f"Corrupted when {when}", str(by)) for when, by in corrupted.items()),
+        ("Chance", f"{percent(summary.chance)}%"),
+    ]
+    return [(name, value) for name, value in said if value]
+
+
+def redo_command(results: Results) -> str:
+    """Return the command that repeats the evaluation."""
+    summary = results.found
+    found = list(outcomes(summary))
+    seeds = sorted({seed for *_, one in found for seed in one.seeds}) or [0]
+    protocols = {protocol for _, protocol, _ in found}
+    bases = {name: base for base, of in summary.lengths.items() for name in of.values()}
+    lengths = sorted({n for of in summary.lengths.values() for n in of}, key=int)
+    models = dict.fromkeys(bases.get(name, name) for name in model_order(summary))
+    arguments = [
+        *(data.source for data in summary.data),
+        *("--out", results.root.name or "RESULTS", "--models", ",".join(models)),
+        *("--protocol", "both" if len(protocols) > 1 else "".join(protocols)),
+        *("--cut", summary.cut, "--preset", summary.preset),
+        *("--seed", str(seeds[0]), "--seeds", str(len(seeds))),
+        *summary.options,
+        *(("--frames", ",".join(lengths)) if lengths else ()),
+    ]
+    return shlex.join(["afferents", "evaluate", *arguments])

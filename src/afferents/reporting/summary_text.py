@@ -1,0 +1,270 @@
+"""What a newcomer reads first: what was held out, what won, how sure that is, what to do next."""
+
+import shlex
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from afferents.dims import RA2
+from afferents.evaluation.schemas import Lost, Outcome, Summary
+from afferents.models.model import BEST, MODELS
+from afferents.reporting.labels import (
+    PROTOCOL_TITLES,
+    interval_note,
+    model_title,
+    outcomes,
+    percent,
+    texture_names,
+)
+from afferents.reporting.tables import mean_and_interval
+
+WORST_SHOWN = 3
+STORE = "store"
+"""Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
+ONLY_EVALUATED = frozenset({
+    *("ridge-te", "order-te", "order-te-measured", "order-te-speed-known", "rocket-te"),
+    *("spike-rate", "sa-spike-rate", "spike-timing", "spike-images", "three-stems"),
+    *("fusion", "fusion-speed-known", "fusion-networks", "fusion-joint", "fusion-shear"),
+})  # fmt: skip
+"""Models that `train` can't keep; a test holds this against `train` itself."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something to do next, and the command that does it, where there is one."""
+
+    text: str
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Winner:
+    """The model that a report speaks of first, what it came to under a protocol, and the others.
+
+    `rivals` are the outcomes of all models under that protocol, its own among them.
+    """
+
+    model: str
+    protocol: str
+    recommended: bool
+    found: Outcome
+    rivals: dict[str, Outcome]
+
+
+def winner(summary: Summary) -> Winner | None:
+    """Return the model that we recommend, where it was evaluated, else the best; None of none.
+
+    Under the strictest protocol that was run.
+    """
+    for protocol in PROTOCOL_TITLES:
+        found = {model: one for model, its, one in outcomes(summary) if its == protocol}
+        if found:
+            wanted = _recommended(found)
+            best = max(found, key=lambda name: found[name].mean_accuracy)
+            named = wanted if wanted in found else best
+            return Winner(named, protocol, wanted in found, found[named], found)
+    return None
+
+
+def _recommended(models: Iterable[str]) -> str:
+    """Return what we recommend for such data: what markers show, if any model was given them."""
+    of_markers = any(MODELS[name].channel != RA2 for name in models if name in MODELS)
+    return BEST[0] if of_markers or BEST[0] in models else BEST[1]
+
+
+def headline(summary: Summary) -> str:
+    """Return the sentences that matter most: what won, its figure, and where it was worst."""
+    won = winner(summary)
+    if won is None:
+        return "No model was evaluated."
+    split, found = summary.split, won.found
+    title, protocol = model_title(won.model, summary), PROTOCOL_TITLES[won.protocol]
+    where = f"at {split.many} that it never learnt from"
+    chance = f"guessing gives {percent(summary.chance)}%"
+    if at_chance(summary, won):
+        return (
+            f"Nothing was learnt: {title} recognises the texture in {mean_and_interval(found)}% of "
+            f"the samples {where} ({protocol}), and {chance}."
+        )
+    return (
+        f"{title}, {'which we recommend' if won.recommended else 'which did best'}, recognises the "
+        f"texture in {mean_and_interval(found)}% of the samples {where} ({protocol}; 95% interval "
+        f"in brackets), where {chance}. It did worst {split.at([found.worst])}, with "
+        f"{percent(found.by[found.worst])}%."
+    )
+
+
+def at_chance(summary: Summary, won: Winner) -> bool:
+    """Tell whether guessing would do as well: the interval holds chance."""
+    return won.found.ci95[0] <= summary.chance
+
+
+def what_was_asked(summary: Summary) -> str:
+    """Return what was held out, for somebody who has not read the paper."""
+    split, keys = summary.split, summary.held_out_keys
+    n = f"{len(summary.textures)} textures"
+    held_out = (
+        "Each in turn was held out: a model learnt from the recordings of the others, and then had "
+        "to recognise the texture in every sample of this one."
+    )
+    if not split.ordered:
+        return f"{n} were recorded with {len(keys)} {split.many}: {', '.join(keys)}. {held_out}"
+    return (
+        f"{n} were slid over at {len(keys)} {split.many}, {keys[0]} to {keys[-1]}{split.unit}. "
+        f"{held_out} So a figure says how well textures are recognised at {split.one} that the "
+        "model never learnt from."
+    )
+
+
+def what_was_lost(lost: Lost | None) -> str:
+    """Return how many markers were lost, and what models are given in their place; of any."""
+    if lost is None:
+        return ""
+    if not lost.worst:
+        return "No marker was lost."
+    whose = (
+        f"median of {lost.n} recordings; at most {percent(lost.worst)}%, in recording"
+        if lost.n > 1
+        else "in recording"
+    )
+    return (
+        f"Of the marker positions {percent(lost.median)}% were lost ({whose} {lost.recording}): "
+        "models are given values filled in from the markers round them."
+    )
+
+
+def beside_the_winner(summary: Summary) -> list[str]:
+    """Return what else there is to know of it: recordings, the worst groups, others, mistakes."""
+    won = winner(summary)
+    if won is None:
+        return []
+    recordings = mean_and_interval(won.found.recordings)
+    said = [
+        f"It recognises the texture of {recordings}% of whole recordings, from all their samples "
+        "together.",
+        _worst_groups(summary, won),
+        _others(summary, won),
+        _mistake(summary, won),
+    ]
+    return [text for text in said if text]
+
+
+def _worst_groups(summary: Summary, won: Winner) -> str:
+    split, by = summary.split, won.found.by
+    worst = sorted(by, key=lambda group: by[group])[:WORST_SHOWN]
+    listed = ", ".join(f"{split.printed(group)} {percent(by[group])}%" for group in worst)
+    return f"From the worst: {listed}." if len(by) > 1 else ""
+
+
+def _others(summary: Summary, won: Winner) -> str:
+    """Return which model did better, or how many it was better than."""
+    best = max(won.rivals, key=lambda name: won.rivals[name].mean_accuracy)
+    if len(won.rivals) == 1:
+        return "No other model was evaluated."
+    if best == won.model:
+        return f"It did best of the {len(won.rivals)} models evaluated."
+    title, better = model_title(best, summary), percent(won.rivals[best].mean_accuracy)
+    return f"{title} did better here, with {better}%. What we recommend is not picked by this test."
+
+
+def _mistake(summary: Summary, won: Winner) -> str:
+    """Return which texture it most often took for which other."""
+    counts = np.array(won.found.confusion, dtype=float)
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    np.fill_diagonal(share, 0)
+    true, taken = np.unravel_index(share.argmax(), share.shape)
+    if share[true, taken] == 0:
+        return ""
+    names = list(texture_names(summary.textures, summary.named_by_spacing).values())
+    return (
+        f"Its most frequent mistake is to take {names[true]} for {names[taken]}: "
+        f"{percent(share[true, taken])}% of the samples of {names[true]}."
+    )
+
+
+def sureness(summary: Summary) -> str:
+    """Return what intervals were drawn over, and what they leave out."""
+    once = any(
+        len(found.seeds) == 1 and any(map(any, found.epochs.values()))
+        for _, _, found in outcomes(summary)
+    )
+    alone = " Networks were trained once: how far trainings differ is not in them (--seeds 3)."
+    return interval_note(summary) + alone * once
+
+
+def next_steps(summary: Summary) -> list[Step]:
+    """Return what to do next, the most urgent first; nothing where nothing was learnt."""
+    won = winner(summary)
+    return [] if won is None or at_chance(summary, won) else list(_steps(summary, won))
+
+
+def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
+    sources = [data.source for data in summary.data]
+    if summary.preset == "quick":
+        yield Step(
+            "Train longer. The preset quick only shows that all of it runs: repeat the command at "
+            "the end of this page into another folder, with --preset fast."
+        )
+    if not won.recommended:
+        title = model_title(_recommended(won.rivals), summary)
+        yield Step(
+            f"Evaluate what we recommend for such recordings, {title}: it was not run here.",
+            shlex.join(["afferents", "evaluate", *sources, "--models", "best", "--out", "BEST"]),
+        )
+    if any(data.simulated for data in summary.data):
+        yield Step(
+            "Record textures with a sensor: these are simulated. docs/recording.md says how; "
+            "docs/your-data.md says how to bring recordings that you have.",
+        )
+    elif len(sources) == 1:
+        yield Step(
+            "Record the same textures again on another day, with the sensor taken off and mounted "
+            "anew, and evaluate both sessions together: only then do intervals say how far "
+            "sessions differ.",
+        )
+    split, keys, worst = summary.split, summary.held_out_keys, won.found.worst
+    if split.ordered and len(keys) >= 3:
+        if worst in (keys[0], keys[-1]):
+            end, more = ("slowest", "slower") if worst == keys[0] else ("fastest", "faster")
+            yield Step(
+                f"It did worst at {split.printed(worst)}, the {end} speed: with that held out, the "
+                f"model must extrapolate. If you need that speed, record {more} ones too."
+            )
+        else:
+            yield Step(f"Record at speeds near {split.printed(worst)}, where it did worst.")
+    yield from _use_it(summary, won)
+
+
+def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
+    """Yield how to keep a model and feel with it: the one spoken of, or the best that can be."""
+    able = [name for name in won.rivals if name in MODELS and name not in ONLY_EVALUATED]
+    title, why = model_title(won.model, summary), ""
+    if not able:
+        if won.model in MODELS:
+            yield Step(f"{title} can be evaluated, but not trained to be kept.")
+        return
+    best = max(able, key=lambda name: won.rivals[name].mean_accuracy)
+    name = won.model if won.model in able else best
+    if name != won.model:
+        accuracy = percent(won.rivals[name].mean_accuracy)
+        why = (
+            f"{title} can't be trained to be kept; of those evaluated the best that can is "
+            f"{model_title(name, summary)} ({accuracy}%). "
+        )
+    source = summary.data[0].source  # `train` takes one
+    train = shlex.join(["afferents", "train", source, "MODEL", "--model", name])
+    if any(data.kind != STORE for data in summary.data):
+        yield Step(f"{why}Train it on all speeds, and ask it from Python (docs/python.md).", train)
+        return
+    simulated = any(data.simulated for data in summary.data)
+    if MODELS[name].channel != RA2:
+        given = ["--video", "rig" if simulated else "camera:0"]
+    else:
+        given = ["--audio", "rig" if simulated else "mic:default"]
+    live = shlex.join(["afferents", "live", "--model", "model.onnx", *given, "--web"])
+    yield Step(
+        f"{why}Train it on all speeds, and feel with it live (docs/live.md). The figures above are "
+        "no promise for another sensor or mounting.",
+        f"{train}\nafferents export MODEL model.onnx\n{live}",
+    )
