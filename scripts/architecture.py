@@ -124,7 +124,7 @@ def what_it_holds(name: str) -> str:
 def page() -> str:
     """Return the page, with what each package above the lowest row holds."""
     rows = [[f"`{name}`", what_it_holds(name)] for layer in layers()[:-1] for name in layer]
-    return fill(PAGE, "packages", lambda _: table(["package", "what it holds"], rows))
+    return fill(PAGE.read_text(), "packages", lambda _: table(["package", "what it holds"], rows))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,15 @@
-"""Draw every table of numbers in the docs from the data in `docs/results`: ``make results-pages``.
+"""Draw the tables in the docs from the data in `docs/results` and from the code.
+
+Part of ``make results-pages``:
 
     python scripts/results_pages.py
     python scripts/results_pages.py keep RESULTS docs/results/NAME.json TITLE COMMAND [COMMAND ...]
 
 A page holds ``<!-- results NAME -->`` and ``<!-- /results -->``; what stands between them is made
 of ``docs/results/NAME.json``: the table, and below it the commit, date, machine and commands that
-gave the numbers. `keep` makes such a file of what `afferents evaluate` left.
+gave the numbers. `keep` makes such a file of what `afferents evaluate` left. Between
+``<!-- fields MODEL -->`` and ``<!-- /fields -->`` stand the fields of a model of the results.
+`docs/discrepancies.md` is made whole, of the package's list.
 """
 
 import json
@@ -19,6 +23,8 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from afferents.evaluation import schemas
+from afferents.reporting.discrepancies import to_page
 from afferents.reporting.published import published_families
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -26,22 +32,20 @@ DOCS = ROOT / "docs"
 DATA = DOCS / "results"
 
 
-def fill(page: Path, mark: str, write: Callable[[str], str]) -> str:
-    """Return a page's text with what stands between its marks written anew.
+def fill(page: str, mark: str, write: Callable[[str], str]) -> str:
+    """Return a page with what stands between its marks written anew.
 
     Parameters
     ----------
     page
-        The page, in Markdown.
+        Its text, in Markdown.
     mark
         Name of the marks: ``<!-- MARK NAME -->`` begins a part, and ``<!-- /MARK -->`` ends it.
     write
         Takes the NAME and returns what is to stand there.
     """
     between = rf"(<!-- {mark} ?([\w-]*) -->\n).*?(<!-- /{mark} -->)"
-    return re.sub(
-        between, lambda found: found[1] + write(found[2]) + found[3], page.read_text(), flags=re.S
-    )
+    return re.sub(between, lambda found: found[1] + write(found[2]) + found[3], page, flags=re.S)
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
@@ -64,23 +68,36 @@ def part(name: str) -> str:
     return f"{table(head, rows)}\n{source}\n\n```\n{commands}\n```\n"
 
 
+def fields(name: str) -> str:
+    """Return the fields of a model of the results; those that all summaries have stand once."""
+    model = getattr(schemas, name)
+    common = {} if model is schemas.Summary else schemas.About.model_fields
+    rows = [
+        [f"`{field.alias or key}`", " ".join((field.description or "").split())]
+        for key, field in model.model_fields.items()
+        if key not in common
+    ]
+    return table(["field", "what it is"], rows)
+
+
 def pages() -> dict[Path, str]:
-    """Return the text of each page, with its tables as the data have them."""
-    return {page: fill(page, "results", part) for page in sorted(DOCS.glob("*.md"))}
+    """Return the text of each page, with its tables as data and code have them."""
+    found = {}
+    for page in sorted(DOCS.glob("*.md")):
+        found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
+    return {**found, DOCS / "discrepancies.md": to_page()}
 
 
 def keep(results: Path, out: Path, title: str, commands: list[str]) -> None:
     """Make a data file of what `evaluate` left: accuracies, in the mean and of each group."""
-    summary = json.loads((results / "summary.json").read_text())
-    by = "by_group" if "split" in summary else "by_speed"
-    rows, columns = [], ["model", "protocol", "mean"]
-    for model, outcomes in summary["models"].items():
+    summary = schemas.Summary.read(results / "summary.json", "a summary of results")
+    rows = []
+    for model, outcomes in summary.models.items():
         for protocol, one in outcomes.items():
-            low, high = one["ci95"]
-            columns[3:] = [f"{group}" for group in one[by]]
-            each = [f"{100 * accuracy:.0f}" for accuracy in one[by].values()]
-            mean = f"{100 * one['mean_accuracy']:.1f} [{100 * low:.1f}, {100 * high:.1f}]"
-            rows.append([f"`{model}`", protocol, mean, *each])
+            mean, low, high = (100 * share for share in (one.mean_accuracy, *one.ci95))
+            each = [f"{100 * accuracy:.0f}" for accuracy in one.by.values()]
+            rows.append([f"`{model}`", f"`{protocol}`", f"{mean:.1f} [{low:.1f}, {high:.1f}]", *each])
+    columns = ["model", "protocol", "mean", *summary.held_out_keys]
     write(out, title, commands, columns, rows)
 
 

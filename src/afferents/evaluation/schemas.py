@@ -274,6 +274,7 @@ class About(Schema):
     """What every summary says of the whole."""
 
     schema_version: Literal[2] = Field(alias="schema")
+    """Number of this form of the file; others are refused."""
     afferents: str
     """The version that wrote it."""
     data: tuple[Source, ...] = Field(min_length=1)

@@ -96,7 +96,7 @@ def equals(image: GreyImage, other: GreyImage | None) -> bool:
 #
 # All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf
 # 18, 23 and 35, MJPEG), with and without such faults, and on clips of real sensors;
-# docs/data-model.md says how far they go.
+# docs/reliability.md says what is promised.
 
 Numbers = NDArray[np.float64]
 
