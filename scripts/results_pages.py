@@ -96,7 +96,9 @@ def keep(results: Path, out: Path, title: str, commands: list[str]) -> None:
         for protocol, one in outcomes.items():
             mean, low, high = (100 * share for share in (one.mean_accuracy, *one.ci95))
             each = [f"{100 * accuracy:.0f}" for accuracy in one.by.values()]
-            rows.append([f"`{model}`", f"`{protocol}`", f"{mean:.1f} [{low:.1f}, {high:.1f}]", *each])
+            rows.append(
+                [f"`{model}`", f"`{protocol}`", f"{mean:.1f} [{low:.1f}, {high:.1f}]", *each]
+            )
     columns = ["model", "protocol", "mean", *summary.held_out_keys]
     write(out, title, commands, columns, rows)
 
