@@ -19,10 +19,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from afferents.devices import SerialDrive, SimulatedDrum, Tally, V4l2Camera
-from afferents.devices.simulated_drum import Drum
+from afferents.devices import SerialDrive, V4l2Camera
 
-FAKE = Path(__file__).parents[1] / "tests" / "unit" / "devices" / "fake_v4l2.c"
+STAND_INS = Path(__file__).parents[1] / "tests" / "unit" / "devices"
+sys.path.append(str(STAND_INS))
+
+from simulated_drum import Drum, SimulatedDrum  # noqa: E402
+
+FAKE = STAND_INS / "fake_v4l2.c"
 SECONDS = 20.0
 KILLS = 20
 TURNING = """
@@ -50,15 +54,18 @@ def camera(film: str) -> None:
     """Read the preloaded driver for some time; print what it costs."""
     options = V4l2Camera.Options(device=f"/x/fakecam/video0?paced=1&film={film}")
     with V4l2Camera(options) as opened:
-        tally, delays_s = Tally(opened.settings), []
+        numbers, times_s, delays_s = [], [], []
         begin_s, begin_cpu_s = time.monotonic(), time.process_time()
         for frame in opened.frames():
             delays_s.append(time.monotonic() - frame.time_s)
-            tally.add(frame)
+            numbers.append(frame.sequence)
+            times_s.append(frame.time_s)
             if time.monotonic() - begin_s > SECONDS:
                 opened.end()
     share = (time.process_time() - begin_cpu_s) / (time.monotonic() - begin_s)
-    print(f"camera: {tally.frames} frames at {tally.rate_hz:.3f} Hz, {tally.dropped} lost")
+    n = numbers[-1] - numbers[0]
+    rate_hz, lost = n / (times_s[-1] - times_s[0]), n + 1 - len(numbers)
+    print(f"camera: {len(numbers)} frames at {rate_hz:.3f} Hz, {lost} lost")
     print(f"  {share:.1%} of a core (the stand-in's own work included)")
     worst = np.percentile(delays_s, [50, 99, 100]) * 1e3
     print("  from capture to us, ms: median {:.2f}, 99% {:.2f}, largest {:.2f}".format(*worst))

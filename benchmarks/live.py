@@ -1,4 +1,4 @@
-"""Feeling live: how soon after a frame or sound a percept is there, how fast, in how much memory.
+"""How soon after a frame or sound a prediction is there, how fast, in how much memory.
 
     python benchmarks/live.py                       # latency of every model, and the whole chain
     python benchmarks/live.py --hours 8             # memory over hours of frames and sound
@@ -34,9 +34,9 @@ from afferents.evaluation.encode import Source, encode
 from afferents.live import (
     CameraFrame,
     Images,
+    LivePipeline,
     Network,
     Pace,
-    Perceiver,
     ReplayedSound,
     ReplayedVideo,
     Sound,
@@ -59,7 +59,7 @@ from afferents.version import __version__
 MEASURED = (*TABLE1, "sa-wave-vector", "ra-wave-vector")
 SECONDS = 20.0
 SETTLED = 180
-"""Percepts that are not counted at first: caches fill, files are read."""
+"""Predictions that are not counted at first: caches fill, files are read."""
 
 SHAPES = {
     "spatial": (19, 19),
@@ -138,21 +138,24 @@ def sources(recording: Path, speed: float) -> list[ReplayedVideo | ReplayedSound
 
 
 def latency(recording: Path, models: dict[str, Path]) -> None:
-    """Every model alone, at true speed, on one core."""
+    """Every model alone, with spikes and figures of quality, at true speed, on one core."""
     torch.set_num_threads(1)
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(cores)})
-    print("| model | p50, ms | p99, ms | longest, ms | percepts | dropped |")
+    print("| model | p50, ms | p99, ms | longest, ms | predictions | dropped |")
     print("|---|---|---|---|---|---|")
     for name, path in models.items():
-        percepts = list(stream(sources(recording, 1.0), [path]))
-        felt = [p.latency_ms for p in percepts if p.latency_ms is not None]
-        felt = felt[SETTLED:] if len(felt) > 2 * SETTLED else felt[2:]
-        middle, high = np.percentile(felt, [50, 99])
-        dropped = percepts[-1].counters.dropped
+        pipeline = LivePipeline.with_models([Network(path)])
+        pipeline.show_spikes()
+        predictions = list(run(sources(recording, 1.0), pipeline))
+        latency_ms = [p.latency_ms for p in predictions if p.latency_ms is not None]
+        latency_ms = latency_ms[SETTLED:] if len(latency_ms) > 2 * SETTLED else latency_ms[2:]
+        middle, high = np.percentile(latency_ms, [50, 99])
+        dropped = predictions[-1].counters.dropped
         title = MODELS[name].title
         print(
-            f"| {title} | {middle:.2f} | {high:.2f} | {max(felt):.2f} | {len(felt)} | {dropped} |"
+            f"| {title} | {middle:.2f} | {high:.2f} | {max(latency_ms):.2f} | {len(latency_ms)} "
+            f"| {dropped} |"
         )
     os.sched_setaffinity(0, cores)
 
@@ -177,39 +180,47 @@ class Stopwatch:
 
 
 def parts(recording: Path, models: dict[str, Path]) -> None:
-    """Where the time between a frame, or the last sound of a window, and its percept goes."""
-    print("| model | markers | SA-I, RA-I | model | rest | all, ms |")
-    print("|---|---|---|---|---|---|")
+    """Where the time between a frame, or the last sound of a window, and its prediction goes.
+
+    What comes after the prediction (figures of quality, spikes) stands in the last column.
+    """
+    print("| model | markers | SA-I, RA-I | model | rest | all, ms | after |")
+    print("|---|---|---|---|---|---|---|")
     for name, path in models.items():
-        found = np.median(list(felt_parts(recording, path))[10:], axis=0)
+        found = np.median(list(measure_parts(recording, path))[10:], axis=0)
         print(f"| {MODELS[name].title} | {' | '.join(f'{ms:.2f}' for ms in found)} |", flush=True)
 
 
-def felt_parts(recording: Path, model: Path) -> Iterator[list[float]]:
-    """Yield the parts of every percept's time, ms; the last is all of it."""
-    watch, perceiver = Stopwatch(), Perceiver([Network(model)])
-    feed = watch.around(perceiver.feed, "all")
+def measure_parts(recording: Path, model: Path) -> Iterator[list[float]]:
+    """Yield the parts of every prediction's time, ms."""
+    watch, pipeline = Stopwatch(), LivePipeline.with_models([Network(model)])
+    pipeline.show_spikes()
+    predict = watch.around(lambda predictions: next(predictions, None), "all")
+    finish = watch.around(list, "after")
     with (
         patch.object(Tracker, "step", watch.around(Tracker.step, "markers")),
         patch.object(Images, "feed", watch.around(Images.feed, "images")),
-        patch.object(Network, "feel", watch.around(Network.feel, "model")),
+        patch.object(Network, "predict", watch.around(Network.predict, "model")),
     ):
         for source in sources(recording, math.inf):
-            sense = perceiver.by_channel.get(source.channel)
-            if sense is None:
+            used = pipeline.by_channel.get(source.channel)
+            if used is None:
                 continue
-            sense.speed = math.inf
+            used.speed = math.inf
             for event in source.events():
                 watch.ms.clear()
-                if feed(event):
+                predictions = pipeline.feed(event)
+                is_predicted = predict(predictions) is not None
+                finish(predictions)
+                if is_predicted:
                     ms = watch.ms
                     images = ms["images"] - ms["markers"]
                     rest = ms["all"] - ms["images"] - ms["model"]
-                    yield [ms["markers"], images, ms["model"], rest, ms["all"]]
+                    yield [ms["markers"], images, ms["model"], rest, ms["all"], ms["after"]]
 
 
 def whole_chain(recording: Path, models: dict[str, Path]) -> None:
-    """Video and sound from their files to percepts, as fast as it goes."""
+    """Video and sound from their files to predictions, as fast as it goes."""
     for names in (["ra-se"], ["ra-ste"], ["ra-wave-vector"], ["ra-wave-vector", "vib-te-aug"]):
         seconds = []
         for _ in range(3):
@@ -223,18 +234,18 @@ def whole_chain(recording: Path, models: dict[str, Path]) -> None:
 
 def memory(recording: Path, models: dict[str, Path], hours: float) -> None:
     """Feed the same seconds again and again, as if they went on; print the memory in use."""
-    perceiver = Perceiver([Network(models["ra-ste"]), Network(models["vib-te-aug"])])
-    for sense in perceiver.senses.values():
-        sense.speed = math.inf
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"]), Network(models["vib-te-aug"])])
+    for one in pipeline.by_channel.values():
+        one.speed = math.inf
     video, sound = sources(recording, math.inf)
     frames = [e.frame for e in video.events() if isinstance(e, CameraFrame)][200:380]
     chunks = [e.samples for e in sound.events() if isinstance(e, Sound)][300:500]
     n = round(hours * 3600 / 2)
     for turn in range(n):
         for i, frame in enumerate(frames):
-            perceiver.feed(CameraFrame(frame._replace(time_s=2 * turn + i / 90), 0.0))
+            list(pipeline.feed(CameraFrame(frame._replace(time_s=2 * turn + i / 90), 0.0)))
         for i, samples in enumerate(chunks):
-            perceiver.feed(Sound(2 * turn + i / 100, samples, 0.0))
+            list(pipeline.feed(Sound(2 * turn + i / 100, samples, 0.0)))
         if turn % max(1, n // 8) == 0 or turn == n - 1:
             print(f"{2 * (turn + 1) / 3600:6.2f} h: {resident_mb():.1f} MB resident", flush=True)
     print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.1f} MB")
@@ -254,7 +265,7 @@ def confusion(session: Path, store: Path, models: list[Path]) -> None:
         for responses in open_responses(store):
             encoding = encoding_of(card.encoding, folder)
             samples = encode(responses, Source(CHANNELS[card.channel], encoding), "all")
-            said = felt_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
+            said = run_live(session / responses.attrs["name"], folder.with_suffix(".onnx"), card)
             texture = responses.attrs[dims.TEXTURE]
             stops = samples[dims.STOP].values
             for start in range(0, len(stops), 256):
@@ -282,15 +293,15 @@ def place(stop_s: float, responses: object, card: Card) -> int:
     return int(np.searchsorted(time_s, stop_s - 1e-6)) - 1
 
 
-def felt_live(recording: Path, model: Path, card: Card) -> dict[int, np.ndarray]:
+def run_live(recording: Path, model: Path, card: Card) -> dict[int, np.ndarray]:
     """Return the probabilities that a stream gives, by `place`."""
     found = {}
-    perceiver = Perceiver([Network(model)])
-    for percept in run(sources(recording, math.inf), perceiver):
-        if percept.probabilities:
+    pipeline = LivePipeline.with_models([Network(model)])
+    for prediction in run(sources(recording, math.inf), pipeline):
+        if prediction.probabilities:
             of_sound = card.sample_rate_hz is not None
-            key = round(1000 * percept.time_s) if of_sound else percept.counters.frames - 1
-            found[key] = np.array(list(percept.probabilities.values()))
+            key = round(1000 * prediction.time_s) if of_sound else prediction.counters.frames - 1
+            found[key] = np.array(list(prediction.probabilities.values()))
     return found
 
 

@@ -30,11 +30,11 @@ from afferents.devices import (
     MicrophoneSettings,
 )
 from afferents.markers.sensor import load_sensor
-from afferents.recorder.devices import opened, simulated_devices
+from afferents.recorder.devices import Clock, Devices, open_devices
 from afferents.recorder.page import RecordingPage
-from afferents.recorder.plan import Clock, Plan, read_plan
-from afferents.recorder.rehearsal import Bench
-from afferents.recorder.run import Devices, Run
+from afferents.recorder.plan import Plan, read_plan
+from afferents.recorder.rehearsal import Bench, simulate_devices
+from afferents.recorder.run import Run
 from afferents.recorder.watch import Watch
 from afferents.rig import Rig
 
@@ -74,7 +74,8 @@ def short_run(seconds: float, with_page: bool) -> None:
         bench.mount(plan.entries()[0], 1)
         folder = Path(place, "run")
         folder.mkdir()
-        with opened(simulated_devices(plan, path, bench), plan, path) as devices:
+        devices = simulate_devices(plan, path, bench)
+        with open_devices(devices, plan, path):
             watch, over = Watch(), threading.Event()
             watch.opened(devices, plan, folder, 0, 1)
             page = RecordingPage(watch, load_sensor("tip_b"))

@@ -15,10 +15,9 @@ import numpy as np
 
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
-from afferents.recorder.devices import simulated_devices
 from afferents.recorder.plan import read_plan
-from afferents.recorder.plan_run import Recording, record
-from afferents.recorder.rehearsal import Bench
+from afferents.recorder.record import Operator, Recorder
+from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.rig import Rig
 from afferents.rig.microphone import Microphone
 
@@ -72,9 +71,10 @@ def offsets(text: str) -> list[dict[str, float]]:
         path.write_text(text)
         plan = read_plan(path)
         bench = Bench(Rig(microphone=Microphone(gain_per_mn_s=GAIN)), plan, speed=1)
-        devices = simulated_devices(plan, path, bench)
-        made = Recording(plan, path, load_sensor("tip_b"), devices, bench.mount, True)
-        outcome = record(made, Path(place, "S"), progress)
+        devices = simulate_devices(plan, path, bench)
+        operator = Operator(plan, devices, bench=bench)
+        recorder = Recorder(plan, path, load_sensor("tip_b"), devices, operator, simulated=True)
+        outcome = recorder.record(Path(place, "S"), progress)
         for run, why in outcome.kept_aside.items():
             print(f"{run}: {why}")
         runs = json.loads(Path(place, "S", "session.json").read_text())["runs"]

@@ -151,7 +151,7 @@ from .neuro.neural import (
 from .neuro.nwb.export import (
     export_nwb as export_nwb,
 )
-from .recorder.record import (
+from .recorder.importing import (
     import_recording as import_recording,
 )
 from .recorder.record import (

@@ -1,6 +1,8 @@
 """The tactile channels: SA-I, RA-I and RA-II as in the paper (Eqs. 1 and 2), and their kin."""
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -42,7 +44,8 @@ def named(response: xr.DataArray, name: str, unit: str) -> xr.DataArray:
 # What a channel is: an afferent response worked out of a recording, or of frames as they come.
 
 
-class Skin(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Skin:
     """Where the markers of one frame are, and where they are at rest; px, (marker, space).
 
     A marker that is lost is NaN.
@@ -50,6 +53,17 @@ class Skin(NamedTuple):
 
     position: NDArray[np.float64]
     rest: NDArray[np.float64]
+
+    @cached_property
+    def distance(self) -> NDArray[np.float64]:
+        """How far each marker stands from rest, (marker,), px."""
+        squared = (self.position - self.rest) ** 2
+        return np.sqrt(squared[:, 0] + squared[:, 1])
+
+    @cached_property
+    def displacement(self) -> NDArray[np.float32]:
+        """The displacement of each marker, (marker, space), px; of float32, as a store keeps it."""
+        return np.asarray(self.position.astype(np.float32) - self.rest.astype(np.float32))
 
 
 class Channel(ABC):
@@ -188,8 +202,39 @@ def fill(response: xr.DataArray) -> xr.DataArray:
         return hold(response)
     response = response.transpose(dims.TIME, dims.MARKER, ...)
     places = np.stack([response[name].values for name in (dims.ROW, dims.COLUMN)], axis=1)
-    filled = fill_frames(response.values, places)
-    return hold(response.copy(data=filled))
+    return response.copy(data=Filler(places).feed(response.values))
+
+
+class Filler:
+    """Fills what lost markers leave open, in frames that come one by one or many at a time.
+
+    Parameters
+    ----------
+    places
+        Of the markers, (marker, 2), by which they are neighbours; None to hold only. See `fill`
+        and `hold`, which feed it a whole recording.
+    """
+
+    def __init__(self, places: NDArray[np.generic] | None = None) -> None:
+        """Wait for the first frame."""
+        self._places = places
+        self._last: NDArray[np.floating] | None = None
+
+    def feed(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Return the next frames, (time, marker, ...), without NaN, in an array of its own."""
+        values = values.copy()
+        if not np.isnan(values).any():
+            self._last = values[-1:] if len(values) else self._last
+            return values
+        if self._places is not None:
+            values = fill_frames(values, self._places)
+        before = np.zeros_like(values[:1]) if self._last is None else self._last
+        values = np.concatenate([before, values])
+        frame = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))
+        last_seen = np.maximum.accumulate(np.where(np.isnan(values), 0, frame), axis=0)
+        held = np.take_along_axis(values, last_seen, axis=0)[1:]
+        self._last = held[-1:]
+        return held
 
 
 def hold(response: xr.DataArray) -> xr.DataArray:
@@ -218,11 +263,7 @@ def hold(response: xr.DataArray) -> xr.DataArray:
     others = [str(dim) for dim in response.dims if dim not in (dims.TIME, *usual)]
     needed = (dims.TIME, *others) if others else (dims.TIME, *usual)[: max(2, response.ndim)]
     response = require_dims(response, needed, str(response.name))
-    values = response.values
-    frame = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))
-    last_seen = np.maximum.accumulate(np.where(np.isnan(values), 0, frame), axis=0)
-    held = np.take_along_axis(values, last_seen, axis=0)
-    return response.copy(data=np.nan_to_num(held, nan=0.0))
+    return response.copy(data=Filler().feed(response.values))
 
 
 # SA-I: how far each marker stands from its place at rest (Eq. 1).
@@ -239,12 +280,7 @@ class Sa1(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return SA-I of one frame, (marker,), px."""
-        return distance(now)
-
-
-def distance(skin: Skin) -> NDArray[np.floating]:
-    """Return how far each marker of a frame stands from rest, (marker,), px."""
-    return np.asarray(((skin.position - skin.rest) ** 2).sum(axis=1) ** 0.5)
+        return now.distance
 
 
 def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
@@ -309,15 +345,7 @@ class Sa1Vector(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return the displacement in one frame, (marker, space), px."""
-        return displacement(now)
-
-
-def displacement(skin: Skin) -> NDArray[np.float32]:
-    """Return the displacement of each marker in one frame, (marker, space), px.
-
-    Of float32 positions, as a store keeps them.
-    """
-    return np.asarray(skin.position.astype(np.float32) - skin.rest.astype(np.float32))
+        return now.displacement
 
 
 def sa1_vector(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
@@ -391,7 +419,7 @@ class Shear(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return the global shear of one frame, (6,), px."""
-        return np.asarray(shear_of(fitted_plane(displacement(now)[np.newaxis], now.rest))[0])
+        return np.asarray(shear_of(fitted_plane(now.displacement[np.newaxis], now.rest))[0])
 
 
 def global_shear(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
@@ -496,7 +524,7 @@ class Sa1Local(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating]:
         """Return what is left in one frame, (marker, space), px."""
-        moved = displacement(now)
+        moved = now.displacement
         plane = fitted_plane(moved[np.newaxis], now.rest).field[0]
         return np.asarray(moved - plane.astype(moved.dtype))
 
@@ -542,7 +570,7 @@ class Ra1(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
         """Return RA-I of one frame, (marker,), px/frame."""
-        return None if before is None else np.abs(distance(now) - distance(before))
+        return None if before is None else np.abs(now.distance - before.distance)
 
 
 def ra1(sa1: xr.DataArray) -> xr.DataArray:
@@ -635,7 +663,7 @@ class Ra1Signed(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
         """Return the change in one frame, (marker,), px/frame."""
-        return None if before is None else distance(now) - distance(before)
+        return None if before is None else now.distance - before.distance
 
 
 def ra1_signed(sa1: xr.DataArray) -> xr.DataArray:
@@ -661,7 +689,7 @@ class Ra1Vector(Channel):
 
     def step(self, now: Skin, before: Skin | None) -> NDArray[np.floating] | None:
         """Return the step in one frame, (marker, space), px/frame."""
-        return None if before is None else displacement(now) - displacement(before)
+        return None if before is None else now.displacement - before.displacement
 
 
 def ra1_vector(position: xr.DataArray) -> xr.DataArray:
@@ -707,8 +735,8 @@ class Ra1Circumferential(Channel):
         """Return the step in one frame, (marker,), px/frame."""
         if before is None:
             return None
-        earlier = displacement(before)
-        (x, y), (dx, dy) = earlier.T, (displacement(now) - earlier).T
+        earlier = before.displacement
+        (x, y), (dx, dy) = earlier.T, (now.displacement - earlier).T
         return np.asarray((x * dy - y * dx) / np.maximum(np.hypot(x, y), _NO_DIRECTION_PX))
 
 

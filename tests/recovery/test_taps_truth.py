@@ -6,10 +6,9 @@ import pytest
 
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
-from afferents.recorder.devices import simulated_devices
 from afferents.recorder.plan import read_plan
-from afferents.recorder.plan_run import Recording, record
-from afferents.recorder.rehearsal import Bench
+from afferents.recorder.record import Operator, Recorder
+from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.rig import Rig
 
 PLAN = """
@@ -39,10 +38,11 @@ def recorded(tmp_path_factory):
     def recorded(microphone):
         path.write_text(PLAN.format(microphone=microphone))
         plan, session = read_plan(path), folder / microphone
-        devices = simulated_devices(plan, path, bench)
+        devices = simulate_devices(plan, path, bench)
         with Progress(quiet=True) as progress:
-            made = Recording(plan, path, load_sensor("tip_b"), devices, bench.mount, True)
-            outcome = record(made, session, progress)
+            operator = Operator(plan, devices, bench=bench)
+            recorder = Recorder(plan, path, load_sensor("tip_b"), devices, operator, simulated=True)
+            outcome = recorder.record(session, progress)
         return outcome, json.loads((session / "session.json").read_text())
 
     return recorded

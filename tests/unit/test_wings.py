@@ -28,7 +28,7 @@ cli.app(['inspect', '--help'], standalone_mode=False)
 
 
 WINGS = ("afferents.recorder", "afferents.neuro", "afferents.exchange")
-PROGRAMS = ("afferents.__main__", "afferents.devices.drives.guard_process")
+PROGRAMS = ("afferents.__main__",)
 EXTRAS = (
     "uvicorn",
     "starlette",

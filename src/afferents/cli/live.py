@@ -1,4 +1,4 @@
-"""What `afferents live` runs: models that feel, or an onlooker where no model is given."""
+"""What `afferents live` runs: models that classify, or none, to look on."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,12 +13,12 @@ from afferents.progress import Progress
 
 if TYPE_CHECKING:
     from afferents.live.events import Source
-    from afferents.live.senses import Senses
+    from afferents.live.pipeline import LivePipeline
 
 DEMO = "demo"
 """Stands for the models of the simulated rig, which are trained if need be."""
-Prepared = tuple[Sequence["Source"], "Senses"]
-"""Sources, opened, and the senses that take what they give."""
+Prepared = tuple[Sequence["Source"], "LivePipeline"]
+"""Sources, opened, and the pipeline that takes what they give."""
 
 
 class Asked(NamedTuple):
@@ -44,7 +44,7 @@ class Asked(NamedTuple):
     audio_offset_s: float = 0.0
 
 
-def feeling(asked: Asked, models: Sequence[Path], quiet: bool) -> Prepared:
+def prepare_models(asked: Asked, models: Sequence[Path], quiet: bool) -> Prepared:
     """Open what models need.
 
     Raises
@@ -53,7 +53,7 @@ def feeling(asked: Asked, models: Sequence[Path], quiet: bool) -> Prepared:
         If models or sources are missing, or do not go together.
     """
     from afferents.live.network import Network
-    from afferents.live.senses import Perceiver
+    from afferents.live.pipeline import LivePipeline
     from afferents.live.sources import open_sources
 
     if asked.fps_hz is not None:
@@ -61,12 +61,12 @@ def feeling(asked: Asked, models: Sequence[Path], quiet: bool) -> Prepared:
             f"--fps: expected none beside --model, which has its own, found {asked.fps_hz:g}"
         )
     paths = _demo(asked, quiet) if models == [Path(DEMO)] else models
-    senses = Perceiver([Network(path) for path in paths], asked.audio_offset_s)
+    pipeline = LivePipeline.with_models([Network(path) for path in paths], asked.audio_offset_s)
     given = asked.speed, asked.exposure_ms
-    return open_sources(asked.video, asked.audio, senses.wanted, *given), senses
+    return open_sources(asked.video, asked.audio, pipeline.wanted, *given), pipeline
 
 
-def looking(asked: Asked, sensor: str | None) -> Prepared:
+def prepare_looking(asked: Asked, sensor: str | None) -> Prepared:
     """Open what is to be looked at, by a sensor's file or name; None to find its markers.
 
     Raises
@@ -75,7 +75,7 @@ def looking(asked: Asked, sensor: str | None) -> Prepared:
         If there is no source, or the sensor does not go with it.
     """
     from afferents.live.events import Wanted
-    from afferents.live.senses import Looker
+    from afferents.live.pipeline import LivePipeline
     from afferents.live.sources import images_of, open_sources
     from afferents.markers.sensor import load_sensor
 
@@ -87,7 +87,7 @@ def looking(asked: Asked, sensor: str | None) -> Prepared:
     wanted = Wanted(sensor=images.sensor, fps_hz=asked.fps_hz)
     given = asked.speed, asked.exposure_ms
     sources = open_sources(asked.video, asked.audio, wanted, *given)
-    return sources, Looker(sources, images, asked.audio_offset_s)
+    return sources, LivePipeline.without_models(sources, images, asked.audio_offset_s)
 
 
 def _demo(asked: Asked, quiet: bool) -> list[Path]:
@@ -107,7 +107,7 @@ def _demo(asked: Asked, quiet: bool) -> list[Path]:
     return [path for path in both if kinds[path.stem] is not None]
 
 
-# The command that feels live.
+# The command.
 
 
 def live(
@@ -162,10 +162,10 @@ def live(
         typer.Option(help="Password for the page; required if other machines can reach it."),
     ] = None,
     lsl: Annotated[
-        bool, typer.Option("--lsl", help="Also send percepts as streams of Lab Streaming Layer.")
+        bool, typer.Option("--lsl", help="Also send predictions as streams of Lab Streaming Layer.")
     ] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print percepts as JSON, one per line.")
+        bool, typer.Option("--json", help="Print predictions as JSON, one per line.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -173,7 +173,7 @@ def live(
 
     On a camera and a microphone, on a recording that is replayed, or on the simulated rig. Without
     a model it shows camera, markers, SA-I, RA-I, spectrum, and how good they are; with exported
-    models it also says which texture they feel.
+    models it also says which texture they recognise.
     """
     from afferents.choices import speed_factor
     from afferents.live.outlets import give_out
@@ -183,5 +183,7 @@ def live(
         raise InputError(
             f"--sensor: expected none beside --model, which carries its own, found {sensor}"
         )
-    sources, senses = feeling(asked, model, quiet or as_json) if model else looking(asked, sensor)
-    give_out(sources, senses, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)
+    sources, pipeline = (
+        prepare_models(asked, model, quiet or as_json) if model else prepare_looking(asked, sensor)
+    )
+    give_out(sources, pipeline, web=(host, port, token) if web else None, lsl=lsl, as_json=as_json)

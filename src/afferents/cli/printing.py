@@ -76,6 +76,11 @@ def _drawn(table: "DataFrame", columns: Sequence[int], width: int, broken: bool)
         spare += 1
     if spare < 0 and len(columns) > 1:
         return None
+    for number, head in enumerate(heads):  # whole heads, from the left, as far as there is room
+        more = len(head) - widths[number]
+        if 0 < more <= spare:
+            widths[number] += more
+            spare -= more
     drawn = Table(box=box.SIMPLE_HEAD)
     for number, (head, one) in enumerate(zip(heads, widths, strict=True)):
         side: JustifyMethod = "left" if number < n_headers else "right"
@@ -93,7 +98,7 @@ def say(as_json: bool, content: Any, *lines: Any) -> None:
     as_json
         Whether `content` is printed as JSON, and not the lines.
     lines
-        Sentences, which are not wrapped, and tables (`reporting.tables`).
+        Sentences, which are not wrapped, tables of `reporting.tables`, or of rich.
 
     Raises
     ------
@@ -115,10 +120,9 @@ def _print(as_json: bool, content: Any, lines: Iterable[Any]) -> None:
         return
     console = Console(highlight=False, markup=False)
     for line in lines:
-        if isinstance(line, str):
-            console.print(line, soft_wrap=True)
-        else:
-            console.print(*lay_out(line, console.width), sep="")
+        parts = lay_out(line, console.width) if hasattr(line, "attrs") else [line]
+        for part in parts:
+            console.print(part, soft_wrap=isinstance(part, str))
 
 
 def once_a_kind(problems: Sequence[str]) -> list[str]:

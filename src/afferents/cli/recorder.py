@@ -130,10 +130,9 @@ def record(
 
 def _check(plan: Path, session: Path | None, dry_run: bool, as_json: bool) -> None:
     """Make the preflight alone; exit code 2 if it says no."""
-    from afferents.recorder.plan_run import check, recording_of
-    from afferents.recorder.record import ask_in_terminal
+    from afferents.recorder.record import ask_in_terminal, make_recorder
 
-    found = check(recording_of(plan, dry_run, ask_in_terminal), session or Path())
+    found = make_recorder(plan, dry_run, ask_in_terminal).check(session or Path())
     say(as_json, [line.as_json() for line in found], *(line.describe() for line in found))
     if not all(line.passes for line in found):
         raise typer.Exit(2)

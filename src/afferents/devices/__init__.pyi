@@ -2,6 +2,9 @@ from .base import (
     Block as Block,
 )
 from .base import (
+    ByHand as ByHand,
+)
+from .base import (
     Camera as Camera,
 )
 from .base import (
@@ -37,9 +40,6 @@ from .clock import (
 from .clock import (
     SampleClock as SampleClock,
 )
-from .drives.by_hand import (
-    ByHand as ByHand,
-)
 from .drives.dynamixel import (
     DynamixelDrive as DynamixelDrive,
 )
@@ -64,9 +64,6 @@ from .portable import (
 from .portaudio import (
     PortAudioMicrophone as PortAudioMicrophone,
 )
-from .simulated_drum import (
-    SimulatedDrum as SimulatedDrum,
-)
 from .table import (
     CAMERAS as CAMERAS,
 )
@@ -78,9 +75,6 @@ from .table import (
 )
 from .table import (
     device_of as device_of,
-)
-from .tally import (
-    Tally as Tally,
 )
 from .v4l2.camera import (
     V4l2Camera as V4l2Camera,

@@ -4,17 +4,18 @@ All times are seconds of the monotonic clock (``time.monotonic()``), so that pic
 and drum can be laid on one another.
 """
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from afferents.errors import AfferentsError
+from afferents.errors import AfferentsError, InputError
 
 
 class DeviceError(AfferentsError):
@@ -143,11 +144,19 @@ class DriveLimits:
     highest_mm_s: float
 
 
+class Options(BaseModel):
+    """Base of the options that a plan may give to a device of one kind: no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
 class Device(ABC):
     """Something that is opened by ``with`` and let go at its end, whatever happens.
 
-    It is made of its options without being touched; `open` touches it.
+    It is made of its `Options` without being touched; `open` touches it.
     """
+
+    Options: ClassVar[type[BaseModel]]
 
     @abstractmethod
     def open(self) -> None:
@@ -241,6 +250,15 @@ class Drive(Device):
 
     limits: DriveLimits
 
+    def require_speed(self, speed_mm_s: float) -> None:
+        """Refuse a speed outside `limits`."""
+        lowest, highest = self.limits.lowest_mm_s, self.limits.highest_mm_s
+        if not lowest <= speed_mm_s <= highest:
+            raise InputError(
+                f"speed: expected {lowest:.3g} to {highest:g} mm/s, the drive's limits, found "
+                f"{speed_mm_s:g} mm/s"
+            )
+
     @abstractmethod
     def start(self, speed_mm_s: float) -> None:
         """Turn at this speed, mm/s, until another is asked for or `stop`.
@@ -268,10 +286,37 @@ class Drive(Device):
         """Stop the drum; never raises. Called on any way out."""
 
 
-# What may be said of a device in a plan: each kind has a form of its own.
+class ByHandOptions(Options):
+    """A drum that something else turns."""
+
+    kind: Literal["none"] = "none"
 
 
-class Options(BaseModel):
-    """Base of the options of all kinds: frozen, and no unknown keys."""
+class ByHand(Drive):
+    """No drive: takes any speed, moves nothing, and knows nothing of the drum (NaN).
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    The drum is turned by hand, or by another program.
+    """
+
+    Options = ByHandOptions
+
+    def __init__(self, options: ByHandOptions | None = None) -> None:
+        """Need nothing."""
+        self.options = options or ByHandOptions()
+
+    def open(self) -> None:
+        """Open nothing."""
+        self.limits = DriveLimits(0.0, float("inf"))
+
+    def close(self) -> None:
+        """Close nothing."""
+
+    def start(self, speed_mm_s: float) -> None:
+        """Leave it to whoever turns the drum."""
+
+    def read(self) -> DriveState:
+        """Return the time, and that the rest is unknown."""
+        return DriveState(time.monotonic(), float("nan"), float("nan"), None)
+
+    def stop(self) -> None:
+        """Stop nothing."""

@@ -8,14 +8,21 @@ left between them is measured from a recording (`extraction.align`), and given t
 """
 
 DRIFT = 1e-4
-"""Clocks may drift apart by this much, s a second; the least difference is forgotten so fast."""
+"""Of quartz clocks, with a margin, s a second."""
 
 
 class HostClock:
-    """Turns the times of one device into monotonic time."""
+    """Turns the times of one device into monotonic time.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    drift
+        Clocks may drift apart by this much, s a second; the least difference is forgotten so fast.
+    """
+
+    def __init__(self, drift: float = DRIFT) -> None:
         """Know nothing yet."""
+        self._drift = drift
         self._least_s: float | None = None
         self._at_s = 0.0
 
@@ -31,7 +38,7 @@ class HostClock:
         """
         delay_s = arrived_s - device_s
         if self._least_s is not None:
-            forgiven = self._least_s + DRIFT * (arrived_s - self._at_s)
+            forgiven = self._least_s + self._drift * (arrived_s - self._at_s)
             delay_s = min(delay_s, forgiven)
         self._least_s, self._at_s = delay_s, arrived_s
         return device_s + delay_s

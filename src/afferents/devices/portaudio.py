@@ -1,8 +1,9 @@
-"""Blocks of sound between the thread of the sound card and whoever writes them down."""
+"""A microphone through PortAudio (sounddevice)."""
 
 import threading
 import time
 from collections.abc import Iterator
+from queue import Empty, SimpleQueue
 from types import ModuleType
 from typing import Annotated, Any, Literal
 
@@ -13,65 +14,6 @@ from pydantic import Field
 from afferents.devices.base import Block, DeviceError, Microphone, MicrophoneSettings, Options
 from afferents.devices.clock import HostClock
 from afferents.errors import InputError
-
-
-class Ring:
-    """Room for some blocks, taken once and for all; a block that finds none is lost and counted.
-
-    Parameters
-    ----------
-    blocks
-        How many fit.
-    samples, channels
-        Largest size of one.
-
-    Attributes
-    ----------
-    overflows
-        How often samples were lost: by the sound card, or for want of room here.
-    """
-
-    def __init__(self, blocks: int, samples: int, channels: int) -> None:
-        """Take the room."""
-        self._room = np.zeros((blocks, samples, channels), np.int16)
-        self._about: list[tuple[float, int, bool]] = [(0.0, 0, False)] * blocks
-        self._given = self._taken = 0
-        self._there = threading.Semaphore(0)
-        self._lost = False
-        self.overflows = 0
-
-    def put(self, samples: NDArray[np.int16], time_s: float, overflowed: bool) -> None:
-        """Copy a block, in the thread of the sound card; never waits."""
-        self.overflows += overflowed
-        self._lost |= overflowed
-        if self._given - self._taken == len(self._room):
-            self.overflows += 1
-            self._lost = True
-            return
-        place = self._given % len(self._room)
-        self._room[place, : len(samples)] = samples
-        self._about[place] = (time_s, len(samples), self._lost)
-        self._lost = False
-        self._given += 1
-        self._there.release()
-
-    def get(self, timeout_s: float) -> Block | None:
-        """Return the oldest block; None if none comes within the time."""
-        if not self._there.acquire(timeout=timeout_s):
-            return None
-        place = self._taken % len(self._room)
-        time_s, n, lost = self._about[place]
-        block = Block(time_s, self._room[place, :n].copy(), lost)
-        self._taken += 1
-        return block
-
-    def clear(self) -> None:
-        """Forget what is there."""
-        while self.get(0) is not None:
-            pass
-
-
-# A microphone through PortAudio (sounddevice).
 
 SILENT_S = 2.0
 """One that gives nothing for so long has vanished: sound cards never pause."""
@@ -110,28 +52,18 @@ class PortAudioOptions(Options):
 class PortAudioMicrophone(Microphone):
     """A microphone; its blocks carry the converter's time on the monotonic clock.
 
-    Parameters
-    ----------
-    options
-        Which, and how.
-    portaudio
-        The module `sounddevice`, or what stands in for it; None imports it.
+    PortAudio's own thread puts them into a queue and never waits: what finds it full is lost, and
+    the next block says so.
     """
 
     Options = PortAudioOptions
 
-    def __init__(self, options: PortAudioOptions, portaudio: ModuleType | None = None) -> None:
+    def __init__(self, options: PortAudioOptions) -> None:
         """Touch nothing yet."""
         self.options = options
-        self._portaudio = portaudio
         self._stream: Any = None
         self._opened = False
         self._ended = threading.Event()
-
-    @property
-    def overflows(self) -> int:
-        """How often samples were lost since it was opened."""
-        return self._ring.overflows
 
     def open(self) -> None:
         """Open it; PortAudio is told to look for devices again if it was open before.
@@ -141,19 +73,20 @@ class PortAudioMicrophone(Microphone):
         InputError
             If PortAudio is missing, or there is no such microphone, or not of that rate.
         """
-        portaudio = self._portaudio = self._portaudio or import_portaudio()
+        portaudio = import_portaudio()
         if self._opened:
             portaudio._terminate()
             portaudio._initialize()
         self._ended.clear()
         options = self.options
-        size = round(options.block_s * options.rate_hz)
-        self._ring = Ring(max(2, round(options.buffer_s / options.block_s)), size, options.channels)
+        self._most = max(2, round(options.buffer_s / options.block_s))
+        self._blocks: SimpleQueue[Block] = SimpleQueue()
+        self._lost_some = False
         self._clock, self._next_s = HostClock(), 0.0
-        self._stream = self._started(portaudio, size)
+        self._stream = self._start(portaudio, round(options.block_s * options.rate_hz))
         self._settled_s = time.monotonic() + options.settle_s
         self._opened = True
-        name = _name_of(portaudio, self._stream.device)
+        name = str(portaudio.query_devices(self._stream.device)["name"])
         self.settings = MicrophoneSettings(
             name, float(self._stream.samplerate), int(self._stream.channels)
         )
@@ -175,20 +108,23 @@ class PortAudioMicrophone(Microphone):
             raise self._lost("it is not open")
         self._ended.clear()
         self._ended.wait(self._settled_s - time.monotonic())
-        self._ring.clear()
+        while not self._blocks.empty():
+            self._blocks.get()
         last_s = time.monotonic()
         while not self._ended.is_set():
-            block = self._ring.get(LOOK_S)
-            if block is not None:
-                last_s = time.monotonic()
-                yield block
-            elif time.monotonic() - last_s > SILENT_S:
-                raise self._lost("it gives no sound")
+            try:
+                block = self._blocks.get(timeout=LOOK_S)
+            except Empty:
+                if time.monotonic() - last_s > SILENT_S:
+                    raise self._lost("it gives no sound") from None
+                continue
+            last_s = time.monotonic()
+            yield block
 
     def _lost(self, why: str) -> DeviceError:
         return DeviceError(f"microphone {self.options.device}: lost ({why}); plug it in again")
 
-    def _started(self, portaudio: ModuleType, size: int) -> Any:
+    def _start(self, portaudio: ModuleType, size: int) -> Any:
         options = self.options
         device: int | str | None = None if options.device == "default" else options.device
         if options.device.isdigit():
@@ -217,7 +153,12 @@ class PortAudioMicrophone(Microphone):
         else:  # a converter without a clock: samples are counted from the first
             time_s = self._next_s or arrived_s - n / self.options.rate_hz
         self._next_s = time_s + n / self.options.rate_hz
-        self._ring.put(samples, time_s, bool(status.input_overflow))
+        self._lost_some |= bool(status.input_overflow)
+        if self._blocks.qsize() >= self._most:
+            self._lost_some = True
+            return
+        self._blocks.put(Block(time_s, samples.copy(), self._lost_some))
+        self._lost_some = False
 
 
 def import_portaudio() -> ModuleType:
@@ -236,7 +177,3 @@ def import_portaudio() -> ModuleType:
             "install 'afferents[record]'; on Debian also apt-get install libportaudio2"
         ) from error
     return sounddevice  # type: ignore[no-any-return]
-
-
-def _name_of(portaudio: ModuleType, device: Any) -> str:
-    return str(portaudio.query_devices(device)["name"])

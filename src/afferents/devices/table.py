@@ -1,10 +1,9 @@
 """Kinds of devices by name; nothing else asks which kind one is."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
-from afferents.devices.base import Camera, Device, Drive, Microphone, Options
-from afferents.devices.drives.by_hand import ByHand
+from afferents.devices.base import ByHand, Camera, Device, Drive, Microphone
 from afferents.devices.drives.dynamixel import DynamixelDrive
 from afferents.devices.drives.serial_drive import SerialDrive
 from afferents.devices.portable import PortableCamera
@@ -13,32 +12,20 @@ from afferents.devices.v4l2.camera import V4l2Camera
 from afferents.documents import as_form
 from afferents.errors import InputError
 
-Made = TypeVar("Made", bound=Device, covariant=True)
+Made = TypeVar("Made", bound=Device)
 
-
-class Kind(Protocol[Made]):
-    """A class of devices with the form of its options."""
-
-    @property
-    def Options(self) -> type[Options]:  # noqa: N802  # a class
-        """The form."""
-        ...
-
-    def __call__(self, options: Any) -> Made:
-        """Make one, without touching it."""
-        ...
-
-
-CAMERAS: dict[str, Kind[Camera]] = {"v4l2": V4l2Camera, "portable": PortableCamera}
-MICROPHONES: dict[str, Kind[Microphone]] = {"portaudio": PortAudioMicrophone}
-DRIVES: dict[str, Kind[Drive]] = {
+CAMERAS: dict[str, type[Camera]] = {"v4l2": V4l2Camera, "portable": PortableCamera}
+MICROPHONES: dict[str, type[Microphone]] = {"portaudio": PortAudioMicrophone}
+DRIVES: dict[str, type[Drive]] = {
     "serial": SerialDrive,
     "dynamixel": DynamixelDrive,
     "none": ByHand,
 }
 
 
-def device_of(kinds: Mapping[str, Kind[Made]], table: Mapping[str, Any], where: object) -> Made:
+def device_of(
+    kinds: Mapping[str, type[Made]], table: Mapping[str, Any], where: object, *more: object
+) -> Made:
     """Return the device that a table of a plan describes, unopened.
 
     Parameters
@@ -49,6 +36,8 @@ def device_of(kinds: Mapping[str, Kind[Made]], table: Mapping[str, Any], where: 
         ``kind``, and the options of that kind.
     where
         What the table is of, for an error: ``PLAN.toml, [camera]``.
+    more
+        What else the classes are made of, besides their options.
 
     Raises
     ------
@@ -86,5 +75,6 @@ def device_of(kinds: Mapping[str, Kind[Made]], table: Mapping[str, Any], where: 
     if kind not in kinds:
         found = "none" if kind is None else repr(kind)
         raise InputError(f"{where}: expected kind = one of {', '.join(kinds)}, found {found}")
-    made = kinds[str(kind)]
-    return made(as_form(table, made.Options, where, f"options of {kind}"))
+    made: Any = kinds[str(kind)]
+    device: Made = made(as_form(table, made.Options, where, f"options of {kind}"), *more)
+    return device

@@ -31,10 +31,13 @@ def unseen_waves(pitch_mm: float | None, textures: Iterable[str] = ()) -> str:
         Named by the spacing of their bumps; those with bumps closer together are listed.
     """
     if pitch_mm is None:
-        return "Models of waves can't see any shorter than two pins."
+        return "Models of waves cannot resolve waves shorter than twice the distance of the pins."
     finer = [t for t in textures if 0 < (spacing_mm(t) or 0.0) < 2 * pitch_mm]
     named = f" (here the bumps of {', '.join(finer)})" if finer else ""
-    return f"Models of waves can't see any shorter than two pins, {2 * pitch_mm:g} mm{named}."
+    return (
+        "Models of waves cannot resolve waves shorter than twice the distance of the pins, "
+        f"{2 * pitch_mm:g} mm{named}."
+    )
 
 
 # Wavenumbers: which waves stand in tactile images, in their lengths and not in their places.

@@ -40,8 +40,11 @@ class FoldKey(Schema):
     """What names a fold in a results folder: whose it is, and which group is held out."""
 
     model: ModelName
+    """Of which model."""
     protocol: ProtocolName
+    """`nested` or `published`."""
     seed: Count
+    """Of the training."""
     split_name: SplitName = Field(default=SPEED.name, alias="split")
     """With another split than by speed: its name."""
     held_out_mm_s: Speed | None = None
@@ -121,7 +124,9 @@ class Epoch(Schema):
     """An epoch of a training."""
 
     accuracy: Share
+    """Over its batches, with dropout."""
     validation_accuracy: Share
+    """After it."""
 
 
 class FoldFacts(FoldKey):

@@ -43,7 +43,9 @@ class Running(Schema):
     """``<group>.running``: which process trains the fold now."""
 
     host: str
+    """Name of the machine."""
     pid: int = Field(ge=1, lt=1 << 31)
+    """Number of the process."""
     since: Amount
     """Seconds since 1970."""
 
@@ -52,6 +54,7 @@ class Failed(Schema):
     """``<group>.failed``: why a fold could not be trained."""
 
     why: str
+    """The error, in a sentence."""
 
 
 @dataclass(frozen=True)

@@ -230,9 +230,11 @@ class Comparison(Difference):
     """`comparisons` of `summary.json`: of two models under one protocol."""
 
     protocol: ProtocolName
+    """Under which both were trained."""
     model: str
-    """How much better this one is."""
+    """How much more accurate this one is."""
     than: str
+    """Than this one."""
 
 
 class Skipped(Schema):
@@ -255,8 +257,9 @@ class Lost(Schema):
     median: Share
     """Over recordings."""
     worst: Share
+    """Of the recording in which most were lost."""
     recording: str
-    """In which most were lost."""
+    """Its name."""
     n: Annotated[int, Field(ge=1)]
     """Recordings with markers."""
 
@@ -274,7 +277,7 @@ class About(Schema):
     """What every summary says of the whole."""
 
     schema_version: Literal[2] = Field(alias="schema")
-    """Number of this form of the file; others are refused."""
+    """Of the files."""
     afferents: str
     """The version that wrote it."""
     data: tuple[Source, ...] = Field(min_length=1)
@@ -377,6 +380,7 @@ class ShareUnknown(Schema):
     mean: Share
     """Over these speeds."""
     ci95: Shares
+    """Its 95% interval, low and high."""
 
 
 class UnknownBySpeed(ShareUnknown):
@@ -387,6 +391,7 @@ class UnknownBySpeed(ShareUnknown):
     outside: ShareUnknown | None
     """At the slowest and the fastest; null likewise."""
     by_speed: dict[Key, Share] = Field(min_length=1)
+    """At each."""
 
     @model_validator(mode="after")
     def _some_lie_between(self) -> Self:
@@ -413,9 +418,13 @@ class UnknownTexture(Schema):
     """How often one texture is called unknown: left out, and where it was learnt from."""
 
     found_samples: Share
+    """Of its samples, where it was left out."""
     found_recordings: Share
+    """Of its recordings, where it was left out."""
     false_alarms: Share
+    """Of its samples, where it was learnt from."""
     auroc: Share
+    """Area under the ROC curve of its samples, left out, against those learnt."""
 
 
 class UnknownOutcome(Schema):
@@ -480,7 +489,9 @@ class RoughnessOutcome(Schema):
     mae_mm_recordings: Amount
     """The same of recordings' means."""
     by_speed: dict[Key, Amount] = Field(min_length=1)
+    """Mean absolute error at each held-out speed."""
     by_spacing: dict[Key, Amount] = Field(min_length=1)
+    """Mean absolute error of each bump spacing."""
     covered: Share
     """Share of the held-out samples that lie in their intervals."""
     half_interval_mm: Amount

@@ -1,11 +1,22 @@
-"""The authors' own arrays: where they lie, and how ours differ from them."""
+"""The authors' own arrays: where they lie, and ours in the same order and form.
+
+A folder of theirs, as scripts/convert_authors_arrays.py writes it, has
+
+===============================  ==============================================================
+``responses/TEXTURE/SPEED.npz``  `rest_position` (marker, 2), `sa1` and `ra1` (frame, marker)
+``samples/MODEL/SPEED.npz``      a test set: `samples` (n, ...), `labels` (n,); `outputs`
+                                 (n, texture) where Keras was asked
+``networks/MODEL/SPEED.hdf5``    a trained network
+===============================  ==============================================================
+
+Models have the names of Table 1 here (``sa-se``), and textures and speeds those of their folders.
+Anything may be missing. Pickles are never opened: whoever opens one runs whatever is in it.
+"""
 
 import zipfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,80 +25,11 @@ from scipy.spatial.distance import cdist
 
 from afferents import dims
 from afferents.encodings.settings import Encodings
-from afferents.errors import InputError, then
+from afferents.errors import InputError
 from afferents.evaluation.encode import encode, has, sources_of
 from afferents.models.model import Model
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, speed_of
-
-
-@dataclass
-class Difference:
-    """Differences of one stage, taken together.
-
-    Attributes
-    ----------
-    stage
-        What is compared, such as SA-I.
-    unit
-        Of the numbers.
-    n
-        How many numbers were compared; those that are missing here (NaN) are not among them.
-    largest, where
-        The largest difference, and the recording or fold that has it.
-    """
-
-    stage: str
-    unit: str
-    n: int = 0
-    missing: int = 0
-    largest: float = 0.0
-    where: str = ""
-    _sum: float = 0.0
-
-    def add(
-        self, ours: NDArray[np.floating], theirs: NDArray[np.floating], where: str
-    ) -> "Difference":
-        """Take in two arrays of one shape; return itself."""
-        apart = np.abs(ours.astype(np.float64) - theirs)
-        there = np.isfinite(apart)
-        self.missing += int(apart.size - there.sum())
-        self.n += int(there.sum())
-        self._sum += float(apart[there].sum())
-        largest = float(apart.max(initial=0.0, where=there))
-        if not self.where or largest > self.largest:
-            self.largest, self.where = largest, where
-        return self
-
-    @property
-    def mean(self) -> float:
-        """Mean difference."""
-        return self._sum / self.n if self.n else 0.0
-
-    def describe(self) -> dict[str, Any]:
-        """Return it ready for JSON."""
-        return {
-            "stage": self.stage,
-            "unit": self.unit,
-            "compared": self.n,
-            "missing": self.missing,
-            "largest": self.largest,
-            "mean": self.mean,
-            "where": self.where,
-        }
-
-
-# A folder of the authors' arrays and networks, as scripts/convert_authors_arrays.py writes it.
-#
-# =================================
-# ================================================================ ``responses/TEXTURE/SPEED.npz``
-# `rest_position` (marker, 2), `sa1` and `ra1` (frame, marker) ``samples/MODEL/SPEED.npz`` a test
-# set: `samples` (n, ...), `labels` (n,); `outputs` (n, texture) where Keras was asked
-# ``networks/MODEL/SPEED.hdf5`` a trained network =================================
-# ================================================================
-#
-# Models have the names of Table 1 here (``sa-se``), and textures and speeds those of their folders.
-# Pickles are never opened: whoever opens one runs whatever is in it.
 
 Floats = NDArray[np.float32]
 
@@ -98,42 +40,28 @@ _SAMPLES = {"samples": 0, "labels": 1}
 _AGAIN = f"convert the arrays again with {CONVERT}"
 
 
-@dataclass(frozen=True)
-class AuthorsFolder:
-    """What is in such a folder; anything may be missing.
+def require_arrays(folder: Path) -> Path:
+    """Return a folder of the authors' arrays.
 
     Raises
     ------
     InputError
         If nothing that can be compared is in it.
     """
+    if any((folder / part).is_dir() for part in _PARTS):
+        return folder
+    pickled = next(folder.rglob("*.pkl"), None) if folder.is_dir() else None
+    found = f"the pickle {pickled.name}, which is not opened here" if pickled else "none"
+    raise InputError(
+        f"{folder}: expected some of the folders {', '.join(_PARTS)}, found {found}; convert the "
+        f"authors' files with {CONVERT}, in an environment of their own"
+    )
 
-    path: Path
 
-    def __post_init__(self) -> None:
-        """Refuse a folder with nothing to compare."""
-        if any((self.path / part).is_dir() for part in _PARTS):
-            return
-        pickled = next(self.path.rglob("*.pkl"), None) if self.path.is_dir() else None
-        found = f"the pickle {pickled.name}, which is not opened here" if pickled else "none"
-        do = f"convert the authors' files with {CONVERT}, in an environment of their own"
-        raise InputError(
-            f"{self.path}: expected some of the folders {', '.join(_PARTS)}, found "
-            f"{found}{then(do)}"
-        )
-
-    def responses(self, name: str) -> dict[str, Floats] | None:
-        """Return rest positions, SA-I and RA-I of a recording; None where they are not there."""
-        return _read(self.path / "responses" / f"{name}.npz", _RESPONSES)
-
-    def samples(self, model: str, speed_mm_s: float) -> dict[str, Floats] | None:
-        """Return the test set of a model at a held-out speed; None where it is not there."""
-        return _read(self.path / "samples" / model / f"{speed_mm_s:g}.npz", _SAMPLES, "outputs")
-
-    def network(self, model: str, speed_mm_s: float) -> Path | None:
-        """Return the file of a trained network; None where it is not there."""
-        path = self.path / "networks" / model / f"{speed_mm_s:g}.hdf5"
-        return path if path.is_file() else None
+def network_file(folder: Path, model: str, speed_mm_s: float) -> Path | None:
+    """Return the file of a trained network; None where it is not there."""
+    path = folder / "networks" / model / f"{speed_mm_s:g}.hdf5"
+    return path if path.is_file() else None
 
 
 def _read(path: Path, wanted: Mapping[str, int], *beside: str) -> dict[str, Floats] | None:
@@ -154,60 +82,46 @@ def _read(path: Path, wanted: Mapping[str, int], *beside: str) -> dict[str, Floa
     return found
 
 
-# Rest positions, SA-I and RA-I of recordings, ours and the authors'.
+def compare_responses(
+    recording: Responses, folder: Path, notes: list[str]
+) -> Iterator[tuple[str, Floats, Floats]]:
+    """Yield rest positions, SA-I and RA-I of a recording, ours and theirs, and their stage.
 
+    Nothing if theirs are not there. (The authors' files hold no other positions: SA-I is how far
+    each track has come from its beginning.)
 
-class ResponseDifferences:
-    """Differences over recordings.
-
-    Attributes
+    Parameters
     ----------
-    tracks, sa1, ra1
-        Of rest positions, SA-I and RA-I. (The authors' files hold no other positions: SA-I is how
-        far each track has come from its beginning.)
-    otherwise
-        Sentences on recordings whose markers stand in another order, or that are of another length.
+    notes
+        A sentence is added where markers stand in another order, or the length is another.
+
+    Raises
+    ------
+    InputError
+        If there is another number of markers.
     """
-
-    def __init__(self) -> None:
-        """Begin with none."""
-        self.tracks = Difference("tracks: rest positions", dims.PIXELS)
-        self.sa1 = Difference("SA-I", dims.PIXELS)
-        self.ra1 = Difference("RA-I", "px/frame")
-        self.otherwise: list[str] = []
-
-    def add(self, recording: Responses, folder: AuthorsFolder) -> None:
-        """Compare a recording, if the authors' responses to it are there.
-
-        Raises
-        ------
-        InputError
-            If it has another number of markers.
-        """
-        name = str(recording.attrs["name"])
-        theirs = folder.responses(name) if dims.POSITION in recording else None
-        if theirs is None:
-            return
-        rest = recording[dims.REST_POSITION].values
-        if len(rest) != len(theirs["rest_position"]):
-            found = f"{len(theirs['rest_position'])} of the authors"
-            raise InputError(f"{name}: expected {len(rest)} markers, as here, found {found}")
-        order = same_markers(rest, theirs["rest_position"])
-        self.tracks.add(rest[order], theirs["rest_position"], name)
-        first = int(recording.attrs.get("rest_frame", 0))
-        sa1, ra1 = (recording[c].values[first:][:, order] for c in (dims.SA1, dims.RA1))
-        n = min(len(sa1), len(theirs["sa1"]))
-        self.sa1.add(sa1[:n], theirs["sa1"][:n], name)
-        self.ra1.add(ra1[1:n], theirs["ra1"][1:n], name)  # theirs begins with SA-I itself
-        self._note(name, order, len(sa1), len(theirs["sa1"]))
-
-    def _note(self, name: str, order: NDArray[np.intp], ours: int, theirs: int) -> None:
-        if moved := int((order != np.arange(len(order))).sum()):
-            self.otherwise.append(f"{name}: {moved} markers stand in another order.")
-        if ours != theirs:
-            self.otherwise.append(
-                f"{name}: {ours} frames from the rest frame on, the authors have {theirs}."
-            )
+    name = str(recording.attrs["name"])
+    theirs = _read(folder / "responses" / f"{name}.npz", _RESPONSES)
+    if theirs is None or dims.POSITION not in recording:
+        return
+    rest = recording[dims.REST_POSITION].values
+    if len(rest) != len(theirs["rest_position"]):
+        found = f"{len(theirs['rest_position'])} of the authors"
+        raise InputError(f"{name}: expected {len(rest)} markers, as here, found {found}")
+    order = same_markers(rest, theirs["rest_position"])
+    first = int(recording.attrs.get("rest_frame", 0))
+    sa1, ra1 = (recording[c].values[first:][:, order] for c in (dims.SA1, dims.RA1))
+    n = min(len(sa1), len(theirs["sa1"]))
+    yield "tracks: rest positions", rest[order], theirs["rest_position"]
+    yield "SA-I", sa1[:n], theirs["sa1"][:n]
+    yield "RA-I", ra1[1:n], theirs["ra1"][1:n]  # theirs begins with SA-I itself
+    if moved := int((order != np.arange(len(order))).sum()):
+        notes.append(f"{name}: {moved} markers stand in another order.")
+    if len(sa1) != len(theirs["sa1"]):
+        notes.append(
+            f"{name}: {len(sa1)} frames from the rest frame on, the authors have "
+            f"{len(theirs['sa1'])}."
+        )
 
 
 def same_markers(ours: Floats, theirs: Floats) -> NDArray[np.intp]:
@@ -236,9 +150,9 @@ class TestSets:
         Of the authors.
     """
 
-    def __init__(self, recordings: Sequence[Responses], folder: AuthorsFolder) -> None:
+    def __init__(self, recordings: Sequence[Responses], folder: Path) -> None:
         """Make them when they are asked for."""
-        self._recordings, self._folder = recordings, folder
+        self._recordings, self.folder = recordings, folder
         self.textures = sorted({str(r.attrs[dims.TEXTURE]) for r in recordings}, key=natural_order)
 
     @property
@@ -254,7 +168,7 @@ class TestSets:
         InputError
             If the samples of the textures are not in turn, or of another shape.
         """
-        found = self._folder.samples(model.name, speed_mm_s)
+        found = self._read(model, speed_mm_s)
         if found is None:
             return None
         where, n = f"samples/{model.name}/{speed_mm_s:g}.npz", len(self.textures)
@@ -276,9 +190,12 @@ class TestSets:
         return in_turn if source.encoding.of_vibration else in_turn.swapaxes(-1, -2)
 
     def outputs(self, model: Model, speed_mm_s: float) -> Floats | None:
-        """Return what Keras' network said of their samples, (n, texture), if it was asked."""
-        found = self._folder.samples(model.name, speed_mm_s)
-        return None if found is None else found.get("outputs")
+        """Return what Keras' network said of their samples, (time, texture, texture), if asked."""
+        found = self._read(model, speed_mm_s)
+        if found is None or "outputs" not in found:
+            return None
+        outputs, n = found["outputs"], len(self.textures)
+        return outputs.reshape(-1, n, outputs.shape[-1])
 
     def ours(self, model: Model, speed_mm_s: float, theirs: Floats | None) -> Floats | None:
         """Return our samples, (time, texture, *sample_shape); None if a recording is missing.
@@ -311,6 +228,10 @@ class TestSets:
         (source,) = sources_of(model, Encodings())
         heard = [r for r in self._recordings if has(r, source)]
         return max(float(encode(r, source, "published").values.max()) for r in heard)
+
+    def _read(self, model: Model, speed_mm_s: float) -> dict[str, Floats] | None:
+        path = self.folder / "samples" / model.name / f"{speed_mm_s:g}.npz"
+        return _read(path, _SAMPLES, "outputs")
 
     @staticmethod
     def shape(model: Model) -> tuple[int, ...]:

@@ -1,180 +1,38 @@
-"""Recordings as ROS 2 bags in MCAP files."""
+"""Recordings as ROS 2 bags in MCAP files: what each holds, as stamped messages in order of time.
+
+Times count from the recording's own zero, that of its video and its sound.
+"""
 
 import heapq
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from afferents.errors import InputError
-from afferents.exchange.bag_tracks import (
-    QUALITY,
-    Stamped,
-    drum,
-    markers,
-    percepts,
-    pictures,
-    sound_of_file,
-    sound_of_store,
-)
+import numpy as np
+import soundfile
+from numpy.typing import NDArray
+
+from afferents import dims
+from afferents.errors import InputError, reason_of
+from afferents.exchange.sources import QUALITY, Source, find_recordings, jpegs
 from afferents.files import Place, write_aside, write_json
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
-from afferents.recordings.ros_messages import Messages, typestore
-from afferents.recordings.session import read_session
-from afferents.store.drum_path import logged_way, way_in
-from afferents.store.integrity import is_group
-from afferents.store.recording import Recording
+from afferents.recordings import ros_messages
+from afferents.recordings.ros_messages import NS, Messages, typestore
+from afferents.store.drum_path import Way, logged_way, way_in
+from afferents.store.recording import Vibration
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses
 from afferents.version import __version__
 
 ABOUT = "export.json"
 """Beside the bags: what was exported."""
-
-
-@dataclass(frozen=True)
-class McapExport:
-    """What is exported.
-
-    Attributes
-    ----------
-    source
-        A session or a store.
-    out
-        Folder to write: in it a bag a recording.
-    store
-        Of a session: the store that was extracted from it, for its markers and responses.
-    recordings
-        Names of those that are wanted; none for all.
-    quality
-        Of the JPEGs, 1 to 100, where the camera gave none; its own go into the bag as they are.
-    percepts
-        What ``afferents live --json`` said of the one recording that is wanted.
-    """
-
-    source: Path
-    out: Path
-    store: Path | None = None
-    recordings: Sequence[str] = ()
-    quality: int = QUALITY
-    percepts: Path | None = None
-
-
-def write_bags(wanted: McapExport, progress: Progress) -> list[Path]:
-    """Write a bag for each recording.
-
-    Returns
-    -------
-    Their folders, each with an MCAP file and the ``metadata.yaml`` of rosbag2.
-
-    Raises
-    ------
-    InputError
-        If the extra ``mcap`` is missing, there is no such session, store or recording, or `out`
-        is there already.
-    """
-    types = typestore()
-    require_new_folder(wanted.out, "a new folder for bags")
-    if not 1 <= wanted.quality <= 100:
-        raise InputError(f"--quality: expected a number from 1 to 100, found {wanted.quality}")
-    parts = _parts(wanted)
-    if wanted.percepts is not None and len(parts) != 1:
-        expected = "one recording, named with --recording"
-        raise InputError(f"--percepts: expected {expected}, found {len(parts)}")
-    written = []
-    with write_aside(wanted.out) as partial:
-        partial.mkdir(parents=True)
-        for name, streams in progress.track(parts.items(), "exporting", len(parts)):
-            folder = name.replace("/", "_").replace(":", "_")
-            _write(partial / folder, types, streams, name)
-            written.append(wanted.out / folder)
-        write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(parts)})
-    return written
-
-
-def _parts(wanted: McapExport) -> dict[str, list[Any]]:
-    """Return what is to be written of each recording: functions that yield stamped messages."""
-    if is_group(wanted.source):
-        if wanted.store is not None:
-            raise InputError(
-                f"--store: expected a session beside it, found the store {wanted.source}"
-            )
-        stored = _named(wanted, {str(r.attrs["name"]): r for r in open_responses(wanted.source)})
-        parts = {name: _of_store(responses, alone=True) for name, responses in stored.items()}
-    else:
-        session = read_session(wanted.source)
-        found = _named(wanted, {one.name: one for one in session.recordings})
-        responses = _responses(wanted.store, found)
-        parts = {name: _of_recording(one, wanted.quality) for name, one in found.items()}
-        for name, one in responses.items():
-            parts[name] += _of_store(one, alone=False)
-    if wanted.percepts is not None:
-        for streams in parts.values():
-            streams.append(lambda make: percepts(make, wanted.percepts))
-    return parts
-
-
-def _named(wanted: McapExport, found: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the recordings that are wanted."""
-    for name in wanted.recordings:
-        if name not in found:
-            some = ", ".join(list(found)[:5])
-            raise InputError(
-                f"--recording: expected one of {wanted.source} ({some}, ...), found '{name}'"
-            )
-    return {name: one for name, one in found.items() if name in (wanted.recordings or found)}
-
-
-def _responses(store: Path | None, found: Mapping[str, Recording]) -> dict[str, Responses]:
-    if store is None:
-        return {}
-    stored = {str(one.attrs["name"]): one for one in open_responses(store)}
-    if lacking := [name for name in found if name not in stored]:
-        expected = f"the recording '{lacking[0]}', extracted from the session"
-        raise InputError(
-            f"{store}: expected {expected}, found none; give the store of that session"
-        )
-    return {name: stored[name] for name in found}
-
-
-def _of_recording(recording: Recording, quality: int) -> list[Any]:
-    streams: list[Any] = []
-    if recording.video is not None:
-        streams.append(lambda make: pictures(make, recording.video, quality))
-    if recording.audio is not None:
-        streams.append(lambda make: sound_of_file(make, recording.audio))
-        folder = Path(recording.audio.path).parent
-        streams.append(lambda make: drum(make, logged_way(folder)))
-    return streams
-
-
-def _of_store(responses: Responses, alone: bool) -> list[Any]:
-    streams: list[Any] = [lambda make: markers(make, responses)]
-    if alone:
-        streams.append(lambda make: sound_of_store(make, responses))
-        streams.append(lambda make: drum(make, way_in(responses)))
-    return streams
-
-
-def _write(path: Path, types: Any, streams: Sequence[Any], name: str) -> None:
-    """Write a bag; its messages in order of time."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
-
-    make = Messages(types)
-    merged: Iterator[Stamped] = heapq.merge(
-        *(stream(make) for stream in streams), key=lambda message: message.at_ns
-    )
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-        bag.set_custom_data("afferents", json.dumps({"recording": name, "version": __version__}))
-        topics: dict[str, Any] = {}
-        for message in merged:
-            if message.topic not in topics:
-                topics[message.topic] = bag.add_connection(
-                    message.topic, message.type, typestore=types
-                )
-            bag.write(topics[message.topic], message.at_ns, message.data)
+CAMERA, MARKERS, POSITIONS = "/camera/image/compressed", "/camera/markers", "/touch/positions"
+SOUND, VIBRATION, PREDICTION = "/microphone", "/touch/ra2", "/touch/percept"
+DRUM_POSITION, DRUM_SPEED = "/drum/position_mm", "/drum/speed_mm_s"
+_BLOCK_S = 0.1
+_FULL = 32767
 
 
 def export_mcap(
@@ -182,7 +40,7 @@ def export_mcap(
     out: Place,
     store: Place | None = None,
     recordings: str | Sequence[str] = (),
-    quality: int = 95,
+    quality: int = QUALITY,
     percepts: Place | None = None,
     quiet: bool = False,
 ) -> list[Path]:
@@ -212,7 +70,7 @@ def export_mcap(
     Returns
     -------
     list of Path
-        The bags.
+        The bags, each with an MCAP file and the ``metadata.yaml`` of rosbag2.
 
     Raises
     ------
@@ -225,11 +83,150 @@ def export_mcap(
     >>> export_mcap("session", "bags", store="responses.zarr", recordings="4/60")
     [PosixPath('bags/4_60')]
     """
-    named = recordings.split(",") if isinstance(recordings, str) else list(recordings)
-    wanted = McapExport(
-        Path(source), Path(out), None if store is None else Path(store),
-        tuple(name for name in named if name), quality,
-        None if percepts is None else Path(percepts),
-    )  # fmt: skip
-    with Progress(quiet) as progress:
-        return write_bags(wanted, progress)
+    types, out = typestore(), Path(out)
+    require_new_folder(out, "a new folder for bags")
+    if not 1 <= quality <= 100:
+        raise InputError(f"--quality: expected a number from 1 to 100, found {quality}")
+    names = recordings.split(",") if isinstance(recordings, str) else recordings
+    found = find_recordings(source, store, [name for name in names if name])
+    if percepts is not None and len(found) != 1:
+        expected = "one recording, named with --recording"
+        raise InputError(f"--percepts: expected {expected}, found {len(found)}")
+    said = [] if percepts is None else _lines(Path(percepts))
+    make, folders = Messages(types), []
+    with Progress(quiet) as progress, write_aside(out) as partial:
+        partial.mkdir(parents=True)
+        for name, one in progress.track(found.items(), "exporting", len(found)):
+            folders.append(name.replace("/", "_").replace(":", "_"))
+            messages = [*_messages(make, one, quality), _predictions(make, said)]
+            _write(partial / folders[-1], types, messages, name)
+        write_json(partial / ABOUT, {"afferents": __version__, "recordings": sorted(found)})
+    return [out / folder for folder in folders]
+
+
+class Stamped(NamedTuple):
+    """A message."""
+
+    at_ns: int
+    topic: str
+    type: str
+    data: bytes
+
+
+def _write(path: Path, types: Any, messages: Sequence[Iterator[Stamped]], name: str) -> None:
+    """Write a bag; its messages in order of time."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        bag.set_custom_data("afferents", json.dumps({"recording": name, "version": __version__}))
+        topics: dict[str, Any] = {}
+        for at_ns, topic, kind, data in heapq.merge(*messages, key=lambda message: message.at_ns):
+            if topic not in topics:
+                topics[topic] = bag.add_connection(topic, kind, typestore=types)
+            bag.write(topics[topic], at_ns, data)
+
+
+def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Stamped]]:
+    """Return what there is of a recording, each in order of time."""
+    recording, responses = source
+    found: list[Iterator[Stamped]] = []
+    if recording is not None and recording.video is not None:
+        found.append(
+            Stamped(at_ns, CAMERA, ros_messages.PICTURE, make.picture(at_ns, data))
+            for at_ns, data in ((_ns(at_s), data) for at_s, data in jpegs(recording.video, quality))
+        )
+    if recording is not None and recording.audio is not None:
+        found.append(_sound_of_file(make, recording.audio))
+        found.append(_drum(make, logged_way(Path(recording.audio.path).parent)))
+    if responses is not None:
+        found.append(_markers(make, responses))
+        if recording is None:
+            found.append(_sound_of_store(make, responses))
+            found.append(_drum(make, way_in(responses)))
+    return found
+
+
+def _sound_of_file(make: Messages, audio: Vibration) -> Iterator[Stamped]:
+    """Yield all channels of a sound file in blocks of a tenth of a second."""
+    try:
+        with soundfile.SoundFile(audio.path) as file:
+            rate_hz, first = file.samplerate, 0
+            size = max(1, round(_BLOCK_S * rate_hz))
+            for samples in file.blocks(size, dtype="int16", always_2d=True):
+                yield _sound(make, first, samples, rate_hz)
+                first += len(samples)
+    except soundfile.SoundFileError as error:
+        raise InputError(
+            f"{audio.path}: expected a readable sound file, found {reason_of(error)}"
+        ) from error
+
+
+def _sound_of_store(make: Messages, responses: Responses) -> Iterator[Stamped]:
+    """Yield the vibration of a store: as sound if it is some, else as numbers."""
+    if dims.RA2 not in responses:
+        return
+    vibration = responses[dims.RA2]
+    rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
+    is_sound = vibration.attrs.get(dims.UNITS) == "full scale" and rate_hz == round(rate_hz)
+    size = max(1, round(_BLOCK_S * rate_hz))
+    for first in range(0, len(vibration), size):
+        values = vibration[first : first + size].values
+        if is_sound:
+            samples = np.clip(np.rint(values * _FULL), -_FULL - 1, _FULL).astype(np.int16)
+            yield _sound(make, first, samples, round(rate_hz))
+        else:
+            data = make.numbers(values, (dims.AUDIO_TIME, dims.CHANNEL))
+            yield Stamped(_ns(first / rate_hz), VIBRATION, ros_messages.NUMBERS, data)
+
+
+def _sound(make: Messages, first: int, samples: NDArray[np.int16], rate_hz: int) -> Stamped:
+    at_ns = first * NS // rate_hz
+    return Stamped(at_ns, SOUND, ros_messages.SOUND, make.sound(at_ns, samples, rate_hz))
+
+
+def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:
+    """Yield where the markers are, SA-I and RA-I of each frame."""
+    if dims.POSITION not in responses:
+        return
+    names = [name for name in (dims.SA1, dims.RA1) if name in responses]
+    values = {name: responses[name].values for name in names}
+    position = responses[dims.POSITION].values
+    for n, at_s in enumerate(responses[dims.TIME].values.tolist()):
+        at_ns = _ns(at_s)
+        yield Stamped(at_ns, MARKERS, ros_messages.MARKS, make.marks(at_ns, position[n]))
+        data = make.numbers(position[n], (dims.MARKER, dims.SPACE))
+        yield Stamped(at_ns, POSITIONS, ros_messages.NUMBERS, data)
+        for name, value in values.items():
+            data = make.numbers(value[n], (dims.MARKER,))
+            yield Stamped(at_ns, f"/touch/{name}", ros_messages.NUMBERS, data)
+
+
+def _drum(make: Messages, way: Way | None) -> Iterator[Stamped]:
+    """Yield the way of the drum's surface, mm, and its speed, mm/s; None where nobody logged it."""
+    if way is None:
+        return
+    speed = np.gradient(way.position_mm, way.time_s)
+    for at_s, position, at_speed in zip(way.time_s, way.position_mm, speed, strict=True):
+        at_ns = _ns(at_s)
+        yield Stamped(at_ns, DRUM_POSITION, ros_messages.NUMBER, make.number(position))
+        yield Stamped(at_ns, DRUM_SPEED, ros_messages.NUMBER, make.number(at_speed))
+
+
+def _predictions(make: Messages, lines: Sequence[tuple[int, str]]) -> Iterator[Stamped]:
+    for at_ns, line in lines:
+        yield Stamped(at_ns, PREDICTION, ros_messages.TEXT, make.text(line))
+
+
+def _lines(path: Path) -> list[tuple[int, str]]:
+    """Return the lines that ``live --json`` wrote, in order of time, and the time of each, ns."""
+    try:
+        said = [(json.loads(line), line) for line in path.read_text().splitlines() if line.strip()]
+        return sorted((_ns(one["time_s"]), line) for one, line in said if "time_s" in one)
+    except (OSError, ValueError, TypeError) as error:
+        expected = "lines that 'afferents live --json' wrote"
+        raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error
+
+
+def _ns(at_s: float) -> int:
+    """Return a time as whole ns; a time before the zero is 0, since bags know none."""
+    return max(0, round(float(at_s) * NS))

@@ -1,334 +1,62 @@
-"""From an extracted store to a LeRobot data set (format 3.0), whole or not at all."""
+"""A store as a LeRobot data set (format 3.0): an episode a recording, whole or not at all.
+
+Tables in ``meta/`` say in which file each episode lies
+(https://huggingface.co/docs/lerobot/lerobot-dataset-v3). Here each has files of its own: a
+recording of a minute fills them. Features of touch are named as proposals for LeRobot name them,
+``observation.tactile.*`` (its pull requests 3175 and 4469).
+"""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, NamedTuple
 
+import av
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.exchange import lerobot_files
-from afferents.exchange.lerobot_files import (
-    COUNTED,
-    DATA,
-    DATA_MB,
-    FilePlace,
-    Stats,
-    VideoFiles,
-    column,
-    stats_of,
-    together,
-)
 from afferents.files import Place, write_aside
 from afferents.outputs import require_new_folder
 from afferents.progress import Progress
 from afferents.recordings.session import read_session
-from afferents.store.recording import GreyImage, Recording, Video
+from afferents.store.recording import Video
 from afferents.store.responses import Responses, speed_of
 from afferents.store.zarr_store import open_responses
 
+VERSION: Final = "v3.0"
+DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+VIDEO = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
+EPISODES = "meta/episodes/chunk-000/file-000.parquet"
+INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
+FILES_A_CHUNK = 1000
+DATA_MB, VIDEO_MB = 100, 200
+"""LeRobot's own: up to these it puts several episodes into a file that it writes itself."""
+
+CAMERA = "observation.images.fingertip"
+DISPLACEMENT = "observation.tactile.fingertip.displacement"
+DETECTED = "observation.tactile.fingertip.detected"
+SA1, RA1 = "observation.tactile.fingertip.sa1", "observation.tactile.fingertip.ra1"
+RA2 = "observation.tactile.fingertip.ra2"
+TIME = "observation.capture_time"
+STATE = "observation.state"
+
 _OFF_RATE = 0.01
 """Frame rates of recordings may differ from each other, and from a whole number, by this share."""
+_CODEC = {"crf": "18", "preset": "veryfast", "g": "2"}
+"""Every second frame can be decoded by itself: LeRobot reads single frames at random."""
+_SEEN = 100
+"""So many pictures of an episode are looked at for statistics, evenly spread."""
+_QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 
-
-@dataclass(frozen=True)
-class LeRobotExport:
-    """What is exported.
-
-    Attributes
-    ----------
-    store, out
-        The store, and the folder to write.
-    session
-        Folder that the store was extracted from, for its videos; None for no pictures.
-    """
-
-    store: Path
-    out: Path
-    session: Path | None = None
-
-
-def write_lerobot(wanted: LeRobotExport, progress: Progress) -> int:
-    """Write a store as a LeRobot data set: an episode a recording, a frame each of its pictures.
-
-    Returns
-    -------
-    Number of episodes.
-
-    Raises
-    ------
-    InputError
-        If there is no store, it has no markers, sensors or frame rates differ, the session is
-        another one's, or `out` is there already.
-    """
-    require_new_folder(wanted.out, "a new folder for a LeRobot data set")
-    recordings = [one for one in open_responses(wanted.store) if dims.POSITION in one]
-    if not recordings:
-        raise InputError(f"{wanted.store}: expected recordings with markers, found none")
-    videos = _videos(wanted.session, recordings)
-    fps = _frame_rate(wanted.store, recordings)
-    _require_one_shape(wanted.store, recordings)
-    with write_aside(wanted.out) as partial:
-        partial.mkdir(parents=True)
-        _Writer(partial, fps, recordings, videos).write(progress)
-    return len(recordings)
-
-
-class _Writer:
-    """Writes one data set.
-
-    Parameters
-    ----------
-    root
-        Its folder.
-    videos
-        By name of the recording; empty for none.
-    """
-
-    def __init__(
-        self, root: Path, fps: int, recordings: Sequence[Responses], videos: Mapping[str, Video]
-    ) -> None:
-        """Write nothing yet."""
-        self._root, self._fps, self._recordings, self._of = root, fps, recordings, videos
-        self._tasks = sorted({_task(one) for one in recordings})
-        self._place = FilePlace()
-        self._table: Any = None
-        self._n = 0
-        self._video: VideoFiles | None = None
-        if videos:
-            first = next(iter(videos.values()))
-            self._video = VideoFiles(root, fps, first.width, first.height)
-
-    def write(self, progress: Progress) -> None:
-        """Write all of it."""
-        rows: list[dict[str, Any]] = []
-        all_stats: list[dict[str, Stats]] = []
-        recordings = progress.track(self._recordings, "exporting", len(self._recordings))
-        for number, responses in enumerate(recordings):
-            row, stats = self._episode(number, responses)
-            rows.append(row)
-            all_stats.append(stats)
-        if self._table is not None:
-            self._table.close()
-        if self._video is not None:
-            self._video.close()
-        self._write_meta(rows, all_stats)
-
-    def _episode(
-        self, number: int, responses: Responses
-    ) -> tuple[dict[str, Any], dict[str, Stats]]:
-        """Write the frames of a recording; return its row in the table, and statistics."""
-        values = _values(responses, self._fps)
-        n = len(next(iter(values.values())))
-        values |= {
-            "timestamp": (np.arange(n) / self._fps).astype(np.float32),
-            "frame_index": np.arange(n),
-            "episode_index": np.full(n, number),
-            "index": self._n + np.arange(n),
-            "task_index": np.full(n, self._tasks.index(_task(responses))),
-        }
-        row: dict[str, Any] = {
-            "episode_index": number,
-            "tasks": [_task(responses)],
-            "length": n,
-            "dataset_from_index": self._n,
-            "dataset_to_index": self._n + n,
-            "data/chunk_index": self._place.chunk,
-            "data/file_index": self._place.file,
-            "meta/episodes/chunk_index": 0,
-            "meta/episodes/file_index": 0,
-            "recording": str(responses.attrs["name"]),
-        }
-        self._append(pa.table({name: column(value) for name, value in values.items()}))
-        stats = {name: stats_of(value) for name, value in values.items()}
-        if self._video is not None:
-            video = self._of[str(responses.attrs["name"])]
-            where, stats[lerobot_files.CAMERA] = self._video.write(_pictures(video, n), n)
-            row |= where
-        self._n += n
-        said = {f"stats/{k}/{s}": v.tolist() for k, one in stats.items() for s, v in one.items()}
-        return {**row, **said}, stats
-
-    def _append(self, table: pa.Table) -> None:
-        """Write an episode as a row group; begin a new file where this one is large."""
-        path = self._root / self._place.path(DATA)
-        if self._table is None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._table = pq.ParquetWriter(path, table.schema, compression="snappy")
-        self._table.write_table(table)
-        if path.stat().st_size > DATA_MB * 2**20:
-            self._table.close()
-            self._table, self._place = None, self._place.following()
-
-    def _write_meta(self, rows: list[dict[str, Any]], all_stats: list[dict[str, Stats]]) -> None:
-        episodes = self._root / lerobot_files.EPISODES
-        episodes.parent.mkdir(parents=True)
-        pq.write_table(pa.Table.from_pylist(rows), episodes)
-        index = pd.Index(self._tasks, name="task")
-        numbers = range(len(self._tasks))
-        pd.DataFrame({"task_index": numbers}, index=index).to_parquet(
-            self._root / lerobot_files.TASKS
-        )
-        whole = {name: together([one[name] for one in all_stats]) for name in all_stats[0]}
-        said = {k: {s: v.tolist() for s, v in one.items()} for k, one in whole.items()}
-        (self._root / lerobot_files.STATS).write_text(json.dumps(said, indent=4))
-        (self._root / lerobot_files.INFO).write_text(json.dumps(self._info(), indent=4))
-
-    def _info(self) -> dict[str, Any]:
-        n_episodes = len(self._recordings)
-        return {
-            "codebase_version": lerobot_files.VERSION,
-            "robot_type": "tactile_fingertip",
-            "total_episodes": n_episodes,
-            "total_frames": self._n,
-            "total_tasks": len(self._tasks),
-            "chunks_size": lerobot_files.FILES_A_CHUNK,
-            "data_files_size_in_mb": DATA_MB,
-            "video_files_size_in_mb": lerobot_files.VIDEO_MB,
-            "fps": self._fps,
-            "splits": {"train": f"0:{n_episodes}"},
-            "data_path": DATA,
-            "video_path": lerobot_files.VIDEO if self._video is not None else None,
-            "features": self._features(),
-        }
-
-    def _features(self) -> dict[str, Any]:
-        """Return every feature: what it holds, and what its numbers are called."""
-        first = self._recordings[0]
-        features = {
-            name: lerobot_files.feature(
-                str(value.dtype), (value.shape[1],), _names(name, value.shape[1])
-            )
-            for name, value in _values(first, self._fps).items()
-        }
-        if self._video is not None:
-            video = next(iter(self._of.values()))
-            features[lerobot_files.CAMERA] = lerobot_files.video_feature(
-                video.width, video.height, self._fps
-            )
-        return features | {
-            name: lerobot_files.feature(kind, (1,), None) for name, kind in COUNTED.items()
-        }
-
-
-def _values(responses: Responses, fps: int) -> dict[str, NDArray[Any]]:
-    """Return what is known of each frame, (frame, n) each; what is lost is 0, and not detected."""
-    position = responses[dims.POSITION].values
-    moved = position - responses[dims.REST_POSITION].values
-    n = len(position)
-    seen = responses[dims.DETECTED].values & np.isfinite(moved).all(axis=2)
-    values = {
-        lerobot_files.DISPLACEMENT: np.where(seen[..., None], moved, 0).reshape(n, -1),
-        lerobot_files.SA1: np.nan_to_num(responses[dims.SA1].values),
-        lerobot_files.RA1: np.nan_to_num(responses[dims.RA1].values),
-        lerobot_files.TIME: responses[dims.TIME].values[:, None],
-        lerobot_files.STATE: np.full((n, 1), speed_of(responses) or np.nan),
-    }
-    if dims.RA2 in responses:
-        values[lerobot_files.RA2] = _sound(responses, fps, n)
-    floats = {name: value.astype(np.float32) for name, value in values.items()}
-    return {**floats, lerobot_files.DETECTED: seen}
-
-
-def _sound(responses: Responses, fps: int, n: int) -> NDArray[np.float32]:
-    """Return the vibration from each frame until the next, (frame, sample x channel)."""
-    vibration = responses[dims.RA2]
-    rate_hz = float(vibration.attrs[dims.SAMPLE_RATE])
-    size = max(1, round(rate_hz / fps))
-    begins = np.rint(responses[dims.TIME].values * rate_hz).astype(int)
-    values = vibration.values
-    found = np.zeros((n, size, values.shape[1]), np.float32)
-    for number, first in enumerate(np.maximum(begins, 0)):
-        part = values[first : first + size]
-        found[number, : len(part)] = part
-    return found.reshape(n, -1)
-
-
-def _names(name: str, n: int) -> list[str]:
-    """Return what the numbers of a feature are called."""
-    if name == lerobot_files.DISPLACEMENT:
-        return [f"marker_{m:03d}.{axis}" for m in range(n // 2) for axis in ("dx_px", "dy_px")]
-    if name in (lerobot_files.DETECTED, lerobot_files.SA1, lerobot_files.RA1):
-        return [f"marker_{m:03d}" for m in range(n)]
-    if name == lerobot_files.RA2:
-        return [f"sample_{k:04d}" for k in range(n)]
-    return ["speed_mm_s"] if name == lerobot_files.STATE else ["seconds"]
-
-
-def _task(responses: Responses) -> str:
-    return f"feel texture {responses.attrs[dims.TEXTURE]}"
-
-
-def _pictures(video: Video, n: int) -> Iterator[GreyImage]:
-    """Yield the first n pictures of a video."""
-    found = 0
-    for frame in video.frames():
-        if found == n:
-            return
-        found += 1
-        yield frame.image
-    if found < n:
-        raise InputError(f"{video.path}: expected {n} frames, as the store has, found {found}")
-
-
-def _videos(session: Path | None, recordings: Sequence[Responses]) -> dict[str, Video]:
-    """Return the session's videos by name of the recording, all of one size."""
-    if session is None:
-        return {}
-    found: dict[str, Recording] = {one.name: one for one in read_session(session).recordings}
-    videos: dict[str, Video] = {}
-    for responses in recordings:
-        name = str(responses.attrs["name"])
-        video = found[name].video if name in found else None
-        if video is None:
-            raise InputError(
-                f"{session}: expected the video of the recording '{name}' of the store, found none"
-            )
-        videos[name] = video
-    sizes = {(video.width, video.height) for video in videos.values()}
-    if len(sizes) > 1:
-        found_sizes = " and ".join(f"{w} x {h} px" for w, h in sorted(sizes))
-        raise InputError(f"{session}: expected videos of one size, found {found_sizes}")
-    return videos
-
-
-def _frame_rate(store: Path, recordings: Sequence[Responses]) -> int:
-    """Return the frames a second of all recordings, which LeRobot wants to be a whole number."""
-    rates = [float(1 / np.median(np.diff(one[dims.TIME].values))) for one in recordings]
-    fps = round(float(np.median(rates)))
-    if max(abs(rate / max(fps, 1) - 1) for rate in rates) > _OFF_RATE:
-        found = f"{min(rates):.2f} to {max(rates):.2f} frames/s"
-        raise InputError(
-            f"{store}: expected one whole number of frames a second in all recordings, found "
-            f"{found}"
-        )
-    return fps
-
-
-def _require_one_shape(store: Path, recordings: Sequence[Responses]) -> None:
-    """Refuse sensors or sounds that differ: features have one shape."""
-    for what, shapes in (
-        ("as many markers", {one.sizes[dims.MARKER] for one in recordings}),
-        (
-            "sound of one rate and as many channels",
-            {
-                (one[dims.RA2].attrs[dims.SAMPLE_RATE], one[dims.RA2].shape[1])
-                if dims.RA2 in one
-                else None
-                for one in recordings
-            },
-        ),
-    ):
-        if len(shapes) > 1:
-            found = " and ".join(sorted(map(str, shapes)))
-            raise InputError(f"{store}: expected {what} in all recordings, found {found}")
+Stats = dict[str, NDArray[Any]]
 
 
 def export_lerobot(
@@ -359,14 +87,303 @@ def export_lerobot(
     Raises
     ------
     InputError
-        If there is no store, sensors or frame rates differ, the session is another one's, or `out`
-        is there already.
+        If there is no store, it has no markers, sensors or frame rates differ, the session is
+        another one's, or `out` is there already.
 
     Examples
     --------
     >>> export_lerobot("responses.zarr", "touch-lerobot", session="session")
     130
     """
-    folder = None if session is None else Path(session)
-    with Progress(quiet) as progress:
-        return write_lerobot(LeRobotExport(Path(store), Path(out), folder), progress)
+    store, out = Path(store), Path(out)
+    require_new_folder(out, "a new folder for a LeRobot data set")
+    recordings = [one for one in open_responses(store) if dims.POSITION in one]
+    if not recordings:
+        raise InputError(f"{store}: expected recordings with markers, found none")
+    videos = {} if session is None else _videos(Path(session), recordings)
+    fps = _frame_rate(store, recordings)
+    _require_one_shape(store, recordings)
+    tasks = sorted({_task(one) for one in recordings})
+    rows: list[dict[str, Any]] = []
+    stats: list[dict[str, Stats]] = []
+    with Progress(quiet) as progress, write_aside(out) as partial:
+        for responses in progress.track(recordings, "exporting", len(recordings)):
+            first = rows[-1]["dataset_to_index"] if rows else 0
+            video = videos.get(str(responses.attrs["name"]))
+            row, found = _write_episode(partial, responses, video, len(rows), first, fps, tasks)
+            rows.append(row)
+            stats.append(found)
+        features = _described(recordings[0], fps, next(iter(videos.values()), None))
+        _write_meta(partial, rows, stats, tasks, features, fps)
+    return len(recordings)
+
+
+def _write_episode(
+    root: Path,
+    responses: Responses,
+    video: Video | None,
+    number: int,
+    first: int,
+    fps: int,
+    tasks: Sequence[str],
+) -> tuple[dict[str, Any], dict[str, Stats]]:
+    """Write a recording, whose frames are numbered from `first`.
+
+    Returns
+    -------
+    tuple
+        Its row in the table of episodes, and statistics of its features.
+    """
+    chunk, file = divmod(number, FILES_A_CHUNK)
+    place = {"chunk_index": chunk, "file_index": file}
+    frames = {name: feature.values for name, feature in _features(responses, fps).items()}
+    n = len(frames[TIME])
+    frames |= {
+        "timestamp": (np.arange(n) / fps).astype(np.float32),
+        "frame_index": np.arange(n),
+        "episode_index": np.full(n, number),
+        "index": first + np.arange(n),
+        "task_index": np.full(n, tasks.index(_task(responses))),
+    }
+    _write_table(root / DATA.format(**place), frames)
+    stats = {name: stats_of(values) for name, values in frames.items()}
+    row = {
+        "episode_index": number,
+        "tasks": [_task(responses)],
+        "length": n,
+        "dataset_from_index": first,
+        "dataset_to_index": first + n,
+        "data/chunk_index": chunk,
+        "data/file_index": file,
+        "meta/episodes/chunk_index": 0,
+        "meta/episodes/file_index": 0,
+        "recording": str(responses.attrs["name"]),
+    }
+    if video is not None:
+        path = root / VIDEO.format(video_key=CAMERA, **place)
+        stats[CAMERA] = _write_video(path, video, n, fps)
+        where = {**place, "from_timestamp": 0.0, "to_timestamp": n / fps}
+        row |= {f"videos/{CAMERA}/{key}": value for key, value in where.items()}
+    row |= {f"stats/{k}/{s}": v.tolist() for k, one in stats.items() for s, v in one.items()}
+    return row, stats
+
+
+class _Feature(NamedTuple):
+    """What is known of each frame, `(frame, n)`, and what the n numbers are called."""
+
+    values: NDArray[Any]
+    names: list[str]
+
+
+def _features(responses: Responses, fps: int) -> dict[str, _Feature]:
+    """Return what is known of each frame; of a marker that is lost it is 0, and not detected."""
+    position = responses[dims.POSITION].values
+    moved = position - responses[dims.REST_POSITION].values
+    seen = responses[dims.DETECTED].values & np.isfinite(moved).all(axis=2)
+    n, n_markers = seen.shape
+    markers = [f"marker_{marker:03d}" for marker in range(n_markers)]
+    ways = [f"{marker}.{axis}" for marker in markers for axis in ("dx_px", "dy_px")]
+    found = {
+        DISPLACEMENT: _Feature(np.where(seen[..., None], moved, 0).reshape(n, -1), ways),
+        SA1: _Feature(np.nan_to_num(responses[dims.SA1].values), markers),
+        RA1: _Feature(np.nan_to_num(responses[dims.RA1].values), markers),
+        TIME: _Feature(responses[dims.TIME].values[:, None], ["seconds"]),
+        STATE: _Feature(np.full((n, 1), speed_of(responses) or np.nan), ["speed_mm_s"]),
+    }
+    if dims.RA2 in responses:
+        sound = _sound(responses, fps)
+        found[RA2] = _Feature(sound, [f"sample_{k:04d}" for k in range(sound.shape[1])])
+    floats = {
+        name: _Feature(values.astype(np.float32), names) for name, (values, names) in found.items()
+    }
+    return {**floats, DETECTED: _Feature(seen, markers)}
+
+
+def _sound(responses: Responses, fps: int) -> NDArray[np.float32]:
+    """Return the vibration from each frame until the next, (frame, sample x channel)."""
+    rate_hz = float(responses[dims.RA2].attrs[dims.SAMPLE_RATE])
+    size = max(1, round(rate_hz / fps))
+    # silence stands for what follows the end
+    values = np.pad(responses[dims.RA2].values, ((0, size), (0, 0)))
+    begins = np.rint(responses[dims.TIME].values * rate_hz).astype(int)
+    windows = sliding_window_view(values, size, axis=0)[np.clip(begins, 0, len(values) - size)]
+    return np.asarray(windows.swapaxes(1, 2).reshape(len(begins), -1))
+
+
+def _write_table(path: Path, frames: dict[str, NDArray[Any]]) -> None:
+    """Write columns, (frame,) or (frame, n), of numbers or of lists of n."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    columns = {}
+    for name, values in frames.items():
+        columns[name] = pa.array(values.ravel())
+        if values.size > len(values):
+            columns[name] = pa.FixedSizeListArray.from_arrays(columns[name], values.shape[1])
+    pq.write_table(pa.table(columns), path)
+
+
+def _write_video(path: Path, video: Video, n: int, fps: int) -> Stats:
+    """Write the first `n` pictures, at a constant rate.
+
+    Returns
+    -------
+    Stats
+        Of each colour, 0 to 1, (3, 1, 1), from some of the pictures.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    number, seen = 0, []
+    with av.open(f"file:{path}", "w", format="mp4") as out:
+        stream = out.add_stream("libx264", rate=fps, options=_CODEC)
+        stream.width, stream.height, stream.pix_fmt = video.width, video.height, "yuv420p"
+        for number, shown in enumerate(islice(video.frames(), n), 1):
+            frame = av.VideoFrame.from_ndarray(shown.image, format="gray")
+            frame = frame.reformat(format="yuv420p")
+            frame.pts, frame.time_base = number - 1, Fraction(1, fps)
+            out.mux(stream.encode(frame))
+            if (number - 1) % max(1, n // _SEEN) == 0:
+                seen.append(shown.image[::4, ::4])
+        out.mux(stream.encode(None))
+    if number < n:
+        raise InputError(f"{video.path}: expected {n} frames, as the store has, found {number}")
+    grey = stats_of(np.stack(seen).reshape(-1, 1) / 255)
+    colours = {name: np.tile(value, 3).reshape(3, 1, 1) for name, value in grey.items()}
+    return {**colours, "count": np.array([len(seen)])}
+
+
+def stats_of(values: NDArray[Any]) -> Stats:
+    """Return least, largest, mean, standard deviation, quantiles and number, over the frames.
+
+    Parameters
+    ----------
+    values
+        (frame,) or (frame, n).
+    """
+    rows = values.reshape(len(values), -1).astype(np.float64)
+    return {
+        "min": rows.min(axis=0),
+        "max": rows.max(axis=0),
+        "mean": rows.mean(axis=0),
+        "std": rows.std(axis=0),
+        "count": np.array([len(rows)]),
+        **{name: np.quantile(rows, share, axis=0) for name, share in _QUANTILES.items()},
+    }
+
+
+def together(parts: Sequence[Stats]) -> Stats:
+    """Return the statistics of all episodes, from those of each; quantiles are mean ones.
+
+    Chan, Golub & LeVeque 1979 put means and variances together, as LeRobot does.
+    """
+    of = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
+    n = of["count"].ravel()
+    mean = np.average(of["mean"], axis=0, weights=n)
+    variance = np.average(of["std"] ** 2 + (of["mean"] - mean) ** 2, axis=0, weights=n)
+    return {
+        "min": of["min"].min(axis=0),
+        "max": of["max"].max(axis=0),
+        "mean": mean,
+        "std": np.sqrt(variance),
+        "count": np.array([n.sum()]),
+        **{name: np.average(of[name], axis=0, weights=n) for name in _QUANTILES},
+    }
+
+
+def _write_meta(
+    root: Path,
+    rows: list[dict[str, Any]],
+    stats: list[dict[str, Stats]],
+    tasks: list[str],
+    features: dict[str, Any],
+    fps: int,
+) -> None:
+    (root / EPISODES).parent.mkdir(parents=True)
+    pq.write_table(pa.Table.from_pylist(rows), root / EPISODES)
+    named = pd.DataFrame({"task_index": range(len(tasks))}, index=pd.Index(tasks, name="task"))
+    named.to_parquet(root / TASKS)
+    whole = {name: together([one[name] for one in stats]) for name in stats[0]}
+    info = {
+        "codebase_version": VERSION,
+        "robot_type": "tactile_fingertip",
+        "total_episodes": len(rows),
+        "total_frames": rows[-1]["dataset_to_index"],
+        "total_tasks": len(tasks),
+        "chunks_size": FILES_A_CHUNK,
+        "data_files_size_in_mb": DATA_MB,
+        "video_files_size_in_mb": VIDEO_MB,
+        "fps": fps,
+        "splits": {"train": f"0:{len(rows)}"},
+        "data_path": DATA,
+        "video_path": VIDEO if CAMERA in features else None,
+        "features": features,
+    }
+    said = {name: {s: v.tolist() for s, v in one.items()} for name, one in whole.items()}
+    for path, content in ((STATS, said), (INFO, info)):
+        (root / path).write_text(json.dumps(content, indent=4))
+
+
+def _described(first: Responses, fps: int, video: Video | None) -> dict[str, Any]:
+    """Return what each feature is, as `meta/info.json` has it."""
+    found: dict[str, Any] = {
+        name: {"dtype": str(values.dtype), "shape": [values.shape[1]], "names": names}
+        for name, (values, names) in _features(first, fps).items()
+    }
+    if video is not None:
+        about = {
+            "video.height": video.height, "video.width": video.width, "video.codec": "h264",
+            "video.pix_fmt": "yuv420p", "video.is_depth_map": False, "video.fps": fps,
+            "video.channels": 3, "has_audio": False,
+        }  # fmt: skip
+        shape, names = [video.height, video.width, 3], ["height", "width", "channels"]
+        found[CAMERA] = {"dtype": "video", "shape": shape, "names": names, "info": about}
+    found["timestamp"] = {"dtype": "float32", "shape": [1], "names": None}
+    for name in ("frame_index", "episode_index", "index", "task_index"):
+        found[name] = {"dtype": "int64", "shape": [1], "names": None}
+    return found
+
+
+def _task(responses: Responses) -> str:
+    return f"feel texture {responses.attrs[dims.TEXTURE]}"
+
+
+def _videos(session: Path, recordings: Sequence[Responses]) -> dict[str, Video]:
+    """Return the session's videos by name of the recording, all of one size."""
+    found = {one.name: one.video for one in read_session(session).recordings}
+    videos: dict[str, Video] = {}
+    for name in (str(responses.attrs["name"]) for responses in recordings):
+        video = found.get(name)
+        if video is None:
+            raise InputError(
+                f"{session}: expected the video of the recording '{name}' of the store, found none"
+            )
+        videos[name] = video
+    sizes = {(video.width, video.height) for video in videos.values()}
+    if len(sizes) > 1:
+        found_sizes = " and ".join(f"{w} x {h} px" for w, h in sorted(sizes))
+        raise InputError(f"{session}: expected videos of one size, found {found_sizes}")
+    return videos
+
+
+def _frame_rate(store: Path, recordings: Sequence[Responses]) -> int:
+    """Return the frames a second of all recordings, which LeRobot wants to be a whole number."""
+    rates = [float(1 / np.median(np.diff(one[dims.TIME].values))) for one in recordings]
+    fps = round(float(np.median(rates)))
+    if max(abs(rate / max(fps, 1) - 1) for rate in rates) > _OFF_RATE:
+        raise InputError(
+            f"{store}: expected one whole number of frames a second in all recordings, found "
+            f"{min(rates):.2f} to {max(rates):.2f} frames/s"
+        )
+    return fps
+
+
+def _require_one_shape(store: Path, recordings: Sequence[Responses]) -> None:
+    """Refuse sensors or sounds that differ: features have one shape."""
+    shapes = set()
+    for one in recordings:
+        sound = "no sound"
+        if dims.RA2 in one:
+            rate_hz = one[dims.RA2].attrs[dims.SAMPLE_RATE]
+            sound = f"sound of {one.sizes[dims.CHANNEL]} channels at {rate_hz:g} Hz"
+        shapes.add(f"{one.sizes[dims.MARKER]} markers and {sound}")
+    if len(shapes) > 1:
+        expected = "as many markers, and sound of one rate and as many channels"
+        found = ", ".join(sorted(shapes))
+        raise InputError(f"{store}: expected {expected}, in all recordings, found {found}")

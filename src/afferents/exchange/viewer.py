@@ -7,74 +7,64 @@ from typing import Any
 import numpy as np
 
 from afferents import dims
-from afferents.errors import InputError
-from afferents.exchange.bag_tracks import QUALITY, jpegs
+from afferents.exchange.sources import QUALITY, find_recordings, jpegs
 from afferents.files import Place, write_aside
 from afferents.markers.places import images_of
 from afferents.outputs import require_free
 from afferents.plugins import import_extra
-from afferents.recordings.session import read_session
 from afferents.store.drum_path import way_in
-from afferents.store.integrity import is_group
 from afferents.store.recording import Recording
 from afferents.store.responses import Responses
-from afferents.store.zarr_store import open_responses
 
 _LOUDNESS_HZ = 100.0
 
 
-def write_view(
-    source: Path, recording: str | None, store: Path | None, save: Path | None
-) -> dict[str, int]:
-    """Show a recording in rerun's viewer, or write it for it.
+def view(
+    source: Place, recording: str | None = None, store: Place | None = None,
+    save: Place | None = None,
+) -> dict[str, int]:  # fmt: skip
+    """Show a recording in rerun's viewer: camera and markers, SA-I, RA-I, sound, drum, on one time.
+
+    Needs the extra ``view``.
 
     Parameters
     ----------
     source
-        A session or a store.
+        A session, or a store, which has no pictures of the camera.
     recording
-        Its name; None for the first.
+        Its name, such as ``4/60``; None for the first.
     store
-        Of a session: the store that was extracted from it.
+        Of a session: the store that was extracted from it, for markers and responses.
     save
-        File ``.rrd`` to write instead of opening the viewer.
+        File to write, which ``rerun FILE`` shows later; None to open the viewer.
 
     Returns
     -------
-    How many values were logged, by entity.
+    dict
+        How many values were logged, by entity.
 
     Raises
     ------
     InputError
-        If the extra ``view`` is missing, or there is no such recording.
+        If there is no such recording, or the package is missing.
+
+    Examples
+    --------
+    >>> view("responses.zarr", "4/60", save="touch.rrd")["sa1"]
+    1800
     """
     rr: Any = import_extra("view", "view", "rerun")
-    session = None if is_group(source) else read_session(source)
-    stored = open_responses(source) if session is None else open_responses(store) if store else []
-    responses = {str(one.attrs["name"]): one for one in stored}
-    recordings = {one.name: one for one in session.recordings} if session else {}
-    names = list(recordings or responses)
-    name = names[0] if recording is None else recording
-    if name not in names:
-        raise InputError(
-            f"recording: expected one of {source} ({', '.join(names[:5])}, ...), found '{name}'"
-        )
-    if store is not None and name not in responses:
-        raise InputError(
-            f"{store}: expected the recording '{name}', found none; give the session's own store"
-        )
+    wanted = () if recording is None else (recording,)
+    ((name, found),) = find_recordings(source, store, wanted, most=1).items()
+    values = _logged(rr, *found)
     rr.init("afferents", recording_id=name, spawn=save is None)
-    values = _logged(rr, recordings.get(name), responses.get(name))
     if save is None:
         return _log(rr, values)
-    require_free(save, "a recording for rerun", _is_rrd, force=True, reads=[source])
+    save, what = Path(save), "a recording for rerun"
+    require_free(save, what, lambda path: path.suffix == ".rrd", force=True, reads=[Path(source)])
     with write_aside(save) as partial:
         rr.save(str(partial))
         return _log(rr, values)
-
-
-def _is_rrd(path: Path) -> bool:
-    return path.suffix == ".rrd"
 
 
 def _log(rr: Any, values: Iterator[tuple[float, str, Any]]) -> dict[str, int]:
@@ -131,41 +121,3 @@ def _loudness(rr: Any, sound: Any, rate_hz: float) -> Iterator[tuple[float, str,
     for first in range(0, len(sound) - size + 1, size):
         power = float(np.square(sound[first : first + size], dtype=np.float64).mean())
         yield first / rate_hz, "microphone/dB", rr.Scalars(10 * np.log10(power + 1e-12))
-
-
-def view(
-    source: Place, recording: str | None = None, store: Place | None = None,
-    save: Place | None = None,
-) -> dict[str, int]:  # fmt: skip
-    """Show a recording in rerun's viewer: camera and markers, SA-I, RA-I, sound, drum, on one time.
-
-    Needs the extra ``view``.
-
-    Parameters
-    ----------
-    source
-        A session, or a store, which has no pictures of the camera.
-    recording
-        Its name, such as ``4/60``; None for the first.
-    store
-        Of a session: the store that was extracted from it, for markers and responses.
-    save
-        File to write, which ``rerun FILE`` shows later; None to open the viewer.
-
-    Returns
-    -------
-    dict
-        How many values were logged, by entity.
-
-    Raises
-    ------
-    InputError
-        If there is no such recording, or the package is missing.
-
-    Examples
-    --------
-    >>> view("responses.zarr", "4/60", save="touch.rrd")["sa1"]
-    1800
-    """
-    given = [None if path is None else Path(path) for path in (store, save)]
-    return write_view(Path(source), recording, *given)

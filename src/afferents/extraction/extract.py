@@ -16,7 +16,7 @@ from afferents.extraction.copies import notes_of, with_fingerprint
 from afferents.extraction.options import Extraction, declared_of, origin_of, relabel
 from afferents.files import Place, remove_partials, size_of
 from afferents.markers.detect import Positions, undistorted
-from afferents.markers.quality import doubt_markers
+from afferents.markers.quality import find_hidden_markers
 from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
@@ -29,8 +29,8 @@ from afferents.parallel import (
     side_by_side,
 )
 from afferents.progress import Progress
-from afferents.quality.issues import Doubt, accepted, kinds_named
-from afferents.quality.sound import doubt_loudness
+from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
+from afferents.quality.sound import find_overload
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import check_recording, require_own_files
 from afferents.recordings.footage import Footage
@@ -58,7 +58,7 @@ def watched(recording: Recording) -> Recording:
     return recording if video is None else replace(recording, video=Footage(video))
 
 
-def doubts_of(recording: Recording, responses: Responses) -> list[Doubt]:
+def doubts_of(recording: Recording, responses: Responses) -> list[QualityIssue]:
     """Return what is wrong with a recording's pictures, markers and sound.
 
     Parameters
@@ -69,17 +69,17 @@ def doubts_of(recording: Recording, responses: Responses) -> list[Doubt]:
         What was extracted of it.
     """
     video, audio, steady_s = recording.video, recording.audio, recording.steady_s
-    found: list[Doubt] = []
+    found: list[QualityIssue] = []
     if isinstance(video, Footage):
-        found += video.doubts(steady_s)
+        found += video.find_issues(steady_s)
         if dims.DETECTED in responses and not any(doubt.kind == "dark" for doubt in found):
-            found += doubt_markers(responses, video.path, steady_s)
+            found += find_hidden_markers(responses, video.path, steady_s)
     if isinstance(audio, WavFile) and dims.RA2 in responses:
-        found += doubt_loudness(responses[dims.RA2].values, audio.path, audio.sample_rate_hz)
+        found += find_overload(responses[dims.RA2].values, audio.path, audio.sample_rate_hz)
     return found
 
 
-def doubts_without_tracking(recording: Recording) -> list[Doubt]:
+def doubts_without_tracking(recording: Recording) -> list[QualityIssue]:
     """Decode a recording, and return what is wrong with its pictures and sound.
 
     Raises
@@ -92,11 +92,11 @@ def doubts_without_tracking(recording: Recording) -> list[Doubt]:
         footage = Footage(recording.video)
         for _ in footage.frames():
             pass
-        found += footage.doubts(recording.steady_s)
+        found += footage.find_issues(recording.steady_s)
     if audio is not None:
         sound = audio.read().values
         if isinstance(audio, WavFile):
-            found += doubt_loudness(sound, audio.path, audio.sample_rate_hz)
+            found += find_overload(sound, audio.path, audio.sample_rate_hz)
     return found
 
 
@@ -299,7 +299,7 @@ def _extract_one(
     declared: SessionFile,
     reference: Positions | None,
     extraction: Extraction,
-    doubts: list[Doubt],
+    doubts: list[QualityIssue],
 ) -> None:
     made_of = origin_of(recording, declared, extraction)
     if has_responses(extraction.out, recording.name, *made_of):
@@ -314,7 +314,7 @@ def _new_responses(
     made_of: tuple[str, str],
     reference: Positions | None,
     extraction: Extraction,
-    doubts: list[Doubt],
+    doubts: list[QualityIssue],
 ) -> Responses:
     """Extract a recording; its responses say what they were made of, and what was accepted."""
     if not extraction.vibration:
@@ -327,7 +327,7 @@ def _new_responses(
     )
     if (way := logged_way(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
-    doubts = doubts + accepted(doubts_of(recording, found), extraction.accept)
+    doubts = doubts + require_accepted(doubts_of(recording, found), extraction.accept)
     found = with_doubts(with_fingerprint(found), doubts)
     checksum, matters = made_of
     return found.assign_attrs(checksum=checksum, declared=matters)
@@ -461,7 +461,7 @@ def extract(
     wanted = Extraction(
         Path(session) if isinstance(session, str | Path) else session, Path(out),
         None if sensor is None else sensor_in(sensor), method, keep_going, workers, rest=rest,
-        cluster=cluster, accept=kinds_named(list(accept)), fps_hz=fps_hz,
+        cluster=cluster, accept=parse_kinds(list(accept)), fps_hz=fps_hz,
     )  # fmt: skip
     with Progress(quiet) as progress:
         skipped = extract_session(wanted, progress)

@@ -12,11 +12,11 @@ from afferents import dims
 from afferents.errors import InputError
 from afferents.extraction.extract import marker_responses
 from afferents.markers.estimate import recognise_sensor
-from afferents.markers.quality import describe, doubt_markers, measure_quality
+from afferents.markers.quality import describe, find_hidden_markers, measure_quality
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import track_markers
 from afferents.progress import Progress
-from afferents.quality.sound import clipped_share, doubt_loudness, require_finite
+from afferents.quality.sound import find_overload, measure_level, require_finite
 from afferents.recordings.audio import WavFile
 from afferents.recordings.check import video_facts
 from afferents.recordings.footage import Footage
@@ -73,7 +73,7 @@ def inspect_video(
     footage = Footage(watched)
     tracks = track_markers(footage, sensor)
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
-    doubts = footage.doubts() or doubt_markers(tracks, path, None)
+    doubts = footage.find_issues() or find_hidden_markers(tracks, path, None)
     found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in doubts]
     found.sentences += stall_sentences(footage)
     found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in doubts}}
@@ -154,7 +154,7 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
     except InputError as error:
         found.problems.append(str(error))
         return found
-    found.problems += [str(doubt) for doubt in doubt_loudness(samples, path, audio.sample_rate_hz)]
+    found.problems += [str(doubt) for doubt in find_overload(samples, path, audio.sample_rate_hz)]
     found.pictures = [draw_vibration(audio.read(), path.name, out)]
     return found
 
@@ -164,14 +164,13 @@ def level_sentences(samples: NDArray[np.float32]) -> list[str]:
     numbers = samples[np.isfinite(samples)].astype(float)
     if len(numbers) == 0:
         return ["No sample is a number."]
-    peak, rms = float(np.abs(numbers).max()), float(np.sqrt((numbers**2).mean()))
-    sentences = [f"Peak {peak:.3g}, RMS {rms:.3g} of full scale."]
-    if peak == 0:
+    level = measure_level(numbers[:, np.newaxis])
+    sentences = [f"Peak {level.peak:.3g}, RMS {level.rms:.3g} of full scale."]
+    if level.peak == 0:
         sentences.append("It is silent: look at the sensor's channel and cable.")
-    clipped = clipped_share(numbers)
-    if clipped > 0:
+    if level.clipped > 0:
         sentences.append(
-            f"{100 * clipped:.3g}% of samples are clipped, at {numbers.min():.3g} or "
+            f"{100 * level.clipped:.3g}% of samples are clipped, at {numbers.min():.3g} or "
             f"{numbers.max():.3g}: lower the gain."
         )
     return sentences

@@ -28,11 +28,14 @@ from .images import (
 from .network import (
     Network as Network,
 )
-from .percept import (
+from .pipeline import (
+    LivePipeline as LivePipeline,
+)
+from .prediction import (
     Counters as Counters,
 )
-from .percept import (
-    Percept as Percept,
+from .prediction import (
+    Prediction as Prediction,
 )
 from .replay import (
     Pace as Pace,
@@ -51,12 +54,6 @@ from .replay import (
 )
 from .replay import (
     RigVideo as RigVideo,
-)
-from .senses import (
-    Looker as Looker,
-)
-from .senses import (
-    Perceiver as Perceiver,
 )
 from .sensors import (
     Camera as Camera,

@@ -3,18 +3,18 @@
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.channels import CHANNELS, Channel, Skin
+from afferents.channels import CHANNELS, Channel, Filler, Skin
 from afferents.errors import InputError
 from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.detect import Positions, undistort
 from afferents.markers.grid import Grid
-from afferents.markers.places import fill_frames, images_of
+from afferents.markers.places import images_of
 from afferents.markers.rest import N_FRAMES, check_size
 from afferents.markers.sensor import Sensor
 from afferents.markers.track import Tracker
@@ -23,29 +23,46 @@ from afferents.store.recording import Frame, Video
 Image = NDArray[np.float32]
 Response = NDArray[np.floating]
 SHOWN = (CHANNELS[dims.SA1], CHANNELS[dims.RA1])
-"""Channels that the page shows, whatever models feel with."""
+"""Channels that the page shows, whatever models classify by."""
 
 
-class FrameImages(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class FrameImages:
     """What one frame shows.
 
     Attributes
     ----------
-    images
-        By name of the channel: (row, column), or (component, row, column) of those with directions.
-        Lost markers are filled from their neighbours. Without RA-I where no frame came before.
     markers
-        The same before they are images: (component, marker) in the layout's order.
+        By name of the channel: (component, marker) in the layout's order. Lost markers are filled
+        from their neighbours. Without RA-I where no frame came before.
     position
         Of the markers as the camera sees them, (n, 2), px, NaN where lost.
     detected
         Which were found, (n,).
+    grid
+        Where each stands in a tactile image.
     """
 
-    images: Mapping[str, Image]
     markers: Mapping[str, Image]
     position: NDArray[np.float64]
     detected: NDArray[np.bool_]
+    grid: Grid
+
+    @property
+    def share_found(self) -> float:
+        """Share of the markers that were found."""
+        return float(np.count_nonzero(self.detected) / len(self.detected))
+
+    def image(self, name: str) -> Image | None:
+        """Return the image of a channel, (row, column) or (component, row, column) of a vector.
+
+        None where it has no response to this frame, or none that is an image.
+        """
+        shown = self.markers.get(name)
+        if shown is None or shown.shape[1] != len(self.detected):
+            return None
+        image = images_of(shown, self.grid.row, self.grid.column)
+        return image if len(image) > 1 else image[0]
 
 
 class FrameByFrame(Protocol):
@@ -106,7 +123,7 @@ class Images:
         """Begin anew: the next frame is the first of a recording."""
         self._tracker: Tracker | None = None
         self._n = 0
-        self._last: dict[str, Response] = {}
+        self._fillers: dict[str, Filler] = {}
         self._before: Skin | None = None
 
     def skip(self) -> None:
@@ -137,44 +154,25 @@ class Images:
         grid = self._tracker.grid
         assert grid is not None
         responses = self._responses(position, self._tracker.rest_position)
-        places = np.stack([grid.row, grid.column], axis=1)
-        markers = {name: _parts(self._filled(name, r, places)) for name, r in responses.items()}
-        images = {
-            channel.name: _image(markers[channel.name], responses[channel.name].ndim > 1, grid)
-            for channel in self._channels
-            if not channel.parts and channel.name in markers
-        }
-        return FrameImages(images, markers, position, detected)
+        markers = {c.name: self._filled(c, response, grid) for c, response in responses.items()}
+        return FrameImages(markers, position, detected, grid)
 
-    def _responses(self, position: Positions, rest: Positions) -> dict[str, Response]:
+    def _responses(self, position: Positions, rest: Positions) -> dict[Channel, Response]:
         """Return the responses of a frame, computed as offline; without those that lack one."""
         if (lens := self._sensor.lens) is not None:
             position, rest = undistort(position, lens), undistort(rest, lens)
         now, before = Skin(position, rest), self._before
         self._before = now
-        found = {channel.name: channel.step(now, before) for channel in self._channels}
-        return {name: response for name, response in found.items() if response is not None}
+        found = {channel: channel.step(now, before) for channel in self._channels}
+        return {channel: response for channel, response in found.items() if response is not None}
 
-    def _filled(self, name: str, response: Response, places: NDArray[np.generic]) -> Response:
-        """Fill what lost markers leave open as `channels.fill` does, and keep what each shows."""
-        shown = np.asarray(response, np.float32)  # as it is stored
-        last = self._last.setdefault(name, np.zeros_like(shown))
-        if len(shown) == len(places):
-            shown = fill_frames(shown[None], places)[0]
-        seen = ~np.isnan(shown)
-        last[seen] = shown[seen]
-        return last
-
-
-def _parts(response: Response) -> Image:
-    """Return (marker,) or (marker, component) as (component, marker), a copy."""
-    return np.array(response.T, np.float32, ndmin=2)
-
-
-def _image(parts: Image, is_vector: bool, grid: Grid) -> Image:
-    """Lay (component, marker) out as (row, column), or (component, row, column) of a vector."""
-    images = images_of(parts, grid.row, grid.column)
-    return images if is_vector else images[0]
+    def _filled(self, channel: Channel, response: Response, grid: Grid) -> Image:
+        """Return a response without NaN, (component, marker), filled as offline."""
+        if channel.name not in self._fillers:
+            places = None if channel.parts else np.stack([grid.row, grid.column], axis=1)
+            self._fillers[channel.name] = Filler(places)
+        stored = np.asarray(response, np.float32)
+        return np.atleast_2d(self._fillers[channel.name].feed(stored[np.newaxis])[0].T)
 
 
 # Images of a sensor that nobody has described: its markers are found while they are at rest.

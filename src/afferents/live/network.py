@@ -1,4 +1,4 @@
-"""A model as exported: one ONNX file that says what it needs and feels one sample at a time."""
+"""A model as exported: one ONNX file that says what it needs, and classifies sample by sample."""
 
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -83,7 +83,7 @@ class Network:
         self._past = np.zeros(shapes["past"], np.float32) if self._stepping else None
 
     def _image_stream(self) -> ImageStream | None:
-        """Return what makes samples of images; None where the file, or another sense, does."""
+        """Return what makes samples of images; None where the file does, or for vibration."""
         if self._stepping or not isinstance(self.encoding, ImageEncoding):
             return None
         return self.encoding.stream(self.channel.lookback)
@@ -110,7 +110,7 @@ class Network:
         if self._stream is not None:
             self._stream.skip()
 
-    def feel(self, sample: NDArray[np.float32]) -> Outcome | None:
+    def predict(self, sample: NDArray[np.float32]) -> Outcome | None:
         """Say what a sample is; None until a run of images is full.
 
         Parameters

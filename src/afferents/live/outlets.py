@@ -1,4 +1,4 @@
-"""Percepts as Lab Streaming Layer outlets, for recording beside everything else in a lab."""
+"""Where predictions go: a page, the terminal, JSON lines, Lab Streaming Layer."""
 
 import json
 import sys
@@ -8,27 +8,28 @@ from typing import Any
 
 from afferents.errors import InputError
 from afferents.live.events import Source, let_go
-from afferents.live.percept import Percept, show
-from afferents.live.senses import Senses
+from afferents.live.pipeline import LivePipeline
+from afferents.live.prediction import Prediction
 from afferents.live.stream import check_sources, run
+from afferents.live.terminal import show
 
 PROBABILITIES, MESSAGES = "afferents probabilities", "afferents percepts"
 
 
-def published(
-    percepts: Iterable[Percept], textures: Mapping[str, Sequence[str]]
-) -> Iterator[Percept]:
-    """Pass percepts on, and give them out by LSL.
+def publish(
+    predictions: Iterable[Prediction], textures: Mapping[str, Sequence[str]]
+) -> Iterator[Prediction]:
+    """Pass predictions on, and give them out by LSL.
 
     Two outlets a model: its probabilities, one channel a texture (NaN where nothing fresh is
-    known), and every percept as JSON. Where one looks without a model, there is only the latter.
+    known), and every prediction as JSON. Where one looks without a model, there is only the latter.
 
     Parameters
     ----------
-    percepts
+    predictions
         Passed on.
     textures
-        That each model tells apart, by the name in its percepts; none where one only looks.
+        Of each model, by the name in its predictions; none where one only looks.
 
     Raises
     ------
@@ -49,12 +50,12 @@ def published(
         if several
     }
     nothing = float("nan")
-    for percept in percepts:
-        if outlet := numbers.get(percept.model):
-            known = percept.probabilities
-            outlet.push_sample([known.get(texture, nothing) for texture in percept.evidence])
-        words[percept.model].push_sample([json.dumps(percept.to_dict())])
-        yield percept
+    for prediction in predictions:
+        if outlet := numbers.get(prediction.model):
+            known = prediction.probabilities
+            outlet.push_sample([known.get(texture, nothing) for texture in prediction.evidence])
+        words[prediction.model].push_sample([json.dumps(prediction.to_dict())])
+        yield prediction
 
 
 def _numbers(pylsl: ModuleType, name: str, textures: Sequence[str]) -> Any:
@@ -69,12 +70,10 @@ def _numbers(pylsl: ModuleType, name: str, textures: Sequence[str]) -> Any:
 
 
 def _words(pylsl: ModuleType, name: str) -> Any:
-    """Describe a stream of percepts."""
+    """Describe a stream of predictions."""
     source = f"afferents-{name}-json"
     return pylsl.StreamInfo(f"{MESSAGES} {name}", "Markers", 1, 0, "string", source)
 
-
-# Where percepts go: a page, the terminal, JSON lines, LSL.
 
 Address = tuple[str, int, str | None]
 """Host, port and token of the page."""
@@ -82,23 +81,23 @@ Address = tuple[str, int, str | None]
 
 def give_out(
     sources: Sequence[Source],
-    senses: Senses,
+    pipeline: LivePipeline,
     web: Address | None = None,
     lsl: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Feel or look, and give out what is felt or seen, until the sources end.
+    """Run a pipeline, and give out what it predicts or shows, until the sources end.
 
     Parameters
     ----------
-    sources, senses
+    sources, pipeline
         As for `stream.run`.
     web
         Where a page is served; None for the terminal.
     lsl
         Whether LSL outlets are opened as well.
     as_json
-        Whether percepts are printed as JSON lines.
+        Whether predictions are printed as JSON lines.
 
     Raises
     ------
@@ -106,33 +105,37 @@ def give_out(
         As `stream.run`; if packages are missing, or the page can't be served there.
     """
     with let_go(sources):
-        check_sources(sources, senses)  # before anything is opened for the percepts
-        _give_out(run(sources, senses), senses, web, lsl, as_json)
+        check_sources(sources, pipeline)  # before anything is opened for the predictions
+        _give_out(run(sources, pipeline), pipeline, web, lsl, as_json)
 
 
 def _give_out(
-    percepts: Iterator[Percept], senses: Senses, web: Address | None, lsl: bool, as_json: bool
+    predictions: Iterator[Prediction],
+    pipeline: LivePipeline,
+    web: Address | None,
+    lsl: bool,
+    as_json: bool,
 ) -> None:
     if lsl:
-        textures = {session.name: session.textures for _, session in senses.sessions}
-        percepts = published(percepts, textures)
+        textures = {reporter.name: reporter.textures for _, reporter in pipeline.reporters}
+        predictions = publish(predictions, textures)
     if as_json:
-        percepts = _printed(percepts)
+        predictions = _print(predictions)
     if web is not None:
         from afferents.live.web.server import serve
 
-        senses.show_spikes()
-        serve(percepts, senses, *web)
+        pipeline.show_spikes()
+        serve(predictions, pipeline, *web)
     elif as_json:
-        for _ in percepts:
+        for _ in predictions:
             pass
     else:
-        show(percepts, senses.screen())
+        show(predictions, pipeline)
 
 
-def _printed(percepts: Iterator[Percept]) -> Iterator[Percept]:
-    """Print percepts as they pass, one JSON object a line."""
-    for percept in percepts:
-        sys.stdout.write(json.dumps(percept.to_dict()) + "\n")
+def _print(predictions: Iterator[Prediction]) -> Iterator[Prediction]:
+    """Print predictions as they pass, one JSON object a line."""
+    for prediction in predictions:
+        sys.stdout.write(json.dumps(prediction.to_dict()) + "\n")
         sys.stdout.flush()
-        yield percept
+        yield prediction

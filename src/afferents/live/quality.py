@@ -1,4 +1,4 @@
-"""How good pictures and sound are over the last second, by what `inspect` asks of recordings."""
+"""How good pictures and sound are over the last second, by the measures of recordings."""
 
 import math
 from abc import ABC, abstractmethod
@@ -11,14 +11,10 @@ from numpy.typing import NDArray
 
 from afferents.live.events import CameraFrame, Sound
 from afferents.live.images import FrameImages
-from afferents.markers.image_quality import (
-    ImageQuality,
-    doubts_of_light,
-    image_quality,
-    repeated_frames,
-)
-from afferents.markers.kernel import sampled
-from afferents.quality.sound import clipped_share
+from afferents.markers.detect import spacing_px
+from afferents.quality.frames import MANY_REPEATED, find_repeated, mean_change, sample_pixels
+from afferents.quality.image import ImageQuality, find_light_issues, measure_image_quality
+from afferents.quality.sound import measure_level
 
 EVERY_S = 0.5
 """Figures are worked out anew this often, s of the source's time."""
@@ -27,20 +23,20 @@ SPAN_S = 1.0
 
 
 class Figure(NamedTuple):
-    """One of them in words; `doubt` says what is wrong, in a sentence, where something is."""
+    """One of them in words; `issue` says what is wrong, in a sentence, where something is."""
 
     name: str
     value: str
-    doubt: str = ""
+    issue: str = ""
 
 
 class Quality(ABC):
-    """Figures of one sense.
+    """Figures of one sensor stream.
 
     Attributes
     ----------
     numbers
-        By name, for programs; none before the first.
+        By name, for programs; none before the first. Replaced whole, never changed.
     """
 
     def __init__(self) -> None:
@@ -70,10 +66,7 @@ class Quality(ABC):
 
 
 class AudioQuality(Quality):
-    """Figures of a microphone.
-
-    Its numbers are ``peak`` and ``rms`` of the loudest channel, as shares of full scale, and
-    ``clipped``, the largest share of samples that is cut off in any channel.
+    """Figures of a microphone: its numbers are those of `SoundLevel`.
 
     Parameters
     ----------
@@ -94,19 +87,14 @@ class AudioQuality(Quality):
         self._pieces: deque[NDArray[np.float32]] = deque()
         self._n = 0
 
-    def take(self, sound: Sound) -> None:
+    def add(self, sound: Sound) -> None:
         """Take in some samples."""
         self._pieces.append(sound.samples)
         self._n += len(sound.samples)
         while self._n - len(self._pieces[0]) >= SPAN_S * self._rate_hz:
             self._n -= len(self._pieces.popleft())
         if self._is_due(sound.time_s):
-            samples = np.concatenate(self._pieces).astype(float)
-            self.numbers = {
-                "peak": float(np.abs(samples).max()),
-                "rms": float(np.sqrt((samples**2).mean(axis=0)).max()),
-                "clipped": max(clipped_share(channel) for channel in samples.T),
-            }
+            self.numbers = measure_level(np.concatenate(self._pieces))._asdict()
 
     def figures(self) -> list[Figure]:
         """Return them in words, for people."""
@@ -132,18 +120,9 @@ def _decibels(share: float) -> str:
 SLOW = 0.9
 """A frame rate below this share of what the source says is named;"""
 MANY_LOST = 0.05
-"""so is a larger share of markers lost,"""
-MANY_REPEATED = 0.01
-"""and a larger share of frames that repeat the one before."""
+"""so is a larger share of markers lost."""
 REPEATS = 180
 """Frames in a row that are looked at for repeats."""
-
-
-class _Seen(NamedTuple):
-    """One frame: its time, s, and which markers were found (none before the rest frame)."""
-
-    time_s: float
-    detected: NDArray[np.bool_] | None
 
 
 class VideoQuality(Quality):
@@ -170,30 +149,30 @@ class VideoQuality(Quality):
         """Forget all: another recording begins."""
         self.numbers = {}
         self._due_s = None
-        self._seen: deque[_Seen] = deque()
+        self._seen: deque[tuple[float, NDArray[np.bool_] | None]] = deque()  # s; markers found
         self._change: deque[float] = deque(maxlen=REPEATS)
-        self._sample: NDArray[np.int16] | None = None
+        self._sample: NDArray[np.uint8] | None = None
         self._light: ImageQuality | None = None
 
-    def take(self, picture: CameraFrame, felt: FrameImages | None) -> None:
+    def add(self, picture: CameraFrame, found: FrameImages | None) -> None:
         """Take in a frame and what was found in it; None before the rest frame."""
-        sample = sampled(picture.frame.luma).astype(np.int16)
-        if self._sample is not None and self._sample.shape == sample.shape:
-            self._change.append(float(np.abs(sample - self._sample).mean()))
-        self._sample = sample
-        self._seen.append(_Seen(picture.time_s, None if felt is None else felt.detected))
-        while self._seen[0].time_s < picture.time_s - SPAN_S:
+        before, self._sample = self._sample, sample_pixels(picture.frame.luma)
+        if not math.isnan(change := mean_change(self._sample, before)):
+            self._change.append(change)
+        self._seen.append((picture.time_s, None if found is None else found.detected))
+        while self._seen[0][0] < picture.time_s - SPAN_S:
             self._seen.popleft()
         if self._is_due(picture.time_s):
             self._light = None
-            if felt is not None and felt.detected.any():
-                self._light = image_quality(picture.frame.image, felt.position[felt.detected])
-            self.numbers = {k: v for k, v in self._measured().items() if math.isfinite(v)}
+            if found is not None and found.detected.any():
+                at = found.position[found.detected]
+                self._light = measure_image_quality(picture.frame.image, at, spacing_px(at))
+            self.numbers = {k: v for k, v in self._measure().items() if math.isfinite(v)}
 
-    def _measured(self) -> dict[str, float]:
-        span_s = self._seen[-1].time_s - self._seen[0].time_s
+    def _measure(self) -> dict[str, float]:
+        span_s = self._seen[-1][0] - self._seen[0][0]
         numbers = {"fps_hz": (len(self._seen) - 1) / span_s if span_s > 0 else math.nan}
-        detected = [seen.detected for seen in self._seen if seen.detected is not None]
+        detected = [found for _, found in self._seen if found is not None]
         newest = [one for one in detected if one.shape == detected[-1].shape]  # of one sensor
         if newest:
             share = np.mean(newest, axis=0)
@@ -201,55 +180,52 @@ class VideoQuality(Quality):
             numbers["lost"] = float(1 - share.mean())
             numbers["n_lost"] = float((share < 0.5).sum())
         if len(self._change) == REPEATS:
-            numbers["repeated"] = float(repeated_frames(np.array(self._change)).mean())
+            numbers["repeated"] = float(find_repeated(np.array(self._change)).mean())
         return numbers | (vars(self._light) if self._light else {})
 
     def figures(self) -> list[Figure]:
         """Return them in words, for people."""
         said = [*self._rate(), *self._markers(), *self._repeats()]
-        return said + ([] if self._light is None else _lit(self._light))
+        return said + ([] if self._light is None else _describe_light(self._light))
 
     def _rate(self) -> list[Figure]:
         if (rate_hz := self.numbers.get("fps_hz")) is None:
             return []
         slow = rate_hz < SLOW * self._rate_hz
-        doubt = f"Frames come more slowly than the {self._rate_hz:g} a second that were expected."
-        return [Figure("frame rate", f"{rate_hz:.1f} frames/s", doubt if slow else "")]
+        issue = f"Frames come more slowly than the {self._rate_hz:g} a second that were expected."
+        return [Figure("frame rate", f"{rate_hz:.1f} frames/s", issue if slow else "")]
 
     def _markers(self) -> list[Figure]:
         numbers = self.numbers
         if "lost" not in numbers:
             return []
         n, gone, lost = int(numbers["n_markers"]), int(numbers["n_lost"]), numbers["lost"]
-        doubt = (
+        issue = (
             f"Markers lost for more than half of the last second: {gone} of {n} (hidden, cut by "
             "the rim, or no markers)."
         )
         return [
             Figure("markers", f"{n - gone} of {n}"),
-            Figure("lost", f"{lost:.1%} of positions", doubt if lost > MANY_LOST else ""),
+            Figure("lost", f"{lost:.1%} of positions", issue if lost > MANY_LOST else ""),
         ]
 
     def _repeats(self) -> list[Figure]:
         if (share := self.numbers.get("repeated")) is None:
             return []
-        doubt = (
+        issue = (
             "Frames seem to repeat the one before: RA-I is near 0 there, and too large in the next."
         )
-        return [Figure("repeated frames", f"{share:.0%}", doubt if share > MANY_REPEATED else "")]
+        return [Figure("repeated frames", f"{share:.0%}", issue if share > MANY_REPEATED else "")]
 
 
-def _lit(light: ImageQuality) -> list[Figure]:
+def _describe_light(light: ImageQuality) -> list[Figure]:
     """Return light and focus in words."""
-    doubts = doubts_of_light(light)
+    issues = find_light_issues(light)
+    grey = f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}"
     figures = [
-        Figure(
-            "grey levels",
-            f"markers {light.disc_grey:.0f}, skin {light.skin_grey:.0f}",
-            doubts.get("faint", ""),
-        ),
-        Figure("overexposed", f"{light.saturated:.0%}", doubts.get("overexposed", "")),
+        Figure("grey levels", grey, issues.get("faint", "")),
+        Figure("overexposed", f"{light.saturated:.0%}", issues.get("overexposed", "")),
     ]
     if math.isfinite(light.edge_px):
-        figures.append(Figure("edges", f"{light.edge_px:.1f} px wide", doubts.get("blurred", "")))
+        figures.append(Figure("edges", f"{light.edge_px:.1f} px wide", issues.get("blurred", "")))
     return figures

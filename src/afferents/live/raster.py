@@ -110,9 +110,9 @@ class MarkerRaster(Raster):
         for one in self._classes:
             one.units.skip()
 
-    def take(self, time_s: float, felt: FrameImages) -> None:
+    def take(self, time_s: float, images: FrameImages) -> None:
         """Drive them with a frame."""
-        lost = ~felt.detected
+        lost = ~images.detected
         if len(lost) != self._n_markers:
             self._n_markers = len(lost)
             self._classes = _of_markers(len(lost))
@@ -123,8 +123,8 @@ class MarkerRaster(Raster):
         for one in self._classes:
             variable = one.units.afferent.variable
             response = np.full(len(lost), np.nan, np.float32)
-            if variable in felt.markers:
-                response = np.where(missing[variable], np.nan, felt.markers[variable][0])
+            if variable in images.markers:
+                response = np.where(missing[variable], np.nan, images.markers[variable][0])
             one.take(one.units.feed(time_s, response), time_s)
 
     def trains(self) -> list[Trains]:

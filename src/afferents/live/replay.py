@@ -111,7 +111,7 @@ class ReplayedVideo(_Played):
             if not self._pace.wait(time_s):
                 return
             yield CameraFrame(frame._replace(time_s=time_s), time.monotonic())
-            # A camera's next frame does not come while this one is felt: nor is it decoded.
+            # A camera's next frame does not come while this one is classified: nor is it decoded.
             self._pace.wait(time_s + 0.5 / self.rate_hz)
 
 

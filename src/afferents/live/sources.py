@@ -39,7 +39,7 @@ def open_sources(
     speed: float = 1.0,
     exposure_ms: float | None = None,
 ) -> Sequence[Source]:
-    """Open what is felt by, or looked at.
+    """Open what models classify by, or what is looked at.
 
     Parameters
     ----------

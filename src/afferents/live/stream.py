@@ -1,4 +1,4 @@
-"""A stream of percepts from running sources."""
+"""A stream of predictions from running sources."""
 
 import heapq
 import math
@@ -11,9 +11,9 @@ from pathlib import Path
 from afferents.errors import InputError
 from afferents.live.events import Channel, Mailbox, Source, Trouble, let_go, read_ahead
 from afferents.live.network import Network
-from afferents.live.percept import Percept
-from afferents.live.sense import Sense
-from afferents.live.senses import Perceiver, Senses
+from afferents.live.pipeline import LivePipeline
+from afferents.live.prediction import Prediction
+from afferents.live.streams import SensorStream
 
 SILENT_S = 0.5
 """A source that says nothing for so long is stalled; and nobody waits longer for a message."""
@@ -26,12 +26,12 @@ Model = str | Path | Network
 
 def stream(
     sources: Sequence[Source], models: Model | Sequence[Model], audio_offset_s: float = 0.0
-) -> Iterator[Percept]:
-    """Feel with models as sources run; ends when all sources have ended.
+) -> Iterator[Prediction]:
+    """Classify with models as sources run; ends when all sources have ended.
 
     A source with a finite speed (a camera, a microphone, a paced replay) runs in a thread of its
     own, and whatever can't be followed is dropped and counted. Otherwise events are taken in the
-    order of their times, none is lost, and the percepts are the same at every run.
+    order of their times, none is lost, and the predictions are the same at every run.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def stream(
 
     Yields
     ------
-    Percept
+    Prediction
         At every frame and every stride of the vibration; where none comes, every half second
         that there is none, and why. Stop early by closing the generator.
 
@@ -56,54 +56,54 @@ def stream(
     several = [models] if isinstance(models, str | Path | Network) else models
     with let_go(sources):
         networks = [m if isinstance(m, Network) else Network(Path(m)) for m in several]
-        yield from run(sources, Perceiver(networks, audio_offset_s))
+        yield from run(sources, LivePipeline.with_models(networks, audio_offset_s))
 
 
-def run(sources: Sequence[Source], senses: Senses) -> Iterator[Percept]:
-    """Feed sources to models (`Perceiver`), or to an onlooker (`Looker`); see `stream`."""
-    used = [source for source in sources if source.channel in senses.by_channel]
+def run(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Prediction]:
+    """Feed sources to a pipeline; see `stream`."""
+    used = [source for source in sources if source.channel in pipeline.by_channel]
     with let_go(sources):
-        check_sources(sources, senses)
+        check_sources(sources, pipeline)
         for source in used:
-            senses.by_channel[source.channel].speed = source.speed
+            pipeline.by_channel[source.channel].speed = source.speed
         if any(math.isfinite(source.speed) for source in used):
-            yield from _as_it_comes(used, senses)
+            yield from _as_it_comes(used, pipeline)
         else:
             with ExitStack() as threads:
                 events = [threads.enter_context(read_ahead(source.events())) for source in used]
                 for event in heapq.merge(*events, key=attrgetter("time_s")):
-                    yield from senses.feed(event)
+                    yield from pipeline.feed(event)
 
 
-def check_sources(sources: Sequence[Source], senses: Senses) -> None:
-    """Refuse sources that don't go with the senses.
+def check_sources(sources: Sequence[Source], pipeline: LivePipeline) -> None:
+    """Refuse sources that don't go with the pipeline.
 
     Raises
     ------
     InputError
-        If a sense has no source or two, or the rate is another than the models learnt from.
+        If a stream has no source or two, or the rate is another than the models learnt from.
     """
-    for channel, sense in senses.by_channel.items():
+    for channel, stream in pipeline.by_channel.items():
         fitting = [source for source in sources if source.channel == channel]
         if len(fitting) != 1:
-            listening = ", ".join(session.name for session in sense.sessions)
+            listening = ", ".join(reporter.name for reporter in stream.reporters)
             found = f"{len(fitting) or 'none'}"
             raise InputError(f"--{channel}: expected one source for {listening}, found {found}")
-        _check_rate(fitting[0], sense)
+        _check_rate(fitting[0], stream)
 
 
-def _check_rate(source: Source, sense: Sense) -> None:
+def _check_rate(source: Source, stream: SensorStream) -> None:
     unit, tolerance = ("frames/s", RATE_TOLERANCE) if source.channel == "video" else ("Hz", 0.0)
-    if abs(source.rate_hz - sense.rate_hz) > tolerance * sense.rate_hz:
+    if abs(source.rate_hz - stream.rate_hz) > tolerance * stream.rate_hz:
         raise InputError(
-            f"--{source.channel}: expected {sense.rate_hz:g} {unit}, as the model learnt from, "
+            f"--{source.channel}: expected {stream.rate_hz:g} {unit}, as the model learnt from, "
             f"found {source.rate_hz:g}; use a source of that rate, or train a model for this one"
         )
 
 
-def _as_it_comes(sources: Sequence[Source], senses: Senses) -> Iterator[Percept]:
+def _as_it_comes(sources: Sequence[Source], pipeline: LivePipeline) -> Iterator[Prediction]:
     mailbox = Mailbox()
-    watches = {s.channel: _Watch(senses.by_channel[s.channel]) for s in sources}
+    watches = {s.channel: _SilenceWatch(pipeline.by_channel[s.channel]) for s in sources}
     for source in sources:
         mailbox.take_from(source)
     while True:
@@ -112,26 +112,21 @@ def _as_it_comes(sources: Sequence[Source], senses: Senses) -> Iterator[Percept]
         except EOFError:
             return
         if event is not None:
-            percepts = senses.feed(event)
-            yield from percepts
-            watches[event.channel].heard(percepts)
+            for prediction in pipeline.feed(event):
+                yield prediction
+                watches[event.channel].said_s = time.monotonic()
         for channel, watch in watches.items():
-            yield from watch.silence(mailbox.last_s.get(channel))
+            yield from watch.break_silence(mailbox.last_s.get(channel))
 
 
-class _Watch:
-    """Sees that nobody takes an old percept for a fresh one."""
+class _SilenceWatch:
+    """Sees that nobody takes an old prediction for a fresh one."""
 
-    def __init__(self, sense: Sense) -> None:
-        self._sense = sense
-        self._begun_s = self._said_s = time.monotonic()
+    def __init__(self, stream: SensorStream) -> None:
+        self._stream = stream
+        self._begun_s = self.said_s = time.monotonic()
 
-    def heard(self, percepts: list[Percept]) -> None:
-        """Percepts were given out."""
-        if percepts:
-            self._said_s = time.monotonic()
-
-    def silence(self, last_s: float | None) -> list[Percept]:
+    def break_silence(self, last_s: float | None) -> list[Prediction]:
         """Return what is to be said where nothing was said for long.
 
         Parameters
@@ -140,12 +135,12 @@ class _Watch:
             When the source last gave something, whether it was taken already or not.
         """
         now_s = time.monotonic()
-        if now_s - self._said_s < max(SILENT_S, 2 * self._sense.every_s):
+        if now_s - self.said_s < max(SILENT_S, 2 * self._stream.every_s):
             return []
-        self._said_s = now_s
+        self.said_s = now_s
         silent_s = now_s - (self._begun_s if last_s is None else last_s)
         if silent_s < SILENT_S:
-            return self._sense.without("waiting")
-        channel: Channel = self._sense.channel
+            return self._stream.report_nothing("waiting")
+        channel: Channel = self._stream.channel
         what = f"{channel}: nothing for {silent_s:.1f} s"
-        return self._sense.interrupt(Trouble(channel, self._sense.now_s, what))
+        return self._stream.interrupt(Trouble(channel, self._stream.now_s, what))

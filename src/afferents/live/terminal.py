@@ -1,6 +1,7 @@
-"""Percepts in the terminal: for every model what it feels, as bars."""
+"""What is drawn in a terminal: every model's evidence as bars, or what comes in."""
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -9,15 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.color import Color
 from rich.console import Console, Group, RenderableType
+from rich.live import Live
 from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 
 from afferents.dims import RA1, SA1
-from afferents.live.percept import Percept, counted
+from afferents.live.pipeline import LivePipeline
+from afferents.live.prediction import Prediction
 from afferents.live.quality import Quality
-from afferents.live.sense import AudioSense, VideoSense
+from afferents.live.reporters import ModelReporter
+from afferents.live.streams import AudioStream, VideoStream
 
+EVERY_S = 0.1
+"""Time between two pictures."""
 _BAR = 24
 _AT_ONCE_S = 0.05
 """What would be printed as 0.0 s."""
@@ -25,56 +31,106 @@ _MOST = 13
 """Textures shown, the likeliest."""
 
 
-class Bars:
-    """Draws the evidence of every model as bars.
+def show(predictions: Iterable[Prediction], pipeline: LivePipeline) -> None:
+    """Draw predictions as they come, until they end."""
+    screen = Screen(pipeline)
+    drawn_s = 0.0
+    console = Console(highlight=False, markup=False)
+    with Live(console=console, auto_refresh=False) as live:
+        for prediction in predictions:
+            screen.take(prediction)
+            if time.monotonic() - drawn_s > EVERY_S:
+                drawn_s = time.monotonic()
+                live.update(screen.draw(console), refresh=True)
+        live.update(screen.draw(console), refresh=True)  # the last, however quickly it came
+
+
+class Screen:
+    """Draws the evidence of every model as bars; without models, pictures of what comes in.
 
     Parameters
     ----------
-    most_sure
-        Of models by name: no texture is shown with a higher probability; see `Card`.
+    pipeline
+        Fed by whoever gives the predictions.
     """
 
-    def __init__(self, most_sure: Mapping[str, float]) -> None:
-        """Nothing is felt yet."""
-        self._most_sure = most_sure
-        self._latest: dict[str, Percept] = {}
+    def __init__(self, pipeline: LivePipeline) -> None:
+        """Nothing has come yet."""
+        self._pipeline = pipeline
+        self._latest: dict[str, Prediction] = {}
+        self._most_sure = {
+            reporter.name: reporter.card.most_sure
+            for _, reporter in pipeline.reporters
+            if isinstance(reporter, ModelReporter)
+        }
 
-    def take(self, percept: Percept) -> None:
-        """Keep a percept until the next of its model."""
-        self._latest[percept.model] = percept
+    def take(self, prediction: Prediction) -> None:
+        """Keep a prediction until the next of its name."""
+        self._latest[prediction.model] = prediction
 
-    def drawn(self, console: Console) -> RenderableType:
-        """Return the picture as it is now."""
-        return Group(*(_drawn(one, self._most_sure[name]) for name, one in self._latest.items()))
+    def draw(self, console: Console) -> RenderableType:
+        """Return the picture as it is now; without colours, in words alone."""
+        if self._most_sure:
+            return Group(*(_bars(p, self._most_sure[name]) for name, p in self._latest.items()))
+        parts: list[RenderableType] = []
+        video, audio = self._pipeline.video, self._pipeline.audio
+        if video is not None:
+            if console.color_system is not None:
+                parts.append(_views(video, console))
+            parts.append(Text(video.images.describe()))
+        if audio is not None:
+            parts.append(_spectrum(audio, console.width))
+        parts.append(_figures([one.quality for one in (video, audio) if one is not None]))
+        parts += [Text(_line(prediction), style="dim") for prediction in self._latest.values()]
+        return Group(*parts)
 
 
-def _drawn(percept: Percept, most_sure: float) -> RenderableType:
-    table = Table(box=None, show_header=False, title=Text(_title(percept)), title_justify="left")
-    likeliest = sorted(percept.evidence, key=percept.evidence.__getitem__, reverse=True)[:_MOST]
-    for texture in percept.evidence:
+def describe_faults(prediction: Prediction) -> str:
+    """Return latency, faults and troubles in a line."""
+    latency_ms = prediction.latency_ms
+    parts = [] if latency_ms is None else [f"latency {latency_ms:.1f} ms"]
+    parts += [
+        f"{count} {name.replace('_', ' ')}"
+        for name, count in vars(prediction.counters).items()
+        if count and name not in ("frames", "samples")
+    ]
+    return ", ".join([*parts, *prediction.troubles])
+
+
+def _bars(prediction: Prediction, most_sure: float) -> RenderableType:
+    table = Table(box=None, show_header=False, title=Text(_title(prediction)), title_justify="left")
+    evidence = prediction.evidence
+    likeliest = sorted(evidence, key=evidence.__getitem__, reverse=True)[:_MOST]
+    for texture in evidence:
         if texture not in likeliest:
             continue
-        now, all_in_all = percept.probabilities.get(texture), percept.evidence[texture]
+        now, all_in_all = prediction.probabilities.get(texture), evidence[texture]
         said = "" if now is None else f"{100 * min(now, most_sure):3.0f}% now"
         bar = "█" * round(_BAR * all_in_all)
         table.add_row(texture, f"{bar:<{_BAR}}", f"{100 * all_in_all:3.0f}%", said)
-    return Group(table, Text(counted(percept), style="dim"))
+    return Group(table, Text(describe_faults(prediction), style="dim"))
 
 
-def _sure(after_s: float | None) -> str:
-    if after_s is None:
-        return ""
-    return ", sure at once" if after_s < _AT_ONCE_S else f", sure after {after_s:.1f} s"
+def _title(prediction: Prediction) -> str:
+    is_known = prediction.fresh and prediction.texture
+    said = prediction.texture if is_known else prediction.state
+    sure, after_s = "", prediction.sure_after_s
+    if after_s is not None:
+        sure = ", sure at once" if after_s < _AT_ONCE_S else f", sure after {after_s:.1f} s"
+    return f"{prediction.model}: {said}{sure}{_truth(prediction)}"
 
 
-def _title(percept: Percept) -> str:
-    felt = percept.texture if percept.fresh and percept.texture else percept.state
-    sure = _sure(percept.sure_after_s)
-    truth = f" (it is {percept.truth})" if percept.truth else ""
-    return f"{percept.model}: {felt}{sure}{truth}"
+def _truth(prediction: Prediction) -> str:
+    return f" (it is {prediction.truth})" if prediction.truth else ""
 
 
-# What comes in, in the terminal: camera, SA-I, RA-I and spectrum in characters, and figures.
+def _line(prediction: Prediction) -> str:
+    faults = describe_faults(prediction)
+    said = f"{prediction.model}: {prediction.state}{_truth(prediction)}"
+    return f"{said}, {faults}" if faults else said
+
+
+# What comes in: camera, SA-I, RA-I and spectrum in characters, and figures of quality.
 
 Pixels = NDArray[np.uint8]
 _MOST_COLUMNS, _FEWEST_COLUMNS = 64, 16
@@ -95,53 +151,14 @@ _CIVIDIS = np.array([
 """Cividis at eight places, as on the page (Nuñez et al., PLoS ONE 2018)."""
 
 
-class Pictures:
-    """Draws what the senses have in hand.
-
-    Parameters
-    ----------
-    video, audio
-        Fed by whoever gives the percepts; None for one that is not there.
-    """
-
-    def __init__(self, video: VideoSense | None, audio: AudioSense | None) -> None:
-        """Nothing has come yet."""
-        self._video, self._audio = video, audio
-        self._latest: dict[str, Percept] = {}
-
-    def take(self, percept: Percept) -> None:
-        """Keep a percept until the next of its sense."""
-        self._latest[percept.model] = percept
-
-    def drawn(self, console: Console) -> RenderableType:
-        """Return the picture as it is now; without colours, in words alone."""
-        parts: list[RenderableType] = []
-        video, audio = self._video, self._audio
-        if video is not None:
-            if console.color_system is not None:
-                parts.append(_views(video, console))
-            parts.append(Text(video.images.describe()))
-        if audio is not None:
-            parts.append(_spectrum(audio, console.width))
-        parts.append(_figures([sense.quality for sense in (video, audio) if sense is not None]))
-        parts += [Text(_line(percept), style="dim") for percept in self._latest.values()]
-        return Group(*parts)
-
-
-def _line(percept: Percept) -> str:
-    truth = f" (it is {percept.truth})" if percept.truth else ""
-    said = counted(percept)
-    return f"{percept.model}: {percept.state}{truth}{f', {said}' if said else ''}"
-
-
-def _views(video: VideoSense, console: Console) -> RenderableType:
+def _views(video: VideoStream, console: Console) -> RenderableType:
     """Return camera, SA-I and RA-I side by side, as large as fits."""
     views = Table(box=None, show_header=True, header_style="dim", padding=(0, 2, 0, 0))
     cells: list[RenderableType] = []
     lines = max(6, min(int(_HEIGHT_SHARE * console.height), console.height - _WORDS))
     left = console.width - 2
     for title, name in (("SA-I", SA1), ("RA-I", RA1)):
-        image = None if video.felt is None else video.felt.images.get(name)
+        image = None if video.newest is None else video.newest.image(name)
         if image is not None:
             scaled, most = _map(image, 2 * lines)
             views.add_column(f"{title}, 0-{most:.1f} px")
@@ -155,11 +172,13 @@ def _views(video: VideoSense, console: Console) -> RenderableType:
     return views
 
 
-def _camera(video: VideoSense, columns: int, lines: int) -> Pixels:
+def _camera(video: VideoStream, columns: int, lines: int) -> Pixels:
     """Return where the camera sees markers, small, with those found on it: (line, column, 3)."""
     assert video.picture is not None
     grey = video.picture.frame.image
-    found = np.empty((0, 2)) if video.felt is None else video.felt.position[video.felt.detected]
+    found = (
+        np.empty((0, 2)) if video.newest is None else video.newest.position[video.newest.detected]
+    )
     if len(found):
         corner = np.maximum(found.min(axis=0).astype(int) // _EDGE_PX - 1, 0) * _EDGE_PX
         far = (found.max(axis=0).astype(int) // _EDGE_PX + 2) * _EDGE_PX
@@ -202,7 +221,7 @@ def _style(above: tuple[int, int, int], below: tuple[int, int, int]) -> Style:
     return Style(color=Color.from_rgb(*above), bgcolor=Color.from_rgb(*below))
 
 
-def _spectrum(audio: AudioSense, width: int) -> RenderableType:
+def _spectrum(audio: AudioStream, width: int) -> RenderableType:
     """Return the newest spectrum as a row of bars."""
     spectrum = audio.spectrum()
     if spectrum is None:
@@ -223,5 +242,5 @@ def _spectrum(audio: AudioSense, width: int) -> RenderableType:
 def _figures(qualities: Sequence[Quality]) -> RenderableType:
     """Return figures of quality, and what is wrong."""
     figures = [figure for quality in qualities for figure in quality.figures()]
-    said = Text(" · ").join(Text(f"{f.name} {f.value}", "bold" if f.doubt else "") for f in figures)
-    return Group(said, *(Text(f.doubt, style="yellow") for f in figures if f.doubt))
+    said = Text(" · ").join(Text(f"{f.name} {f.value}", "bold" if f.issue else "") for f in figures)
+    return Group(said, *(Text(f.issue, style="yellow") for f in figures if f.issue))

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
-from afferents.markers.image_quality import ImageQuality, image_quality
 from afferents.markers.layout import GATE_SHARE, FoundLayout, find_layout, match_layout, put_back
 from afferents.markers.rest import N_FRAMES, SeenAtRest, seen_at_rest, still_picture
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
+from afferents.quality.image import ImageQuality, measure_image_quality
 from afferents.store.recording import GreyImage, Video
 
 LEAST_ALIKE, IN_PLACE = 0.6, 0.2
@@ -227,7 +227,7 @@ def calibrate_from_clips(
         places["markers"] = tuple((round(float(x), 1), round(float(y), 1)) for x, y in position)
     described = first.sensor.model_dump() | places | {"name": name, "rest_frame": 0}
     sensor = Sensor.model_validate(described | {"pitch_mm": pitch_mm})
-    picture = image_quality(first.image, position)
+    picture = measure_image_quality(first.image, position, spacing_px(position))
     return Calibration(
         sensor, first.image, position, suspects, found, picture, int(again.sum()), n_checked, clips
     )

@@ -150,7 +150,9 @@ def find_blobs(image: GreyImage, parameters: BlobDetector) -> tuple[Positions, N
 
 
 def spacing_px(position: Positions) -> float:
-    """Return the median distance of a marker from its nearest neighbour, px."""
+    """Return the median distance of a marker from its nearest neighbour, px; NaN of one."""
+    if len(position) < 2:
+        return float("nan")
     distance, _ = cKDTree(position).query(position, k=2)
     return float(np.median(distance[:, 1]))
 

@@ -14,10 +14,10 @@ from afferents.markers.detect import (
     spacing_px,
 )
 from afferents.markers.grid import find_grid
-from afferents.markers.image_quality import fault_of_light
 from afferents.markers.rest import rest_images
 from afferents.markers.sensor import BlobDetector, Detector, DiscDetector, Sensor, load_sensor
 from afferents.markers.suspects import MOST_FALSE, without_false_markers
+from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
 FEWEST = 6
@@ -71,8 +71,8 @@ def estimate_detector(image: GreyImage, where: object = "the image") -> Sensor:
     if len(centre) < FEWEST:
         raise InputError(
             f"{where}: expected at least {FEWEST} bright or dark blobs of like size, found "
-            f"{len(centre)}{fault_of_light(image)}; give a sensor file that says what its markers "
-            "look like"
+            f"{len(centre)}{describe_no_light(image)}; give a sensor file that says what its "
+            "markers look like"
         )
     detector = _discs(image, colour, centre, area)
     markers, _ = find_markers(image, detector)

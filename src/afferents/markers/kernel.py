@@ -12,8 +12,6 @@ AGAIN_PX = 0.5
 
 _SHORT_HALF = 11
 """Half the side of the largest window whose sums fit into 16 bits: 24 rows."""
-_ROWS_APART, _COLUMNS_APART = 17, 8
-"""Of the pixels that tell whether a frame changed: unlike the pitch of markers in one direction."""
 _LANES = 16
 """Columns that the processor works on at once."""
 
@@ -459,26 +457,3 @@ def weigh(image, position, dark, bright, half, mass, room, refined):
                 pixels, height, width, x, y, dark[i], bright[i], half[i], columns, lower
             )
         refined[i, 0], refined[i, 1] = x, y
-
-
-@_kernel
-def changed(image, sample):
-    """Return how much a frame differs from the one before: mean grey levels of some pixels.
-
-    Parameters
-    ----------
-    sample
-        The pixels of the frame before (`sampled` of its shape); left as those of this one.
-    """
-    total = np.int64(0)
-    for j in range(sample.shape[0]):
-        for i in range(sample.shape[1]):
-            grey = image[j * _ROWS_APART, i * _COLUMNS_APART]
-            total += abs(np.int64(grey) - np.int64(sample[j, i]))
-            sample[j, i] = grey
-    return total / sample.size
-
-
-def sampled(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the pixels that `changed` looks at."""
-    return image[::_ROWS_APART, ::_COLUMNS_APART].copy()

@@ -9,13 +9,9 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.markers.detect import Positions, spacing_px
-from afferents.markers.image_quality import (
-    ImageQuality,
-    doubts_of_light,
-    dropped_frames,
-    repeated_frames,
-)
-from afferents.quality.issues import Doubt
+from afferents.quality.frames import MANY_REPEATED, count_dropped, find_repeated
+from afferents.quality.image import ImageQuality, find_light_issues
+from afferents.quality.issues import QualityIssue
 from afferents.quality.lasting import lasting, sliding_part, span_text
 
 END_FRAMES = 5
@@ -123,8 +119,6 @@ FEW_SEEN, LOST_S = 0.5, 0.5
 """The skin is covered where less than this share of the markers of the rest frame are seen for
 longer than this, s. Simulated recordings show 0.92 of them in any frame, encoded as it may be;
 real clips, pushed far, 0.71 in 95% of the frames and 0.55 in the worst."""
-MANY_REPEATED = 0.01
-"""Share of frames that seem repeated beyond which it is said."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +140,7 @@ class TrackingQuality:
     n_shared
         Positions that two or more markers claim in the same frame, over all frames.
     n_repeated
-        Frames that repeat the one before though the skin moved, see `repeated_frames`.
+        Frames that repeat the one before though the skin moved, see `find_repeated`.
     n_dropped
         Frames missing by the others' times.
     n_still
@@ -197,8 +191,8 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
         n_often_lost=int((detected.mean(axis=0) < 0.5).sum()),
         at_end=at_end(tracks),
         n_shared=sum(_n_shared(frame) for frame in position),
-        n_repeated=int(repeated_frames(tracks[dims.FRAME_CHANGE].values).sum()),
-        n_dropped=dropped_frames(tracks[dims.TIME].values),
+        n_repeated=int(find_repeated(tracks[dims.FRAME_CHANGE].values).sum()),
+        n_dropped=count_dropped(tracks[dims.TIME].values),
         jitter_px=_jitter(position, away),
         n_still=int((farthest < STILL_PX).sum()) if np.any(farthest >= STILL_PX) else 0,
         largest_step_px=_largest(step),
@@ -206,9 +200,9 @@ def measure_quality(tracks: xr.Dataset) -> TrackingQuality:
     )
 
 
-def doubt_markers(
+def find_hidden_markers(
     tracks: xr.Dataset, where: object, steady_s: tuple[float, float] | None
-) -> list[Doubt]:
+) -> list[QualityIssue]:
     """Say whether the markers are out of sight while the drum slides.
 
     Parameters
@@ -228,7 +222,7 @@ def doubt_markers(
     if span is None:
         return []
     seen = f"the {there.sum()} markers of the rest frame, or most of them"
-    return [Doubt("dark", where, seen, f"less than half of them {span_text(span, time_s)}")]
+    return [QualityIssue("dark", where, seen, f"less than half of them {span_text(span, time_s)}")]
 
 
 def describe(tracks: xr.Dataset) -> list[str]:
@@ -276,7 +270,7 @@ def _at_rest(quality: TrackingQuality) -> list[str]:
 
 
 def _audit(tracks: xr.Dataset) -> list[str]:
-    """Say how often identities were in danger, if ever, and what was done."""
+    """Say how often markers may have been confused, if ever, and what was done."""
     found = {
         "two markers on one blob": tracks.attrs["audit_shared"],
         "a marker apart from its neighbours' motion": tracks.attrs["audit_strangers"],
@@ -287,7 +281,7 @@ def _audit(tracks: xr.Dataset) -> list[str]:
     said = []
     if counted:
         danger = ", ".join(counted)
-        said.append(f"Identities were in danger; a marker in doubt counts as lost: {danger}.")
+        said.append(f"Markers may have been confused, and count as lost where in doubt: {danger}.")
     checks, slips = tracks.attrs.get("audit_checks", 0), tracks.attrs.get("audit_slips", 0)
     if checks:
         said.append(f"All names were checked by the layout's order {checks} times{_slips(slips)}.")
@@ -320,7 +314,7 @@ def _knocks(tracks: xr.Dataset) -> list[str]:
 def _light(tracks: xr.Dataset) -> list[str]:
     """Say what is wrong with light and focus, if anything."""
     measured = {field.name: tracks.attrs[field.name] for field in fields(ImageQuality)}
-    return list(doubts_of_light(ImageQuality(**measured)).values())
+    return list(find_light_issues(ImageQuality(**measured)).values())
 
 
 def _layout(tracks: xr.Dataset) -> str:

@@ -14,12 +14,12 @@ from afferents.choices import Method
 from afferents.errors import InputError
 from afferents.markers.detect import Positions, detect, find_markers
 from afferents.markers.grid import MOST_MISSING, Grid, assign_grid, fill_grid, published_grid
-from afferents.markers.image_quality import fault_of_light
 from afferents.markers.layout import match_layout
 from afferents.markers.link import NO_BLOB, link_nearest
 from afferents.markers.places import image_places
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MOST_FALSE, beyond_layout, without_false_markers
+from afferents.quality.image import describe_no_light
 from afferents.store.recording import GreyImage, Video
 
 N_FRAMES = 9
@@ -186,7 +186,7 @@ def find_rest_markers(
         )
         raise InputError(
             f"{where}: expected {sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in "
-            f"frame {sensor.rest_frame}, found {len(found)}{fault_of_light(image)}; {do}"
+            f"frame {sensor.rest_frame}, found {len(found)}{describe_no_light(image)}; {do}"
         )
     return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
 

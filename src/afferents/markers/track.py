@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.choices import Method
 from afferents.errors import AfferentsError, InputError
-from afferents.markers import kernel
-from afferents.markers.detect import Positions, detect
+from afferents.markers.detect import Positions, detect, spacing_px
 from afferents.markers.grid import Grid
-from afferents.markers.image_quality import image_quality
 from afferents.markers.link import NO_BLOB, link_nearest, link_one_to_one
 from afferents.markers.rest import (
     N_FRAMES,
@@ -28,6 +26,8 @@ from afferents.markers.rest import (
 )
 from afferents.markers.sensor import Sensor
 from afferents.markers.windowed import Audit, Found, Renamed, Windowed, nearest_markers
+from afferents.quality.frames import mean_change, sample_pixels
+from afferents.quality.image import measure_image_quality
 from afferents.store.recording import Frame, GreyImage, Video, as_grey
 
 
@@ -318,9 +318,8 @@ def track_markers(
     early = list(islice(coming, sensor.rest_frame + N_FRAMES))
     for index, frame in enumerate(chain(early, coming)):
         time_s.append(frame.time_s)
-        if sample is None:
-            sample = kernel.sampled(frame.luma)
-        change.append(kernel.changed(frame.luma, sample) if index else np.nan)
+        before, sample = sample, sample_pixels(frame.luma)
+        change.append(mean_change(sample, before))
         if tracker is not None:
             tracked.append(tracker.step(frame.luma))
             if (renamed := tracker.renamed) is not None:
@@ -337,7 +336,7 @@ def track_markers(
             tracker = Tracker(sensor, rest.position, method, still, frame.levels, rest.present)
             tracked.append(tracker.at_rest(rest.present))
             shown = rest.position[rest.present] if rest.present.any() else found.found
-            picture = image_quality(images[0], shown)
+            picture = measure_image_quality(images[0], shown, spacing_px(shown))
             grid, seen = rest.grid, rest_seen(found, rest)
     if stopped and (tracker is None or not keep_partial):
         raise AfferentsError(stopped[0])

@@ -8,7 +8,13 @@ from .decoding import (
     accuracy_by_units as accuracy_by_units,
 )
 from .decoding import (
+    cut_windows as cut_windows,
+)
+from .decoding import (
     decode as decode,
+)
+from .decoding import (
+    some_units as some_units,
 )
 from .distances import (
     DISTANCES as DISTANCES,
@@ -20,13 +26,13 @@ from .distances import (
     found_by_nearest as found_by_nearest,
 )
 from .exponent import (
+    accuracy_by_exponent as accuracy_by_exponent,
+)
+from .exponent import (
     exponents as exponents,
 )
 from .exponent import (
     spectral_exponent as spectral_exponent,
-)
-from .exponent import (
-    told_by_exponent as told_by_exponent,
 )
 from .natural.nwb import (
     read_nwb as read_nwb,
@@ -48,10 +54,4 @@ from .speed import (
 )
 from .speed import (
     stretch_match as stretch_match,
-)
-from .windows import (
-    cut_windows as cut_windows,
-)
-from .windows import (
-    some_units as some_units,
 )

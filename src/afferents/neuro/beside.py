@@ -5,8 +5,8 @@ more of any makes reading easier or harder. As many of each are kept as both hav
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,10 +14,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import accuracy_by_resolution, require_conditions
+from afferents.neuro.decoding import accuracy_by_resolution, require_conditions, some_units
 from afferents.neuro.figures import beside_figure
-from afferents.neuro.speed import match_by_class, stretch_match
-from afferents.neuro.windows import some_units
+from afferents.neuro.speed import match_by_class, match_sentences, stretch_match
 from afferents.spikes.population import Spikes, joined
 
 _MOST_SPEEDS = 4
@@ -141,19 +140,26 @@ def _some(spikes: Spikes, n_units: dict[str, int], seed: int) -> Spikes:
 
 _SHARE = 1 / 3
 """Of the shortest trial: the longest window that still leaves some to learn from."""
+_ALL = (
+    "All {n_units} natural {class} fibres, on {n_textures} textures with the gaps they have (up to "
+    "{n_trains} trains a pair of speeds),"
+)
 
 
-@dataclass(frozen=True)
-class Beside:
-    """What both populations say, with a column `population`: ``artificial`` or ``natural``.
+class Beside(NamedTuple):
+    """What both populations say.
 
-    `matches` has both made alike, `natural` all fibres on all textures. `resolution` and `figure`
-    are None where no fibre was recorded in every trial.
+    Attributes
+    ----------
+    tables
+        `beside_stretch` has both made alike, `natural_stretch` all fibres on all textures, and
+        `beside_resolution` what is read from both, if any fibre was recorded in every trial. Those
+        of both have a column `population`: ``artificial`` or ``natural``.
+    figure
+        None where no fibre was recorded in every trial.
     """
 
-    resolution: pd.DataFrame | None
-    matches: pd.DataFrame
-    natural: pd.DataFrame
+    tables: dict[str, pd.DataFrame]
     figure: Figure | None
     sentences: list[str]
 
@@ -176,19 +182,25 @@ def beside(artificial: Spikes, natural: Spikes, window_s: float, seed: int, sour
         for population, one in pair.items()
     )
     alone = match_by_class(stretch_match(natural, n_units=None, seed=seed))
-    sentences = [compared(pair), *matches_in_words(both), *all_fibres_in_words(alone)]
+    tables = {"beside_stretch": both, "natural_stretch": alone}
+    sentences = [
+        compared(pair),
+        *match_sentences(both, "{class} trains, {population}, made alike,"),
+        *match_sentences(alone, _ALL),
+    ]
     try:
         whole = dict(zip(names, matched(artificial, natural, seed), strict=True))
     except InputError as gaps:
         said = f"Texture can't be decoded from the fibres' rates and bins ({gaps})."
-        return Beside(None, both, alone, None, [*sentences, said])
+        return Beside(tables, None, [*sentences, said])
     shortest = min(float(one.trials["duration_s"].min()) for one in whole.values())
     window_s = min(window_s, shortest * _SHARE)
     resolution = pd.concat(
         accuracy_by_resolution(one, window_s=window_s, seed=seed).assign(population=population)
         for population, one in whole.items()
     )
-    return Beside(resolution, both, alone, beside_figure(resolution, both, source), sentences)
+    tables["beside_resolution"] = resolution
+    return Beside(tables, beside_figure(resolution, both, source), sentences)
 
 
 def compared(pair: Mapping[str, Spikes]) -> str:
@@ -204,30 +216,3 @@ def compared(pair: Mapping[str, Spikes]) -> str:
         f"{speeds['artificial']} mm/s beside {speeds['natural']} mm/s; of the natural trials "
         f"{100 * (1 - one.recorded.mean()):.0f}% were not recorded."
     )
-
-
-def matches_in_words(matches: pd.DataFrame) -> list[str]:
-    """Return what stretching does to trains of both populations; as `match_by_class` has it."""
-    said = []
-    for (name, population), some in matches.groupby(["class", "population"], sort=False):
-        by = some.set_index("stretched")["accuracy"]
-        said.append(
-            f"{name}, {population}: {100 * by[True]:.0f}% of textures are found by their trains at "
-            f"another speed when stretched, {100 * by[False]:.0f}% as they are (chance "
-            f"{100 * some['chance'].iloc[0]:.0f}%)."
-        )
-    return said
-
-
-def all_fibres_in_words(matches: pd.DataFrame) -> list[str]:
-    """Return the same of all natural fibres, and how much was recorded of them."""
-    said = []
-    for name, some in matches.groupby("class", sort=False):
-        by, one = some.set_index("stretched")["accuracy"], some.iloc[0]
-        said.append(
-            f"All {one['n_units']} natural {name} fibres, on {one['n_textures']} textures with the "
-            f"gaps they have (up to {one['n_trains']} trains a pair of speeds): "
-            f"{100 * by[True]:.0f}% of textures are found when stretched, "
-            f"{100 * by[False]:.0f}% as they are (chance {100 * one['chance']:.0f}%)."
-        )
-    return said

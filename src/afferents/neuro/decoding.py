@@ -3,13 +3,14 @@
 Trials are cut into windows. In each, a unit's spikes are counted in bins as wide as the resolution.
 Of the counts their mean and their amplitude spectrum are kept, so nothing hangs on which bump the
 window began with. One bin as long as the window is the rate alone; finer bins add timing. A linear
-discriminant on the principal components of the training windows names the texture.
+discriminant on the principal components of the training windows recognises the texture.
 
 Comparing decoding over resolutions is how the nerve's own codes for texture were told apart (Weber
 et al., PNAS 110:17107, 2013); the spectrum in place of aligned trains is ours.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -18,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from afferents.errors import InputError
-from afferents.neuro.windows import TRIAL, always_recorded, cut_windows, some_units
-from afferents.spikes.population import Spikes
+from afferents.spikes.population import Spikes, joined
 
 Across = Literal["speeds", "windows"]
 """What is held out: every speed in turn, or within each speed later windows (or repetitions)."""
@@ -30,6 +30,8 @@ COMPONENTS = 40
 """Principal components that the discriminant sees."""
 _SLACK = 0.95
 """Of a camera at 90 frames/s, whose frames last 11.1 ms, bins of 11 ms can be asked."""
+TRIAL = "trial"
+"""Column of windows: the number of the trial that one was cut from."""
 MOST_WINDOWS = 8
 """Of a trial: more of the same recording adds little."""
 
@@ -37,7 +39,7 @@ MOST_WINDOWS = 8
 def decode(
     windows: Spikes, resolution_s: float, across: Across, seed: int = 0
 ) -> dict[float, float]:
-    """Return the share of windows whose texture is named rightly, by the speed tested.
+    """Return the share of windows whose texture is recognised, by the speed tested.
 
     Parameters
     ----------
@@ -82,7 +84,7 @@ def accuracy_by_resolution(
     n_units: int = 8,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Return how well texture is told at each resolution, for each class and held-out part.
+    """Return how well texture is recognised at each resolution, for each class and held-out part.
 
     Units that were not recorded in every trial are left out. So are resolutions finer than a class'
     own (`resolution_s` of its units: a frame's duration, of a camera): spikes between two frames
@@ -117,7 +119,7 @@ def accuracy_by_units(
     draws: int = 5,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Return how well texture is told from populations of 1 to N units, by rates and with timing.
+    """Return how well texture is recognised from 1 to N units, by rates and with timing.
 
     Timing is taken at 11 ms, or as finely as the class has it.
 
@@ -236,7 +238,7 @@ def _named(
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
     from sklearn.pipeline import make_pipeline
 
-    if not np.ptp(train, axis=0).any():  # silent units tell nothing apart
+    if not np.ptp(train, axis=0).any():  # silent units say nothing
         return np.full(len(test), texture[0])
     n = min(COMPONENTS, train.shape[1], len(train) - 1)
     reduced = PCA(n, svd_solver="randomized", random_state=seed)
@@ -269,3 +271,74 @@ def _parts(windows: Spikes) -> list[Across]:
     within = bool(learnt_from) and min(learnt_from) > n_textures
     parts: dict[Across, bool] = {"speeds": len(speeds) > 1, "windows": within}
     return [part for part, possible in parts.items() if possible]
+
+
+# Trials cut into windows, and units drawn from many.
+
+
+def cut_windows(spikes: Spikes, window_s: float, most: int | None = None) -> Spikes:
+    """Return windows of trials as trials, one after another, none overlapping.
+
+    Parameters
+    ----------
+    window_s
+        Their length.
+    most
+        Of a trial; they are spread evenly over it. None for all.
+
+    Returns
+    -------
+    Spikes
+        Its trials have a column `trial` more, the place of the trial that a window is of.
+
+    Raises
+    ------
+    InputError
+        If a trial is shorter than a window.
+    """
+    shortest = float(spikes.trials["duration_s"].min())
+    if shortest < window_s - 1e-9:
+        found = f"a trial of {shortest:g} s"
+        raise InputError(
+            f"spikes: expected trials of at least a window, {window_s:g} s, found {found}"
+        )
+    parts = []
+    for trial, duration_s in enumerate(spikes.trials["duration_s"]):
+        there = int(duration_s / window_s + 1e-9)
+        places = np.arange(there)
+        if most is not None and there > most:
+            places = np.linspace(0, there - 1, most).astype(int)
+        one = spikes.select(trials=[trial])
+        for place in places:
+            part = one.window(place * window_s, min((place + 1) * window_s, duration_s))
+            parts.append(replace(part, trials=part.trials.assign(**{TRIAL: trial})))
+    return joined(parts)
+
+
+def some_units(spikes: Spikes, n: int, rng: np.random.Generator) -> Spikes:
+    """Return `n` units drawn at random, in their order; all where there are no more."""
+    if spikes.n_units <= n:
+        return spikes
+    return spikes.select(units=np.sort(rng.choice(spikes.n_units, n, replace=False)))
+
+
+def always_recorded(spikes: Spikes, name: str) -> Spikes:
+    """Return the units of a class that were recorded in every trial.
+
+    Elsewhere a gap would give the texture away: a fibre that was never recorded on silk is silent
+    there.
+
+    Raises
+    ------
+    InputError
+        If there are units of the class, and none of them was.
+    """
+    units = spikes.of_class(name)
+    whole = units.select(units=units.recorded.all(axis=0))
+    if units.n_units and not whole.n_units:
+        found = f"{units.n_units} with gaps"
+        wanted = f"units of class {name} that were recorded in every trial"
+        raise InputError(
+            f"spikes: expected {wanted}, found {found}; leave out textures or trials with gaps"
+        )
+    return whole

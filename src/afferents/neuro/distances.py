@@ -8,9 +8,8 @@ The ISI and SPIKE distances (Kreuz et al., J. Neurosci. Methods 165:151, 2007; J
 """
 
 import warnings
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,94 +19,50 @@ from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
 Trains = Sequence[NDArray[np.float64]]
+Distance = Callable[[Trains, float, float], Any]
+"""Of trains of one length: takes their times, s, that length, s, and the scale of time, s."""
 
 
-class Distance(ABC):
-    """A distance between trains of one length.
+def victor_purpura(trains: Trains, duration_s: float, time_s: float) -> Any:
+    """Return Victor & Purpura's (train, train): a spike moved by `time_s` costs 2."""
+    elephant = import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
+    import quantities as pq
 
-    Attributes
-    ----------
-    name
-        In calls and tables.
+    q = (np.inf if time_s == 0 else 2 / time_s) * pq.Hz
+    return elephant.victor_purpura_distance(_neo(trains, duration_s), q)
+
+
+def van_rossum(trains: Trains, duration_s: float, time_s: float) -> Any:
+    """Return van Rossum's (train, train), with `time_s` as the exponential's time constant."""
+    elephant = import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
+    import quantities as pq
+
+    return elephant.van_rossum_distance(_neo(trains, duration_s), time_constant=time_s * pq.s)
+
+
+def isi(trains: Trains, duration_s: float, time_s: float) -> Any:
+    """Return the ISI distance (train, train), 0 to 1: how unlike the intervals around moments are.
+
+    `time_s` is left.
     """
-
-    name: ClassVar[str]
-
-    @abstractmethod
-    def matrix(self, trains: Trains, duration_s: float, time_s: float) -> NDArray[np.float64]:
-        """Return (train, train).
-
-        Parameters
-        ----------
-        trains
-            Times of spikes, s, ascending.
-        duration_s
-            How long they all are.
-        time_s
-            Scale of time: a spike moved by so much costs as much as one more and one less, or is
-            smoothed by so much. Distances without a scale leave it.
-        """
+    pyspike = import_extra("neural", "spike distances", "pyspike")
+    return pyspike.isi_distance_matrix(_pyspike(trains, duration_s))
 
 
-class VictorPurpura(Distance):
-    """Victor & Purpura's, with a cost of ``2 / time_s`` for each second that a spike is moved."""
+def spike(trains: Trains, duration_s: float, time_s: float) -> Any:
+    """Return the SPIKE distance (train, train), 0 to 1: how far spikes are from the other's.
 
-    name: ClassVar[str] = "victor-purpura"
-
-    def matrix(self, trains: Trains, duration_s: float, time_s: float) -> NDArray[np.float64]:
-        """Return (train, train), in spikes added or taken away."""
-        import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
-        import quantities as pq
-        from elephant.spike_train_dissimilarity import victor_purpura_distance
-
-        q = (np.inf if time_s == 0 else 2 / time_s) * pq.Hz
-        found: NDArray[np.float64] = victor_purpura_distance(_neo(trains, duration_s), q)
-        return found
-
-
-class VanRossum(Distance):
-    """Van Rossum's, with ``time_s`` as the time constant of the exponential."""
-
-    name: ClassVar[str] = "van-rossum"
-
-    def matrix(self, trains: Trains, duration_s: float, time_s: float) -> NDArray[np.float64]:
-        """Return (train, train)."""
-        import_extra("neural", "spike distances", "elephant.spike_train_dissimilarity")
-        import quantities as pq
-        from elephant.spike_train_dissimilarity import van_rossum_distance
-
-        found: NDArray[np.float64] = van_rossum_distance(
-            _neo(trains, duration_s), time_constant=time_s * pq.s
-        )
-        return found
-
-
-class Isi(Distance):
-    """The ISI distance: how unlike the intervals around each moment are, 0 to 1."""
-
-    name: ClassVar[str] = "isi"
-
-    def matrix(self, trains: Trains, duration_s: float, time_s: float) -> NDArray[np.float64]:
-        """Return (train, train)."""
-        spike = import_extra("neural", "spike distances", "pyspike")
-        found: NDArray[np.float64] = spike.isi_distance_matrix(_pyspike(trains, duration_s))
-        return found
-
-
-class SpikeDistance(Distance):
-    """The SPIKE distance: how far spikes are from those of the other around each moment, 0 to 1."""
-
-    name: ClassVar[str] = "spike"
-
-    def matrix(self, trains: Trains, duration_s: float, time_s: float) -> NDArray[np.float64]:
-        """Return (train, train)."""
-        spike = import_extra("neural", "spike distances", "pyspike")
-        found: NDArray[np.float64] = spike.spike_distance_matrix(_pyspike(trains, duration_s))
-        return found
+    `time_s` is left.
+    """
+    pyspike = import_extra("neural", "spike distances", "pyspike")
+    return pyspike.spike_distance_matrix(_pyspike(trains, duration_s))
 
 
 DISTANCES: dict[str, Distance] = {
-    one.name: one for one in (VictorPurpura(), VanRossum(), Isi(), SpikeDistance())
+    "victor-purpura": victor_purpura,
+    "van-rossum": van_rossum,
+    "isi": isi,
+    "spike": spike,
 }
 """By name."""
 
@@ -124,7 +79,8 @@ def distance_matrix(
     distance
         One of `DISTANCES`.
     time_s
-        Scale of time; see `Distance.matrix`.
+        Scale of time: a spike moved by so much costs as much as one more and one less, or is
+        smoothed by so much. Distances without a scale leave it.
 
     Raises
     ------
@@ -144,7 +100,7 @@ def distance_matrix(
         name = spikes.units.index[unit]
         raise InputError(f"spikes: expected unit {name} in every trial, found trials without it")
     trains = [spikes.train(trial, unit) for trial in range(spikes.n_trials)]
-    return DISTANCES[distance].matrix(trains, float(lengths.iloc[0]), time_s)
+    return np.asarray(DISTANCES[distance](trains, float(lengths.iloc[0]), time_s))
 
 
 def found_by_nearest(distances: NDArray[np.float64], textures: Sequence[str]) -> float:
@@ -163,16 +119,15 @@ def found_by_nearest(distances: NDArray[np.float64], textures: Sequence[str]) ->
     return float(np.mean(names[apart.argmin(axis=1)] == names))
 
 
-def _neo(trains: Trains, duration_s: float) -> list[object]:
+def _neo(trains: Trains, duration_s: float) -> list[Any]:
     import neo
     import quantities as pq
 
     return [neo.SpikeTrain(np.asarray(one) * pq.s, t_stop=duration_s * pq.s) for one in trains]
 
 
-def _pyspike(trains: Trains, duration_s: float) -> list[object]:
+def _pyspike(trains: Trains, duration_s: float) -> list[Any]:
     import pyspike
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         return [pyspike.SpikeTrain(np.asarray(one), (0.0, duration_s)) for one in trains]

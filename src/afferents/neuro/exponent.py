@@ -98,8 +98,8 @@ def exponents(recordings: Iterable[Responses]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["recording", "texture", "speed_mm_s", "exponent"])
 
 
-def told_by_exponent(table: pd.DataFrame) -> dict[float, float]:
-    """Return the share of recordings told by their exponent alone, by the speed left out.
+def accuracy_by_exponent(table: pd.DataFrame) -> dict[float, float]:
+    """Return the share of recordings recognised by their exponent alone, by the speed left out.
 
     A recording is taken for the texture whose mean exponent, over the other speeds, is nearest.
     """

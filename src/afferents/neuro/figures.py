@@ -23,15 +23,9 @@ ACROSS = {"speeds": "a speed not learnt from", "windows": "a speed learnt from"}
 """What is held out, in words, in the order of the panels."""
 
 
-def accuracy_axes(axes: Axes, title: str, x: str) -> None:
-    """Make a panel of accuracy in percent over a logarithmic axis."""
-    percent_axes(axes, title)
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel(x)
-    axes.set_ylabel("windows named rightly (%)")
+_STYLES = {"timing": "-", "rate": ":", "artificial": "-", "natural": "--"}
+"""How lines of each code and of each population are drawn."""
+_WORDS = {"timing": "with timing", "rate": "rates"}
 
 
 # A raster: every spike of some units in a stretch of a few trials.
@@ -66,46 +60,47 @@ def raster_figure(spikes: Spikes, source: str) -> Figure:
 @styled
 def resolution_figure(found: pd.DataFrame, source: str) -> Figure:
     """Draw accuracy against the width of bins; see `neuro.accuracy_by_resolution`."""
-    parts = [part for part in ACROSS if (found["across"] == part).any()]
     n_units = int(found["n_units"].max())
     title = f"Texture read from spikes, by temporal resolution (at most {n_units} units a class)"
-    figure = new_figure(4.2 * len(parts) + 0.6, 3.2, title, source)
-    panels = figure.subplots(1, len(parts), sharey=True, squeeze=False)[0]
-    for part, axes in zip(parts, panels, strict=True):
-        for name, some in found[found["across"] == part].groupby("class", sort=False):
-            x = 1e3 * some["resolution_s"]
-            _line(axes, x.to_numpy(), some, str(name), CLASS_COLOURS[str(name)], "-")
-        draw_chance(axes, float(found["chance"].iloc[0]))
-        accuracy_axes(axes, f"At {ACROSS[part]}", "width of a bin (ms); the widest is the rate")
-    panels[0].legend(loc="upper left", ncols=4, columnspacing=1.0, handlelength=1.4)
-    return figure
+    return _accuracy_figure(found, "width of a bin (ms); the widest is the rate", title, source)
 
 
 @styled
 def units_figure(found: pd.DataFrame, source: str) -> Figure:
     """Draw accuracy against the number of units; see `neuro.accuracy_by_units`."""
-    parts = [part for part in ACROSS if (found["across"] == part).any()]
     title = "Texture read from spikes, by number of units"
+    return _accuracy_figure(found, "units", title, source, "code")
+
+
+def _accuracy_figure(
+    found: pd.DataFrame, x: str, title: str, source: str, by: str = "across"
+) -> Figure:
+    parts = [part for part in ACROSS if (found["across"] == part).any()]
     figure = new_figure(4.2 * len(parts) + 0.6, 3.2, title, source)
     panels = figure.subplots(1, len(parts), sharey=True, squeeze=False)[0]
     for part, axes in zip(parts, panels, strict=True):
-        here = found[found["across"] == part]
-        for (name, code), some in here.groupby(["class", "code"], sort=False):
-            style = "-" if code == "timing" else ":"
-            label = f"{name}, {'with timing' if code == 'timing' else 'rates'}"
-            x = some["n_units"].to_numpy()
-            _line(axes, x, some, label, CLASS_COLOURS[str(name)], style)
-        draw_chance(axes, float(found["chance"].iloc[0]))
-        accuracy_axes(axes, f"At {ACROSS[part]}", "units")
+        _draw_accuracy(axes, found[found["across"] == part], x, by)
     panels[0].legend(loc="upper left", ncols=2, columnspacing=1.0, handlelength=1.8)
     return figure
 
 
-def _line(axes: Axes, x: object, some: pd.DataFrame, label: str, colour: str, style: str) -> None:
-    """Draw a line of percent, with its interval as a band."""
-    mean, low, high = (100 * some[name].to_numpy() for name in ("accuracy", "low", "high"))
-    axes.plot(x, mean, style, color=colour, marker="o", ms=3, label=label)  # type: ignore[arg-type]
-    axes.fill_between(x, low, high, color=colour, alpha=0.12, lw=0)  # type: ignore[arg-type]
+def _draw_accuracy(axes: Axes, found: pd.DataFrame, x: str, by: str) -> None:
+    """Draw accuracy in percent with its intervals, a line for each class and each kind in `by`."""
+    for (name, kind), some in found.groupby(["class", by], sort=False):
+        label = str(name) if by == "across" else f"{name}, {_WORDS.get(str(kind), kind)}"
+        at = some["n_units"] if x == "units" else 1e3 * some["resolution_s"]
+        mean, low, high = (100 * some[one] for one in ("accuracy", "low", "high"))
+        colour, style = CLASS_COLOURS[str(name)], _STYLES.get(str(kind), "-")
+        axes.plot(at, mean, style, color=colour, marker="o", ms=3, label=label)
+        axes.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
+    draw_chance(axes, float(found["chance"].iloc[0]))
+    percent_axes(axes, f"At {ACROSS[found['across'].iloc[0]]}")
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlabel(x)
+    axes.set_ylabel("windows recognised (%)")
 
 
 # What speed does to spikes: slopes of rates, and trains matched across speeds.
@@ -136,32 +131,8 @@ def stretch_figure(matched: pd.DataFrame, source: str) -> Figure:
     """Draw matches of trains across speeds; see `neuro.speed.match_by_class`."""
     title = "Trains matched to their texture at another speed"
     figure = new_figure(6.4, 2.9, title, source)
-    axes = figure.subplots()
-    names = list(dict.fromkeys(matched["class"]))
-    for shift, stretched, alpha in ((-0.2, False, 0.35), (0.2, True, 1.0)):
-        some = matched[matched["stretched"] == stretched].set_index("class").loc[names]
-        mean, low, high = (100 * some[name].to_numpy() for name in ("accuracy", "low", "high"))
-        label = "stretched by the ratio of the speeds" if stretched else "as they are"
-        at = np.arange(len(names)) + shift
-        error = np.nan_to_num([mean - low, high - mean])
-        colours = [CLASS_COLOURS[name] for name in names]
-        drawn = axes.bar(at, mean, 0.36, color=colours, alpha=alpha, yerr=error,
-                         error_kw={"lw": 0.8})  # fmt: skip
-        for bar, percent in zip(drawn, mean, strict=True):
-            axes.annotate(f"{percent:.0f}", (bar.get_x() + 0.05, percent), ha="left", va="bottom")
-        axes.plot([], [], "s", color=GREY, alpha=alpha, label=label)
-    draw_chance(axes, float(matched["chance"].iloc[0]))
-    percent_axes(axes, "")
-    axes.set_xticks(range(len(names)), names)
-    axes.set_ylabel("textures found (%)")
-    axes.legend(loc="upper right", fontsize=7)
+    _draw_matches(figure.subplots(), matched.assign(population="artificial"), "")
     return figure
-
-
-# Artificial units beside natural fibres: what is read from each, and whether trains stretch.
-
-STYLES = {"artificial": "-", "natural": "--"}
-"""How the lines of each population are drawn."""
 
 
 @styled
@@ -176,38 +147,36 @@ def beside_figure(resolution: pd.DataFrame, matches: pd.DataFrame, source: str) 
     """
     figure = new_figure(11.5, 3.3, "Artificial units beside natural fibres", source)
     *panels, bars = figure.subplots(1, 3)
-    for across, axes in zip(ACROSS, panels, strict=True):
-        here = resolution[resolution["across"] == across]
-        for (name, population), some in here.groupby(["class", "population"], sort=False):
-            x, y = 1e3 * some["resolution_s"].to_numpy(), 100 * some["accuracy"].to_numpy()
-            colour, style = CLASS_COLOURS[str(name)], STYLES[str(population)]
-            axes.plot(x, y, style, color=colour, marker="o", ms=3, label=f"{name}, {population}")
-        draw_chance(axes, float(resolution["chance"].iloc[0]))
-        accuracy_axes(axes, f"At {ACROSS[across]}", "width of a bin (ms)")
+    for (_, here), axes in zip(resolution.groupby("across"), panels, strict=False):
+        _draw_accuracy(axes, here, "width of a bin (ms)", "population")
     panels[0].legend(loc="upper left", fontsize=6.5, ncols=2)
-    _bars(bars, matches)
+    _draw_matches(bars, matches, "Trains matched across speeds")
     return figure
 
 
-def _bars(axes: Axes, matches: pd.DataFrame) -> None:
-    names = list(dict.fromkeys(matches["class"]))
-    bars = [(p, s) for p in STYLES for s in (False, True)]
-    for number, (population, stretched) in enumerate(bars):
-        some = matches[
-            (matches["population"] == population) & (matches["stretched"] == stretched)
-        ].set_index("class").reindex(names)  # fmt: skip
-        at = np.arange(len(names)) + (number - 1.5) * 0.2
-        colours = [CLASS_COLOURS[name] for name in names]
-        hatch = "" if population == "artificial" else "///"
-        alpha = 1.0 if stretched else 0.35
-        height = 100 * some["accuracy"].to_numpy()
-        axes.bar(at, height, 0.18, color=colours, hatch=hatch, alpha=alpha, edgecolor="white", lw=0)
-    for label, alpha, hatch in (
-        ("as they are", 0.35, ""), ("stretched", 1.0, ""), ("natural", 0.6, "///"),
-    ):  # fmt: skip
+def _draw_matches(axes: Axes, matches: pd.DataFrame, title: str) -> None:
+    """Draw bars of each class, for each population as trains are and stretched."""
+    names = list(matches["class"].unique())
+    kinds = matches.groupby(["population", "stretched"])
+    step = 0.8 / len(kinds)
+    for number, ((population, stretched), found) in enumerate(kinds):
+        some = found.set_index("class").reindex(names)
+        mean, low, high = (100 * some[one].to_numpy() for one in ("accuracy", "low", "high"))
+        drawn = axes.bar(
+            np.arange(len(names)) + (number - (len(kinds) - 1) / 2) * step, mean, 0.9 * step,
+            color=[CLASS_COLOURS[name] for name in names], alpha=1.0 if stretched else 0.35,
+            hatch="///" if population == "natural" else "", edgecolor="white", lw=0,
+            yerr=np.nan_to_num([mean - low, high - mean]), error_kw={"lw": 0.8},
+        )  # fmt: skip
+        for bar, percent in zip(drawn, np.nan_to_num(mean), strict=True):
+            axes.annotate(f"{percent:.0f}", (bar.get_x(), percent), va="bottom", fontsize=6.5)
+    shown = {"as they are": (0.35, ""), "stretched by their ratio": (1.0, "")}
+    if len(kinds) > 2:
+        shown["natural"] = (0.6, "///")
+    for label, (alpha, hatch) in shown.items():
         axes.bar([0], [0], color=GREY, alpha=alpha, hatch=hatch, edgecolor="white", label=label)
     draw_chance(axes, float(matches["chance"].iloc[0]))
-    percent_axes(axes, "Trains matched across speeds")
+    percent_axes(axes, title)
     axes.set_xticks(range(len(names)), names)
     axes.set_ylabel("textures found (%)")
     axes.legend(loc="upper right", fontsize=6.5)

@@ -16,9 +16,10 @@ from afferents.neuro.decoding import (
     accuracy_by_resolution,
     accuracy_by_units,
     require_conditions,
+    some_units,
     summary,
 )
-from afferents.neuro.exponent import exponents, told_by_exponent
+from afferents.neuro.exponent import accuracy_by_exponent, exponents
 from afferents.neuro.figures import (
     raster_figure,
     resolution_figure,
@@ -27,8 +28,12 @@ from afferents.neuro.figures import (
     units_figure,
 )
 from afferents.neuro.natural.reader import read_natural
-from afferents.neuro.speed import match_by_class, rate_slopes, stretch_match
-from afferents.neuro.windows import some_units
+from afferents.neuro.speed import (
+    match_by_class,
+    match_sentences,
+    rate_slopes,
+    stretch_match,
+)
 from afferents.outputs import require_picture_folder
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
@@ -77,7 +82,7 @@ def sentences_of(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     return [
         *_rates(tables["rates"]),
         *_codes(tables["resolution"]),
-        *_stretched(tables["stretch"]),
+        *match_sentences(match_by_class(tables["stretch"]), "{class} trains"),
         *_slopes(tables["slopes"]),
         *_exponents(tables["exponents"]),
     ]
@@ -106,20 +111,11 @@ def _codes(found: pd.DataFrame) -> list[str]:
         best_s, rate = float(by.index.to_numpy()[by.argmax()]), by.loc[by.index.max()]
         where = "not learnt from" if across == "speeds" else "learnt from"
         said.append(
-            f"{name}, at a speed {where}: rates alone tell {100 * rate:.0f}% of the windows, bins "
-            f"of {1e3 * best_s:g} ms {100 * by.max():.0f}% (chance "
+            f"{name}, at a speed {where}: rates alone recognise {100 * rate:.0f}% of the windows, "
+            f"bins of {1e3 * best_s:g} ms {100 * by.max():.0f}% (chance "
             f"{100 * some['chance'].iloc[0]:.0f}%)."
         )
     return said
-
-
-def _stretched(matches: pd.DataFrame) -> list[str]:
-    found = match_by_class(matches).pivot_table("accuracy", "class", "stretched", sort=False)
-    return [
-        f"{name} trains find their texture at another speed in {100 * stretched:.0f}% of cases "
-        f"when stretched by the ratio of the speeds, in {100 * plain:.0f}% as they are."
-        for name, stretched, plain in zip(found.index, found[True], found[False], strict=True)
-    ]
 
 
 def _slopes(slopes: pd.DataFrame) -> list[str]:
@@ -132,12 +128,12 @@ def _slopes(slopes: pd.DataFrame) -> list[str]:
 
 
 def _exponents(table: pd.DataFrame) -> list[str]:
-    right = told_by_exponent(table)
+    right = accuracy_by_exponent(table)
     if not right:
         return []
     chance = 100 / table["texture"].nunique()
     return [
-        f"The spectral exponent of the vibration alone, one number, tells "
+        f"The spectral exponent of the vibration alone, one number, recognises "
         f"{100 * summary(right)['accuracy']:.0f}% of the recordings at a speed not learnt from "
         f"(chance {chance:.0f}%)."
     ]
@@ -178,134 +174,16 @@ class NeuralResults:
     facts: dict[str, Any]
 
 
-def analyse_spikes(
-    store: Path,
-    out: Path,
-    progress: Progress,
-    model: str = "izhikevich",
-    seed: int = 0,
-    classes: Sequence[str] = ("SA", "RA", "PC"),
-    window_s: float = WINDOW_S,
-    natural: Path | None = None,
-) -> NeuralResults:
-    """Let a store's recordings drive spiking units, and ask what texture and speed do to them.
-
-    Parameters
-    ----------
-    store
-        As `afferents extract` writes it.
-    out
-        Folder for tables, figures and `neural.json`.
-    model, seed, classes
-        See `spikes.artificial_spikes`.
-    window_s
-        Of the stretches that texture is read from.
-    natural
-        Description of recordings of nerve fibres; see `neuro.natural.reader.read_natural`.
-
-    Raises
-    ------
-    InputError
-        If the folder holds something else, the store can't be read, a recording has no speed, or
-        there are fewer than two textures or speeds.
-    """
-    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in TABLES + _BESIDE))
-    fibres = None if natural is None else read_natural(natural)
-    spikes = spikes_of_store(store, model, seed, classes, progress=progress)
-    require_conditions(spikes)
-    tables = _tables(store, spikes, seed, window_s, progress)
-    source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {model} units"
-    figures = {
-        "raster": raster_figure(_shown(spikes, seed), source),
-        "resolution": resolution_figure(tables["resolution"], source),
-        "units": units_figure(tables["units"], source),
-        "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
-        "slopes": slope_figure(tables["slopes"], source),
-    }
-    sentences = sentences_of(tables)
-    if fibres is not None:
-        both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
-        tables |= {"beside_stretch": both.matches, "natural_stretch": both.natural}
-        if both.resolution is not None and both.figure is not None:
-            tables["beside_resolution"], figures["beside"] = both.resolution, both.figure
-        sentences += both.sentences
-    out.mkdir(parents=True, exist_ok=True)
-    for name, table in tables.items():
-        with write_aside(out / f"{name}.csv") as written:
-            table.to_csv(written, index=False)
-    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
-    facts = {
-        "store": store.name,
-        "units": {
-            "model": model,
-            "seed": seed,
-            "classes": spikes.units["class"].value_counts().to_dict(),
-        },
-        "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
-    }
-    write_json(out / FACTS, facts)
-    return NeuralResults(spikes, tables, sentences, pictures, facts)
-
-
-def _tables(
-    store: Path, spikes: Spikes, seed: int, window_s: float, progress: Progress
-) -> dict[str, pd.DataFrame]:
-    """Return all tables, a step of the bar each."""
-    steps: dict[str, Callable[[], pd.DataFrame]] = {
-        "rates": partial(rates_table, spikes),
-        "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
-        "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
-        "slopes": partial(rate_slopes, spikes),
-        "stretch": partial(stretch_match, spikes, seed=seed),
-        "exponents": lambda: exponents(open_responses(store)),
-    }
-    found = progress.track(steps.items(), "reading spikes", len(steps))
-    return {name: step() for name, step in found}
-
-
-def rates_table(spikes: Spikes) -> pd.DataFrame:
-    """Return the mean rate of each class by texture and speed, and the share of silent units."""
-    rates, rows = spikes.rates(), []
-    for name in spikes.units["class"].unique():
-        of_class = (spikes.units["class"] == name).to_numpy()
-        for (texture, speed), trials in spikes.trials.groupby(["texture", "speed_mm_s"]):
-            some = rates[np.ix_(trials.index, of_class)]
-            given = {"class": name, "texture": texture, "speed_mm_s": speed}
-            mean, silent = float(np.nanmean(some)), float(np.mean(some == 0))
-            rows.append({**given, "spikes_per_s": mean, "silent": silent})
-    return pd.DataFrame(rows)
-
-
-def _shown(spikes: Spikes, seed: int) -> Spikes:
-    """Return some units of each class, in the same half second of three trials of one speed."""
-    speeds = np.unique(spikes.trials["speed_mm_s"])
-    at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]
-    trials = np.flatnonzero(at)
-    trials = trials[np.linspace(0, len(trials) - 1, min(3, len(trials))).astype(int)]
-    rng = np.random.default_rng(seed)
-    parts = [some_units(spikes.of_class(c), RASTER_UNITS, rng).units.index
-             for c in spikes.units["class"].unique()]  # fmt: skip
-    units = spikes.units.index.get_indexer(pd.Index(np.concatenate(parts)))
-    length_s = min(RASTER_S, float(spikes.trials["duration_s"].min()))
-    return spikes.select(trials, units).window(0, length_s)
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return a table's rows for JSON, where there is no NaN."""
-    plain = table.astype(object).where(table.notna(), None)
-    return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]
-
-
 def neural(
     store: Place,
     out: Place,
     units: str = "izhikevich",
     seed: int = 0,
     classes: Sequence[str] = ("SA", "RA", "PC"),
-    window_s: float = 0.5,
+    window_s: float = WINDOW_S,
     natural: Place | None = None,
     quiet: bool = False,
-) -> "NeuralResults":
+) -> NeuralResults:
     """Turn a store's responses into spikes, and ask of them what is asked of nerve fibres.
 
     How often units fire; at which temporal resolution, and from how many units, texture is read;
@@ -346,10 +224,85 @@ def neural(
     >>> found = neural("S.zarr", "neural")  # doctest: +SKIP
     >>> found.tables["stretch"].groupby(["class", "stretched"]).accuracy.mean()  # doctest: +SKIP
     """
-    from pathlib import Path
-
-    fibres = None if natural is None else Path(natural)
+    store, out = Path(store), Path(out)
+    require_picture_folder(out, FACTS, *(f"{name}.csv" for name in TABLES + _BESIDE))
+    fibres = None if natural is None else read_natural(natural)
     with Progress(quiet) as progress:
-        return analyse_spikes(
-            Path(store), Path(out), progress, units, seed, classes, window_s, fibres
-        )
+        spikes = spikes_of_store(store, units, seed, classes, progress=progress)
+        require_conditions(spikes)
+        tables = _tables(store, spikes, seed, window_s, progress)
+    source = f"{store.name}: {spikes.n_trials} recordings, {spikes.n_units} {units} units"
+    figures = {
+        "raster": raster_figure(_shown(spikes, seed), source),
+        "resolution": resolution_figure(tables["resolution"], source),
+        "units": units_figure(tables["units"], source),
+        "stretch": stretch_figure(match_by_class(tables["stretch"]), source),
+        "slopes": slope_figure(tables["slopes"], source),
+    }
+    sentences = sentences_of(tables)
+    if fibres is not None:
+        both = beside(spikes, fibres, window_s, seed, f"{source}; {natural}")
+        tables |= both.tables
+        figures |= {"beside": both.figure} if both.figure is not None else {}
+        sentences += both.sentences
+    out.mkdir(parents=True, exist_ok=True)
+    for name, table in tables.items():
+        with write_aside(out / f"{name}.csv") as written:
+            table.to_csv(written, index=False)
+    pictures = [save_figure(figure, out / f"{name}.png") for name, figure in figures.items()]
+    counts = spikes.units["class"].value_counts().to_dict()
+    facts = {
+        "store": store.name,
+        "units": {"model": units, "seed": seed, "classes": counts},
+        "tables": {name: _records(tables[name]) for name in tables if name != "slopes"},
+    }
+    write_json(out / FACTS, facts)
+    return NeuralResults(spikes, tables, sentences, pictures, facts)
+
+
+def _tables(
+    store: Path, spikes: Spikes, seed: int, window_s: float, progress: Progress
+) -> dict[str, pd.DataFrame]:
+    """Return all tables, a step of the bar each."""
+    steps: dict[str, Callable[[], pd.DataFrame]] = {
+        "rates": partial(rates_table, spikes),
+        "resolution": partial(accuracy_by_resolution, spikes, window_s=window_s, seed=seed),
+        "units": partial(accuracy_by_units, spikes, window_s=window_s, seed=seed),
+        "slopes": partial(rate_slopes, spikes),
+        "stretch": partial(stretch_match, spikes, seed=seed),
+        "exponents": lambda: exponents(open_responses(store)),
+    }
+    found = progress.track(steps.items(), "reading spikes", len(steps))
+    return {name: step() for name, step in found}
+
+
+def rates_table(spikes: Spikes) -> pd.DataFrame:
+    """Return the mean rate of each class by texture and speed, and the share of silent units."""
+    rates, rows = spikes.rates(), []
+    for name in spikes.units["class"].unique():
+        of_class = (spikes.units["class"] == name).to_numpy()
+        for (texture, speed), trials in spikes.trials.groupby(["texture", "speed_mm_s"]):
+            some = rates[np.ix_(trials.index, of_class)]
+            row = {"class": name, "texture": texture, "speed_mm_s": speed}
+            rows.append({**row, "spikes_per_s": np.nanmean(some), "silent": np.mean(some == 0)})
+    return pd.DataFrame(rows)
+
+
+def _shown(spikes: Spikes, seed: int) -> Spikes:
+    """Return some units of each class, in the same half second of three trials of one speed."""
+    speeds = np.unique(spikes.trials["speed_mm_s"])
+    at = spikes.trials["speed_mm_s"] == speeds[len(speeds) // 2]
+    trials = np.flatnonzero(at)
+    trials = trials[np.linspace(0, len(trials) - 1, min(3, len(trials))).astype(int)]
+    rng = np.random.default_rng(seed)
+    parts = [some_units(spikes.of_class(c), RASTER_UNITS, rng).units.index
+             for c in spikes.units["class"].unique()]  # fmt: skip
+    units = spikes.units.index.get_indexer(pd.Index(np.concatenate(parts)))
+    length_s = min(RASTER_S, float(spikes.trials["duration_s"].min()))
+    return spikes.select(trials, units).window(0, length_s)
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return a table's rows for JSON, where there is no NaN."""
+    plain = table.astype(object).where(table.notna(), None)
+    return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]

@@ -13,8 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.neuro.decoding import require_conditions, summary
-from afferents.neuro.windows import some_units
+from afferents.neuro.decoding import require_conditions, some_units, summary
 from afferents.spikes.population import Spikes
 
 RESOLUTION_S = 0.002
@@ -22,6 +21,7 @@ RESOLUTION_S = 0.002
 SMOOTHING_MM = 0.3
 """Standard deviation of the smoothing, on the surface: less than the finest bumps are apart."""
 
+_WHOSE = ("class", "population")
 _AT_ONCE = 16
 """Trials held against all others at a time: 220 at once would take most of a gigabyte."""
 
@@ -44,32 +44,19 @@ def rate_slopes(spikes: Spikes) -> pd.DataFrame:
         If a speed is not known, or there are fewer than two.
     """
     require_conditions(spikes)
-    rates = spikes.rates()
-    speed = np.log(spikes.trials["speed_mm_s"].to_numpy(np.float64))
-    texture = spikes.trials["texture"].to_numpy(str)
-    slopes = np.array(
-        [_slopes(speed[texture == t], rates[texture == t]) for t in np.unique(texture)]
+    units = spikes.units.index
+    rates = pd.DataFrame(spikes.rates(), columns=units).where(lambda rate: rate > 0)
+    trials = {"texture": spikes.trials["texture"], "speed": np.log(spikes.trials["speed_mm_s"])}
+    fires = (
+        rates.apply(np.log).assign(**trials).melt(["texture", "speed"], var_name="unit").dropna()
     )
-    n = np.sum(np.isfinite(slopes), axis=0)
-    total = np.nansum(slopes, axis=0)
-    mean = np.divide(total, n, out=np.full(len(n), np.nan), where=n > 0)
-    square = np.nansum((slopes - mean) ** 2, axis=0)
-    spread = np.sqrt(np.divide(square, n - 1, out=np.full(len(n), np.nan), where=n > 1))
-    of_units = {"unit": spikes.units.index, "class": spikes.units["class"].to_numpy()}
-    return pd.DataFrame({**of_units, "slope": mean, "spread": spread, "n_textures": n})
-
-
-def _slopes(log_speed: NDArray[np.float64], rates: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (unit,) slopes of ln rate over ln speed, over trials where a unit fires."""
-    fires = np.nan_to_num(rates) > 0
-    logs = np.log(np.where(fires, rates, 1.0))
-    n = fires.sum(axis=0)
-    x = np.where(fires, log_speed[:, None], 0.0)
-    centred = np.where(fires, x - x.sum(axis=0) / np.maximum(n, 1), 0.0)
-    square = (centred**2).sum(axis=0)
-    slope = np.full(rates.shape[1], np.nan)
-    np.divide((centred * logs).sum(axis=0), square, out=slope, where=square > 1e-9)
-    return slope
+    keys = [fires["unit"], fires["texture"]]
+    centred = fires["speed"] - fires["speed"].groupby(keys).transform("mean")
+    square = (centred**2).groupby(keys).sum()
+    slopes = (centred * fires["value"]).groupby(keys).sum() / square.where(square > 1e-9)
+    by_unit = slopes.groupby("unit").agg(slope="mean", spread="std", n_textures="count")
+    found = spikes.units[["class"]].join(by_unit).fillna({"n_textures": 0})
+    return found.astype({"n_textures": int}).reset_index()
 
 
 def stretch_match(
@@ -81,8 +68,8 @@ def stretch_match(
     at the second; the most alike is the match. Likeness is the correlation of smoothed trains,
     summed over the units of a class that both trials have, at the shift where it is greatest: where
     on the drum a recording began is not known. It is divided by the root of the number of these
-    units, by which sums of noise grow, so that gaps in recordings tell no texture. Of repetitions
-    the mean is taken. Textures that no unit was recorded on at both speeds, and pairs of speeds
+    units, by which sums of noise grow, so that gaps in recordings give no texture away. The mean of
+    repetitions is taken. Textures that no unit was recorded on at both speeds, and pairs of speeds
     with fewer than two textures in common, are left out.
 
     Parameters
@@ -137,6 +124,27 @@ def match_by_class(matches: pd.DataFrame) -> pd.DataFrame:
         found = {**summary(by_speed), "chance": float(some["chance"].mean()), **n}
         rows.append({"class": name, "stretched": stretched, **found})
     return pd.DataFrame(rows)
+
+
+def match_sentences(matches: pd.DataFrame, who: str) -> list[str]:
+    """Return what stretching does to trains, a sentence a class and population.
+
+    Parameters
+    ----------
+    matches
+        As `match_by_class` returns them; with or without a column `population`.
+    who
+        What finds its texture, with columns in braces, such as ``{class} trains``.
+    """
+    said = []
+    for _, some in matches.groupby([name for name in _WHOSE if name in matches], sort=False):
+        by, one = some.set_index("stretched")["accuracy"], some.iloc[0]
+        said.append(
+            f"{who.format(**one)} find their texture at another speed in {100 * by[True]:.0f}% of "
+            f"cases when stretched by the ratio of the speeds, in {100 * by[False]:.0f}% as they "
+            f"are (chance {100 * one['chance']:.0f}%)."
+        )
+    return said
 
 
 def _compared(units: Spikes, first: float, second: float) -> tuple[Spikes, Spikes] | None:

@@ -12,7 +12,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 @dataclass(frozen=True)
-class Doubt:
+class QualityIssue:
     """One thing that is wrong.
 
     Attributes
@@ -49,7 +49,7 @@ class Doubt:
         return f"{self.where}: {self.what}"
 
 
-def kinds_named(names: Collection[str]) -> frozenset[Kind]:
+def parse_kinds(names: Collection[str]) -> frozenset[Kind]:
     """Return what `--accept` names.
 
     Raises
@@ -63,7 +63,9 @@ def kinds_named(names: Collection[str]) -> frozenset[Kind]:
     return frozenset(kind for kind in KINDS if kind in names)
 
 
-def accepted(doubts: Iterable[Doubt], accept: Collection[Kind]) -> list[Doubt]:
+def require_accepted(
+    doubts: Iterable[QualityIssue], accept: Collection[Kind]
+) -> list[QualityIssue]:
     """Return the doubts, if all are of kinds that are accepted.
 
     Raises

@@ -1,12 +1,12 @@
 """How loud a vibration is, and whether its samples are numbers within full scale at all."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from afferents.errors import InputError
-from afferents.quality.issues import Doubt
+from afferents.quality.issues import QualityIssue
 
 LOUDEST = 1.01
 """Full scale, and what conversions add to it: 8-bit integers divided by 127 reach 1.008."""
@@ -49,8 +49,8 @@ def require_finite(samples: Samples, where: object, rate_hz: float, first: int =
     )
 
 
-def doubt_loudness(samples: Samples, where: object, rate_hz: float) -> list[Doubt]:
-    """Say where samples of a sound file go beyond full scale, as those of a float file can.
+def find_overload(samples: Samples, where: object, rate_hz: float) -> list[QualityIssue]:
+    """Find where samples of a sound file go beyond full scale, as those of a float file can.
 
     Parameters
     ----------
@@ -65,11 +65,37 @@ def doubt_loudness(samples: Samples, where: object, rate_hz: float) -> list[Doub
     found = (
         f"{n_beyond} beyond it, up to {loud.max():.3g}, first at sample {n} ({n / rate_hz:.3f} s)"
     )
-    return [Doubt("loud", where, "samples within full scale, -1 to 1", found)]
+    return [QualityIssue("loud", where, "samples within full scale, -1 to 1", found)]
 
 
-def clipped_share(samples: Samples) -> float:
-    """Return the share of samples (n,) that are cut off at the largest or smallest of them."""
+class SoundLevel(NamedTuple):
+    """How loud a sound is.
+
+    Attributes
+    ----------
+    peak, rms
+        Of the loudest channel, as shares of full scale; a peak of 0 is silence.
+    clipped
+        Largest share of samples that is cut off in any channel.
+    """
+
+    peak: float
+    rms: float
+    clipped: float
+
+
+def measure_level(samples: Samples) -> SoundLevel:
+    """Measure how loud samples (n, channel) are; at least one, all of them numbers."""
+    exact = samples.astype(float)
+    return SoundLevel(
+        peak=float(np.abs(exact).max()),
+        rms=float(np.sqrt((exact**2).mean(axis=0)).max()),
+        clipped=max(measure_clipping(channel) for channel in exact.T),
+    )
+
+
+def measure_clipping(samples: Samples) -> float:
+    """Measure the share of samples (n,) that are cut off at the largest or smallest of them."""
     steps = np.abs(np.diff(samples))
     if not steps.any():
         return 0.0

@@ -5,9 +5,8 @@ A bag is a folder of rosbag2 (sqlite3 or MCAP), an MCAP file, or a ``.bag`` of R
 or Foxglove's RawAudio. Times are those of the messages' headers, else those of the bag.
 """
 
-import csv
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from afferents.devices.base import CameraSettings
 from afferents.errors import InputError, reason_of
-from afferents.recorder.files import Film
+from afferents.recorder.files import VideoWriter
 from afferents.recordings.ros_messages import (
     NS,
     PCM,
@@ -61,18 +60,20 @@ class Bag:
 
 
 class BagFiles(NamedTuple):
-    """What was made of a bag.
+    """What was taken out of a bag.
 
     Attributes
     ----------
-    video, times, audio
-        Files, as `import_recording` takes them; without sound `audio` is None.
+    video, audio
+        Files; without sound `audio` is None.
+    time_s
+        When each frame was taken, s.
     audio_start_s
-        When the first sample was taken, on the clock of `times`.
+        When the first sample was taken, on the same clock.
     """
 
     video: Path
-    times: Path
+    time_s: list[float]
     audio: Path | None
     audio_start_s: float | None
 
@@ -82,7 +83,7 @@ def is_bag(path: Path) -> bool:
     return path.suffix in (".mcap", ".bag", ".db3") or (path / "metadata.yaml").is_file()
 
 
-def bag_files(bag: Bag, folder: Path) -> BagFiles:
+def extract_files(bag: Bag, folder: Path) -> BagFiles:
     """Write what is wanted of a bag into a folder.
 
     Raises
@@ -90,26 +91,21 @@ def bag_files(bag: Bag, folder: Path) -> BagFiles:
     InputError
         If the bag can't be read, lacks the topics, or holds what is no picture or sound.
     """
-    with _opened(bag.path) as reader:
+    with _open_bag(bag.path) as reader:
         pictures = _topic(reader, bag.path, _PICTURES, bag.image, "--image-topic", "pictures")
         sounds = _topic(reader, bag.path, _SOUNDS, bag.audio, "--audio-topic", "sound")
         if pictures is None:
             there = ", ".join(sorted(reader.topics)) or "no topic"
             raise InputError(f"{bag.path}: expected a topic of pictures, found {there}")
-        times_s = _write_video(reader, pictures, bag.path, folder / "video.mp4")
-        with (folder / "times.csv").open("w", newline="") as file:
-            rows = csv.writer(file)
-            rows.writerow(["time_s"])
-            rows.writerows([f"{at_s:.9f}"] for at_s in times_s)
-        video, times = folder / "video.mp4", folder / "times.csv"
+        video, audio = folder / "video.mp4", folder / "audio.wav"
+        time_s = _write_video(reader, pictures, bag.path, video)
         if sounds is None:
-            return BagFiles(video, times, None, None)
-        start_s = _write_sound(reader, sounds, bag, folder / "audio.wav")
-        return BagFiles(video, times, folder / "audio.wav", start_s)
+            return BagFiles(video, time_s, None, None)
+        return BagFiles(video, time_s, audio, _write_sound(reader, sounds, bag, audio))
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def _open_bag(path: Path) -> Iterator[Any]:
     """Open a bag; what goes wrong in reading it is said in a sentence."""
     store = typestore()
     from rosbags.highlevel import AnyReader, AnyReaderError
@@ -165,27 +161,23 @@ def _messages(reader: Any, connection: Any) -> Iterator[tuple[float, Any]]:
 
 def _write_video(reader: Any, connection: Any, path: Path, target: Path) -> list[float]:
     """Write pictures: JPEGs as they came, raw ones without loss. Return their times, s."""
-    film: Film | None = None
     times_s: list[float] = []
-    try:
+    with ExitStack() as files:
         for at_s, message in _messages(reader, connection):
             format_, size, data = _picture(message, path)
-            if film is None:
-                film = Film(target, CameraSettings(str(path), format_, *size, 90.0))
-                first = format_, size
+            if not times_s:
+                first, settings = (format_, size), CameraSettings(str(path), format_, *size, 90.0)
+                video = files.enter_context(closing(VideoWriter(target, settings)))
             elif (format_, size) != first:
                 expected = f"pictures of {first[1][0]} x {first[1][1]} px as the first"
                 raise InputError(f"{path}: expected {expected}, found one of {size[0]} x {size[1]}")
-            if times_s and at_s <= times_s[-1]:
+            elif at_s <= times_s[-1]:
                 expected = f"times that rise in {connection.topic}"
                 raise InputError(
                     f"{path}: expected {expected}, found {at_s:.6f} s after {times_s[-1]:.6f}"
                 )
             times_s.append(at_s)
-            film.write(data, at_s - times_s[0])
-    finally:
-        if film is not None:
-            film.close()
+            video.write(data, at_s - times_s[0])
     if len(times_s) < 2:
         raise InputError(
             f"{path}: expected 2 pictures or more in {connection.topic}, found {len(times_s)}"

@@ -1,32 +1,138 @@
-"""The devices of a plan: real ones, or those of a dry run."""
+"""The devices of a plan: one clock, opened together, and read each in a thread of its own."""
 
-from collections.abc import Iterator, Mapping
+import threading
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from afferents.devices.base import MicrophoneSettings
+from afferents.devices.base import (
+    Block,
+    Camera,
+    DeviceError,
+    Drive,
+    Frame,
+    Microphone,
+    MicrophoneSettings,
+)
 from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
 from afferents.errors import InputError
-from afferents.recorder import rehearsal
-from afferents.recorder.files import LONGEST_BYTES, SAMPLE_BYTES
-from afferents.recorder.plan import Clock, Plan
-from afferents.recorder.rehearsal import Bench
-from afferents.recorder.run import Devices
+from afferents.recorder.files import HEADER_BYTES, SAMPLE_BYTES
+from afferents.recorder.plan import Plan
+
+SIMULATED = "simulated"
+"""Kind of the devices of a dry run."""
+PATIENCE_S = 5.0
+"""Camera and microphone give something, and end when they are told to, within this time."""
+_LONGEST_BYTES = 0xFFFFFFFF - HEADER_BYTES
+"""A wav says in 32 bits how much there is."""
 
 
-def devices_of(plan: Plan, path: Path) -> Devices:
+class Clock:
+    """The monotonic clock; in a dry run it may go faster.
+
+    Parameters
+    ----------
+    speed
+        How much faster than the machine's it goes; 1 for real devices.
+    """
+
+    def __init__(self, speed: float = 1.0) -> None:
+        """Begin now."""
+        self._begun_s, self._speed = time.monotonic(), speed
+
+    def now(self) -> float:
+        """Return the time, s."""
+        real_s = time.monotonic()
+        return (
+            real_s if self._speed == 1 else self._begun_s + (real_s - self._begun_s) * self._speed
+        )
+
+    def wait(self, seconds: float, ended: threading.Event) -> bool:
+        """Wait so long, or until something has ended; say whether it has."""
+        return ended.wait(max(0.0, seconds) / self._speed)
+
+
+@dataclass(frozen=True)
+class Devices:
+    """What a run is made with; without a microphone there is no sound."""
+
+    camera: Camera
+    microphone: Microphone | None
+    drive: Drive
+    clock: Clock
+
+    @property
+    def sound(self) -> MicrophoneSettings | None:
+        """How the microphone is set; None without one."""
+        return self.microphone.settings if self.microphone else None
+
+    @contextmanager
+    def stream(
+        self,
+        take_frame: Callable[[Frame], None],
+        take_block: Callable[[Block], None],
+        fail: Callable[[Exception], None],
+    ) -> Iterator[None]:
+        """Give away what camera and microphone take, each in a thread, while the block lasts.
+
+        Parameters
+        ----------
+        take_frame, take_block
+            Called with each frame, and each block of sound.
+        fail
+            Called, in the thread, with an error of the device or of who takes.
+        """
+        ended = threading.Event()
+
+        def give(name: str, things: Callable[[], Iterator[Any]], take: Any) -> None:
+            try:
+                for thing in things():
+                    take(thing)
+                if not ended.is_set():
+                    raise DeviceError(f"the {name} gave no more")
+            except Exception as error:  # noqa: BLE001  for whoever reads the devices
+                if not (ended.is_set() and isinstance(error, DeviceError)):
+                    fail(error)
+
+        asked: list[tuple[Any, ...]] = [("camera", self.camera.frames, take_frame)]
+        if self.microphone is not None:
+            asked.append(("microphone", self.microphone.blocks, take_block))
+        threads = [threading.Thread(target=give, args=one, daemon=True) for one in asked]
+        for thread in threads:
+            thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            self.camera.end()
+            if self.microphone is not None:
+                self.microphone.end()
+            for thread in threads:
+                thread.join(PATIENCE_S)
+
+    def reopen(self) -> None:
+        """Let go of the devices and open them again: one may have been unplugged."""
+        for device in (self.camera, self.microphone, self.drive):
+            if device is not None:
+                device.close()
+                device.open()
+
+
+def make_devices(plan: Plan, path: Path) -> Devices:
     """Return the devices that a plan names, unopened.
 
     Raises
     ------
     InputError
-        If a kind or an option is unknown or wrong, or a speed is outside the drive's limits.
+        If a kind or an option is unknown or wrong.
     """
     sound = plan.microphone
-    if any(map(_is_simulated, (plan.camera, sound or {}, plan.drive))):
+    if SIMULATED in {table.get("kind") for table in (plan.camera, sound or {}, plan.drive)}:
         raise InputError(
-            f"{path}: expected real devices, found kind = '{rehearsal.NAME}'; give --dry-run, or "
+            f"{path}: expected real devices, found kind = '{SIMULATED}'; give --dry-run, or "
             "name real ones"
         )
     return Devices(
@@ -37,62 +143,8 @@ def devices_of(plan: Plan, path: Path) -> Devices:
     )
 
 
-def simulated_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
-    """Return devices of a dry run in place of those that a plan names.
-
-    Tables of the kind ``simulated`` keep their options, with the faults that they ask for; the
-    others are checked, and replaced.
-    """
-    _check_real(plan, path)
-    sound = plan.microphone
-    return Devices(
-        device_of(rehearsal.cameras(bench), _simulated(plan.camera), f"{path}, [camera]"),
-        None
-        if sound is None
-        else device_of(rehearsal.microphones(bench), _simulated(sound), f"{path}, [microphone]"),
-        device_of(rehearsal.drives(bench), _simulated(plan.drive), f"{path}, [drive]"),
-        bench.clock,
-    )
-
-
-def _check_real(plan: Plan, path: Path) -> None:
-    """Check what a plan says of real devices, which a dry run replaces."""
-    if not _is_simulated(plan.camera):
-        device_of(CAMERAS, plan.camera, f"{path}, [camera]")
-    if plan.microphone is not None and not _is_simulated(plan.microphone):
-        device_of(MICROPHONES, plan.microphone, f"{path}, [microphone]")
-    if not _is_simulated(plan.drive):
-        device_of(DRIVES, plan.drive, f"{path}, [drive]")
-
-
-def _is_simulated(table: Mapping[str, Any]) -> bool:
-    return table.get("kind") == rehearsal.NAME
-
-
-def _simulated(table: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return what a table says of a simulated device; of a real one, that one stands in."""
-    return table if _is_simulated(table) else {"kind": rehearsal.NAME}
-
-
-def _check_sound(settings: MicrophoneSettings, plan: Plan, path: Path) -> None:
-    """Refuse a channel that is not there, and runs longer than a wav can be."""
-    channel = plan.sensor_channel
-    if channel is not None and channel >= settings.channels:
-        raise InputError(
-            f"{path}: expected sensor_channel below {settings.channels}, as the microphone has "
-            f"channels, found {channel}"
-        )
-    longest_s = LONGEST_BYTES / (settings.rate_hz * settings.channels * SAMPLE_BYTES)
-    if plan.total_s > longest_s:
-        raise InputError(
-            f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav of this "
-            f"sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs and more "
-            "repetitions"
-        )
-
-
 @contextmanager
-def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
+def open_devices(devices: Devices, plan: Plan, path: Path) -> Iterator[None]:
     """Open the devices, and let them go whatever happens; the drive stops first.
 
     Raises
@@ -105,7 +157,7 @@ def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
         stack.enter_context(devices.camera)
         if devices.microphone is not None:
             stack.enter_context(devices.microphone)
-            _check_sound(devices.microphone.settings, plan, path)
+            _require_sound(devices.microphone.settings, plan, path)
         stack.enter_context(devices.drive)
         limits = devices.drive.limits
         for speed in plan.speeds_mm_s:
@@ -114,4 +166,21 @@ def opened(devices: Devices, plan: Plan, path: Path) -> Iterator[Devices]:
                     f"{path}: expected speeds from {limits.lowest_mm_s:g} to "
                     f"{limits.highest_mm_s:g} mm/s, as the drive can hold, found {speed:g}"
                 )
-        yield devices
+        yield
+
+
+def _require_sound(settings: MicrophoneSettings, plan: Plan, path: Path) -> None:
+    """Refuse a channel that is not there, and runs longer than a wav can be."""
+    channel = plan.sensor_channel
+    if channel is not None and channel >= settings.channels:
+        raise InputError(
+            f"{path}: expected sensor_channel below {settings.channels}, as the microphone has "
+            f"channels, found {channel}"
+        )
+    longest_s = _LONGEST_BYTES / (settings.rate_hz * settings.channels * SAMPLE_BYTES)
+    if plan.total_s > longest_s:
+        raise InputError(
+            f"{path}: expected runs of at most {longest_s / 3600:.1f} h, as long as a wav of this "
+            f"sound can be, found {plan.total_s / 3600:.1f} h; take shorter runs and more "
+            "repetitions"
+        )

@@ -11,6 +11,7 @@ from afferents.devices.picture import picture_of
 from afferents.errors import reason_of
 from afferents.markers.detect import detect
 from afferents.markers.sensor import Sensor
+from afferents.recorder.devices import Devices
 from afferents.recorder.plan import Plan, Tolerance
 from afferents.recorder.run import VIDEO
 from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Log, sound_clock
@@ -49,12 +50,10 @@ class Check(NamedTuple):
 
     def as_json(self) -> dict[str, str | bool]:
         """Return it as files and scripts have it."""
-        said: dict[str, str | bool] = {
-            "name": self.name,
-            "passes": self.passes,
-            "found": self.found,
-        }
-        return said if self.passes else {**said, "do": self.do}
+        said = self._asdict()
+        if self.passes:
+            del said["do"]
+        return said
 
 
 class Counts(NamedTuple):
@@ -80,7 +79,7 @@ class Counts(NamedTuple):
     late: tuple[int, ...]
 
 
-def count(log: Log, settings: CameraSettings, total_s: float) -> Counts:
+def count_frames(log: Log, settings: CameraSettings, total_s: float) -> Counts:
     """Count what became of the frames, from the driver's numbers, their times and content."""
     numbers = np.array([row.sequence for row in log.frames], np.int64)
     time_s = np.array([row.time_s for row in log.frames])
@@ -100,13 +99,13 @@ def count(log: Log, settings: CameraSettings, total_s: float) -> Counts:
     )
 
 
-def gate(
+def check_run(
     log: Log,
+    counts: Counts,
     folder: Path,
     plan: Plan,
     speed_mm_s: float,
-    camera: CameraSettings,
-    microphone: MicrophoneSettings | None,
+    devices: Devices,
     sensor: Sensor,
 ) -> list[Check]:
     """Look at a run that has come to its end.
@@ -115,16 +114,18 @@ def gate(
     ----------
     folder
         Where its files lie.
+    devices
+        That it was made with, open still.
     """
-    counts = count(log, camera, plan.total_s)
-    checks = [*frames_checks(counts, plan.tolerance), _speed(log, plan, speed_mm_s)]
+    camera, microphone = devices.camera.settings, devices.sound
+    checks = [*check_frames(counts, plan.tolerance), _speed(log, plan, speed_mm_s)]
     if microphone is not None:
         checks += _sound(log, plan, microphone)
         checks += _clock(log, plan, camera, microphone)
     return [*checks, _markers(log, camera, sensor, plan), _readable(folder / VIDEO, counts)]
 
 
-def frames_checks(counts: Counts, tolerance: Tolerance) -> list[Check]:
+def check_frames(counts: Counts, tolerance: Tolerance) -> list[Check]:
     """Look at what became of the frames."""
     lost = max(len(counts.lost) + len(counts.damaged), counts.expected - counts.stored - 1)
     allowed = tolerance.lost * counts.expected
@@ -215,7 +216,8 @@ def _readable(video: Path, counts: Counts) -> Check:
 
 def _markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: Plan) -> Check:
     """Look for the markers in a picture at rest and in the last."""
-    found = [markers_in(data, camera, sensor) for data in (log.rest, log.last)]
+    pictures = [picture_of(data, camera) for data in (log.rest, log.last)]
+    found = [len(detect(as_grey(*seen), sensor)) if seen else 0 for seen in pictures]
     usual = sensor.n_markers or found[0]
     missing = max(0.0, 1 - min(found) / max(usual, 1))
     return Check(
@@ -224,9 +226,3 @@ def _markers(log: Log, camera: CameraSettings, sensor: Sensor, plan: Plan) -> Ch
         f"{found[0]} at rest and {found[1]} at the end, of {usual}",
         "see to light and focus, and to the sensor file",
     )
-
-
-def markers_in(data: bytes, camera: CameraSettings, sensor: Sensor) -> int:
-    """Return how many markers there are in what a camera gave."""
-    picture = picture_of(data, camera)
-    return 0 if picture is None else len(detect(as_grey(*picture), sensor))

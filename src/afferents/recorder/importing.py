@@ -1,10 +1,11 @@
 """Recordings made elsewhere, with time stamps of their own, brought into a session."""
 
 import shutil
-from collections.abc import Mapping
-from dataclasses import dataclass
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import av
 import numpy as np
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 from afferents.devices.base import CameraSettings
 from afferents.documents import read_json
 from afferents.errors import InputError, reason_of
-from afferents.files import checksum, write_aside, write_json
+from afferents.files import Place, checksum, write_aside, write_json
 from afferents.outputs import require_new_folder, writing_alone
+from afferents.recorder.bags import Bag, extract_files, is_bag
 from afferents.recorder.files import CONTAINER, TICKS_HZ, TIME_BASE
-from afferents.recorder.gate import Check, count, frames_checks
+from afferents.recorder.gate import Check, check_frames, count_frames
 from afferents.recorder.plan import FASTEST_MM_S, Tolerance, is_texture
 from afferents.recorder.run import AUDIO, VIDEO
 from afferents.recorder.session import RUN
@@ -30,90 +32,143 @@ TIME, SEQUENCE = "time_s", "sequence"
 _DECLARED = ("fps_hz", "frame_width", "frame_height", "sample_rate_hz", "audio_channels")
 
 
-@dataclass(frozen=True)
-class Import:
-    """What is imported.
+def import_recording(
+    video: Place,
+    audio: Place | None,
+    times: Place | None,
+    session: Place,
+    texture: str,
+    speed_mm_s: float,
+    audio_start_s: float | None = None,
+    keep: bool = False,
+    image_topic: str | None = None,
+    audio_topic: str | None = None,
+    audio_rate_hz: int | None = None,
+    audio_channels: int | None = None,
+) -> list[Check]:
+    """Bring a recording made elsewhere into a session, with its own time stamps.
 
-    Attributes
+    Parameters
     ----------
     video, audio
-        Files; without sound `audio` is None.
+        Files; `audio` may be None. The frames are not encoded again. Instead of a video it may be
+        a bag of ROS (a rosbag2 folder, an MCAP file or a ``.bag``), which holds times and sound as
+        well; that needs the extra ``mcap``.
     times
-        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames.
+        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames. None
+        of a bag.
+    session
+        Folder to write, or to add to.
     texture, speed_mm_s
         What was recorded.
     audio_start_s
         When the first sample was taken, on the clock of `times`; None for with the first frame.
     keep
-        Whether it is imported although the gate refuses it.
-    bag
-        The bag of ROS that the files were taken out of; None for files of somebody's.
-    """
-
-    video: Path
-    audio: Path | None
-    times: Path
-    session: Path
-    texture: str
-    speed_mm_s: float
-    audio_start_s: float | None = None
-    keep: bool = False
-    bag: Path | None = None
-
-    @property
-    def name(self) -> str:
-        """Of the recording."""
-        return f"{self.texture}/{self.speed_mm_s:g}"
-
-
-def import_recording(wanted: Import) -> list[Check]:
-    """Write a recording of a session from files and their time stamps.
+        Whether it is imported although frames are missing.
+    image_topic, audio_topic
+        Of a bag; None for the only one of pictures, and of sound.
+    audio_rate_hz, audio_channels
+        Of a bag's sound where its messages do not say it; None for 44100 and 1.
 
     Returns
     -------
-    What the gate says.
+    list
+        What the checks of a run say of the frames, a `Check` each.
 
     Raises
     ------
     InputError
         If a file or its times are not what they should be, the recording is there already, or
-        the gate refuses it (unless `keep`).
+        frames are missing (unless `keep`).
     """
-    _require_label(wanted)
-    table = _times(wanted.times)
-    video = VideoFile(wanted.video)
-    declared = _declared(wanted, video, table)
-    earlier = _earlier(wanted, declared)
-    target = wanted.session / wanted.name
+    source, target = Path(video), Path(session)
+    _require_label(texture, speed_mm_s)
+    if not is_bag(source):
+        if times is None:
+            raise InputError(
+                "--times: expected a CSV with the time of each frame, found none; or give a bag"
+            )
+        sound = None if audio is None else Path(audio)
+        table = _read_times(Path(times))
+        said = {"video": str(source), "audio": str(sound or "")}
+        files = _Files(source, sound, table, audio_start_s, source, said)
+        return _write(files, target, texture, speed_mm_s, keep)
+    if audio is not None or times is not None:
+        raise InputError(
+            f"{source}: expected a bag alone, which holds sound and times, found more files"
+        )
+    bag = Bag(source, image_topic, audio_topic, audio_rate_hz, audio_channels)
+    with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
+        found = extract_files(bag, Path(folder))
+        start_s = found.audio_start_s if audio_start_s is None else audio_start_s
+        table, said = pd.DataFrame({TIME: found.time_s}), {"bag": str(source)}
+        files = _Files(found.video, found.audio, table, start_s, source, said)
+        return _write(files, target, texture, speed_mm_s, keep)
+
+
+class _Files(NamedTuple):
+    """What is imported: a video, its sound or None, and times of its frames.
+
+    Attributes
+    ----------
+    audio_start_s
+        When the first sample was taken, on the clock of `times`; None for with the first frame.
+    where, origin
+        What somebody named, for an error and for `run.json`.
+    """
+
+    video: Path
+    audio: Path | None
+    times: pd.DataFrame
+    audio_start_s: float | None
+    where: Path
+    origin: dict[str, str]
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """When each frame was taken, (n_frames,), s."""
+        return self.times[TIME].to_numpy()
+
+
+def _write(
+    files: _Files, session: Path, texture: str, speed_mm_s: float, keep: bool
+) -> list[Check]:
+    """Write a recording of a session."""
+    declared = _declare(files)
+    earlier = _read_earlier(files, session, declared)
+    target = session / f"{texture}/{speed_mm_s:g}"
     if target.exists():
         raise InputError(
             f"{target}: expected a recording that is new, found one; choose another session"
         )
-    log, checks = _judged(wanted, video, table)
-    with writing_alone(wanted.session, "import"):
+    log, checks = _check(files, declared, keep)
+    with writing_alone(session, "import"):
         with write_aside(target) as partial:
             partial.mkdir()
-            zero_s = _write_sound(wanted, float(table[TIME].iloc[0]), partial / AUDIO)
-            log.origin_s = zero_s
-            _retime(wanted.video, table[TIME].to_numpy() - zero_s, partial / VIDEO)
+            log.origin_s = _write_sound(files, partial / AUDIO)
+            _retime(files.video, files.time_s - log.origin_s, partial / VIDEO)
             log.write(partial)
-            write_json(partial / RUN, _about(partial, wanted, checks))
-        _note(wanted.session, earlier, declared)
+            written = [path for name in (VIDEO, AUDIO) if (path := partial / name).is_file()]
+            about = {
+                "checksums": {path.name: checksum(path) for path in written},
+                "checks": [check.as_json() for check in checks],
+                "imported": files.origin,
+            }
+            write_json(partial / RUN, about)
+        _note(session, earlier, declared)
     return checks
 
 
-def _require_label(wanted: Import) -> None:
+def _require_label(texture: str, speed_mm_s: float) -> None:
     """Refuse a texture or speed that can't be a folder."""
-    if not is_texture(wanted.texture):
-        raise InputError(
-            f"--texture: expected a name that a folder may have, found '{wanted.texture}'"
-        )
-    if not 0 < wanted.speed_mm_s <= FASTEST_MM_S:
+    if not is_texture(texture):
+        raise InputError(f"--texture: expected a name that a folder may have, found '{texture}'")
+    if not 0 < speed_mm_s <= FASTEST_MM_S:
         expected = f"a speed above 0 and up to {FASTEST_MM_S:g} mm/s"
-        raise InputError(f"--speed: expected {expected}, found {wanted.speed_mm_s:g}")
+        raise InputError(f"--speed: expected {expected}, found {speed_mm_s:g}")
 
 
-def _times(path: Path) -> pd.DataFrame:
+def _read_times(path: Path) -> pd.DataFrame:
     """Read the table of times.
 
     Raises
@@ -156,25 +211,24 @@ def _rate_hz(time_s: NDArray[np.float64]) -> float:
     return float(_numbers(time_s)[-1] / (time_s[-1] - time_s[0]))
 
 
-def _judged(wanted: Import, video: VideoFile, table: pd.DataFrame) -> tuple[Log, list[Check]]:
-    """Let the gate look at the frames; numbers that are missing are worked out from the times."""
-    time_s = table[TIME].to_numpy()
-    rate_hz = _rate_hz(time_s)
-    numbers = table[SEQUENCE] if SEQUENCE in table else _numbers(time_s)
+def _check(files: _Files, declared: Mapping[str, Any], keep: bool) -> tuple[Log, list[Check]]:
+    """Look at the frames; numbers that are missing are worked out from the times."""
+    time_s, rate_hz = files.time_s, _rate_hz(files.time_s)
+    numbers = files.times[SEQUENCE] if SEQUENCE in files.times else _numbers(time_s)
     log = Log(origin_s=float(time_s[0]))
     log.frames = [
         FrameRow(int(number), float(at_s), float("nan"), False, False, True)
         for number, at_s in zip(numbers, time_s, strict=True)
     ]
-    settings = CameraSettings(str(wanted.video), "file", video.width, video.height, rate_hz)
-    counts = count(log, settings, (time_s[-1] - time_s[0]) + 1 / rate_hz)
-    checks = frames_checks(counts, Tolerance())
-    failed = [check for check in checks if not check.passes]
-    if failed and not wanted.keep:
+    width, height = declared["frame_width"], declared["frame_height"]
+    settings = CameraSettings(str(files.video), "file", width, height, rate_hz)
+    counts = count_frames(log, settings, (time_s[-1] - time_s[0]) + 1 / rate_hz)
+    checks = check_frames(counts, Tolerance())
+    failed = [f"{check.name}: {check.found}" for check in checks if not check.passes]
+    if failed and not keep:
         raise InputError(
-            f"{wanted.bag or wanted.times}: expected a recording that the gate lets pass, found "
-            f"{'; '.join(f'{check.name}: {check.found}' for check in failed)}; record it again, "
-            "or import it nevertheless with --keep"
+            f"{files.where}: expected a recording without missing frames, found "
+            f"{'; '.join(failed)}; record it again, or import it nevertheless with --keep"
         )
     return log, checks
 
@@ -216,48 +270,47 @@ def _require_frames(video: Path, packets: "list[av.Packet[Any]]", n: int) -> Non
         )
 
 
-def _write_sound(wanted: Import, first_s: float, target: Path) -> float:
+def _write_sound(files: _Files, target: Path) -> float:
     """Write the sound so that it and the video count from one moment; return which, s.
 
     Where the sound began after the video, silence stands for what is missing.
     """
-    if wanted.audio is None:
+    first_s = float(files.time_s[0])
+    if files.audio is None:
         return first_s
-    start_s = first_s if wanted.audio_start_s is None else wanted.audio_start_s
-    if start_s <= first_s and wanted.audio.suffix.lower() == ".wav":
-        shutil.copyfile(wanted.audio, target)
+    start_s = first_s if files.audio_start_s is None else files.audio_start_s
+    if start_s <= first_s and files.audio.suffix.lower() == ".wav":
+        shutil.copyfile(files.audio, target)
         return start_s
-    samples, rate_hz = _samples(wanted.audio)
+    with _naming_sound(files.audio):
+        samples, rate_hz = soundfile.read(str(files.audio), dtype="int16", always_2d=True)
     missing = round(max(0.0, start_s - first_s) * rate_hz)
-    padded = np.concatenate([np.zeros((missing, samples.shape[1]), samples.dtype), samples])
+    padded = np.pad(samples, ((missing, 0), (0, 0)))
     soundfile.write(target, padded, rate_hz, "PCM_16", format="WAV")
-    return start_s - missing / rate_hz
+    return float(start_s - missing / rate_hz)
 
 
-def _samples(audio: Path) -> tuple[NDArray[np.int16], int]:
+@contextmanager
+def _naming_sound(audio: Path) -> Iterator[None]:
     try:
-        samples, rate_hz = soundfile.read(str(audio), dtype="int16", always_2d=True)
+        yield
     except soundfile.SoundFileError as error:
         raise InputError(
             f"{audio}: expected a readable sound file, found {reason_of(error)}"
         ) from error
-    return samples, int(rate_hz)
 
 
-def _declared(wanted: Import, video: VideoFile, table: pd.DataFrame) -> dict[str, Any]:
+def _declare(files: _Files) -> dict[str, Any]:
     """Return what `session.json` is to say of the files."""
+    video = VideoFile(files.video)
     said: dict[str, Any] = {
-        "fps_hz": round(_rate_hz(table[TIME].to_numpy()), 3),
+        "fps_hz": round(_rate_hz(files.time_s), 3),
         "frame_width": video.width,
         "frame_height": video.height,
     }
-    if wanted.audio is not None:
-        try:
-            info = soundfile.info(str(wanted.audio))
-        except soundfile.SoundFileError as error:
-            raise InputError(
-                f"{wanted.audio}: expected a readable sound file, found {reason_of(error)}"
-            ) from error
+    if files.audio is not None:
+        with _naming_sound(files.audio):
+            info = soundfile.info(str(files.audio))
         said |= {
             "sample_rate_hz": info.samplerate,
             "audio_channels": info.channels,
@@ -266,7 +319,7 @@ def _declared(wanted: Import, video: VideoFile, table: pd.DataFrame) -> dict[str
     return said
 
 
-def _earlier(wanted: Import, declared: Mapping[str, Any]) -> dict[str, Any]:
+def _read_earlier(files: _Files, session: Path, declared: Mapping[str, Any]) -> dict[str, Any]:
     """Return what the session says already.
 
     Raises
@@ -274,29 +327,17 @@ def _earlier(wanted: Import, declared: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If it holds something else, or recordings of other rates or sizes.
     """
-    path = wanted.session / SESSION_FILE
+    path = session / SESSION_FILE
     if not path.is_file():
-        require_new_folder(wanted.session, "a new session")
+        require_new_folder(session, "a new session")
         return {}
     earlier = read_json(path, "a session file")
     for key in _DECLARED:
         before, now = earlier.get(key), declared.get(key)
         if before is None or now is None or abs(before - now) <= 0.1 * before * (key == "fps_hz"):
             continue
-        where = wanted.bag or wanted.video
-        raise InputError(f"{where}: expected {key} {before:g}, as in {path}, found {now:g}")
+        raise InputError(f"{files.where}: expected {key} {before:g}, as in {path}, found {now:g}")
     return earlier
-
-
-def _about(folder: Path, wanted: Import, checks: list[Check]) -> dict[str, Any]:
-    files = [path for name in (VIDEO, AUDIO) if (path := folder / name).is_file()]
-    return {
-        "checksums": {path.name: checksum(path) for path in files},
-        "checks": [check.as_json() for check in checks],
-        "imported": {"video": str(wanted.video), "audio": str(wanted.audio or "")}
-        if wanted.bag is None
-        else {"bag": str(wanted.bag)},
-    }
 
 
 def _note(session: Path, earlier: Mapping[str, Any], declared: Mapping[str, Any]) -> None:

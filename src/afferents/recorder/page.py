@@ -1,12 +1,12 @@
 """What the page shows of a recording: camera with markers, sound, and what is to be done."""
 
-import json
 import math
 import time
 from typing import Any
 
 import cv2
 import numpy as np
+from pydantic_core import to_json
 
 from afferents.devices.base import Frame as Taken
 from afferents.devices.picture import picture_of
@@ -15,15 +15,14 @@ from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Sound
 from afferents.live.images import FrameImages, Images
-from afferents.live.sense import AudioSense
-from afferents.live.web.snapshot import numbers, ring_px
+from afferents.live.streams import AudioStream
+from afferents.live.web.snapshot import draw_image, numbers, ring_px
 from afferents.markers.sensor import Sensor
 from afferents.recorder.watch import Watch
 from afferents.store.recording import Frame
 
 FRESH_S = 0.1
 """Pictures are drawn up no more often, and only while somebody looks on."""
-_DIGITS = 4
 _FULL = 32768
 
 
@@ -43,7 +42,7 @@ class RecordingPage:
         self._watch = watch
         self._images = Images(sensor.model_copy(update={"rest_frame": 0}))
         self._series, self._felt = -1, None
-        self._audio: AudioSense | None = None
+        self._audio: AudioStream | None = None
         self._drawn_s = -math.inf
         self._newest: tuple[str, bytes | None] = "", None
 
@@ -70,7 +69,7 @@ class RecordingPage:
             "audio": self._heard(),
             "recording": self._watch.state(),
         }
-        return json.dumps(_without_nan(said)), jpeg
+        return to_json(said, inf_nan_mode="null").decode(), jpeg  # of a speed that nobody reads
 
     def _seen(self, pair: tuple[Taken, ...]) -> tuple[FrameImages | None, bytes | None]:
         """Follow the markers of the newest two frames, from the first of the series on."""
@@ -122,9 +121,8 @@ class RecordingPage:
                 "size": (camera.width, camera.height),
                 "markers": numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
                 "ring_px": ring_px(felt.position[felt.detected]),
-                "sa1": numbers(felt.images[SA1], _DIGITS),
-                "ra1": numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
             }
+            content |= {name: draw_image(felt, name) for name in (SA1, RA1)}
         return content
 
     def _heard(self) -> dict[str, Any] | None:
@@ -133,24 +131,14 @@ class RecordingPage:
             return None
         content: dict[str, Any] = {"rate_hz": microphone.rate_hz, "quality": []}
         if self._audio is None:
-            self._audio = AudioSense(SpectralEncoding(), microphone.rate_hz)
+            self._audio = AudioStream(SpectralEncoding(), microphone.rate_hz)
         while self._watch.blocks:
             block = self._watch.blocks.popleft()
             channel = self._watch.sensor_channel
             samples = (block.samples[:, [channel]] / _FULL).astype(np.float32)
-            self._audio.hear(Sound(block.time_s, samples, time.monotonic()))
+            for _ in self._audio.feed(Sound(block.time_s, samples, time.monotonic())):
+                pass
         if (spectrum := self._audio.spectrum()) is not None:
             amplitude, step_hz = spectrum
             content |= {"amplitude": [float(f"{a:.4g}") for a in amplitude], "step_hz": step_hz}
         return content
-
-
-def _without_nan(content: Any) -> Any:
-    """Return content as JSON knows it: a speed that nobody reads is null."""
-    if isinstance(content, dict):
-        return {key: _without_nan(value) for key, value in content.items()}
-    if isinstance(content, float) and not math.isfinite(content):
-        return None
-    if isinstance(content, tuple):
-        return [_without_nan(value) for value in content]
-    return content

@@ -1,14 +1,12 @@
-"""The monotonic clock that a recording goes by; in a dry run it may go faster."""
+"""`PLAN.toml`: what is to be recorded, and with what."""
 
 import hashlib
 import math
 import re
-import threading
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -19,34 +17,6 @@ from afferents.files import write_aside
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum
 from afferents.store.recording import require_distinct
-
-
-class Clock:
-    """The monotonic clock.
-
-    Parameters
-    ----------
-    speed
-        How much faster than the machine's it goes; 1 for real devices.
-    """
-
-    def __init__(self, speed: float = 1.0) -> None:
-        """Begin now."""
-        self._begun_s, self._speed = time.monotonic(), speed
-
-    def now(self) -> float:
-        """Return the time, s."""
-        real_s = time.monotonic()
-        return (
-            real_s if self._speed == 1 else self._begun_s + (real_s - self._begun_s) * self._speed
-        )
-
-    def wait(self, seconds: float, ended: threading.Event) -> bool:
-        """Wait so long, or until something has ended; say whether it has."""
-        return ended.wait(max(0.0, seconds) / self._speed)
-
-
-# `PLAN.toml`: what is to be recorded, and with what.
 
 _WHAT = "a plan of a recording"
 _TEXTURE = re.compile(r"[\w][\w .+-]*")
@@ -134,7 +104,7 @@ class Plan(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     textures: tuple[str, ...] = Field(min_length=1)
-    speeds_mm_s: tuple[float, ...] = Field(min_length=1)
+    speeds_mm_s: tuple[Annotated[float, Field(gt=0, le=FASTEST_MM_S)], ...] = Field(min_length=1)
     repetitions: int = Field(1, ge=1, le=1000)
     seconds: float = Field(gt=0, le=24 * 3600)
     rest_s: float = Field(0.5, ge=0.2, le=600)
@@ -163,13 +133,6 @@ class Plan(BaseModel):
                 raise ValueError("names that folders may have, such as '3' or 'linen'")
         return textures
 
-    @field_validator("speeds_mm_s")
-    @classmethod
-    def _are_speeds(cls, speeds: tuple[float, ...]) -> tuple[float, ...]:
-        if not all(0 < speed <= FASTEST_MM_S for speed in speeds):
-            raise ValueError(f"speeds above 0 and up to {FASTEST_MM_S:g} mm/s")
-        return speeds
-
     @model_validator(mode="after")
     def _can_tap(self) -> Self:
         if self.tap_s and (self.tap_s < LEAST_TAP_S or self.microphone is None):
@@ -190,6 +153,11 @@ class Plan(BaseModel):
     def steady_s(self) -> tuple[float, float]:
         """Start and end of constant speed, s."""
         return self.start_s + self.settle_s, self.total_s
+
+    @property
+    def channel(self) -> int:
+        """The sensor's channel of the microphone; -1 for the last."""
+        return -1 if self.sensor_channel is None else self.sensor_channel
 
     def drum(self, opened: str, texture: str) -> Drum | None:
         """Return the drum of a texture, mounted on a drive.
@@ -261,12 +229,12 @@ def read_plan(path: Path) -> Plan:
         read_toml(path, _WHAT, "'afferents record --example PLAN.toml' writes one"),
         Plan, path, _WHAT,
     )  # fmt: skip
-    named = [(f"{speed!r}", speed) for speed in plan.speeds_mm_s]
-    if len(set(plan.textures)) < len(plan.textures) or len(set(named)) < len(named):
-        raise InputError(
-            f"{path}: expected each texture and each speed once, found one of them twice"
-        )
-    require_distinct(path, plan.textures, named)
+    for values in (plan.textures, plan.speeds_mm_s):
+        if len(set(values)) < len(values):
+            raise InputError(
+                f"{path}: expected each texture and each speed once, found one of them twice"
+            )
+    require_distinct(path, plan.textures, [(f"{speed!r}", speed) for speed in plan.speeds_mm_s])
     return plan
 
 

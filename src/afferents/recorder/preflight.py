@@ -1,23 +1,22 @@
-"""How fast clocks of devices go apart from this machine's."""
+"""Before a plan: whether devices, clocks, light, sound, disk and drive are fit for it."""
 
 import shutil
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from afferents.devices.base import Block, Frame, Microphone
+from afferents.devices.base import Block, Frame
 from afferents.devices.picture import picture_of
-from afferents.errors import AfferentsError
-from afferents.markers.detect import detect
-from afferents.markers.image_quality import image_quality
+from afferents.markers.detect import detect, spacing_px
 from afferents.markers.sensor import Sensor
+from afferents.quality.image import BLURRED_PX, OVEREXPOSED, measure_image_quality
+from afferents.recorder.devices import Devices
 from afferents.recorder.gate import Check
 from afferents.recorder.plan import Plan
-from afferents.recorder.run import FIRST_S, WARM_UP, Devices
+from afferents.recorder.run import WARM_UP
 from afferents.recordings.run_log import LIMIT_FRAMES, SURE, Drift
 from afferents.store.recording import GreyImage, as_grey
 
@@ -25,7 +24,7 @@ _PARTS = 6
 """Of the time that was looked at; in each, what arrived with the least delay counts."""
 
 
-def drift_of(own_s: Sequence[float], arrived_s: Sequence[float]) -> Drift:
+def fit_drift(own_s: Sequence[float], arrived_s: Sequence[float]) -> Drift:
     """Return how a clock drifts, from its times and when this machine heard of them, s.
 
     What arrives late says nothing of the clock: of each sixth of the time only what arrived soonest
@@ -34,26 +33,18 @@ def drift_of(own_s: Sequence[float], arrived_s: Sequence[float]) -> Drift:
     Examples
     --------
     >>> own = [0.01 * n for n in range(150)]
-    >>> drift_of(own, [1.001 * t + 0.005 for t in own]).said()
+    >>> fit_drift(own, [1.001 * t + 0.005 for t in own]).said()
     '-999 ppm (error 0)'
     """
-    own, arrived = np.array(own_s), np.array(arrived_s)
-    soonest = [_soonest(part, own, arrived) for part in np.array_split(np.arange(len(own)), _PARTS)]
-    time = arrived[soonest] - arrived[soonest].mean()
-    ahead = own[soonest] - arrived[soonest]
-    slope = float((time * ahead).sum() / (time**2).sum())
-    rest = ahead - ahead.mean() - slope * time
-    error = float(np.sqrt((rest**2).sum() / (_PARTS - 2) / (time**2).sum()))
-    return Drift(slope, error)
+    late_s = np.array(arrived_s) - np.array(own_s)
+    parts = np.array_split(np.arange(len(late_s)), _PARTS)
+    soonest = [part[np.argmin(late_s[part])] for part in parts]
+    at_s, ahead_s = np.array(arrived_s)[soonest], late_s.mean() - late_s[soonest]
+    line, covariance = np.polyfit(at_s - at_s.mean(), ahead_s, 1, cov=True)
+    return Drift(float(line[0]), float(covariance[0, 0] ** 0.5))
 
 
-def _soonest(
-    part: NDArray[np.int64], own: NDArray[np.float64], arrived: NDArray[np.float64]
-) -> int:
-    return int(part[np.argmin(arrived[part] - own[part])])
-
-
-def clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float) -> Check:
+def check_clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float) -> Check:
     """Judge whether sound and picture stay together for a run.
 
     The camera's is the clock of its frames' times, the microphone's that of its samples.
@@ -73,15 +64,10 @@ def clocks(camera: Drift, microphone: Drift | None, fps_hz: float, run_s: float)
     return Check("clocks", passes, found, "make runs shorter, or take another sound card or camera")
 
 
-# Before a plan: whether devices, light, sound, disk and drive are fit for it.
-
 LOOKED_S = 1.5
 RATE = 0.02
 """How far a measured rate may lie from the one that was read back, as a share."""
 MARGIN = 1.2
-SHARPEST_PX = 4.0
-"""A marker's edge is not wider than this in a picture in focus."""
-_SATURATED = 0.5
 _REACHED_S = 2.0
 _ENOUGH = 24
 """Frames or blocks from which a drift can be told."""
@@ -99,7 +85,7 @@ def preflight(devices: Devices, plan: Plan, sensor: Sensor, session: Path) -> li
     InputError
         If one refuses what it is asked for.
     """
-    taken = _taken(devices)
+    taken = _take(devices)
     frames, blocks = taken.frames, taken.blocks
     checks = [_rate(devices, frames), _picture(devices, frames, sensor)]
     if devices.microphone is not None:
@@ -118,39 +104,20 @@ class _Taken(NamedTuple):
     blocks_s: list[float]
 
 
-def _taken(devices: Devices) -> _Taken:
+def _take(devices: Devices) -> _Taken:
     """Take frames and sound for a while, side by side."""
-    taken = _Taken([], [], [], [])
-    faults: list[AfferentsError] = []
+    taken, faults, now = _Taken([], [], [], []), list[Exception](), devices.clock.now
 
-    def take(works: Callable[[], None]) -> None:
-        try:
-            works()
-        except AfferentsError as error:
-            faults.append(error)
+    def look(frame: Frame) -> None:
+        taken.frames_s.append(now())
+        taken.frames.append(frame)
 
-    def look() -> None:
-        for frame in devices.camera.frames():
-            taken.frames_s.append(devices.clock.now())
-            taken.frames.append(frame)
+    def listen(block: Block) -> None:
+        taken.blocks_s.append(now())
+        taken.blocks.append(block)
 
-    def listen(microphone: Microphone) -> None:
-        for block in microphone.blocks():
-            taken.blocks_s.append(devices.clock.now())
-            taken.blocks.append(block)
-
-    works: list[Callable[[], None]] = [look]
-    if (microphone := devices.microphone) is not None:
-        works.append(lambda: listen(microphone))
-    threads = [threading.Thread(target=take, args=(work,), daemon=True) for work in works]
-    for thread in threads:
-        thread.start()
-    devices.clock.wait(LOOKED_S, threading.Event())
-    devices.camera.end()
-    if microphone is not None:
-        microphone.end()
-    for thread in threads:
-        thread.join(FIRST_S)
+    with devices.stream(look, listen, faults.append):
+        devices.clock.wait(LOOKED_S, threading.Event())
     if faults:
         raise faults[0]
     return taken
@@ -161,12 +128,12 @@ def _clocks(devices: Devices, taken: _Taken, plan: Plan) -> list[Check]:
     frames, frames_s = taken.frames[WARM_UP:], taken.frames_s[WARM_UP:]
     if len(frames) < _ENOUGH or (devices.microphone and len(taken.blocks) < _ENOUGH):
         return []  # said already
-    camera = drift_of([frame.time_s for frame in frames], frames_s)
+    camera = fit_drift([frame.time_s for frame in frames], frames_s)
     heard = None
     if devices.microphone is not None:
         n = np.cumsum([len(block.samples) for block in taken.blocks])
-        heard = drift_of((n / devices.microphone.settings.rate_hz).tolist(), taken.blocks_s)
-    return [clocks(camera, heard, devices.camera.settings.fps_hz, plan.total_s)]
+        heard = fit_drift((n / devices.microphone.settings.rate_hz).tolist(), taken.blocks_s)
+    return [check_clocks(camera, heard, devices.camera.settings.fps_hz, plan.total_s)]
 
 
 def _rate(devices: Devices, frames: list[Frame]) -> Check:
@@ -203,13 +170,13 @@ def judged(image: GreyImage, sensor: Sensor) -> Check:
     if len(found) < max(4, 0.9 * usual):
         said = f"{len(found)} markers of {usual}, mean grey level {image.mean():.0f}"
         return Check("picture", False, said, "see to light, focus, and the sensor file")
-    quality = image_quality(image, found)
+    quality = measure_image_quality(image, found, spacing_px(found))
     said = (
         f"{len(found)} markers of {usual}, edges {quality.edge_px:.1f} px, "
         f"{quality.saturated:.0%} saturated"
     )
-    passes = quality.edge_px <= SHARPEST_PX and quality.saturated <= _SATURATED
-    do = "less light or gain" if quality.saturated > _SATURATED else "turn the focus"
+    passes = quality.edge_px <= BLURRED_PX and quality.saturated <= OVEREXPOSED
+    do = "less light or gain" if quality.saturated > OVEREXPOSED else "turn the focus"
     return Check("picture", passes, said, do)
 
 
@@ -222,8 +189,8 @@ def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
     rate = n / (blocks[-1].time_s - blocks[0].time_s)
     lost = sum(block.overflowed for block in blocks)
     drift = 1e6 * (rate / settings.rate_hz - 1)
-    channel = -1 if plan.sensor_channel is None else plan.sensor_channel
-    peak = max(int(np.abs(b.samples[:, channel].astype(np.int32)).max()) for b in blocks) / _FULL
+    sensor = [block.samples[:, plan.channel].astype(np.int32) for block in blocks]
+    peak = max(int(np.abs(samples).max()) for samples in sensor) / _FULL
     loud = peak < 1 - 1 / _FULL
     return [
         Check(
@@ -243,7 +210,7 @@ def _sound(devices: Devices, blocks: list[Block], plan: Plan) -> list[Check]:
 
 
 def _disk(devices: Devices, frames: list[Frame], plan: Plan, session: Path) -> Check:
-    sound = devices.microphone.settings if devices.microphone else None
+    sound = devices.sound
     a_second = devices.camera.settings.fps_hz * (
         sum(len(frame.data) for frame in frames) / max(1, len(frames))
     )
@@ -258,7 +225,7 @@ def _disk(devices: Devices, frames: list[Frame], plan: Plan, session: Path) -> C
 
 def _reaches(devices: Devices, speed_mm_s: float, plan: Plan) -> Check:
     """Turn the drum at a speed until it is reached."""
-    drive, clock, ended = devices.drive, devices.clock, threading.Event()
+    drive, clock = devices.drive, devices.clock
     name = f"speed {speed_mm_s:g} mm/s"
     begun_s, speeds = clock.now(), []
     try:
@@ -276,7 +243,7 @@ def _reaches(devices: Devices, speed_mm_s: float, plan: Plan) -> Check:
                 late = seconds > plan.settle_s
                 said = f"reached after {seconds:.2f} s"
                 return Check(name, not late, said, "a longer settle_s")
-            clock.wait(0.02, ended)
+            clock.wait(0.02, threading.Event())
     finally:
         drive.stop()
     said = f"{np.mean(speeds[-5:]):.2f} mm/s at last"

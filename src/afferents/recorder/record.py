@@ -1,28 +1,41 @@
-"""Commands that record: a session from a plan, and files recorded elsewhere."""
+"""A plan is recorded: preflight, run after run, whether each is good, and what becomes of it."""
 
+import math
 import sys
-import tempfile
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from afferents.errors import InputError
+from afferents.errors import AfferentsError, InputError, then
 from afferents.files import Place
+from afferents.markers.sensor import Sensor, load_sensor
+from afferents.outputs import writing_alone
 from afferents.progress import Progress
-
-if TYPE_CHECKING:
-    from afferents.recorder.gate import Check
-    from afferents.recorder.plan_run import Recorded
+from afferents.recorder.devices import Devices, make_devices, open_devices
+from afferents.recorder.gate import Check, check_run, count_frames
+from afferents.recorder.plan import Entry, Plan, read_plan
+from afferents.recorder.preflight import preflight
+from afferents.recorder.rehearsal import Bench, simulate_devices
+from afferents.recorder.run import DiskFullError, Run
+from afferents.recorder.session import AGAIN, RecordedSession
+from afferents.recorder.taps import describe_sound_times, measure_taps
+from afferents.recorder.watch import NEXT, REDO, OnceMoreError, Watch
+from afferents.rig.sensor_rig import rig_of
+from afferents.store.drum_path import MARK
 
 _ONCE_MORE = "r"
+
+Ask = Callable[[str], None]
+"""Shows a person a sentence, and returns when it is done."""
 
 
 def record(
     plan: Place,
     session: Place,
     dry_run: bool = False,
-    ask: Callable[[str], None] | None = None,
+    ask: Ask | None = None,
     quiet: bool = False,
     web: tuple[str, int, str | None] | None = None,
     again: Sequence[str] = (),
@@ -60,126 +73,39 @@ def record(
         If the plan or a device is not what it should be, the session is of another plan, or the
         disk is full. What is finished is kept.
     """
-    from afferents.recorder.plan_run import record as run
-    from afferents.recorder.plan_run import recording_of
-
-    if web is not None:
-        return _beside_a_page(Path(plan), Path(session), dry_run, quiet, web, again)
-    wanted = recording_of(Path(plan), dry_run, ask or ask_in_terminal)
-    with Progress(quiet) as progress:
-        return run(wanted, Path(session), progress, again)
-
-
-def _beside_a_page(
-    plan: Path,
-    session: Path,
-    dry_run: bool,
-    quiet: bool,
-    web: tuple[str, int, str | None],
-    again: Sequence[str],
-) -> "Recorded":
-    """Record; who looks on at the page may press its buttons, or enter in the terminal."""
-    from afferents.live.web.server import page_beside
-    from afferents.recorder.page import RecordingPage
-    from afferents.recorder.plan_run import record as run
-    from afferents.recorder.plan_run import recording_of
-    from afferents.recorder.watch import NEXT, REDO, Watch
-
+    if web is None:
+        recorder = make_recorder(Path(plan), dry_run, ask or ask_in_terminal)
+        with Progress(quiet) as progress:
+            return recorder.record(Path(session), progress, again)
     watch = Watch(show_in_terminal)
-    wanted = recording_of(plan, dry_run, watch.wait, watch=watch)
-
-    def typed() -> None:
-        for line in sys.stdin:
-            watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
-
-    with page_beside(RecordingPage(watch, wanted.sensor), *web, watch.request):
-        threading.Thread(target=typed, name="afferents-enter", daemon=True).start()
-        try:
-            with Progress(quiet) as progress:
-                done = run(wanted, session, progress, again)
-        except BaseException as error:
-            stopped = not isinstance(error, Exception)
-            watch.end("stopped: what is finished is kept" if stopped else str(error))
-            raise
+    recorder = make_recorder(Path(plan), dry_run, watch.wait, watch=watch)
+    with _serve_page(recorder, *web), Progress(quiet) as progress:
+        done = recorder.record(Path(session), progress, again)
         missing = f"; {len(done.remaining)} are missing" if done.remaining else ""
         watch.end(f"done: {len(done.recorded)} runs recorded{missing}")
         return done
 
 
-def import_recording(
-    video: Place,
-    audio: Place | None,
-    times: Place | None,
-    session: Place,
-    texture: str,
-    speed_mm_s: float,
-    audio_start_s: float | None = None,
-    keep: bool = False,
-    image_topic: str | None = None,
-    audio_topic: str | None = None,
-    audio_rate_hz: int | None = None,
-    audio_channels: int | None = None,
-) -> "list[Check]":
-    """Bring a recording made elsewhere into a session, with its own time stamps.
+@contextmanager
+def _serve_page(recorder: "Recorder", host: str, port: int, token: str | None) -> Iterator[None]:
+    """Show it on a page; who looks on may press its buttons, or enter in the terminal."""
+    from afferents.live.web.server import page_beside
+    from afferents.recorder.page import RecordingPage
 
-    Parameters
-    ----------
-    video, audio
-        Files; `audio` may be None. The frames are not encoded again. Instead of a video it may be
-        a bag of ROS (a rosbag2 folder, an MCAP file or a ``.bag``), which holds times and sound as
-        well; that needs the extra ``mcap``.
-    times
-        CSV with a row a frame: `time_s`, and `sequence` where the camera numbers its frames. None
-        of a bag.
-    session
-        Folder to write, or to add to.
-    texture, speed_mm_s
-        What was recorded.
-    audio_start_s
-        When the first sample was taken, on the clock of `times`; None for with the first frame.
-    keep
-        Whether it is imported although frames are missing.
-    image_topic, audio_topic
-        Of a bag; None for the only one of pictures, and of sound.
-    audio_rate_hz, audio_channels
-        Of a bag's sound where its messages do not say it; None for 44100 and 1.
+    watch = recorder.watch
 
-    Returns
-    -------
-    list
-        What the gate says of the frames, a `Check` each.
+    def read_terminal() -> None:
+        for line in sys.stdin:
+            watch.request(REDO if line.strip() == _ONCE_MORE else NEXT)
 
-    Raises
-    ------
-    InputError
-        If a file or its times are not what they should be.
-    """
-    from afferents.recorder.bags import Bag, bag_files, is_bag
-    from afferents.recorder.importing import Import
-    from afferents.recorder.importing import import_recording as run
-
-    path, target = Path(video), Path(session)
-    if is_bag(path):
-        if audio is not None or times is not None:
-            raise InputError(
-                f"{path}: expected a bag alone, which holds sound and times, found more files"
-            )
-        bag = Bag(path, image_topic, audio_topic, audio_rate_hz, audio_channels)
-        with tempfile.TemporaryDirectory(prefix="afferents-bag-") as folder:
-            files = bag_files(bag, Path(folder))
-            start_s = files.audio_start_s if audio_start_s is None else audio_start_s
-            return run(
-                Import(
-                    files.video, files.audio, files.times, target, texture, speed_mm_s, start_s,
-                    keep, path,
-                )
-            )  # fmt: skip
-    if times is None:
-        raise InputError(
-            "--times: expected a CSV with the time of each frame, found none; or give a bag"
-        )
-    sound = None if audio is None else Path(audio)
-    return run(Import(path, sound, Path(times), target, texture, speed_mm_s, audio_start_s, keep))
+    with page_beside(RecordingPage(watch, recorder.sensor), host, port, token, watch.request):
+        threading.Thread(target=read_terminal, name="afferents-enter", daemon=True).start()
+        try:
+            yield
+        except BaseException as error:
+            stopped = not isinstance(error, Exception)
+            watch.end("stopped: what is finished is kept" if stopped else str(error))
+            raise
 
 
 def show_in_terminal(sentence: str) -> None:
@@ -200,10 +126,294 @@ def ask_in_terminal(sentence: str) -> None:
     show_in_terminal(sentence)
     line = sys.stdin.readline()
     if line.strip() == _ONCE_MORE:
-        from afferents.recorder.watch import OnceMoreError
-
         raise OnceMoreError
     if not line:
         raise InputError(
             "stdin: expected somebody who changes drums and presses enter, found nobody"
         )
+
+
+@dataclass
+class Recorded:
+    """What came of a plan.
+
+    Attributes
+    ----------
+    session
+        The folder.
+    preflight
+        Its checks.
+    recorded
+        Names of the runs that were recorded and accepted now.
+    kept_aside
+        Runs that were refused or broke off in every attempt, and why.
+    attempts_aside
+        Where each refused attempt lies, and each accepted run that was recorded again, and why.
+    remaining
+        Runs of the plan that are not in the session.
+    """
+
+    session: Path
+    preflight: list[Check] = field(default_factory=list)
+    recorded: list[str] = field(default_factory=list)
+    kept_aside: dict[str, str] = field(default_factory=dict)
+    attempts_aside: list[tuple[str, str]] = field(default_factory=list)
+    remaining: list[str] = field(default_factory=list)
+
+
+class Operator:
+    """Who changes drums, and turns them where no motor does.
+
+    Parameters
+    ----------
+    plan, devices
+        What is recorded, and with what.
+    ask
+        Asks a person; None where there is none.
+    bench
+        Simulated fingertip on which drums are mounted; None for a real one.
+    """
+
+    def __init__(
+        self, plan: Plan, devices: Devices, ask: Ask | None = None, bench: Bench | None = None
+    ) -> None:
+        """Nothing is mounted yet."""
+        self._plan, self._devices, self._ask, self._bench = plan, devices, ask, bench
+        self._texture = ""
+
+    def prepare(self, entry: Entry, attempt: int) -> None:
+        """Put the drum of a run in its place; attempt 0 is the preflight. Devices are open."""
+        if self._bench is not None:
+            self._bench.mount(entry, 0)
+        if self._ask is not None:
+            self._tell(self._ask, entry, attempt)
+        if self._bench is not None:  # the film begins anew
+            self._bench.mount(entry, attempt)
+
+    def _tell(self, ask: Ask, entry: Entry, attempt: int) -> None:
+        """Ask a person, if there is something to do."""
+        plan = self._plan
+        if entry.texture != self._texture:
+            ask(f"change the drum to {entry.texture}, then press enter")
+            self._texture = entry.texture
+        takes_any_speed = math.isinf(self._devices.drive.limits.highest_mm_s)  # it is no motor
+        if attempt and takes_any_speed:
+            tap = f", tap the fingertip for {plan.tap_s:g} s" if plan.tap_s else ""
+            ask(
+                f"press enter, let the drum stand for {plan.rest_s:g} s{tap}, then turn it at "
+                f"{entry.speed_mm_s:g} mm/s until {plan.total_s:g} s are over"
+            )
+
+
+def make_recorder(
+    path: Path, dry_run: bool, ask: Ask, speed: float = 4.0, watch: Watch | None = None
+) -> "Recorder":
+    """Read a plan and find what it needs; nothing is touched or moved.
+
+    Parameters
+    ----------
+    ask
+        Shows a person what to do and waits until it is done.
+    speed
+        How much faster than in truth a dry run goes.
+    watch
+        Where who looks on finds the newest, if somebody does; a dry run then asks a person to
+        change drums, as a rehearsal.
+
+    Raises
+    ------
+    InputError
+        If the plan is not what it should be.
+    """
+    plan = read_plan(path)
+    sensor, seen = load_sensor(plan.sensor), watch or Watch()
+    if not dry_run:
+        devices = make_devices(plan, path)
+        return Recorder(plan, path, sensor, devices, Operator(plan, devices, ask), watch=seen)
+    rig = rig_of(sensor)
+    plan = plan.model_copy(update={"drum_mm": rig.drum.diameter_mm, "drum_zero": MARK})
+    bench = Bench(rig, plan, speed)
+    devices = simulate_devices(plan, path, bench)
+    operator = Operator(plan, devices, None if watch is None else ask, bench)
+    return Recorder(plan, path, sensor, devices, operator, simulated=True, watch=seen)
+
+
+@dataclass
+class Recorder:
+    """Records the runs of a plan.
+
+    Attributes
+    ----------
+    plan, path
+        What is recorded, and the file that says so.
+    devices, operator
+        With what, and who changes drums.
+    simulated
+        Whether it is a dry run.
+    watch
+        Where who looks on finds the newest.
+    """
+
+    plan: Plan
+    path: Path
+    sensor: Sensor
+    devices: Devices
+    operator: Operator
+    simulated: bool = False
+    watch: Watch = field(default_factory=Watch)
+
+    def check(self, session: Path) -> list[Check]:
+        """Make the preflight alone."""
+        with open_devices(self.devices, self.plan, self.path):
+            self.operator.prepare(self.plan.entries()[0], 0)
+            return preflight(self.devices, self.plan, self.sensor, session)
+
+    def record(self, session: Path, progress: Progress, again: Collection[str] = ()) -> Recorded:
+        """Record every run of the plan that the session does not hold yet.
+
+        Parameters
+        ----------
+        again
+            Names of runs that are recorded although the session holds them. What it holds stays
+            until the new one is accepted, and is put aside then.
+
+        Raises
+        ------
+        InputError
+            If `again` names no run of the plan; if the folder is not this plan's; if the preflight
+            says no; if the disk is full. Runs that are finished stay.
+        """
+        self._progress, self._outcome = progress, Recorded(session)
+        self._kept = kept = RecordedSession(session, self.plan, self.simulated)
+        entries = self.plan.entries()
+        _require_runs(again, [entry.name for entry in entries])
+        todo = [e for e in entries if e.name not in kept.finished or e.name in again]
+        if not todo:
+            return self._outcome
+        with (
+            writing_alone(session, "record"),
+            open_devices(self.devices, self.plan, self.path),
+        ):
+            n_done = len(kept.finished - {entry.name for entry in todo})
+            self.watch.opened(self.devices, self.plan, session, n_done, n_done + len(todo))
+            self._prepare(todo[0], 0)
+            checks = preflight(self.devices, self.plan, self.sensor, session)
+            self._outcome.preflight = checks
+            self._require_ready(checks)
+            kept.begin(self.devices)
+            self._record_all(todo)
+        self._outcome.remaining = [e.name for e in todo if e.name not in kept.finished]
+        return self._outcome
+
+    def _require_ready(self, checks: Sequence[Check]) -> None:
+        """Refuse to begin where the preflight says no."""
+        for line in checks:
+            self._note(line.describe())
+        failed = [line for line in checks if not line.passes]
+        if failed:
+            found = "; ".join(f"{line.name}: {line.found}" for line in failed)
+            do = "; ".join(line.do for line in failed if line.do)
+            raise InputError(
+                f"{self.path}: expected devices that are ready, found {found}{then(do)}"
+            )
+
+    def _note(self, line: str) -> None:
+        self._progress.note(line)
+        self.watch.note(line)
+
+    def _prepare(self, entry: Entry, attempt: int) -> None:
+        self.watch.prepare(entry, attempt)
+        self.operator.prepare(entry, attempt)
+        self.watch.prepare(entry, attempt)
+
+    def _record_all(self, todo: Sequence[Entry]) -> None:
+        """Record runs; where somebody wants the last accepted one once more, that one first."""
+        last: Entry | None = None
+        for entry in self._progress.track(todo, "recording", len(todo)):
+            while not self._record_run(entry):
+                if last is not None:
+                    self.watch.taken_back()
+                    self._record_run(last)
+            last = entry if entry.name not in self._outcome.kept_aside else last
+
+    def _record_run(self, entry: Entry) -> bool:
+        """Record a run until it is accepted, or there are no attempts left.
+
+        Returns
+        -------
+        False where the last run was asked for once more instead.
+        """
+        why, attempt, outcome = "", 1, self._outcome
+        while attempt <= self.plan.redo + 1:
+            self.watch.heed()
+            try:
+                self._prepare(entry, attempt)
+            except OnceMoreError:
+                return False
+            why = self._attempt(entry)
+            if not why:
+                if entry.name not in outcome.recorded:
+                    outcome.recorded.append(entry.name)
+                outcome.kept_aside.pop(entry.name, None)
+                self.watch.accepted()
+                return True
+            attempt += not self.watch.wants_redo
+            again = "recorded again" if attempt <= self.plan.redo + 1 else "kept aside"
+            self._note(f"{entry.name}: {why}; {again}")
+        outcome.kept_aside[entry.name] = why
+        return True
+
+    def _attempt(self, entry: Entry) -> str:
+        """Make a run once; return why it is not kept, or nothing.
+
+        Raises
+        ------
+        InputError
+            If the disk is full, or a device that went away does not come back.
+        """
+        devices, plan, kept = self.devices, self.plan, self._kept
+        folder = kept.running(entry)
+        try:
+            drum = plan.drum(kept.opened, entry.texture)
+            log = Run(devices, plan, folder, entry.speed_mm_s, self.watch, drum).make()
+            self.watch.judge()
+        except AfferentsError as error:
+            self._put_aside(folder, entry, str(error))
+            if isinstance(error, DiskFullError):
+                raise InputError(
+                    f"{kept.root}: expected room for what is recorded, found {error!s}; the same "
+                    "command then goes on; what is finished is kept"
+                ) from error
+            devices.reopen()
+            kept.open()
+            return str(error)
+        except BaseException:
+            self._put_aside(folder, entry, "stopped while it was recorded")
+            raise
+        counts = count_frames(log, devices.camera.settings, plan.total_s)
+        checks = check_run(log, counts, folder, plan, entry.speed_mm_s, devices, self.sensor)
+        taps = measure_taps(folder, plan, self.sensor) if plan.tap_s else None
+        checks += [taps.check] if taps else []
+        why = "; ".join(f"{line.name}: {line.found}" for line in checks if not line.passes)
+        if why:
+            self._put_aside(folder, entry, why, checks)
+            return why
+        more = describe_sound_times(log, devices.sound, taps)
+        earlier = kept.accept(folder, entry, checks, counts, more)
+        if earlier is not None:
+            self._outcome.attempts_aside.append((str(earlier), AGAIN))
+        return ""
+
+    def _put_aside(
+        self, folder: Path, entry: Entry, why: str, checks: Sequence[Check] = ()
+    ) -> None:
+        place = self._kept.put_aside(folder, entry.name, why, checks)
+        self._outcome.attempts_aside.append((str(place), why))
+
+
+def _require_runs(wanted: Collection[str], there: Sequence[str]) -> None:
+    """Refuse names of no run."""
+    for name in wanted:
+        if name not in there:
+            some = ", ".join(there[:5]) + (", ..." if len(there) > 5 else "")
+            raise InputError(f"--again: expected runs of the plan ({some}), found '{name}'")

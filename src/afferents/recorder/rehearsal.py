@@ -1,8 +1,9 @@
 """A dry run: the simulated rig's film and sound, and the devices that see and hear it."""
 
 import threading
-from collections.abc import Iterator
-from typing import Annotated, Generic, Literal, NamedTuple, TypeVar
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -13,7 +14,6 @@ from afferents.devices.base import (
     Block,
     Camera,
     CameraSettings,
-    Device,
     DeviceError,
     Drive,
     DriveLimits,
@@ -23,14 +23,16 @@ from afferents.devices.base import (
     MicrophoneSettings,
     Options,
 )
+from afferents.devices.table import CAMERAS, DRIVES, MICROPHONES, device_of
 from afferents.errors import InputError
-from afferents.recorder.plan import Clock, Entry, Plan
+from afferents.recorder.devices import SIMULATED, Clock, Devices
+from afferents.recorder.plan import Entry, Plan
 from afferents.rig.camera import Renderer, project
 from afferents.rig.config import NUISANCES, Rig
 from afferents.rig.drive import STEADY_S, STILL_S
 from afferents.rig.drums import texture_name
 from afferents.rig.microphone import SAMPLE_RATE_HZ
-from afferents.rig.run import Simulated, simulate_run, tap
+from afferents.rig.run import simulate_run, tap
 from afferents.rig.surface import bumped_surface
 
 _SPARE_S = 0.5
@@ -42,8 +44,8 @@ TAPS_S = (0.1, 0.5, 0.95)
 """The fingertip is tapped so long after the skin was at rest, where the plan says so."""
 
 
-class Faulty(Options):
-    """When a simulated device has its faults.
+class FaultOptions(Options):
+    """Base of the options of simulated devices: when they have their faults.
 
     Attributes
     ----------
@@ -53,11 +55,12 @@ class Faulty(Options):
         In so many attempts at each run; then the device is whole.
     """
 
+    kind: Literal["simulated"] = "simulated"
     run: str | None = None
     attempts: int = Field(1, ge=0)
 
 
-Given = TypeVar("Given", bound=Faulty)
+Given = TypeVar("Given", bound=FaultOptions)
 
 
 class Film(NamedTuple):
@@ -161,10 +164,6 @@ class Bench:
             return options
         return type(options)()
 
-    def turn(self, speed_mm_s: float) -> None:
-        """Take what the drive is asked for."""
-        self.set_mm_s = speed_mm_s
-
     def drum(self) -> tuple[float, float, float, float]:
         """Return the time, how long the film has rolled, s, and the drum's way and speed, mm."""
         now_s = self.clock.now()
@@ -193,35 +192,29 @@ def film_of(rig: Rig, entry: Entry, plan: Plan) -> Film:
     surface = bumped_surface(float(_spacing(entry.texture)), rig.drum)
     seconds = plan.total_s - rests_s - tapped_s + _SPARE_S
     run = simulate_run(rig, entry.texture, surface, entry.speed_mm_s, seconds, entry.seed)
-    still = (np.arange(n_rest) + 0.5) / rig.camera.fps_hz
-    silence = np.zeros((round(rests_s * SAMPLE_RATE_HZ), 2))
-    time, place, sound = [still], [np.repeat(run.position_mm[:1], n_rest, axis=0)], [silence]
+    time = [(np.arange(n_rest) + 0.5) / rig.camera.fps_hz]
+    place = [np.repeat(run.position_mm[:1], n_rest, axis=0)]
+    sound = [np.zeros((round(rests_s * SAMPLE_RATE_HZ), 2))]
+    parts = [(rests_s + tapped_s, run)]
     if tapped_s:
         taps = tap(rig, entry.texture, entry.speed_mm_s, tapped_s, TAPS_S, entry.seed)
-        time.append(rests_s + taps.time_s)
-        place.append(taps.position_mm)
-        sound.append(_stereo(taps))
-    n_before = sum(map(len, time))
-    position = project(np.concatenate([*place, run.position_mm]), rig.camera)
+        parts.insert(0, (rests_s, taps))
+    for begin_s, part in parts:
+        time.append(begin_s + part.time_s)
+        place.append(part.position_mm)
+        sound.append(np.clip(np.stack([part.room, part.sensor], axis=1), -1, 1))
+    position = project(np.concatenate(place), rig.camera)
     renderer = Renderer(rig.camera, entry.seed)
+    before = (len(position) - len(run.time_s), 0)
     way = run.angle_rad * rig.drum.diameter_mm / 2  # as of an absolute encoder on the drum
     return Film(
-        np.concatenate([*time, rests_s + tapped_s + run.time_s]),
+        np.concatenate(time),
         [_jpeg(renderer.draw(positions)) for positions in position],
         position,
-        np.rint(np.concatenate([*sound, _stereo(run)]) * 32767).astype(np.int16),
-        _led_by(n_before, way),
-        _led_by(n_before, run.speed_mm_s),
+        np.rint(np.concatenate(sound) * 32767).astype(np.int16),
+        np.pad(way, before, "edge"),
+        np.pad(run.speed_mm_s, before, "edge"),
     )
-
-
-def _stereo(run: Simulated) -> NDArray[np.float64]:
-    return np.stack([np.clip(run.room, -1, 1), np.clip(run.sensor, -1, 1)], axis=1)
-
-
-def _led_by(n: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Put the first value n times before the others."""
-    return np.concatenate([np.repeat(values[:1], n, axis=0), values])
 
 
 def _jpeg(image: NDArray[np.uint8]) -> bytes:
@@ -245,13 +238,24 @@ Numbers = tuple[Annotated[int, Field(ge=0)], ...]
 _BLOCK = 441
 
 
-class SimulatedOptions(Faulty):
-    """Base of the options of simulated devices."""
+class _OnBench:
+    """What simulated devices have in common: a bench, and an end."""
 
-    kind: Literal["simulated"] = "simulated"
+    def __init__(self, options: Any, bench: Bench) -> None:
+        """Stand on the bench."""
+        self.options, self._bench = options, bench
+        self._ended = threading.Event()
+
+    def close(self) -> None:
+        """End."""
+        self._ended.set()
+
+    def end(self) -> None:
+        """Let frames or blocks end soon."""
+        self._ended.set()
 
 
-class SimulatedCameraOptions(SimulatedOptions):
+class SimulatedCameraOptions(FaultOptions):
     """A camera and its faults.
 
     Attributes
@@ -268,30 +272,17 @@ class SimulatedCameraOptions(SimulatedOptions):
     unplugged_at: int | None = Field(None, ge=0)
 
 
-class SimulatedCamera(Camera):
+class SimulatedCamera(_OnBench, Camera):
     """Gives the rig's film as JPEGs, each at its time."""
 
     Options = SimulatedCameraOptions
-
-    def __init__(self, options: SimulatedCameraOptions, bench: Bench) -> None:
-        """Look at the bench."""
-        self.options, self._bench = options, bench
-        self._ended = threading.Event()
 
     def open(self) -> None:
         """Say how it is set."""
         camera = self._bench.rig.camera
         self.settings = CameraSettings(
-            "simulated", "MJPG", camera.width, camera.height, camera.fps_hz
+            SIMULATED, "MJPG", camera.width, camera.height, camera.fps_hz
         )
-
-    def close(self) -> None:
-        """End."""
-        self._ended.set()
-
-    def end(self) -> None:
-        """Let `frames` end soon."""
-        self._ended.set()
 
     def frames(self) -> Iterator[Frame]:
         """Yield the film of the drum that is mounted."""
@@ -313,7 +304,7 @@ class SimulatedCamera(Camera):
         self._ended.wait()
 
 
-class SimulatedMicrophoneOptions(SimulatedOptions):
+class SimulatedMicrophoneOptions(FaultOptions):
     """A microphone and its faults.
 
     Attributes
@@ -332,27 +323,14 @@ class SimulatedMicrophoneOptions(SimulatedOptions):
     offset_ms: float = Field(0.0, ge=-100, le=100)
 
 
-class SimulatedMicrophone(Microphone):
+class SimulatedMicrophone(_OnBench, Microphone):
     """Gives the rig's sound."""
 
     Options = SimulatedMicrophoneOptions
 
-    def __init__(self, options: SimulatedMicrophoneOptions, bench: Bench) -> None:
-        """Listen at the bench."""
-        self.options, self._bench = options, bench
-        self._ended = threading.Event()
-
     def open(self) -> None:
         """Say how it is set."""
-        self.settings = MicrophoneSettings("simulated", float(SAMPLE_RATE_HZ), 2)
-
-    def close(self) -> None:
-        """End."""
-        self._ended.set()
-
-    def end(self) -> None:
-        """Let `blocks` end soon."""
-        self._ended.set()
+        self.settings = MicrophoneSettings(SIMULATED, float(SAMPLE_RATE_HZ), 2)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the sound of the drum that is mounted."""
@@ -376,7 +354,7 @@ class SimulatedMicrophone(Microphone):
         self._ended.wait()
 
 
-class SimulatedDriveOptions(SimulatedOptions):
+class SimulatedDriveOptions(FaultOptions):
     """A drive and its faults.
 
     Attributes
@@ -391,14 +369,10 @@ class SimulatedDriveOptions(SimulatedOptions):
     fault_at_s: float | None = None
 
 
-class SimulatedDrive(Drive):
+class SimulatedDrive(_OnBench, Drive):
     """Turns the rig's drum."""
 
     Options = SimulatedDriveOptions
-
-    def __init__(self, options: SimulatedDriveOptions, bench: Bench) -> None:
-        """Stand on the bench."""
-        self.options, self._bench = options, bench
 
     def open(self) -> None:
         """Say what it can do."""
@@ -410,7 +384,7 @@ class SimulatedDrive(Drive):
 
     def start(self, speed_mm_s: float) -> None:
         """Turn."""
-        self._bench.turn(speed_mm_s)
+        self._bench.set_mm_s = speed_mm_s
 
     def read(self) -> DriveState:
         """Return where the drum of the film is."""
@@ -423,42 +397,28 @@ class SimulatedDrive(Drive):
 
     def stop(self) -> None:
         """Let the drum stand."""
-        self._bench.turn(0.0)
+        self._bench.set_mm_s = 0.0
 
 
-Made = TypeVar("Made", bound=Device, covariant=True)
+def simulate_devices(plan: Plan, path: Path, bench: Bench) -> Devices:
+    """Return devices of a dry run in place of those that a plan names.
 
+    Tables of the kind ``simulated`` keep their options, with the faults that they ask for; the
+    others are checked, and replaced.
+    """
 
-class _OnBench(Generic[Made]):
-    """A kind of devices that stand on one bench, as `devices.table` wants kinds."""
+    def stand_in(kinds: Mapping[str, Any], name: str, simulated: type) -> Any:
+        table, where = getattr(plan, name), f"{path}, [{name}]"
+        if table is None:
+            return None
+        if table.get("kind") != SIMULATED:
+            device_of(kinds, table, where)
+            table = {"kind": SIMULATED}
+        return device_of({SIMULATED: simulated}, table, where, bench)
 
-    def __init__(self, kind: type[Made], bench: Bench) -> None:
-        self._kind, self._bench = kind, bench
-
-    @property
-    def Options(self) -> type[Options]:  # noqa: N802  # a class
-        """The form of its options."""
-        options: type[Options] = self._kind.Options  # type: ignore[attr-defined]
-        return options
-
-    def __call__(self, options: object) -> Made:
-        """Make one."""
-        return self._kind(options, self._bench)  # type: ignore[call-arg]
-
-
-NAME = "simulated"
-
-
-def cameras(bench: Bench) -> dict[str, _OnBench[Camera]]:
-    """Return the kinds of cameras of a dry run."""
-    return {NAME: _OnBench(SimulatedCamera, bench)}
-
-
-def microphones(bench: Bench) -> dict[str, _OnBench[Microphone]]:
-    """Return the kinds of microphones of a dry run."""
-    return {NAME: _OnBench(SimulatedMicrophone, bench)}
-
-
-def drives(bench: Bench) -> dict[str, _OnBench[Drive]]:
-    """Return the kinds of drives of a dry run."""
-    return {NAME: _OnBench(SimulatedDrive, bench)}
+    return Devices(
+        stand_in(CAMERAS, "camera", SimulatedCamera),
+        stand_in(MICROPHONES, "microphone", SimulatedMicrophone),
+        stand_in(DRIVES, "drive", SimulatedDrive),
+        bench.clock,
+    )

@@ -2,7 +2,8 @@
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -10,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from afferents.documents import read_json
+from afferents.errors import InputError
 from afferents.files import checksum, naming, remove, require_same_config, write_json
 from afferents.markers.sensor import packaged_sensors
 from afferents.outputs import require_new_folder
+from afferents.recorder.devices import Devices
 from afferents.recorder.files import repair
 from afferents.recorder.gate import Check, Counts
 from afferents.recorder.plan import Entry, Plan
-from afferents.recorder.run import AUDIO, VIDEO, Devices
+from afferents.recorder.run import AUDIO, VIDEO
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.version import __version__
 
@@ -83,23 +86,18 @@ class RecordedSession:
         names = (entry.name for entry in self.plan.entries())
         return {name for name in names if (self.root / name / RUN).is_file()}
 
-    def folder(self, entry: Entry) -> Path:
-        """Return where a run lies when it is finished."""
-        return self.root / entry.name
-
     def begin(self, devices: Devices) -> None:
         """Write what the session is; put aside what an earlier program left unfinished."""
         camera = devices.camera.settings
-        sound = devices.microphone.settings if devices.microphone else None
+        sound = devices.sound
         channels = sound.channels if sound else 2
-        channel = self.plan.sensor_channel
         with naming(self.root):
             self.root.mkdir(parents=True, exist_ok=True)
         self._content = {
             "simulated": self._simulated,
             "sample_rate_hz": sound.rate_hz if sound else 44100,
             "audio_channels": channels,
-            "sensor_channel": channels - 1 if channel is None else channel,
+            "sensor_channel": self.plan.channel % channels,
             "fps_hz": camera.fps_hz,
             "frame_width": camera.width,
             "frame_height": camera.height,
@@ -118,7 +116,7 @@ class RecordedSession:
         self._save()
         for left in sorted(self.root.glob(f"{RUNNING}-*")):
             name = left.name.removeprefix(f"{RUNNING}-").replace("~", "/")
-            self._put_aside(left, name, "the program ended while it was recorded", ())
+            self.put_aside(left, name, "the program ended while it was recorded")
 
     def _keep_sensor(self) -> str:
         """Return the sensor as the session names it; a file is copied, so that it goes along."""
@@ -159,31 +157,24 @@ class RecordedSession:
             **more,
         }
         write_json(folder / RUN, about)
-        target = self.folder(entry)
+        target = self.root / entry.name
         with naming(target):
             target.parent.mkdir(parents=True, exist_ok=True)
-            earlier = self._put_aside(target, entry.name, AGAIN, ()) if target.exists() else None
+            earlier = self.put_aside(target, entry.name, AGAIN) if target.exists() else None
             folder.replace(target)
         self._save()
         return earlier
 
-    def refuse(self, folder: Path, entry: Entry, why: str, checks: list[Check]) -> Path:
-        """Put a run aside: nothing is thrown away. Return where it lies."""
-        return self._put_aside(folder, entry.name, why, checks)
-
-    def _put_aside(
-        self, folder: Path, name: str, why: str, checks: "list[Check] | tuple[()]"
-    ) -> Path:
+    def put_aside(self, folder: Path, name: str, why: str, checks: Sequence[Check] = ()) -> Path:
+        """Put a run aside, by its name: nothing is thrown away. Return where it lies."""
         repair(folder / AUDIO)
         place = self.root / ASIDE / name.replace("/", "~")
         place.mkdir(parents=True, exist_ok=True)
         numbers = [int(path.name) for path in place.iterdir() if path.name.isdigit()]
         target = place / f"{max(numbers, default=0) + 1}"
         folder.replace(target)
-        try:
+        with suppress(InputError):  # of a full disk: what was recorded is kept without it
             write_json(target / WHY, {"why": why, "checks": [check.as_json() for check in checks]})
-        except Exception:  # noqa: BLE001  of a full disk: what was recorded is kept without it
-            return target
         return target
 
     def _save(self) -> None:

@@ -44,7 +44,7 @@ class Tapped(NamedTuple):
     error_s: float | None = None
 
 
-def tapped(folder: Path, plan: Plan, sensor: Sensor) -> Tapped:
+def measure_taps(folder: Path, plan: Plan, sensor: Sensor) -> Tapped:
     """Measure the offset of a run's sound and picture from its taps.
 
     Parameters
@@ -62,16 +62,16 @@ def tapped(folder: Path, plan: Plan, sensor: Sensor) -> Tapped:
     return Tapped(Check(name, True, said), found.seconds, error_s)
 
 
-def times_of_sound(
-    log: Log, microphone: MicrophoneSettings | None, heard: Tapped | None
+def describe_sound_times(
+    log: Log, microphone: MicrophoneSettings | None, taps: Tapped | None
 ) -> dict[str, Any]:
     """Return what is known of when the sound of a run was taken, as `run.json` has it."""
     said: dict[str, Any] = {}
     if microphone is not None and log.blocks and log.origin_s is not None:
         clock = sound_clock(log.blocks, microphone.rate_hz)
         said[SOUND_CLOCK] = clock.after(log.origin_s)
-    if heard:
-        said[AUDIO_OFFSET] = {"seconds": heard.offset_s, "error_s": heard.error_s}
+    if taps:
+        said[AUDIO_OFFSET] = {"seconds": taps.offset_s, "error_s": taps.error_s}
     return said
 
 
@@ -94,5 +94,4 @@ def _measured(folder: Path, plan: Plan, sensor: Sensor) -> Offset:
         n = round(plan.start_s * sound.samplerate)
         samples = sound.read(n, dtype="float64", always_2d=True)
         rate_hz = sound.samplerate
-    channel = -1 if plan.sensor_channel is None else plan.sensor_channel
-    return measure_offset(np.array(time_s), np.array(position), samples[:, channel], rate_hz)
+    return measure_offset(np.array(time_s), np.array(position), samples[:, plan.channel], rate_hz)

@@ -8,13 +8,14 @@ import shutil
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
 from afferents.devices.base import Block, CameraSettings, DriveState, Frame, MicrophoneSettings
 from afferents.errors import AfferentsError, Stopped
+from afferents.recorder.devices import Devices
 from afferents.recorder.plan import Entry, Plan
 
 NEXT, REDO, STOP = REQUESTS = ("next", "redo", "stop")
@@ -22,7 +23,6 @@ NEXT, REDO, STOP = REQUESTS = ("next", "redo", "stop")
 _NOTES = 8
 _BLOCKS = 300
 _LOOK_S = 0.1
-_JOIN_S = 2.0
 
 
 class OnceMoreError(AfferentsError):
@@ -76,18 +76,17 @@ class Watch:
         self._waiting, self._go_on = False, threading.Event()
         self._redo, self._stop = threading.Event(), threading.Event()
         self._again, self._accepted = threading.Event(), 0
-        self._look: Callable[[], AbstractContextManager[None]] = nullcontext
+        self._devices: Devices | None = None
 
     # What the recorder tells.
 
-    def opened(self, devices: Any, plan: Plan, session: Path, done: int, total: int) -> None:
+    def opened(self, devices: Devices, plan: Plan, session: Path, done: int, total: int) -> None:
         """Take devices that are open: they are looked at while a person is waited for."""
         self.camera = devices.camera.settings
-        self.microphone = devices.microphone.settings if devices.microphone else None
-        channel = plan.sensor_channel
-        self.sensor_channel = -1 if channel is None else channel
+        self.microphone = devices.sound
+        self.sensor_channel = plan.channel
         self._plan, self._session, self._done, self._total = plan, session, done, total
-        self._look = lambda: _looking(devices, self)
+        self._devices = devices
 
     def prepare(self, entry: Entry, attempt: int) -> None:
         """Say which run comes; attempt 0 is the preflight."""
@@ -108,10 +107,6 @@ class Watch:
         if self.first is None:
             self.first = frame
         self.newest = (*self.newest[-1:], frame)
-
-    def block(self, block: Block) -> None:
-        """Take a block of sound that came."""
-        self.blocks.append(block)
 
     def drive(self, state: DriveState, set_mm_s: float, elapsed_s: float) -> None:
         """Take what the drive said, so long after the start of the run."""
@@ -158,6 +153,15 @@ class Watch:
                         raise OnceMoreError
         finally:
             self._waiting, self._say = False, before
+
+    def _look(self) -> AbstractContextManager[None]:
+        """Let camera and microphone run for who looks on; the next run says what is wrong."""
+        if self._devices is None:
+            return nullcontext()
+        self.begin()
+        return self._devices.stream(
+            self.frame, self.blocks.append, lambda error: self.note(f"while waiting: {error}")
+        )
 
     def heed(self) -> None:
         """End, where somebody asked for that.
@@ -236,32 +240,3 @@ class Watch:
 def _free_gb(folder: Path) -> float | None:
     there = next((p for p in (folder, *folder.absolute().parents) if p.is_dir()), None)
     return None if there is None else round(shutil.disk_usage(there).free / 1e9, 1)
-
-
-@contextmanager
-def _looking(devices: Any, watch: Watch) -> Iterator[None]:
-    """Let camera and microphone run for who looks on; the next run says what is wrong."""
-
-    def take(things: Callable[[], Iterator[Any]], give: Callable[[Any], None]) -> None:
-        try:
-            for thing in things():
-                give(thing)
-        except AfferentsError as error:
-            watch.note(f"while waiting: {error}")
-
-    watch.begin()
-    camera, microphone = devices.camera, devices.microphone
-    works: list[tuple[Any, Any]] = [(camera.frames, watch.frame)]
-    if microphone is not None:
-        works.append((microphone.blocks, watch.block))
-    threads = [threading.Thread(target=take, args=work, daemon=True) for work in works]
-    for thread in threads:
-        thread.start()
-    try:
-        yield
-    finally:
-        camera.end()
-        if microphone is not None:
-            microphone.end()
-        for thread in threads:
-            thread.join(_JOIN_S)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from afferents.errors import InputError, then
 from afferents.files import checksum, size_of
-from afferents.quality.issues import Doubt, Kind, accepted
+from afferents.quality.issues import Kind, QualityIssue, require_accepted
 from afferents.quality.lasting import EDGE_S
 from afferents.recordings.audio import WavFile
 from afferents.recordings.media import ImageFolder
@@ -95,7 +95,7 @@ def check_files(recording: Recording, declared: SessionFile) -> str:
 
 def check_recording(
     recording: Recording, declared: SessionFile, accept: Collection[Kind] = ()
-) -> list[Doubt]:
+) -> list[QualityIssue]:
     """Check one recording of a session folder by its headers.
 
     Returns
@@ -117,7 +117,7 @@ def check_recording(
     if sound is not None:
         _check_audio(sound, declared)
     if isinstance(video, ClipFile) and sound is not None:
-        return accepted(_doubt_lengths(video, sound, recording.steady_s, declared), accept)
+        return require_accepted(_doubt_lengths(video, sound, recording.steady_s, declared), accept)
     return []
 
 
@@ -156,7 +156,7 @@ def _doubt_lengths(
     audio: WavFile,
     steady_s: tuple[float, float] | None,
     declared: SessionFile,
-) -> list[Doubt]:
+) -> list[QualityIssue]:
     """Compare the lengths; audio need not go on after the part that is used has ended."""
     video_s, audio_s = video.duration_s, audio.n_samples / audio.sample_rate_hz
     used_s = steady_s[1] if steady_s else video_s - min(EDGE_S, video_s / SHORT)
@@ -167,7 +167,7 @@ def _doubt_lengths(
     bound = f"at least {least_s:.2f}" if audio_s < least_s else f"at most {most_s:.2f}"
     expected = f"audio of {bound} s, for a video of {video_s:.2f} s"
     cause = rate_doubted(video.n_frames, video.fps_hz, audio, declared.file)
-    return [Doubt("length", audio.path, expected, f"{audio_s:.2f} s", cause)]
+    return [QualityIssue("length", audio.path, expected, f"{audio_s:.2f} s", cause)]
 
 
 # What a recording's headers say of it, for `inspect`.

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self, Union
 
 from afferents.errors import InputError
-from afferents.quality.issues import Doubt
+from afferents.quality.issues import QualityIssue
 from afferents.store.recording import Recording, RecordingSet
 from afferents.store.responses import Responses
 
@@ -106,7 +106,7 @@ class DataSet(ABC):
         """
         return {}
 
-    def check(self, recording: Recording) -> list[Doubt]:
+    def check(self, recording: Recording) -> list[QualityIssue]:
         """Return what `inspect` finds wrong with a recording's headers, before it reads the rest.
 
         Raises

@@ -1,159 +1,15 @@
-"""What happens to a video's pictures as they are decoded: dark, frozen, repeated, stalled."""
+"""A video that is measured as it is decoded."""
 
-from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
-
-from afferents.quality.issues import Doubt
-from afferents.quality.lasting import Times, lasting, sliding_part, span_text
-from afferents.store.recording import Frame, GreyImage, Video
-
-# A camera that stalls and gives its picture again: frames that equal the one before to the bit.
-#
-# Two frames of a camera that is alive never do, since its noise differs. That of a stalled one is
-# the same packet in MJPEG, and decodes to the same frame; other codecs say 'as before'. Genuine
-# skins that were encoded again at crf 35 had 2 equal frames in a row at most.
-
-FEWEST_AGAIN = 7
-"""Equal frames in a row that are a stall. Fewer are frames that a converter wrote several times."""
-STALL_S = 0.1
-"""So long a stall lasts at least."""
+from afferents.quality.frames import FrameFigures, Stalls
+from afferents.quality.issues import QualityIssue
+from afferents.store.recording import Frame, Video
 
 
-class Stalls(NamedTuple):
-    """How often a camera stalled.
-
-    Attributes
-    ----------
-    spans
-        From when to when, s: from a picture to the last that equals it.
-    """
-
-    spans: tuple[tuple[float, float], ...]
-
-    @property
-    def total_s(self) -> float:
-        """How long in all, s."""
-        return sum(end - begin for begin, end in self.spans)
-
-    def within(self, part: tuple[float, float]) -> "Stalls":
-        """Return what lies between two times, s."""
-        cut = ((max(begin, part[0]), min(end, part[1])) for begin, end in self.spans)
-        return Stalls(tuple(span for span in cut if span[1] > span[0]))
-
-    def cover(self, time_s: Times) -> NDArray[np.bool_]:
-        """Return which frames lie in one, (n_frames,)."""
-        covered = np.zeros(len(time_s), bool)
-        for begin, end in self.spans:
-            covered |= (time_s > begin) & (time_s <= end)
-        return covered
-
-    def __str__(self) -> str:
-        """Say it."""
-        if not self.spans:
-            return "never"
-        begin, end = self.spans[0]
-        if len(self.spans) == 1:
-            return f"from {begin:.2f} s to {end:.2f} s"
-        n = len(self.spans)
-        return f"{n} times, {self.total_s:.2f} s in all, first from {begin:.2f} s to {end:.2f} s"
-
-
-def stalls(equal: NDArray[np.bool_], time_s: Times) -> Stalls:
-    """Return when a camera stalled.
-
-    Parameters
-    ----------
-    equal, time_s
-        Of each frame, (n_frames,): whether it equals the one before to the bit; its time.
-    """
-    edges = np.diff(np.r_[False, equal, False].astype(np.int8))
-    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
-    return Stalls(
-        tuple(
-            (float(time_s[max(begin - 1, 0)]), float(time_s[end]))
-            for begin, end in zip(begins.tolist(), ends.tolist(), strict=True)
-            if end - begin + 1 >= FEWEST_AGAIN
-            and time_s[end] - time_s[max(begin - 1, 0)] >= STALL_S
-        )
-    )
-
-
-def equals(image: GreyImage, other: GreyImage | None) -> bool:
-    """Say whether two pictures are the same to the bit."""
-    return other is not None and np.array_equal(image, other)
-
-
-# What happens to a video's pictures as they are decoded: dark, frozen, the same ones again.
-#
-# Frozen means that the picture hardly changes for a second, or that it is the same to the bit
-# (`stalls`) for a second in all.
-#
-# All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf
-# 18, 23 and 35, MJPEG), with and without such faults, and on clips of real sensors;
-# docs/reliability.md says what is promised.
-
-Numbers = NDArray[np.float64]
-
-FROZEN_S = 1.0
-"""A picture may stand still for so long while the drum slides. Half of it is the distance at which
-pictures are compared: a skin that slides looks another after that, a frozen one does not."""
-STILL_GREY = 0.1
-"""Pictures half a second apart that differ by less (grey levels, mean over the picture) are the
-same. Frozen ones differ by up to 0.07 (crf 35); a smooth drum's at 10 mm/s by at least 0.18 within
-any half second (crf 35), 0.8 (crf 18), 1.1 (as recorded); all others by more."""
-NOISE_GREY, NOISE_FRAMES, MOVED_GREY = 0.005, 30, 5.0
-"""Median change from frame to frame of a camera's noise, among a video's first frames: 0.017 and
-more at crf 35. Where there is none (a simulation without nuisances, a fast encoder at crf 35) a
-smooth drum's picture stands still too. Then one is frozen if it never moves at all (a key frame
-changes a still one by up to 3.1 grey levels, a touch by 15 and more),"""
-LIVELY_GREY = 1.0
-"""or if before that, while the drum slid, its median change in half a second was above this: 3.6
-and more on a drum with bumps and on a smooth one at 50 mm/s, at most 0.4 on a smooth one at 10."""
-DARK_S = 0.5
-"""The picture may be dark for so long while the drum slides."""
-DARK_SHARE = 0.4
-"""Of the light that there is when a recording begins: less is dark. Real clips keep 0.8 of it."""
-
-WINDOW = 360
-"""Frames in a row that are judged for repeats together."""
-FEWEST = 150
-"""Of fewer frames the share that a beat explains is chance: up to 0.27 in 90, 0.09 in 180."""
-PERIODS = range(2, 7)
-"""Each frame so many times."""
-BEAT = 0.18
-"""Share of the variance of the change from frame to frame that a beat of 2 to 6 frames explains.
-Genuine frames: up to 0.09 in 180 and 0.06 in 360; repeated and encoded again mostly above 0.2. Only
-of a smooth drum is crf 35 too much, where a step is smeared over its repeats."""
-UNEQUAL = 1.5
-"""The beat's largest change is so many times its smallest. A texture whose bumps come every few
-frames exactly beats too, but evenly: up to 1.34."""
-ADDS_UP = 0.75
-"""Over a whole beat the picture changes by this share of the sum of its steps: 0.93 and more where
-frames are repeated, 0.65 where a coarse codec smears them; less where a texture or a flickering
-lamp comes back to where it was: 0.1 to 0.7."""
-AGAIN, AGAIN_WITHIN = 0.3, 4
-"""A frame that changes by less than this share of what changes within so many frames before and
-after it repeats the one before,"""
-MOVES_GREY = 0.3
-"""where that is at least so many grey levels: below it a codec's own steps look like that."""
-MANY_AGAIN, ENOUGH_MOVES = 0.35, 0.1
-"""Share of such frames, among those where so much moves (at least this share of all). Genuine ones:
-up to 0.19; four of the real clips, whose recorder wrote most frames twice: 0.39 to 0.51."""
-
-_ROWS_APART, _COLUMNS_APART = 17, 8
-"""Pixels that are looked at: unlike the pitch of markers in either direction."""
-_LOOK_BACK_S = FROZEN_S / 2
-_FAINT = 0.03
-"""Change below which a codec's arithmetic is all there is, grey levels."""
-_FIRST_FRAMES = 10
-
-
+@dataclass
 class Footage:
     """A video that is measured as it is decoded: wraps another, and may be tracked in its place.
 
@@ -161,242 +17,45 @@ class Footage:
 
     Attributes
     ----------
-    time_s, grey
-        Of each frame decoded so far: its time, and its mean grey level.
-    changes
-        Mean change of the picture from 1 to 6 frames before, (n_frames, 6), NaN at the start.
-    slow_change
-        Mean change of the picture since half a second before, NaN at the start.
+    figures
+        Of the frames decoded since the last start.
     """
 
-    def __init__(self, video: Video) -> None:
-        """Wait for the first frame."""
-        self._video = video
-        self._forget()
-
-    def _forget(self) -> None:
-        self._time_s: list[float] = []
-        self._grey: list[float] = []
-        self._changes: list[list[float]] = []
-        self._slow: list[float] = []
-        self._equal: list[bool] = []
+    video: Video
+    figures: FrameFigures = field(default_factory=FrameFigures)
 
     @property
     def path(self) -> Path:
         """The file."""
-        return self._video.path
+        return self.video.path
 
     @property
     def fps_hz(self) -> float:
         """Nominal frame rate, Hz."""
-        return self._video.fps_hz
+        return self.video.fps_hz
 
     @property
     def width(self) -> int:
         """Width, px."""
-        return self._video.width
+        return self.video.width
 
     @property
     def height(self) -> int:
         """Height, px."""
-        return self._video.height
-
-    @property
-    def time_s(self) -> Numbers:
-        """Times of the frames, (n_frames,), s."""
-        return np.array(self._time_s)
-
-    @property
-    def grey(self) -> Numbers:
-        """Mean grey level of each frame, (n_frames,), 0 to 255."""
-        return np.array(self._grey)
-
-    @property
-    def changes(self) -> Numbers:
-        """Mean change from 1 to 6 frames before, (n_frames, 6), grey levels."""
-        return np.array(self._changes).reshape(-1, PERIODS.stop - 1)
-
-    @property
-    def slow_change(self) -> Numbers:
-        """Mean change since half a second before, (n_frames,), grey levels."""
-        return np.array(self._slow)
+        return self.video.height
 
     @property
     def stalls(self) -> Stalls:
-        """When the camera gave its picture again, for `stalls.STALL_S` or longer.
-
-        None in a video without noise, as of a simulation without nuisances: there a skin that
-        stands still looks the same; nor in the dark, which has no noise either.
-        """
-        equal = np.array(self._equal, bool) & self._lit
-        return stalls(equal if self._has_noise else np.zeros_like(equal), self.time_s)
-
-    @property
-    def _lit(self) -> NDArray[np.bool_]:
-        """Which frames are not much darker than the first, (n_frames,)."""
-        light = np.median(self._grey[:_FIRST_FRAMES] or [0.0])
-        return self.grey >= DARK_SHARE * light
-
-    @property
-    def _has_noise(self) -> bool:
-        """Whether a camera's noise is there in the first frames."""
-        noise = self.changes[1 : NOISE_FRAMES + 1, 0]
-        return len(noise) > 0 and bool(np.median(noise) > NOISE_GREY)
+        """When the camera gave its picture again."""
+        return self.figures.stalls
 
     def frames(self) -> Iterator[Frame]:
         """Decode from the start, and measure anew."""
-        self._forget()
-        before: deque[tuple[float, GreyImage]] = deque()
-        last: GreyImage | None = None
-        for frame in self._video.frames():
-            sample = frame.luma[::_ROWS_APART, ::_COLUMNS_APART].copy()
-            self._measure(frame, sample, before)
-            self._equal.append(self._changes[-1][0] == 0 and equals(frame.luma, last))
-            before.append((frame.time_s, sample))
-            last = frame.luma
+        self.figures = FrameFigures()
+        for frame in self.video.frames():
+            self.figures.add(frame.time_s, frame.luma, frame.levels)
             yield frame
 
-    def _measure(
-        self, frame: Frame, sample: GreyImage, before: deque[tuple[float, GreyImage]]
-    ) -> None:
-        """Compare a frame with those before it, and let go of those that are not needed again."""
-        since_s = frame.time_s - _LOOK_BACK_S
-        while len(before) >= PERIODS.stop and before[1][0] <= since_s:
-            before.popleft()
-        mean = float(sample.mean())
-        levels = frame.levels
-        self._time_s.append(frame.time_s)
-        self._grey.append(mean if levels is None else float(levels[round(mean)]))
-        ago = [before[-k][1] if k <= len(before) else None for k in range(1, PERIODS.stop)]
-        self._changes.append([_difference(sample, one) for one in ago])
-        old = before[0] if before and before[0][0] <= since_s else None
-        self._slow.append(_difference(sample, old[1] if old else None))
-
-    def doubts(self, steady_s: tuple[float, float] | None = None) -> list[Doubt]:
-        """Return what is wrong with the pictures decoded, while the drum slides.
-
-        Parameters
-        ----------
-        steady_s
-            Start and end of constant speed, s; None where nothing says so.
-        """
-        time_s = self.time_s
-        if len(time_s) == 0:
-            return []
-        part = sliding_part(float(time_s[0]), float(time_s[-1]), steady_s)
-        found = (self._dark(part), self._frozen(part), self._repeated(part))
-        return [doubt for doubt in found if doubt is not None]
-
-    def _dark(self, part: tuple[float, float]) -> Doubt | None:
-        time_s, grey = self.time_s, self.grey
-        light = float(np.median(grey[:_FIRST_FRAMES]))
-        span = lasting(grey < DARK_SHARE * light, time_s, part, DARK_S)
-        if span is None:
-            return None
-        least = float(grey[(time_s >= span[0]) & (time_s <= span[1])].min())
-        return Doubt(
-            "dark",
-            self.path,
-            f"a picture as light as it begins (mean grey level {light:.0f})",
-            f"a dark one ({least:.0f}) {span_text(span, time_s)}",
-        )
-
-    def _frozen(self, part: tuple[float, float]) -> Doubt | None:
-        time_s, slow = self.time_s, self.slow_change
-        if len(time_s) <= 1:
-            return None
-        still = slow < STILL_GREY  # False where NaN
-        still &= self._lit
-        span = lasting(still, time_s, part, FROZEN_S - _LOOK_BACK_S)
-        if span is None:
-            return self._stalled(part)
-        began = max(span[0] - _LOOK_BACK_S, float(time_s[0]))
-        if not self._has_noise and (slow > MOVED_GREY).any():
-            slid = slow[(time_s >= part[0]) & (time_s < began)]
-            if len(slid) == 0 or not np.median(slid) > LIVELY_GREY:  # nor where NaN
-                return None
-        return Doubt(
-            "frozen",
-            self.path,
-            "a picture that changes while the drum slides",
-            f"the same one {span_text((began, span[1]), time_s)}",
-        )
-
-    def _stalled(self, part: tuple[float, float]) -> Doubt | None:
-        """Say whether a picture stands still too long in all, between key frames or by pieces."""
-        found = self.stalls.within(part)
-        if found.total_s < FROZEN_S:
-            return None
-        expected = "a picture that changes while the drum slides"
-        return Doubt("frozen", self.path, expected, f"the very same one {found}")
-
-    def _repeated(self, part: tuple[float, float]) -> Doubt | None:
-        time_s, changes = self.time_s, self.changes
-        within = np.flatnonzero((time_s >= part[0]) & (time_s <= part[1]))
-        within = within[~self.stalls.cover(time_s)[within]]  # key frames of a still picture beat
-        for first in range(0, max(1, len(within) - WINDOW // 2), WINDOW // 2):
-            frames = within[first : first + WINDOW]
-            how = repeats(changes[frames])
-            if how:
-                return Doubt(
-                    "repeated",
-                    self.path,
-                    "every frame once",
-                    f"{how} from {time_s[frames[0]]:.2f} s on",
-                )
-        return None
-
-
-def repeats(changes: Numbers) -> str:
-    """Say how frames in a row repeat one another, or nothing.
-
-    Parameters
-    ----------
-    changes
-        As of `Footage`, shape (n_frames, 6).
-    """
-    changes = changes[~np.isnan(changes).any(axis=1)]
-    if len(changes) < FEWEST:
-        return ""
-    beats = [_beat(changes[:, 0], changes[:, period - 1], period) for period in PERIODS]
-    if any(passes for _, passes in beats):
-        explained = [share for share, _ in beats]  # every second one beats at 4 and 6 frames too
-        times = next(p for p, e in zip(PERIODS, explained, strict=True) if e > 0.9 * max(explained))
-        return f"each about {times} times"
-    share = _share_again(changes[:, 0])
-    return f"{share:.0%} of them twice or more often" if share > MANY_AGAIN else ""
-
-
-def _beat(change: Numbers, over_period: Numbers, period: int) -> tuple[float, bool]:
-    """Return the share of variance that a beat explains, and whether it is that of repeats."""
-    mean = np.ones(period) / period
-    log = np.log(change + _FAINT)
-    trend = np.convolve(np.convolve(log, mean, "same"), mean, "same")
-    ends = slice(period, period + (len(log) - 2 * period) // period * period)
-    left = (log - trend)[ends]
-    most = 3 * np.median(np.abs(left))  # a key frame or a slip is not to hide the rest
-    left = np.clip(left, -most, most).reshape(-1, period)
-    if not left.var() > 0:
-        return 0.0, False
-    explained = float(left.mean(axis=0).var() / left.var())
-    steps = np.median(change[ends].reshape(-1, period), axis=0)
-    unequal = steps.max() >= UNEQUAL * steps.min()
-    adds_up = np.median(over_period[ends]) >= ADDS_UP * steps.sum()
-    return explained, bool(explained >= BEAT and unequal and adds_up)
-
-
-def _share_again(change: Numbers) -> float:
-    """Return the share of frames that repeat the one before, where something moves."""
-    padded = np.pad(change, AGAIN_WITHIN)
-    most = np.lib.stride_tricks.sliding_window_view(padded, AGAIN_WITHIN).max(axis=1)
-    around = np.minimum(most[: len(change)], most[AGAIN_WITHIN + 1 :][: len(change)])
-    moves = around > MOVES_GREY
-    if moves.mean() < ENOUGH_MOVES:
-        return 0.0
-    return float((change < AGAIN * around)[moves].mean())
-
-
-def _difference(sample: GreyImage, other: GreyImage | None) -> float:
-    if other is None or other.shape != sample.shape:
-        return float("nan")
-    return cv2.norm(sample, other, cv2.NORM_L1) / sample.size
+    def find_issues(self, steady_s: tuple[float, float] | None = None) -> list[QualityIssue]:
+        """Find what is wrong with the pictures decoded, while the drum slides (s)."""
+        return self.figures.find_issues(self.path, steady_s)

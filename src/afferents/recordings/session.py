@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from afferents.documents import as_form
 from afferents.errors import InputError, then
-from afferents.quality.issues import KINDS, Doubt
+from afferents.quality.issues import KINDS, QualityIssue
 from afferents.recordings.check import RATE_TOLERANCE, check_recording
 from afferents.recordings.data_set import DataSet
 from afferents.recordings.layouts import (
@@ -238,7 +238,7 @@ class PublishedSession(DataSet):
         found.fps_hz = rate_in(fps_hz)
         return found
 
-    def check(self, recording: Recording) -> list[Doubt]:
+    def check(self, recording: Recording) -> list[QualityIssue]:
         """Return what differs from the session's own declaration."""
         declared = session_file(self.path).at_rate(self.fps_hz)
         return check_recording(recording, declared, KINDS)

@@ -67,6 +67,7 @@ def speed_figure(summary: Summary) -> Figure:
                 # Both protocols' bars would hide each other: the second's stand to the right.
                 shifted = [x + aside * (protocol == "published") for x in at]
                 _draw_intervals(axes, protocol, shifted, list(found.ci95_by.values()))
+        _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
     return panels_figure(
@@ -113,6 +114,7 @@ def lengths_figure(summary: Summary) -> Figure:
                 at, ones = [int(n) for n in found], found.values()
                 _draw_line(axes, protocol, at, [one.mean_accuracy for one in ones], "-")
                 _draw_intervals(axes, protocol, at, [one.ci95 for one in ones])
+        _name_intervals(axes)
         draw_chance(axes, summary.chance)
 
     return panels_figure(
@@ -169,6 +171,9 @@ def _draw_intervals(
 ) -> None:
     low, high = 100 * np.array(intervals).T
     axes.vlines(at, low, high, color=PROTOCOL_MARKS[protocol][0], lw=2.2, alpha=0.35)
+
+
+def _name_intervals(axes: Axes) -> None:
     axes.plot([], [], color=GREY, lw=2.2, alpha=0.5, label="95% interval")
 
 

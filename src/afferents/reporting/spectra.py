@@ -276,7 +276,8 @@ def spectra_figure(
     grid[0, 0].set_xlim(0, min(HIGHEST_HZ, float(spectra[dims.FREQUENCY].max())))
     for axes in grid[-1]:
         axes.set_xlabel("frequency (Hz)")
-        axes.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
+        if printed:
+            axes.xaxis.set_major_locator(MaxNLocator(4, prune="upper"))
     said = "mean over windows"
     if printed:
         said = "one scale for all" if one_scale else "each texture its own scale"

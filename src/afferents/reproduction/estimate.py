@@ -298,7 +298,7 @@ def in_words(estimate: Estimate) -> list[str]:
     where = f"on the cluster's {n} processes" if estimate.cluster else f"here, {_many(n)}"
     return [
         f"About {total} {where}: an estimate, from rates measured on a few frames and "
-        "batches in one process as if nothing else ran, times what there is.",
+        "batches in one process that had the machine to itself, times what there is.",
         *_tracking(estimate),
         *(_training(work) for work in estimate.works),
         *_elsewhere(estimate),

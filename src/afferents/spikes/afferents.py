@@ -179,8 +179,8 @@ class AfferentClass(BaseModel):
         parameters: Mapping[str, Parameter] = getattr(self, model)
         return {name: parameter.value for name, parameter in parameters.items()}
 
-    def felt(self, recording: Responses, start_s: float, stop_s: float) -> Input:
-        """Return what the units feel of a stretch of a recording; see `units.inputs`."""
+    def input_of(self, recording: Responses, start_s: float, stop_s: float) -> Input:
+        """Return the response to a stretch of a recording that drives the units."""
         if self.bands_hz:
             return of_bands(recording, self.variable, self.bands_hz, start_s, stop_s)
         return of_markers(recording, self.variable, start_s, stop_s)

@@ -81,10 +81,11 @@ def _trial(
     for afferent in classes:
         if afferent.variable not in recording:
             continue
-        felt, values = afferent.felt(recording, start_s, stop_s), afferent.values(model)
-        current = afferent.current(felt.response, values["gain"], seed)
-        fired.append(UNIT_MODELS[model].fire(Drive(current, felt.row, felt.weight), values))
-        units.append(_table(afferent.name, felt))
+        given = afferent.input_of(recording, start_s, stop_s)
+        values = afferent.values(model)
+        current = afferent.current(given.response, values["gain"], seed)
+        fired.append(UNIT_MODELS[model].fire(Drive(current, given.row, given.weight), values))
+        units.append(_table(afferent.name, given))
     if not units:
         wanted = " or ".join(afferent.variable for afferent in classes)
         raise InputError(
@@ -93,11 +94,11 @@ def _trial(
     return _population(pd.concat(units), fired, recording, stop_s - start_s)
 
 
-def _table(name: str, felt: Input) -> pd.DataFrame:
+def _table(name: str, given: Input) -> pd.DataFrame:
     """Return the units of a class, by name."""
-    fields = felt.receptive_fields
+    fields = given.receptive_fields
     index = pd.Index([f"{name}-{i}" for i in range(len(fields))], name="unit")
-    of_all = {"class": name, "resolution_s": felt.resolution_s}
+    of_all = {"class": name, "resolution_s": given.resolution_s}
     return pd.DataFrame({**of_all, "receptive_field": fields}, index=index)
 
 

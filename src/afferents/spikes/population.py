@@ -1,4 +1,4 @@
-"""What spikes, units and trials must be, told in one sentence where they are not."""
+"""Spike times of a population of units over trials, wherever they come from."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from afferents.errors import InputError, then
+from afferents.errors import InputError
 
 CLASSES = ("SA", "RA", "PC")
 """Classes of afferents: slowly adapting type I, rapidly adapting type I, and Pacinian (RA-II)."""
@@ -74,53 +74,38 @@ def checked_trials(trials: Any, where: object) -> pd.DataFrame:
     return table
 
 
-def check_trains(
+def _require_times(
     times: NDArray[np.float64],
     offsets: NDArray[np.int64],
     units: pd.DataFrame,
     trials: pd.DataFrame,
     where: object,
 ) -> None:
-    """Refuse times that can't be: not finite, negative, out of order or beyond their trial.
-
-    Raises
-    ------
-    InputError
-        That names the first unit and trial, and says where units of ms are the likely reason.
-    """
-    if not len(times):
-        return
-    cells = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    duration_s = trials["duration_s"].to_numpy(np.float64)[cells // len(units)]
-    later = np.diff(times, prepend=-np.inf) >= 0
-    later[offsets[:-1][offsets[:-1] < len(times)]] = True
+    """Refuse times that can't be; say where units of ms are the likely reason."""
+    train = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    trial, unit = np.divmod(train, max(len(units), 1))
+    beyond = times > trials["duration_s"].to_numpy(np.float64)[trial]
     faults = {
-        "finite times": np.isfinite(times),
-        "times of 0 s or more, from the trial's start": times >= 0,
-        "times in ascending order": later,
-        "times within the trial": times <= duration_s,
+        "finite times": ~np.isfinite(times),
+        "times of 0 s or more, from the trial's start": times < 0,
+        "times in ascending order": (np.diff(times, prepend=0) < 0)
+        & (np.diff(train, prepend=-1) == 0),
+        "times within the trial": beyond,
     }
-    for expected, sound in faults.items():
-        if not sound.all():
-            first = int(np.argmin(sound))
-            trial, unit = divmod(int(cells[first]), len(units))
-            found = f"{times[first]:g} s in trial {trial} of unit {units.index[unit]}"
-            raise InputError(
-                f"{where}: expected {expected}, found "
-                f"{found}{then(_remedy(expected, times, duration_s))}"
-            )
+    for expected, wrong in faults.items():
+        if wrong.any():
+            at, do = int(wrong.argmax()), ""
+            if wrong is beyond:
+                do = f"; {beyond.sum()} spikes lie beyond: give the trial's true duration"
+                if beyond.mean() > 0.5:
+                    do = "; most spikes lie beyond: if times are in ms, divide them by 1000"
+            found = f"{times[at]:g} s in trial {trial[at]} of unit {units.index[unit[at]]}"
+            raise InputError(f"{where}: expected {expected}, found {found}{do}")
 
 
-def _remedy(expected: str, times: NDArray[np.float64], duration_s: NDArray[np.float64]) -> str:
-    """Return what to do: most times beyond the trial are ms where s are expected."""
-    if not expected.endswith("within the trial"):
-        return ""
-    if np.mean(times > duration_s) > 0.5:
-        return "most spikes lie beyond their trials: if times are in ms, divide them by 1000"
-    return f"{np.sum(times > duration_s)} spikes lie beyond: give the trial's true duration"
-
-
-# Spike times of a population of units over trials, wherever they come from.
+def _offsets(lengths: ArrayLike) -> NDArray[np.int64]:
+    """Return where each train begins among the spikes of all, and where the last ends."""
+    return np.append(0, np.cumsum(lengths)).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,9 +189,8 @@ class Spikes:
             for row in trains
             for train in row
         ]
-        offsets = np.concatenate([[0], np.cumsum([len(train) for train in flat])]).astype(np.int64)
-        times = np.concatenate([*flat, np.empty(0)])
-        check_trains(times, offsets, unit_table, trial_table, where)
+        times, offsets = np.concatenate([*flat, np.empty(0)]), _offsets([*map(len, flat)])
+        _require_times(times, offsets, unit_table, trial_table, where)
         return cls(times, offsets, unit_table, trial_table, recorded.reshape(shape))
 
     @classmethod
@@ -226,24 +210,17 @@ class Spikes:
         InputError
             As `from_trains`, and if a unit or a trial is not in its table.
         """
-        unit_table, trial_table = checked_units(units, where), checked_trials(trials, where)
-        unit = unit_table.index.get_indexer(pd.Index(spikes["unit"].astype(str)))
-        trial = spikes["trial"].to_numpy(np.int64)
-        unknown = (unit < 0) | (trial < 0) | (trial >= len(trial_table))
-        if unknown.any():
-            row = spikes[unknown].iloc[0]
-            found = f"a spike of unit {row['unit']} in trial {row['trial']}"
+        names = list(checked_units(units, where).index)
+        n_trials = len(checked_trials(trials, where))
+        named = spikes.assign(unit=spikes["unit"].astype(str))
+        times: dict[Any, ArrayLike] = dict(list(named.groupby(["trial", "unit"])["time_s"]))
+        trains = [[times.pop((trial, name), []) for name in names] for trial in range(n_trials)]
+        for trial, unit in times:
             raise InputError(
-                f"{where}: expected spikes of the units and trials listed, found {found}"
+                f"{where}: expected spikes of the units and trials listed, found a spike of unit "
+                f"{unit} in trial {trial}"
             )
-        cell = trial * len(unit_table) + unit
-        order = np.argsort(cell, kind="stable")
-        counts = np.bincount(cell, minlength=len(trial_table) * len(unit_table))
-        offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        times = spikes["time_s"].to_numpy(np.float64)[order]
-        check_trains(times, offsets, unit_table, trial_table, where)
-        recorded = np.ones((len(trial_table), len(unit_table)), bool)
-        return cls(times, offsets, unit_table, trial_table, recorded)
+        return cls.from_trains(trains, units, trials, where)
 
     @property
     def n_units(self) -> int:
@@ -310,7 +287,7 @@ class Spikes:
         columns = np.arange(self.n_units)[slice(None) if units is None else np.asarray(units)]
         cells = (rows[:, None] * self.n_units + columns).ravel()
         lengths = np.diff(self.offsets)[cells]
-        offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+        offsets = _offsets(lengths)
         at = np.repeat(self.offsets[cells] - offsets[:-1], lengths) + np.arange(offsets[-1])
         return replace(
             self,

@@ -96,7 +96,7 @@ class MarkerUnits(UnitStream):
 class VibrationUnits(UnitStream):
     """Units of a band each, driven by sound as it comes.
 
-    They begin 0.1 s after the sound, and tell of it some 0.15 s later, since the filters look
+    They begin 0.1 s after the sound, and say so some 0.15 s later, since the filters look
     both ways.
 
     Parameters

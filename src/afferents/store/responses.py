@@ -32,7 +32,7 @@ from pydantic import BaseModel, ConfigDict, Field, Json, field_validator
 from afferents import dims
 from afferents.documents import as_form
 from afferents.errors import InputError, reason_of
-from afferents.quality.issues import Doubt
+from afferents.quality.issues import QualityIssue
 from afferents.store.integrity import require_values
 from afferents.store.recording import Recording, natural_order
 
@@ -157,7 +157,7 @@ def _plain(responses: Responses) -> dict[str, Any]:
     }
 
 
-def with_doubts(responses: Responses, doubts: Sequence[Doubt]) -> Responses:
+def with_doubts(responses: Responses, doubts: Sequence[QualityIssue]) -> Responses:
     """Return `responses` with what is wrong with the recording and was accepted.
 
     The kinds are the condition `accepted`, by which the recording can be left out; the attribute

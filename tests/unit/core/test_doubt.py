@@ -3,23 +3,23 @@
 import pytest
 
 from afferents.errors import InputError
-from afferents.quality.issues import Doubt, accepted, kinds_named
+from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
 
-FROZEN = Doubt("frozen", "v.mp4", "a picture that changes", "the same one")
-LOUD = Doubt("loud", "a.wav", "samples within full scale", "3 beyond it")
+FROZEN = QualityIssue("frozen", "v.mp4", "a picture that changes", "the same one")
+LOUD = QualityIssue("loud", "a.wav", "samples within full scale", "3 beyond it")
 
 
 def test_what_is_not_accepted_is_refused_with_the_way_to_accept_it():
     with pytest.raises(InputError, match=r"^v\.mp4: .*found the same one; .*--accept frozen$"):
-        accepted([LOUD, FROZEN], {"loud"})
+        require_accepted([LOUD, FROZEN], {"loud"})
 
 
 def test_what_is_accepted_comes_back():
-    assert accepted([LOUD, FROZEN], {"loud", "frozen"}) == [LOUD, FROZEN]
-    assert accepted([], ()) == []
+    assert require_accepted([LOUD, FROZEN], {"loud", "frozen"}) == [LOUD, FROZEN]
+    assert require_accepted([], ()) == []
 
 
 def test_kinds_are_read_by_name():
-    assert kinds_named(["frozen", "loud"]) == {"frozen", "loud"}
+    assert parse_kinds(["frozen", "loud"]) == {"frozen", "loud"}
     with pytest.raises(InputError, match=r"--accept: expected one of length, dark, .* found 'ice'"):
-        kinds_named(["ice"])
+        parse_kinds(["ice"])

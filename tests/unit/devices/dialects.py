@@ -6,7 +6,7 @@ Their watchdogs bite `slack` times later than those of the makes.
 import math
 import struct
 
-from afferents.devices import SimulatedDrum
+from simulated_drum import SimulatedDrum
 
 MM_A_TURN = math.pi * 95.0
 

@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 from dialects import Dynamixel, ODrive, SimpleFoc, Slack
+from simulated_drum import GONE_S, until
 
 from afferents.devices import DRIVES, ByHand, DeviceError, device_of
 from afferents.errors import InputError
@@ -28,8 +29,6 @@ KINDS = {
     "dynamixel": (Dynamixel, {"kind": "dynamixel"} | WHEEL),
 }
 WATCHED = [name for name in KINDS if name != "simplefoc"]
-GONE_S = 60.0
-"""Nothing should take a tenth of it; nothing here measures time."""
 
 
 def drive_of(drum, table, **more):
@@ -43,13 +42,6 @@ def reads(drive, seconds, every_s=0.01):
         said.append(drive.read())
         time.sleep(every_s)
     return said
-
-
-def until(true):
-    end_s = time.monotonic() + GONE_S
-    while not true() and time.monotonic() < end_s:
-        time.sleep(0.01)
-    return true()
 
 
 def stands(drum):

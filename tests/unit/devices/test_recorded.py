@@ -29,14 +29,15 @@ template = "arduino"
 RECORD = """
 from pathlib import Path
 from afferents.progress import Progress
-from afferents.devices import SimulatedDrum
-from afferents.recorder.plan_run import record, recording_of
+from simulated_drum import SimulatedDrum
+from afferents.recorder.record import make_recorder
 found = {{}}
 for name in {names!r}:
     asked, path = [], Path({folder!r}, name + ".toml")
     with SimulatedDrum() as drum, Progress(quiet=True) as progress:
         path.write_text(path.read_text().replace("PORT", drum.port))
-        done = record(recording_of(path, False, asked.append), path.with_suffix(""), progress)
+        recorder = make_recorder(path, False, asked.append)
+        done = recorder.record(path.with_suffix(""), progress)
         drum.drum.advance()
         found[name] = [asked, done.recorded, done.kept_aside, drum.drum.aim_mm_s]
 print(json.dumps(found))

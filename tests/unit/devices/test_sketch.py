@@ -2,29 +2,19 @@
 
 import subprocess
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from simulated_drum import until
 
 from afferents.devices import SerialDrive
 
 pytestmark = pytest.mark.system
 
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
-PATIENCE_S = 60
-"""Nothing here should take a tenth of it, on a machine that has nothing else to do."""
 HERE = Path(__file__).parent
 SKETCH = HERE.parents[2] / "docs" / "arduino" / "drum" / "drum.ino"
-
-
-def until(true):
-    """Wait for something to be true, and tell whether it was."""
-    end_s = time.monotonic() + PATIENCE_S
-    while not true() and time.monotonic() < end_s:
-        time.sleep(0.01)
-    return true()
 
 
 class Board:

@@ -40,9 +40,9 @@ with device_of(MICROPHONES, table, "[microphone]") as microphone:
     for block in microphone.blocks():
         times.append(block.time_s)
         parts.append(block.samples)
+        bad += block.overflowed
         if sum(map(len, parts)) >= float(sys.argv[2]) * 44100:
             microphone.end()
-    bad = microphone.overflows
 np.savez(sys.argv[1], time_s=times, lengths=[*map(len, parts)], samples=np.concatenate(parts),
          overflows=bad, rate_hz=settings.rate_hz)
 """

@@ -43,10 +43,11 @@ print(json.dumps(found))
 
 
 def test_every_frame_has_the_driver_s_number_and_time(seen):
-    number, time_s, damaged, size = np.array(seen["good"]["frames"]).T
+    number, time_s, damaged, size, torn = np.array(seen["good"]["frames"]).T
     np.testing.assert_array_equal(number, range(30))
     np.testing.assert_allclose(np.diff(time_s), 1 / 90, atol=2e-6)
     assert not damaged.any()
+    assert not torn.any()
     assert size.min() > 10
 
 
@@ -56,7 +57,6 @@ def test_jpeg_size_and_rate_are_read_back(seen):
     assert settings["fps_hz"] == 90
     assert settings["name"] == "A camera that is none"
     assert settings["unknown"] == []
-    assert seen["good"]["tally"]["rate_hz"] == pytest.approx(90, rel=1e-3)
 
 
 def test_faults_are_found_at_the_frames_where_they_are(seen):
@@ -64,11 +64,9 @@ def test_faults_are_found_at_the_frames_where_they_are(seen):
     numbers = [frame[0] for frame in frames]
     assert numbers == [n for n in range(34) if n not in (3, 7, 8, 9)]
     assert [frame[0] for frame in frames if frame[2]] == [5]
-    tally = seen["faults"]["tally"]
-    counts = {k: tally[k] for k in ("dropped", "damaged", "torn", "repeated", "late", "frames")}
-    assert counts == {
-        "dropped": 4, "damaged": 1, "torn": 1, "repeated": 1, "late": 1, "frames": 30
-    }  # fmt: skip
+    assert [frame[0] for frame in frames if frame[4] and not frame[2]] == [6]
+    intervals = np.diff([frame[1] for frame in frames]) / np.diff(numbers) * 90
+    assert [numbers[n + 1] for n in np.flatnonzero(intervals > 1.5)] == [25]
 
 
 def test_what_came_before_a_camera_is_unplugged_is_kept(seen):
@@ -103,7 +101,9 @@ def test_a_driver_without_the_monotonic_clock_is_said(seen):
 
 def test_another_rate_than_asked_for_is_read_back(seen):
     assert seen["slower"]["settings"]["fps_hz"] == 30
-    assert seen["slower"]["tally"]["rate_hz"] == pytest.approx(30, rel=1e-3)
+    assert np.diff([frame[1] for frame in seen["slower"]["frames"]]) == pytest.approx(
+        1 / 30, rel=1e-3
+    )
 
 
 def test_what_a_camera_does_by_itself_is_switched_off(seen):

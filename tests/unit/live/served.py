@@ -1,6 +1,6 @@
 """A page of noise, served: `python served.py FILES LIMITS`, with at most FILES open at a time.
 
-The stream counts to 50 a second; its percepts carry the count as their time.
+The stream counts to 50 a second; its predictions carry the count as their time.
 """
 
 import json
@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from afferents.live.percept import Percept
+from afferents.live.prediction import Prediction
 from afferents.live.web.door import Limits
 from afferents.live.web.server import serve
 
@@ -21,20 +21,20 @@ RATE_HZ = 50
 def main(files, limits):
     resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
     image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
-    sight = SimpleNamespace(counters=SimpleNamespace(frames=0), felt=None, picture=None)
+    sight = SimpleNamespace(counters=SimpleNamespace(frames=0), newest=None, picture=None)
     sight.images = SimpleNamespace(describe=str)
     sight.quality = SimpleNamespace(figures=list)
-    senses = SimpleNamespace(sessions=[], video=sight, audio=None, trains=list)
+    pipeline = SimpleNamespace(reporters=[], video=sight, audio=None, trains=list)
 
-    def percepts():
+    def predictions():
         while True:
             time.sleep(1 / RATE_HZ)
             sight.counters.frames += 1
             sight.picture = SimpleNamespace(frame=SimpleNamespace(image=image))
-            yield Percept("counting", "texture", float(sight.counters.frames))
+            yield Prediction("counting", "texture", float(sight.counters.frames))
 
     try:
-        serve(percepts(), senses, "127.0.0.1", 0, None, Limits(**limits))
+        serve(predictions(), pipeline, "127.0.0.1", 0, None, Limits(**limits))
     except KeyboardInterrupt:
         sys.exit(130)
 

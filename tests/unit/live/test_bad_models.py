@@ -11,10 +11,10 @@ import soundfile
 from afferents.devices import SampleClock
 from afferents.errors import InputError
 from afferents.live import (
+    LivePipeline,
     Microphone,
     Network,
     Pace,
-    Perceiver,
     ReplayedSound,
     ReplayedVideo,
     open_sources,
@@ -85,22 +85,24 @@ def test_models_whose_card_is_not_theirs(tmp_path, models):
 
 def test_models_that_do_not_go_together(tmp_path, models):
     with pytest.raises(InputError, match="--model: expected at least one model, found none"):
-        Perceiver([])
+        LivePipeline.with_models([])
     with pytest.raises(InputError, match="--audio-offset-ms: expected a number of milliseconds"):
-        Perceiver([Network(models["sa-se"])], math.nan)
+        LivePipeline.with_models([Network(models["sa-se"])], math.nan)
     with pytest.raises(InputError, match="expected each model once, found several of sa-se"):
-        Perceiver([Network(models["sa-se"]), Network(models["sa-se"])])
+        LivePipeline.with_models([Network(models["sa-se"]), Network(models["sa-se"])])
     sensor = {**Network(models["ra-ste"]).card.sensor, "name": "another"}
     other = Network(changed(models["ra-ste"], tmp_path / "o.onnx", sensor=sensor))
     with pytest.raises(InputError, match=r"o.onnx: expected the sensor and frame rate of .*sa-se"):
-        Perceiver([Network(models["sa-se"]), other])
+        LivePipeline.with_models([Network(models["sa-se"]), other])
     fields = {"sample_rate_hz": 4000, "model": "vib-te"}
     slower = Network(changed(models["vib-te-aug"], tmp_path / "s.onnx", **fields))
     with pytest.raises(InputError, match=r"s.onnx: expected the sample rate and spectra of"):
-        Perceiver([Network(models["vib-te-aug"]), slower])
+        LivePipeline.with_models([Network(models["vib-te-aug"]), slower])
     free = {**sensor, "layout": "free", "rows": None, "columns": None}
     with pytest.raises(InputError, match="where the markers are, found a free layout without"):
-        Perceiver([Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))])
+        LivePipeline.with_models(
+            [Network(changed(models["ra-ste"], tmp_path / "f.onnx", sensor=free))]
+        )
 
 
 def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
@@ -137,9 +139,9 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
     ],
 )
 def test_sources_that_are_not_there(models, asked, sentence):
-    perceiver = Perceiver([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+    pipeline = LivePipeline.with_models([Network(models["sa-se"]), Network(models["vib-te-aug"])])
     with pytest.raises(InputError, match=sentence):
-        open_sources(**{"video": None, "audio": None, **asked}, wanted=perceiver.wanted)
+        open_sources(**{"video": None, "audio": None, **asked}, wanted=pipeline.wanted)
 
 
 def test_a_microphone_that_is_not_there():

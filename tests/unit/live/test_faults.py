@@ -11,9 +11,9 @@ from afferents.live import (
     Begin,
     Camera,
     CameraFrame,
+    LivePipeline,
     Network,
     Pace,
-    Perceiver,
     ReplayedSound,
     ReplayedVideo,
     Sound,
@@ -40,20 +40,20 @@ def chunks(sounds):
 
 @pytest.fixture
 def seeing(models):
-    perceiver = Perceiver([Network(models["ra-ste"])])
-    perceiver.video.speed = math.inf
-    return perceiver
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
+    pipeline.video.speed = math.inf
+    return pipeline
 
 
 @pytest.fixture
 def hearing(models):
-    perceiver = Perceiver([Network(models["vib-te-aug"])])
-    perceiver.audio.speed = math.inf
-    return perceiver
+    pipeline = LivePipeline.with_models([Network(models["vib-te-aug"])])
+    pipeline.audio.speed = math.inf
+    return pipeline
 
 
-def fed(perceiver, events):
-    return [percept for event in events for percept in perceiver.feed(event)]
+def fed(pipeline, events):
+    return [prediction for event in events for prediction in pipeline.feed(event)]
 
 
 FIRST = 10 + 1 + 9
@@ -66,15 +66,15 @@ would soon have waited here as well."""
 
 def test_a_run_of_ten_never_spans_a_missing_frame(seeing, pictures):
     lost = 30
-    percepts = fed(seeing, pictures[:lost] + pictures[lost + 1 :])
-    times = {round(p.time_s * 90) - 1 for p in percepts}
+    predictions = fed(seeing, pictures[:lost] + pictures[lost + 1 :])
+    times = {round(p.time_s * 90) - 1 for p in predictions}
     assert times == {*range(FIRST, lost), *range(lost + 11, 45)}
-    assert percepts[-1].counters.dropped == 1
+    assert predictions[-1].counters.dropped == 1
 
 
 def test_doubled_frames_change_nothing(seeing, models, pictures):
     twice = [p for picture in pictures for p in (picture, picture._replace(arrived_s=1.0))]
-    again = Perceiver([Network(models["ra-ste"])])
+    again = LivePipeline.with_models([Network(models["ra-ste"])])
     again.video.speed = math.inf
     plain, doubled = fed(again, pictures), fed(seeing, twice)
     assert [p.probabilities for p in plain] == [p.probabilities for p in doubled]
@@ -83,56 +83,56 @@ def test_doubled_frames_change_nothing(seeing, models, pictures):
 
 def test_torn_frames_are_not_felt(seeing, pictures):
     pictures[25] = pictures[25]._replace(torn=True)
-    percepts = fed(seeing, pictures)
-    assert percepts[-1].counters.torn == 1
-    assert {round(p.time_s * 90) - 1 for p in percepts} == {*range(FIRST, 25), *range(36, 45)}
+    predictions = fed(seeing, pictures)
+    assert predictions[-1].counters.torn == 1
+    assert {round(p.time_s * 90) - 1 for p in predictions} == {*range(FIRST, 25), *range(36, 45)}
 
 
 def test_no_window_spans_lost_sound(hearing, chunks):
-    percepts = fed(hearing, chunks[:120] + chunks[130:])
-    assert [round(p.time_s, 3) for p in percepts] == [1.0, 2.3, 2.8]
-    assert percepts[-1].counters.lost_samples == 800
+    predictions = fed(hearing, chunks[:120] + chunks[130:])
+    assert [round(p.time_s, 3) for p in predictions] == [1.0, 2.3, 2.8]
+    assert predictions[-1].counters.lost_samples == 800
 
 
 def test_what_comes_late_is_not_fresh(models, pictures):
-    perceiver = Perceiver([Network(models["ra-ste"])])
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
     now_s = time.monotonic() + AHEAD_S
     arrivals = [now_s + p.time_s + (0.5 if i >= 30 else 0) for i, p in enumerate(pictures)]
     late = [p._replace(arrived_s=at) for p, at in zip(pictures, arrivals, strict=True)]
-    percepts = fed(perceiver, late)
-    assert [p.fresh for p in percepts] == [round(p.time_s * 90) - 1 < 30 for p in percepts]
-    assert percepts[-1].state == "stalled"
-    assert percepts[-1].probabilities == {}
+    predictions = fed(pipeline, late)
+    assert [p.fresh for p in predictions] == [round(p.time_s * 90) - 1 < 30 for p in predictions]
+    assert predictions[-1].state == "stalled"
+    assert predictions[-1].probabilities == {}
 
 
 def test_what_has_waited_here_is_not_fresh(models, pictures):
-    perceiver = Perceiver([Network(models["ra-ste"])])
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
     waited = [p._replace(arrived_s=time.monotonic() - 0.2 + p.time_s / 1e6) for p in pictures]
-    assert {p.state for p in fed(perceiver, waited)} == {"stalled"}
+    assert {p.state for p in fed(pipeline, waited)} == {"stalled"}
 
 
 def test_a_run_of_ten_never_spans_a_late_frame(models, pictures):
-    perceiver = Perceiver([Network(models["ra-ste"])])
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
     now_s = time.monotonic() + AHEAD_S
     late = [now_s + p.time_s + (0.5 if i in (24, 25) else 0) for i, p in enumerate(pictures)]
     events = [p._replace(arrived_s=at) for p, at in zip(pictures, late, strict=True)]
-    fresh = {round(p.time_s * 90) - 1 for p in fed(perceiver, events) if p.fresh}
+    fresh = {round(p.time_s * 90) - 1 for p in fed(pipeline, events) if p.fresh}
     assert fresh == {*range(FIRST, 24), *range(35, 45)}
 
 
 def test_clocks_that_drift_are_not_late(models, pictures):
-    perceiver = Perceiver([Network(models["ra-ste"])])
+    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
     now_s = time.monotonic() + AHEAD_S
     drifting = [p._replace(arrived_s=now_s + 1.0002 * p.time_s) for p in pictures]
-    assert all(p.fresh for p in fed(perceiver, drifting))
+    assert all(p.fresh for p in fed(pipeline, drifting))
 
 
 def test_a_picture_without_markers_is_said_until_they_are_there(seeing, pictures):
     black = Frame(0.0, np.zeros((480, 640), np.uint8))
     blind = [CameraFrame(black._replace(time_s=i / 90), 0.0) for i in range(40)]
-    percepts = fed(seeing, blind)
-    assert {p.state for p in percepts} == {"waiting"}
-    assert "markers" in percepts[0].troubles[0]
+    predictions = fed(seeing, blind)
+    assert {p.state for p in predictions} == {"waiting"}
+    assert "markers" in predictions[0].troubles[0]
     later = [p._replace(frame=p.frame._replace(time_s=p.time_s + 40 / 90)) for p in pictures]
     assert fed(seeing, later)[-1].fresh
 
@@ -146,7 +146,7 @@ def test_another_recording_begins_anew(seeing, pictures):
 
 
 def test_trouble_of_one_sense_leaves_the_other(models, pictures, chunks):
-    both = Perceiver([Network(models["sa-se"]), Network(models["vib-te-aug"])])
+    both = LivePipeline.with_models([Network(models["sa-se"]), Network(models["vib-te-aug"])])
     said = both.feed(Trouble("audio", 0.0, "unplugged"))
     assert [(p.model, p.state, p.troubles) for p in said] == [
         ("vib-te-aug", "stalled", ("unplugged",))
@@ -177,24 +177,24 @@ class Stopping:
 
 @pytest.mark.system  # in real time
 def test_a_silent_source_is_stalled(models, pictures):
-    go_on, percepts = threading.Event(), []
-    for percept in stream([Stopping(pictures, go_on)], [models["sa-se"]]):
-        percepts.append(percept)
-        if any("nothing for" in trouble for trouble in percept.troubles):
+    go_on, predictions = threading.Event(), []
+    for prediction in stream([Stopping(pictures, go_on)], [models["sa-se"]]):
+        predictions.append(prediction)
+        if any("nothing for" in trouble for trouble in prediction.troubles):
             go_on.set()
-    stalled = [p for p in percepts if not p.fresh]
+    stalled = [p for p in predictions if not p.fresh]
     assert go_on.is_set()
     assert all(p.texture is None and p.probabilities == {} for p in stalled)
 
 
 @pytest.mark.system  # in real time
 def test_a_slow_listener_is_no_silent_source(models, pictures):
-    """Who takes half a second over a percept drops frames; the source was never silent."""
+    """Who takes half a second over a prediction drops frames; the source was never silent."""
     never, said = threading.Event(), []
     never.set()
     source = Stopping(pictures, never)
-    for percept in stream([source], [models["sa-se"]]):
-        said.append(percept)
+    for prediction in stream([source], [models["sa-se"]]):
+        said.append(prediction)
         time.sleep(0.6)
     assert not any("nothing for" in trouble for p in said for trouble in p.troubles)
 

@@ -10,17 +10,17 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from afferents.live.network import Outcome
-from afferents.live.percept import Counters
+from afferents.live.prediction import Counters
 from afferents.live.quality import AudioQuality
-from afferents.live.session import ModelSession, no_surer
-from afferents.live.terminal import Bars
+from afferents.live.reporters import ModelReporter, limit_confidence
+from afferents.live.terminal import Screen
 from afferents.models.calibrate import best_evidence, interval_of
 
 
 @given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.51, 1))
 def test_probabilities_are_capped_in_their_order(weights, most):
     given = np.array(weights) / sum(weights)
-    capped = no_surer(given, most)
+    capped = limit_confidence(given, most)
     assert capped.max() <= most + 1e-9
     assert capped.sum() == pytest.approx(1)
     order = np.argsort(given)
@@ -32,14 +32,15 @@ def test_a_touch_is_no_surer_however_long_it_lasts(most, sure):
     """Of two textures each sample says 96%; after a second the sum of them says all but 100."""
     card = SimpleNamespace(model="m", textures=("a", "b"), evidence_per_s=10.0, most_sure=most)
     says = Outcome(np.array([0.96, 0.04], np.float32), 0.0)
-    network = SimpleNamespace(card=card, feel=lambda _: says)
-    session = ModelSession(network, Counters(), AudioQuality(44100))
-    percepts = [session.feel(np.zeros(1, np.float32), 0.1 * n, 0.1, 0.0) for n in range(30)]
-    assert max(p.evidence["a"] for p in percepts) == pytest.approx(most)
-    assert (percepts[-1].sure_after_s is not None) == sure
-    bars, shown = Bars({"m": most}), Console(file=io.StringIO(), width=80)
-    bars.take(percepts[-1])
-    shown.print(bars.drawn(shown))
+    network = SimpleNamespace(card=card, predict=lambda _: says)
+    reporter = ModelReporter(network, Counters(), AudioQuality(44100))
+    predictions = [reporter.report(np.zeros(1, np.float32), 0.1 * n, 0.1, 0.0) for n in range(30)]
+    assert max(p.evidence["a"] for p in predictions) == pytest.approx(most)
+    assert (predictions[-1].sure_after_s is not None) == sure
+    screen = Screen(SimpleNamespace(reporters=[("audio", reporter)]))
+    shown = Console(file=io.StringIO(), width=80)
+    screen.take(predictions[-1])
+    shown.print(screen.draw(shown))
     assert f"{100 * min(most, 0.96):.0f}% now" in shown.file.getvalue()
 
 

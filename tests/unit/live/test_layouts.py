@@ -103,7 +103,7 @@ def test_images_of_frames_are_those_of_the_store(session, store):
         source = sources_of(MODELS["sa-wave"], open_data([str(store)])[0].encodings)[0]
         offline = component_images(fill(response_of(responses, source._replace(channel=channel))))
         for i in (12, 90, 200):
-            live = felt[i].images[channel.name]
+            live = felt[i].image(channel.name)
             live = live if live.ndim == 3 else live[None]
             np.testing.assert_allclose(live, offline[i], rtol=0, atol=2e-5)
 
@@ -111,8 +111,8 @@ def test_images_of_frames_are_those_of_the_store(session, store):
 def test_what_is_felt_live_is_what_was_evaluated(session, store, model):
     wanted, card, folder = model
     assert card.sensor["name"] == "hex127"
-    limit = "Models of waves can't see any shorter than two pins, 3.6 mm (here the bumps of 3)."
-    assert (limit in card.describe()) == (wanted.name == "ra-wave-vector")
+    limit = "shorter than twice the distance of the pins, 3.6 mm (here the bumps of 3)."
+    assert (limit in " ".join(card.describe())) == (wanted.name == "ra-wave-vector")
     source = ReplayedVideo(open_video(session / "3" / "50" / "video.mp4"), Pace(math.inf))
     percepts = afferents.live.stream([source], folder.with_suffix(".onnx"))
     live = {p.time_s: list(p.probabilities.values()) for p in percepts if p.probabilities}

@@ -11,7 +11,17 @@ import soundfile
 from rich.console import Console
 
 from afferents.errors import InputError
-from afferents.live import Begin, CameraFrame, FoundImages, Images, Looker, Sound, images_of, run
+from afferents.live import (
+    Begin,
+    CameraFrame,
+    FoundImages,
+    Images,
+    LivePipeline,
+    Sound,
+    images_of,
+    run,
+)
+from afferents.live.terminal import Screen
 from afferents.live.web.snapshot import Snapshots
 from afferents.markers.sensor import load_sensor
 from afferents.store.recording import Frame
@@ -67,8 +77,8 @@ def sounds(samples, n=400):
 def looked_at(images=(), samples=None, following=None, rate_hz=FPS):
     sources = [Played(pictures(images, rate_hz))] if len(images) else []
     sources += [] if samples is None else [sounds(samples)]
-    looker = Looker(sources, following)
-    return looker, list(run(sources, looker))
+    pipeline = LivePipeline.without_models(sources, following)
+    return pipeline, list(run(sources, pipeline))
 
 
 @pytest.fixture(scope="module")
@@ -87,15 +97,15 @@ def test_every_marker_of_a_layout_without_rows_shows_what_was_done_to_it(name):
     places = np.array(sensor.markers)
     drawn = {shift: draw(places + np.array([shift, 0])) for shift in np.unique(shifts())}
     following = Images(sensor)
-    looker, percepts = looked_at([drawn[s] for s in shifts()], following=following)
-    felt = looker.video.felt
-    assert felt.detected.all()
-    inside = felt.images["sa1"] > 0
+    pipeline, predictions = looked_at([drawn[s] for s in shifts()], following=following)
+    seen = pipeline.video.newest
+    assert seen.detected.all()
+    inside = seen.image("sa1") > 0
     assert inside.mean() > 0.5
-    assert np.median(felt.images["sa1"][inside]) == pytest.approx(shifts()[-1], abs=0.1)
-    assert np.median(felt.images["ra1"][inside]) == pytest.approx(2 * SHAKEN, abs=0.1)
-    assert {p.state for p in percepts} == {"looking"}
-    assert percepts[-1].markers_found == 1
+    assert np.median(seen.image("sa1")[inside]) == pytest.approx(shifts()[-1], abs=0.1)
+    assert np.median(seen.image("ra1")[inside]) == pytest.approx(2 * SHAKEN, abs=0.1)
+    assert {p.state for p in predictions} == {"looking"}
+    assert predictions[-1].markers_found == 1
     assert (
         following.describe() == f"Sensor '{name}': {sensor.layout} layout, {len(places)} markers."
     )
@@ -103,50 +113,50 @@ def test_every_marker_of_a_layout_without_rows_shows_what_was_done_to_it(name):
 
 def test_markers_that_nobody_has_described_are_found_at_rest(moving):
     following = FoundImages()
-    looker, percepts = looked_at(moving, following=following)
+    pipeline, predictions = looked_at(moving, following=following)
     assert following.describe().startswith(
         "No sensor file (--sensor): 361 bright markers were found, in a square layout"
     )
-    np.testing.assert_allclose(looker.video.felt.images["sa1"], shifts()[-1], atol=0.15)
-    assert len(percepts) == len(moving) - 9  # those that it was found in
+    np.testing.assert_allclose(pipeline.video.newest.image("sa1"), shifts()[-1], atol=0.15)
+    assert len(predictions) == len(moving) - 9  # those that it was found in
 
 
 def test_a_camera_that_shows_nothing_yet_is_looked_at_again(moving):
     """The reason is told, the picture is there meanwhile, and then all is as ever."""
     black = [np.zeros((480, 640), np.uint8)] * 120
-    looker, percepts = looked_at([*black, *[moving[0]] * 90, *moving])
-    told = [p for p in percepts if p.troubles]
+    pipeline, predictions = looked_at([*black, *[moving[0]] * 90, *moving])
+    told = [p for p in predictions if p.troubles]
     assert {p.state for p in told} == {"waiting"}
     assert 1 <= len(told) <= 3
     assert "blobs of like size, found 0 in a picture that is black" in told[0].troubles[0]
-    assert percepts[-1].state == "looking"
-    assert looker.video.felt.detected.all()
+    assert predictions[-1].state == "looking"
+    assert pipeline.video.newest.detected.all()
 
 
 def test_another_recording_begins_at_rest_again(moving):
     begin_s = len(moving) / FPS
     events = [*pictures(moving), Begin("video", begin_s), *pictures(moving, begin_s=begin_s)]
     source = Played(events)
-    looker = Looker([source], Images(load_sensor("tip_b")))
-    list(run([source], looker))
-    np.testing.assert_allclose(looker.video.felt.images["sa1"], shifts()[-1], atol=0.15)
+    pipeline = LivePipeline.without_models([source], Images(load_sensor("tip_b")))
+    list(run([source], pipeline))
+    np.testing.assert_allclose(pipeline.video.newest.image("sa1"), shifts()[-1], atol=0.15)
 
 
-def figures(sense):
-    return {figure.name: figure for figure in sense.quality.figures()}
+def figures(stream):
+    return {figure.name: figure for figure in stream.quality.figures()}
 
 
 def test_quality_of_good_pictures_is_not_doubted(moving):
-    looker, percepts = looked_at([*moving, *moving, *moving, *moving, *moving])
-    numbers = percepts[-1].quality
+    pipeline, predictions = looked_at([*moving, *moving, *moving, *moving, *moving])
+    numbers = predictions[-1].quality
     assert numbers["fps_hz"] == pytest.approx(FPS)
     assert (numbers["n_markers"], numbers["lost"], numbers["repeated"]) == (361, 0, 0)
     assert numbers["disc_grey"] == 255
     assert numbers["skin_grey"] == 20
-    said = figures(looker.video)
+    said = figures(pipeline.video)
     assert said["markers"].value == "361 of 361"
-    assert said.pop("overexposed").doubt.startswith("Overexposed: most markers are at full white")
-    assert not any(figure.doubt for figure in said.values())
+    assert said.pop("overexposed").issue.startswith("Overexposed: most markers are at full white")
+    assert not any(figure.issue for figure in said.values())
 
 
 def test_quality_says_what_is_wrong_with_pictures(squares):
@@ -154,50 +164,50 @@ def test_quality_says_what_is_wrong_with_pictures(squares):
     still, shaken = squares[0.0], [squares[shift] for shift in (2.0, 4.0)]
     tripled = [shaken[i // 3 % 2] for i in range(240)]
     covered = draw(GRID[80:])
-    looker, percepts = looked_at([*[still] * 12, *tripled], rate_hz=50.0)
-    assert percepts[-1].quality["repeated"] == pytest.approx(2 / 3, abs=0.02)
-    doubts = [figure.doubt for figure in figures(looker.video).values() if figure.doubt]
-    assert any(doubt.startswith("Frames seem to repeat the one before") for doubt in doubts)
+    pipeline, predictions = looked_at([*[still] * 12, *tripled], rate_hz=50.0)
+    assert predictions[-1].quality["repeated"] == pytest.approx(2 / 3, abs=0.02)
+    issues = [figure.issue for figure in figures(pipeline.video).values() if figure.issue]
+    assert any(issue.startswith("Frames seem to repeat the one before") for issue in issues)
     slow = Played(pictures([still] * 120, 50.0))
-    looker = Looker([slow])
-    looker.video.quality._rate_hz = FPS  # what the camera was asked for
-    list(run([slow], looker))
-    assert "more slowly than the 90 a second" in figures(looker.video)["frame rate"].doubt
-    looker, percepts = looked_at([*[still] * 12, *[covered] * 150])
-    assert percepts[-1].quality["n_lost"] == 80
-    assert "80 of 361" in figures(looker.video)["lost"].doubt
+    pipeline = LivePipeline.without_models([slow])
+    pipeline.video.quality._rate_hz = FPS  # what the camera was asked for
+    list(run([slow], pipeline))
+    assert "more slowly than the 90 a second" in figures(pipeline.video)["frame rate"].issue
+    pipeline, predictions = looked_at([*[still] * 12, *[covered] * 150])
+    assert predictions[-1].quality["n_lost"] == 80
+    assert "80 of 361" in figures(pipeline.video)["lost"].issue
     faint = draw(GRID, marker=60, skin=30)
-    looker, _ = looked_at([cv2.GaussianBlur(faint, (0, 0), 3)] * 90)
-    said = figures(looker.video)
-    assert said["grey levels"].doubt.startswith("Faint: markers at grey level 5")
-    assert said["edges"].doubt.startswith("Out of focus")
+    pipeline, _ = looked_at([cv2.GaussianBlur(faint, (0, 0), 3)] * 90)
+    said = figures(pipeline.video)
+    assert said["grey levels"].issue.startswith("Faint: markers at grey level 5")
+    assert said["edges"].issue.startswith("Out of focus")
 
 
 def test_quality_and_spectrum_of_sound():
     time_s = np.arange(2 * int(RATE_HZ)) / RATE_HZ
     tone = 0.5 * np.sin(2 * np.pi * 40 * time_s)
-    looker, percepts = looked_at(samples=tone)
-    assert [p.model for p in percepts] == ["microphone"] * 3
-    assert percepts[-1].quality["rms"] == pytest.approx(0.5 / 2**0.5, rel=0.01)
-    assert percepts[-1].quality["clipped"] == 0
-    said = figures(looker.audio)
+    pipeline, predictions = looked_at(samples=tone)
+    assert [p.model for p in predictions] == ["microphone"] * 3
+    assert predictions[-1].quality["rms"] == pytest.approx(0.5 / 2**0.5, rel=0.01)
+    assert predictions[-1].quality["clipped"] == 0
+    said = figures(pipeline.audio)
     assert (said["sound level"].value, said["loudest"].value) == ("-9 dBFS", "-6 dBFS")
-    amplitude, step_hz = looker.audio.spectrum()
+    amplitude, step_hz = pipeline.audio.spectrum()
     assert np.argmax(amplitude) * step_hz == pytest.approx(40)
     noise = 0.01 * np.random.default_rng(0).normal(size=len(tone))
-    looker, percepts = looked_at(samples=np.clip(4 * tone + noise, -1, 1))
-    assert percepts[-1].quality["clipped"] > 0.5
-    assert "lower the gain" in figures(looker.audio)["clipped"].doubt
-    looker, _ = looked_at(samples=0 * tone)
-    assert "silent" in figures(looker.audio)["sound level"].doubt
+    pipeline, predictions = looked_at(samples=np.clip(4 * tone + noise, -1, 1))
+    assert predictions[-1].quality["clipped"] > 0.5
+    assert "lower the gain" in figures(pipeline.audio)["clipped"].issue
+    pipeline, _ = looked_at(samples=0 * tone)
+    assert "silent" in figures(pipeline.audio)["sound level"].issue
 
 
 def test_the_page_is_given_all_of_it_as_json(moving):
     tone = np.sin(2 * np.pi * 40 * np.arange(16000) / RATE_HZ)
-    looker, percepts = looked_at(moving * 2, tone)
-    page = Snapshots(looker)
-    for percept in percepts:
-        page.take(percept)
+    pipeline, predictions = looked_at(moving * 2, tone)
+    page = Snapshots(pipeline)
+    for prediction in predictions:
+        page.take(prediction)
     named = [(one["model"], one["textures"]) for one in page.hello()["models"]]
     assert named == [("camera", []), ("microphone", [])]
 
@@ -219,16 +229,16 @@ def test_the_page_is_given_all_of_it_as_json(moving):
 @pytest.mark.parametrize("size", [(80, 24), (140, 50), (30, 10)])
 def test_the_terminal_shows_pictures_and_words(moving, size):
     tone = np.sin(2 * np.pi * 40 * np.arange(16000) / RATE_HZ)
-    looker, percepts = looked_at(moving * 2, tone)
-    screen = looker.screen()
-    for percept in percepts:
-        screen.take(percept)
+    pipeline, predictions = looked_at(moving * 2, tone)
+    screen = Screen(pipeline)
+    for prediction in predictions:
+        screen.take(prediction)
     width, height = size
     given = {"width": width, "height": height, "file": io.StringIO()}
     for colours in ("truecolor", None):
         console = Console(**given, color_system=colours, force_terminal=colours is not None)
         with console.capture() as captured:
-            console.print(screen.drawn(console))
+            console.print(screen.draw(console))
         said = " ".join(captured.get().split())
         assert ("▀" in said) == (colours is not None)
         assert "361 of 361" in said
@@ -236,10 +246,10 @@ def test_the_terminal_shows_pictures_and_words(moving, size):
 
 
 def test_the_terminal_says_what_it_waits_for():
-    looker = Looker([Played([])])
+    pipeline = LivePipeline.without_models([Played([])])
     console = Console(file=io.StringIO(), color_system="truecolor", width=80, height=24)
     with console.capture() as captured:
-        console.print(looker.screen().drawn(console))
+        console.print(Screen(pipeline).draw(console))
     assert "markers are looked for, with the skin at rest" in captured.get()
 
 
@@ -247,11 +257,11 @@ def test_a_file_from_the_command_line(run, session, sounds):
     asked = ("live", "--json", "--speed", "max")
     video, audio = session / "2" / "40" / "video.mp4", sounds / "2" / "40" / "audio.wav"
     code, out, _ = run(*asked, "--video", video, "--audio", audio)
-    percepts = [json.loads(line) for line in out.splitlines()]
+    predictions = [json.loads(line) for line in out.splitlines()]
     assert code == 0
-    assert [p["model"] for p in percepts].count("camera") == 45
-    assert [p["model"] for p in percepts].count("microphone") == 5
-    assert not any(p["texture"] or p["probabilities"] for p in percepts)
+    assert [p["model"] for p in predictions].count("camera") == 45
+    assert [p["model"] for p in predictions].count("microphone") == 5
+    assert not any(p["texture"] or p["probabilities"] for p in predictions)
     code, out, _ = run(*asked, "--video", f"replay:{session}/2/40", "--sensor", "tip_b")
     assert (code, len(out.splitlines())) == (0, 35)
     code, out, _ = run("live", "--video", video, "--speed", "max")

@@ -9,19 +9,19 @@ os.environ.setdefault("LSLAPICFG", str(Path(__file__).with_name("lsl_api.cfg")))
 
 import pylsl
 
-from afferents.live import Network, Percept
-from afferents.live.outlets import published
+from afferents.live import Network, Prediction
+from afferents.live.outlets import publish
 
 
 def test_another_program_gets_probabilities_and_percepts(models):
     names = Network(models["sa-se"]).card.textures
     felt = dict(zip(names, (0.7, 0.2, 0.1), strict=True))
     even = dict.fromkeys(names, 1 / 3)
-    percepts = [
-        Percept("sa-se", "texture", 1.0, texture="1", probabilities=felt, evidence=felt),
-        Percept("sa-se", "stalled", 1.0, evidence=even, troubles=("camera: lost",)),
+    predictions = [
+        Prediction("sa-se", "texture", 1.0, texture="1", probabilities=felt, evidence=felt),
+        Prediction("sa-se", "stalled", 1.0, evidence=even, troubles=("camera: lost",)),
     ]
-    stream = published(iter([percepts[0], *percepts]), {"sa-se": names})
+    stream = publish(iter([predictions[0], *predictions]), {"sa-se": names})
     next(stream)  # opens the outlets
     inlets = {}
     for kind in ("Touch", "Markers"):
@@ -30,12 +30,12 @@ def test_another_program_gets_probabilities_and_percepts(models):
         inlets[kind].open_stream(timeout=60)
     channel = inlets["Touch"].info(timeout=60).desc().child("channels").child("channel")
     assert channel.child_value("label") == "1"
-    assert next(stream) is percepts[0]
+    assert next(stream) is predictions[0]
     numbers, _ = inlets["Touch"].pull_sample(timeout=60)
     assert [round(n, 4) for n in numbers] == [0.7, 0.2, 0.1]
     words, _ = inlets["Markers"].pull_sample(timeout=60)
     assert json.loads(words[0])["texture"] == "1"
-    assert next(stream) is percepts[1]
+    assert next(stream) is predictions[1]
     numbers, _ = inlets["Touch"].pull_sample(timeout=60)
     assert all(math.isnan(n) for n in numbers)
     words, _ = inlets["Markers"].pull_sample(timeout=60)
@@ -43,8 +43,8 @@ def test_another_program_gets_probabilities_and_percepts(models):
 
 
 def test_who_looks_without_a_model_gives_percepts_and_no_probabilities():
-    looked = Percept("camera", "looking", 1.0, markers_found=1.0)
-    stream = published(iter([looked, looked]), {"camera": ()})
+    looked = Prediction("camera", "looking", 1.0, markers_found=1.0)
+    stream = publish(iter([looked, looked]), {"camera": ()})
     next(stream)
     (info,) = pylsl.resolve_byprop("source_id", "afferents-camera-json", timeout=60)
     inlet = pylsl.StreamInlet(info)

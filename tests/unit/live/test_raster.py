@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.live import Begin, Looker, Sound
+from afferents.live import Begin, LivePipeline, Sound
 from afferents.live.events import Trouble
 from afferents.live.images import FrameImages
 from afferents.live.raster import MarkerRaster, VibrationRaster
@@ -41,7 +41,7 @@ def frames(recording):
     for i, time_s in enumerate(recording["time"].values):
         names = ("sa1", "ra1") if i else ("sa1",)
         markers = {name: held[name].values[i : i + 1] for name in names}
-        yield time_s, FrameImages({}, markers, np.zeros((MARKERS, 2)), detected[i])
+        yield time_s, FrameImages(markers, np.zeros((MARKERS, 2)), detected[i], None)
 
 
 def test_it_shows_spikes_of_the_last_second_as_they_are_offline(recording):
@@ -93,16 +93,16 @@ class Microphone:
 
 
 def test_the_page_is_given_it_where_it_is_asked_for():
-    looker = Looker([Microphone()])
+    pipeline = LivePipeline.without_models([Microphone()])
     loud = 0.05 * np.random.default_rng(0).standard_normal((8000, 1)).astype(np.float32)
-    looker.feed(Sound(0.0, loud, 0.0))
-    assert looker.trains() == []
-    looker.show_spikes()
-    looker.feed(Sound(1.0, loud, 0.0))
-    (said,) = json.loads(json.dumps(Snapshots(looker).state()["spikes"]))
+    list(pipeline.feed(Sound(0.0, loud, 0.0)))
+    assert pipeline.trains() == []
+    pipeline.show_spikes()
+    list(pipeline.feed(Sound(1.0, loud, 0.0)))
+    (said,) = json.loads(json.dumps(Snapshots(pipeline).state()["spikes"]))
     assert (said["name"], len(said["units"]), len(said["ages_ms"])) == ("PC", 8, 8)
     assert all(0 <= age <= 1000 for ages in said["ages_ms"] for age in ages)
     assert said["spikes_a_unit"] > 10
     for event in (Trouble("audio", 2.0, "gone"), Begin("audio", 3.0)):
-        looker.feed(event)
-        assert not any(len(ages) for ages in looker.trains()[0].age_s)
+        list(pipeline.feed(event))
+        assert not any(len(ages) for ages in pipeline.trains()[0].age_s)

@@ -26,7 +26,7 @@ from afferents.encodings.spectra import SpectralEncoding, spectral_samples
 from afferents.encodings.tactile_image import component_images, tactile_images
 from afferents.evaluation.encode import encode, sources_of
 from afferents.extraction.extract import responses_of
-from afferents.live import Network, Pace, Perceiver, ReplayedSound, ReplayedVideo, Sound, stream
+from afferents.live import LivePipeline, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream
 from afferents.live.images import Images
 from afferents.markers.sensor import load_sensor
 from afferents.models.folder import load_model
@@ -42,8 +42,8 @@ def live_images(video, sensor):
     channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2 and c.felt_live]
     images = Images(sensor, channels)
     names = [channel.name for channel in channels if not channel.parts]
-    felt = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
-    return {n: {i: f.images[n] for i, f in felt.items() if n in f.images} for n in names}
+    seen = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
+    return {n: {i: f.image(n) for i, f in seen.items() if n in f.markers} for n in names}
 
 
 @pytest.mark.parametrize("losing", [False, True])
@@ -119,11 +119,11 @@ def stored(store, recording):
     return next(r for r in open_responses(store) if r.attrs["name"] == recording.name)
 
 
-def felt_live(percepts, model):
+def felt_live(predictions, model):
     """Probabilities and novelty by time in ms, of one model."""
     return {
         round(1000 * p.time_s): np.array([*p.probabilities.values(), p.novelty])
-        for p in percepts
+        for p in predictions
         if p.model == model and p.probabilities
     }
 
@@ -177,13 +177,18 @@ def test_percepts_do_not_depend_on_the_chunks(sounds, models, sizes):
     signal = audio.read().values
 
     def felt(sizes):
-        perceiver, done, turn, percepts = Perceiver([Network(models["vib-te-aug"])]), 0, 0, []
-        perceiver.audio.speed = math.inf
+        pipeline, done, turn, predictions = (
+            LivePipeline.with_models([Network(models["vib-te-aug"])]),
+            0,
+            0,
+            [],
+        )
+        pipeline.audio.speed = math.inf
         while done < len(signal):
             part = signal[done : done + sizes[turn % len(sizes)]]
-            percepts += perceiver.feed(Sound(done / audio.sample_rate_hz, part, 0.0))
+            predictions += pipeline.feed(Sound(done / audio.sample_rate_hz, part, 0.0))
             done, turn = done + len(part), turn + 1
-        return percepts
+        return predictions
 
     whole, chunked = felt([len(signal)]), felt(sizes)
     assert len(whole) == len(chunked) == 5

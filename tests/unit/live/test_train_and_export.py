@@ -44,7 +44,7 @@ def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
     for i, image in enumerate(images):
         if i == 11:
             network.skip()
-        outcome = network.feel(image)
+        outcome = network.predict(image)
         if i not in (9, 10):
             assert outcome is None
             continue
@@ -62,7 +62,7 @@ def test_from_python_a_model_says_what_its_file_says(models, stores):
     felt = model.predict(samples)
     network = Network(path)
     for i in range(len(samples)):
-        outcome = network.feel(samples.values[i])
+        outcome = network.predict(samples.values[i])
         np.testing.assert_allclose(felt.probability[i], outcome.probabilities, atol=1e-5)
         assert float(felt.novelty[i]) == pytest.approx(outcome.novelty, rel=1e-3)
     assert list(felt.texture.values) == list(model.card.textures)
@@ -93,7 +93,7 @@ def test_the_file_says_what_the_folder_says(models, rng):
         size = (frames + 3, *shape)
         samples = rng.exponential(0.2 * card.scale, size=size).astype(np.float32)
         for i, sample in enumerate(samples):
-            outcome = network.feel(sample)
+            outcome = network.predict(sample)
             if i + 1 < frames:
                 assert outcome is None
                 continue

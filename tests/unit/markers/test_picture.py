@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.markers.image_quality import dropped_frames, image_quality, repeated_frames
+from afferents.quality.frames import count_dropped, find_repeated
+from afferents.quality.image import measure_image_quality
 
 
 @pytest.fixture
@@ -13,25 +14,30 @@ def places():
 
 
 def test_grey_levels_are_those_of_markers_and_skin(draw, places):
-    picture = image_quality(draw(places, skin=30, marker=200), places.astype(float))
+    picture = measure_image_quality(draw(places, skin=30, marker=200), places.astype(float), 40.0)
     assert picture.disc_grey == pytest.approx(200, abs=2)
     assert picture.skin_grey == pytest.approx(30, abs=2)
     assert picture.saturated == 0
 
 
 def test_dark_markers_are_described_too(draw, places):
-    picture = image_quality(draw(places, skin=220, marker=40), places.astype(float))
+    picture = measure_image_quality(draw(places, skin=220, marker=40), places.astype(float), 40.0)
     assert picture.disc_grey < 50 < 200 < picture.skin_grey
 
 
 def test_full_white_is_saturated(draw, places):
-    assert image_quality(draw(places, marker=255), places.astype(float)).saturated > 0.9
+    assert (
+        measure_image_quality(draw(places, marker=255), places.astype(float), 40.0).saturated > 0.9
+    )
 
 
 def test_a_blurred_picture_has_wider_edges(draw, places):
     sharp = draw(places)
     blurred = cv2.GaussianBlur(sharp, (0, 0), 3.0)
-    edges = [image_quality(image, places.astype(float)).edge_px for image in (sharp, blurred)]
+    edges = [
+        measure_image_quality(image, places.astype(float), 40.0).edge_px
+        for image in (sharp, blurred)
+    ]
     assert edges[0] < 1.5
     assert edges[1] > 3
 
@@ -40,16 +46,16 @@ def test_frames_that_repeat_are_found_between_moving_ones():
     rng = np.random.default_rng(0)
     change = np.r_[np.nan, 0.05 * rng.random(30), 2 + rng.random(60)]
     change[40], change[50] = 0.04, 0.05
-    assert np.flatnonzero(repeated_frames(change)).tolist() == [40, 50]
+    assert np.flatnonzero(find_repeated(change)).tolist() == [40, 50]
 
 
 def test_a_skin_at_rest_repeats_nothing():
     change = np.r_[np.nan, 0.03 + 0.01 * np.random.default_rng(0).random(60)]
-    assert not repeated_frames(change).any()
+    assert not find_repeated(change).any()
 
 
 def test_missing_frames_are_counted_by_their_times():
     time = np.arange(100) / 90
-    assert dropped_frames(time) == 0
-    assert dropped_frames(np.delete(time, [20, 50, 51])) == 3
-    assert dropped_frames(time[:1]) == 0
+    assert count_dropped(time) == 0
+    assert count_dropped(np.delete(time, [20, 50, 51])) == 3
+    assert count_dropped(time[:1]) == 0

@@ -8,11 +8,11 @@ import pytest
 
 from afferents.evaluation.results import read_summary
 from afferents.evaluation.summary import data_quality
-from afferents.quality.issues import Doubt
+from afferents.quality.issues import QualityIssue
 from afferents.store.responses import with_doubts
 from afferents.store.zarr_store import open_responses, write_responses
 
-REPEATED = Doubt("repeated", "x/video.mp4", "frames of their own", "49% of them twice")
+REPEATED = QualityIssue("repeated", "x/video.mp4", "frames of their own", "49% of them twice")
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from afferents.evaluation.encode import Source, encode
 from afferents.extraction.copies import NAMED, Likeness, warn_of_copies, warning_of
 from afferents.inspection.files import level_sentences
 from afferents.inspection.inspect import inspect_data
-from afferents.markers.quality import doubt_markers
+from afferents.markers.quality import find_hidden_markers
 from afferents.progress import Progress
 from afferents.store.zarr_store import open_responses, write_responses
 
@@ -170,9 +170,9 @@ def test_covered_markers_are_a_doubt():
     seen = np.ones((400, 20), bool)
     seen[:10] = False  # before the rest frame nothing is tracked
     seen[:, :3] = False  # pins that are broken
-    assert doubt_markers(tracks_of(seen), "v.mp4", None) == []
+    assert find_hidden_markers(tracks_of(seen), "v.mp4", None) == []
     seen[200:, :12] = False
-    (doubt,) = doubt_markers(tracks_of(seen), "v.mp4", None)
+    (doubt,) = find_hidden_markers(tracks_of(seen), "v.mp4", None)
     assert doubt.kind == "dark"
     assert "the 17 markers of the rest frame" in str(doubt)
     assert "less than half of them from 2.22 s to the end" in str(doubt)

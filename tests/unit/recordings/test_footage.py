@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.recordings.footage import Footage, repeats
+from afferents.quality.frames import describe_repeats
+from afferents.recordings.footage import Footage
 from afferents.recordings.video import open_video
 from afferents.store.recording import Frame
 
@@ -63,11 +64,11 @@ def encoded(path, codec, images, options=None, pixels=None):
 
 
 def test_a_moving_skin_is_sound(film, images):
-    assert film(images).doubts() == []
+    assert film(images).find_issues() == []
 
 
 def test_a_frozen_picture_is_found_with_its_beginning(film, images):
-    (doubt,) = film(images[:130] + [images[130]] * 270).doubts()
+    (doubt,) = film(images[:130] + [images[130]] * 270).find_issues()
     assert doubt.kind == "frozen"
     began = float(doubt.found.split("from ")[1].split(" s")[0])
     assert began == pytest.approx(130 / FPS, abs=0.15)
@@ -75,34 +76,34 @@ def test_a_frozen_picture_is_found_with_its_beginning(film, images):
 
 
 def test_a_picture_that_is_frozen_from_the_start_is_found(film, images):
-    (doubt,) = film(images[:20] + [images[20]] * 380).doubts()
+    (doubt,) = film(images[:20] + [images[20]] * 380).find_issues()
     assert doubt.kind == "frozen"
     assert "from 0.2" in doubt.found
 
 
 def test_a_skin_that_rests_before_it_slides_is_sound(film, images):
     footage = film(images[:40] + [images[40]] * 140 + images[180:])
-    assert footage.doubts((2.1, 4.4)) == []
-    assert [doubt.kind for doubt in footage.doubts((0.5, 4.4))] == ["frozen"]
+    assert footage.find_issues((2.1, 4.4)) == []
+    assert [doubt.kind for doubt in footage.find_issues((0.5, 4.4))] == ["frozen"]
 
 
 @pytest.mark.parametrize("times", [2, 4])
 def test_frames_that_come_several_times_are_found(film, images, times):
     repeated = [image for image in images[::times] for _ in range(times)][: len(images)]
-    (doubt,) = film(repeated).doubts()
+    (doubt,) = film(repeated).find_issues()
     assert doubt.kind == "repeated"
     assert doubt.found.startswith("each about ")
     assert doubt.found.endswith(" times from 1.11 s on")
 
 
 def test_darkness_is_found_and_not_taken_for_a_frozen_picture(film, images):
-    (doubt,) = film(images[:150] + [image // 12 for image in images[150:]]).doubts()
+    (doubt,) = film(images[:150] + [image // 12 for image in images[150:]]).find_issues()
     assert doubt.kind == "dark"
     assert "from 1.67 s to the end" in doubt.found
 
 
 def test_a_picture_that_never_changes_is_frozen(film, images):
-    (doubt,) = film([images[0]] * 400).doubts()
+    (doubt,) = film([images[0]] * 400).find_issues()
     assert doubt.kind == "frozen"
 
 
@@ -111,7 +112,7 @@ def test_without_noise_a_smooth_drum_is_not_taken_for_a_frozen_picture(images):
     quiet = [images[0]] * 60 + images[60:90] + [images[90]] * 310
     footage = Footage(Drawn(quiet, np.arange(400) / FPS))
     list(footage.frames())
-    assert footage.doubts() == []
+    assert footage.find_issues() == []
 
 
 def test_without_noise_a_picture_that_moved_while_the_drum_slid_is_frozen(images):
@@ -119,14 +120,14 @@ def test_without_noise_a_picture_that_moved_while_the_drum_slid_is_frozen(images
     quiet = [images[0]] * 40 + images[40:240] + [images[240]] * 160
     footage = Footage(Drawn(quiet, np.arange(400) / FPS))
     list(footage.frames())
-    (doubt,) = footage.doubts((0.6, 4.4))
+    (doubt,) = footage.find_issues((0.6, 4.4))
     assert doubt.kind == "frozen"
     assert doubt.found == "the same one from 2.67 s to the end"
 
 
 def test_a_short_break_is_no_doubt(film, images):
     frozen = images[:150] + [images[150]] * 40 + images[190:]
-    assert film(frozen).doubts() == []
+    assert film(frozen).find_issues() == []
 
 
 class Drawn:
@@ -145,8 +146,8 @@ class Drawn:
 def test_few_frames_give_no_doubt(images, n):
     footage = Footage(Drawn(images[:n], np.arange(n) / FPS))
     list(footage.frames())
-    assert footage.doubts() == []
-    assert footage.changes.shape == (n, 6)
+    assert footage.find_issues() == []
+    assert footage.figures.changes.shape == (n, 6)
 
 
 def test_uneven_and_equal_times_do_no_harm(images):
@@ -154,18 +155,18 @@ def test_uneven_and_equal_times_do_no_harm(images):
     uneven = np.cumsum(rng.choice([0.0, 1 / 90, 1 / 30], len(images)))
     footage = Footage(Drawn(images, uneven))
     list(footage.frames())
-    assert footage.doubts() == []
+    assert footage.find_issues() == []
     same = Footage(Drawn(images, np.zeros(len(images))))
     list(same.frames())
-    assert same.doubts() == []
+    assert same.find_issues() == []
 
 
 def test_decoding_again_measures_anew(images):
     footage = Footage(Drawn(images[:50], np.arange(50) / FPS))
     list(footage.frames())
-    first = footage.changes
+    first = footage.figures.changes
     list(footage.frames())
-    np.testing.assert_array_equal(footage.changes, first)
+    np.testing.assert_array_equal(footage.figures.changes, first)
 
 
 def test_repeats_without_a_beat_are_found_by_their_share():
@@ -175,7 +176,7 @@ def test_repeats_without_a_beat_are_found_by_their_share():
     change = change[np.argsort(np.arange(360) % 180 + 0.5 * (np.arange(360) >= 180))]
     keep = rng.random(360) > 0.05
     changes = np.cumsum(np.ones((keep.sum(), 6)), axis=1) * change[keep][:, None]
-    assert repeats(changes).endswith("of them twice or more often")
+    assert describe_repeats(changes).endswith("of them twice or more often")
 
 
 def test_a_texture_that_comes_back_every_few_frames_repeats_nothing():
@@ -183,7 +184,7 @@ def test_a_texture_that_comes_back_every_few_frames_repeats_nothing():
     rng = np.random.default_rng(0)
     change = np.tile([2.0, 1.0, 0.9, 1.0], 90) * (1 + 0.05 * rng.random(360))
     changes = np.stack([change, 1.5 * change, 1.2 * change, 0.1 * change, change, change], axis=1)
-    assert repeats(changes) == ""
+    assert describe_repeats(changes) == ""
 
 
 def stalling(images, spans):
@@ -203,12 +204,12 @@ def test_stalls_are_found_at_their_frames(tmp_path, images):
     ]
     assert seen == [(100, 119), (300, 339)]  # 7 frames are 0.08 s
     assert str(footage.stalls) == "2 times, 0.67 s in all, first from 1.10 s to 1.32 s"
-    assert footage.doubts() == []
+    assert footage.find_issues() == []
 
 
 def test_many_short_stalls_together_are_a_frozen_picture(tmp_path, images):
     spans = [(first, first + 19) for first in range(110, 290, 30)]
-    (doubt,) = encoded(tmp_path / "v.avi", "mjpeg", stalling(images, spans)).doubts()
+    (doubt,) = encoded(tmp_path / "v.avi", "mjpeg", stalling(images, spans)).find_issues()
     assert doubt.kind == "frozen"
     assert doubt.found == "the very same one 6 times, 1.33 s in all, first from 1.21 s to 1.43 s"
 
@@ -218,7 +219,7 @@ def test_a_frozen_picture_between_many_key_frames_is_found(tmp_path, images):
     footage = encoded(
         tmp_path / "v.mp4", "mpeg4", stalling(images, [(130, 330)]), {"qscale": "5", "g": "12"}
     )
-    (doubt,) = footage.doubts()
+    (doubt,) = footage.find_issues()
     assert doubt.kind == "frozen"
     began = float(doubt.found.split("from ")[1].split(" s")[0])
     assert began == pytest.approx(130 / FPS, abs=0.25)

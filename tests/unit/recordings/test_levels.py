@@ -7,7 +7,7 @@ import pytest
 import soundfile
 
 from afferents.errors import InputError
-from afferents.quality.sound import clipped_share, doubt_loudness, require_finite
+from afferents.quality.sound import find_overload, measure_clipping, require_finite
 from afferents.recordings.audio import WavFile
 
 RATE = 8000
@@ -40,7 +40,7 @@ def test_places_count_from_the_first_sample_given() -> None:
 
 def test_beyond_full_scale_is_a_doubt_with_its_place(noise: np.ndarray) -> None:
     noise[2000, 1] = -3
-    (doubt,) = doubt_loudness(noise[:, 1], "a.wav", RATE)
+    (doubt,) = find_overload(noise[:, 1], "a.wav", RATE)
     assert doubt.kind == "loud"
     assert "found 1 beyond it, up to 3, first at sample 2000 (0.250 s)" in str(doubt)
     assert "--accept loud" in str(doubt.error)
@@ -48,7 +48,7 @@ def test_beyond_full_scale_is_a_doubt_with_its_place(noise: np.ndarray) -> None:
 
 def test_full_scale_itself_and_what_conversion_adds_is_none(noise: np.ndarray) -> None:
     noise[0], noise[1] = 1, -128 / 127
-    assert doubt_loudness(noise, "a.wav", RATE) == []
+    assert find_overload(noise, "a.wav", RATE) == []
 
 
 @pytest.mark.parametrize("full", [1.0, 0.3, 12.0])
@@ -56,14 +56,14 @@ def test_a_clipped_signal_is_so_at_its_own_extremes(full: float) -> None:
     rng = np.random.default_rng(0)
     wave = 1.5 * np.sin(2 * np.pi * 50 * np.arange(RATE) / RATE) + rng.normal(0, 0.01, RATE)
     clipped = full * np.clip(wave, -1, 1)
-    assert clipped_share(clipped) == pytest.approx((np.abs(wave) >= 1).mean(), abs=0.02)
-    assert clipped_share(full * wave) == 0
+    assert measure_clipping(clipped) == pytest.approx((np.abs(wave) >= 1).mean(), abs=0.02)
+    assert measure_clipping(full * wave) == 0
 
 
 def test_the_flat_top_of_a_slow_wave_is_not_clipped() -> None:
     wave = np.rint(1000 * np.sin(2 * np.pi * 5 * np.arange(RATE) / RATE)) / 32768
-    assert clipped_share(wave) == 0
+    assert measure_clipping(wave) == 0
 
 
 def test_silence_is_not_clipped() -> None:
-    assert clipped_share(np.zeros(100)) == 0
+    assert measure_clipping(np.zeros(100)) == 0

@@ -127,11 +127,7 @@ class DynamixelDrive(Drive):
 
     def start(self, speed_mm_s: float) -> None:
         """Turn at the nearest speed that it has a step for."""
-        if not self.limits.lowest_mm_s <= speed_mm_s <= self.limits.highest_mm_s:
-            raise InputError(
-                f"speed: expected {self.limits.lowest_mm_s:.3g} to {self.limits.highest_mm_s:g} "
-                f"mm/s, the drive's limits, found {speed_mm_s:g} mm/s"
-            )
+        self.require_speed(speed_mm_s)
         self._write1(WATCHDOG, 0)  # clears one that has bitten
         self._write1(WATCHDOG, WATCHDOG_UNITS)
         self._write4(GOAL_SPEED, round(speed_mm_s / self._mm_a_turn / TURNS_A_COUNT))

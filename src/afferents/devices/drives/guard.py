@@ -1,13 +1,16 @@
-"""A process beside ours that stops the drum when ours is killed or hangs."""
+"""A process beside ours that stops the drum when ours is killed or hangs.
 
+This file is also the program of that process, so it imports nothing of ours.
+"""
+
+import os
+import select
 import subprocess
 import sys
 from contextlib import suppress
-from pathlib import Path
 
 PATIENCE_S = 0.5
 """A drum turns on for so long after the last word of this program."""
-_PROGRAM = Path(__file__).with_name("guard_process.py")
 
 
 class Guard:
@@ -30,7 +33,7 @@ class Guard:
         if fd is None or sys.platform == "win32":
             return
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", str(_PROGRAM), str(fd), str(PATIENCE_S), stop.hex()],
+            [sys.executable, "-I", "-S", __file__, str(fd), str(PATIENCE_S), stop.hex()],
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             pass_fds=(fd,), start_new_session=True, bufsize=0,
         )  # fmt: skip
@@ -48,3 +51,23 @@ class Guard:
             with suppress(OSError):
                 process.stdin.close()
             process.wait(5)
+
+
+def watch(fd: int, patience_s: float, stop: bytes) -> None:
+    """Heed stdin: ``1`` while the drum turns, ``0`` when it stands; its end is the end of all."""
+    turning = False
+    while True:
+        there, _, _ = select.select([0], [], [], patience_s if turning else None)
+        said = os.read(0, 4096) if there else b""
+        if turning and not said:
+            for _ in range(3):
+                with suppress(OSError):
+                    os.write(fd, stop)
+                select.select([], [], [], 0.05)
+        if there and not said:
+            return
+        turning = said.endswith(b"1") if there else False
+
+
+if __name__ == "__main__":
+    watch(int(sys.argv[1]), float(sys.argv[2]), bytes.fromhex(sys.argv[3]))

@@ -61,11 +61,6 @@ class Line:
     checksum
         ``crc16``, ``xor`` or ``none``.
 
-    Attributes
-    ----------
-    again
-        How often a line had to be sent again.
-
     Raises
     ------
     InputError
@@ -77,7 +72,6 @@ class Line:
         serial: Any = import_extra("record", "a serial drive", "serial")
         self.port, self._checksum = port, checksum
         self._broken = (serial.SerialException, OSError)
-        self.again = 0
         try:
             self._serial = serial.Serial(port, baud, timeout=0.02, write_timeout=1, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as error:
@@ -108,7 +102,7 @@ class Line:
         except self._broken as error:
             raise self._lost(reason_of(error).lower()) from error
 
-    def ask(self, text: str, pattern: str, tries: int = TRIES) -> "re.Match[str]":
+    def ask(self, text: str, pattern: re.Pattern[str], tries: int = TRIES) -> "re.Match[str]":
         """Send a line until its answer comes whole.
 
         Raises
@@ -116,8 +110,7 @@ class Line:
         DeviceError
             If the port is gone, or no such answer comes.
         """
-        for attempt in range(tries):
-            self.again += attempt > 0
+        for _ in range(tries):
             try:
                 self._serial.reset_input_buffer()
             except Exception as error:  # termios.error is no OSError
@@ -128,7 +121,7 @@ class Line:
                 return found
         raise self._lost(f"no answer to '{text}'")
 
-    def _answer(self, pattern: str, until_s: float) -> "re.Match[str] | None":
+    def _answer(self, pattern: re.Pattern[str], until_s: float) -> "re.Match[str] | None":
         line = b""
         while time.monotonic() < until_s:
             try:
@@ -138,7 +131,7 @@ class Line:
             if not line.endswith(b"\n"):
                 continue
             text = unframed(line, self._checksum)
-            found = None if text is None else re.search(pattern, text)
+            found = None if text is None else pattern.search(text)
             if found is not None:
                 return found
             line = b""
@@ -170,7 +163,7 @@ class Question(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     send: str
-    reply: str
+    reply: re.Pattern[str]
 
 
 class Template(BaseModel):
@@ -223,7 +216,7 @@ class Template(BaseModel):
     start: tuple[str, ...] = Field(min_length=1)
     stop: tuple[str, ...] = Field(min_length=1)
     close: tuple[str, ...] = ()
-    taken: str | None = None
+    taken: re.Pattern[str] | None = None
     read: tuple[Question, ...] = Field(min_length=1)
     no_fault: str = "0"
     feed: tuple[str, ...] = ()
@@ -232,13 +225,7 @@ class Template(BaseModel):
 
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:
-        patterns = [question.reply for question in self.read]
-        for pattern in (*patterns, self.taken or ""):
-            try:
-                re.compile(pattern)
-            except re.error as error:
-                raise ValueError(f"'{pattern}' is no regular expression ({error})") from error
-        groups = {name for pattern in patterns for name in re.compile(pattern).groupindex}
+        groups = {name for question in self.read for name in question.reply.groupindex}
         if "position" not in groups or groups - GROUPS:
             raise ValueError("replies must have a group 'position', may have 'speed', 'fault'")
         if not any("{value}" in line for line in self.start):

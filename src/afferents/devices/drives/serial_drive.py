@@ -1,6 +1,7 @@
 """Speed: from positions, and held by a loop of ours where the drive does not."""
 
 import atexit
+import math
 import re
 import threading
 import time
@@ -160,11 +161,6 @@ class SerialDrive(Drive):
         self._speaking = threading.RLock()
         self._loop = SpeedLoop(options.duty_a_mm_s) if self.template.control == "duty" else None
 
-    @property
-    def again(self) -> int:
-        """How often a line was sent again since it was opened, for want of a whole answer."""
-        return self._line.again if self._line is not None else 0
-
     def open(self) -> None:
         """Open the port, prepare the drive, and see that it answers.
 
@@ -198,11 +194,7 @@ class SerialDrive(Drive):
 
     def start(self, speed_mm_s: float) -> None:
         """Turn at this speed."""
-        if not self.limits.lowest_mm_s <= speed_mm_s <= self.limits.highest_mm_s:
-            raise InputError(
-                f"speed: expected {self.limits.lowest_mm_s:g} to {self.limits.highest_mm_s:g} "
-                f"mm/s, the drive's limits, found {speed_mm_s:g} mm/s"
-            )
+        self.require_speed(speed_mm_s)
         with self._speaking:
             self._turning = True
             self._beat()
@@ -212,25 +204,22 @@ class SerialDrive(Drive):
     def read(self) -> DriveState:
         """Return its state; feed its watchdog, and our loop."""
         with self._speaking:
-            return self._read()
-
-    def _read(self) -> DriveState:
-        self._beat()
-        line = self._opened()
-        if self._turning:
-            for text in self.template.feed:
-                line.tell(text.replace("{value}", self._value))
-        found: dict[str, str] = {}
-        for question in self.template.read:
-            before_s = time.monotonic()
-            groups = line.ask(question.send, question.reply).groupdict()
-            if "position" in groups:
-                time_s = (before_s + time.monotonic()) / 2
-            found |= groups
-        state = self._state(found, time_s)
-        if self._loop and self._turning and state.fault is None:
-            self._set(self._loop.step(state.time_s, state.speed_mm_s))
-        return state
+            self._beat()
+            line = self._require_line()
+            if self._turning:
+                for text in self.template.feed:
+                    line.tell(text.replace("{value}", self._value))
+            found: dict[str, str] = {}
+            for question in self.template.read:
+                before_s = time.monotonic()
+                groups = line.ask(question.send, question.reply).groupdict()
+                if "position" in groups:
+                    time_s = (before_s + time.monotonic()) / 2
+                found |= groups
+            state = self._interpret(found, time_s)
+            if self._loop and self._turning and state.fault is None:
+                self._set(self._loop.step(state.time_s, state.speed_mm_s))
+            return state
 
     def stop(self) -> None:
         """Stop the drum; never raises."""
@@ -259,7 +248,7 @@ class SerialDrive(Drive):
             self._guard.close()
             self._guard = None
 
-    def _opened(self) -> Line:
+    def _require_line(self) -> Line:
         if self._line is None:
             raise DeviceError(f"drive at {self.options.port}: it is not open")
         return self._line
@@ -269,21 +258,19 @@ class SerialDrive(Drive):
             self._guard.beat(self._turning)
 
     def _set(self, speed_or_duty: float) -> None:
-        value = speed_or_duty / self._mm if self._loop is None else speed_or_duty
-        if self._loop is not None and self._mm < 0:
-            value = -value
-        self._value = f"{value:.5f}"
+        a_unit = self._mm if self._loop is None else math.copysign(1, self._mm)
+        self._value = f"{speed_or_duty / a_unit:.5f}"
         self._say([line.replace("{value}", self._value) for line in self.template.start])
 
     def _say(self, lines: list[str] | tuple[str, ...]) -> None:
-        line = self._opened()
+        line = self._require_line()
         for text in lines:
             if self.template.taken is None:
                 line.tell(text)
             else:
                 line.ask(text, self.template.taken)
 
-    def _state(self, found: dict[str, str], time_s: float) -> DriveState:
+    def _interpret(self, found: dict[str, str], time_s: float) -> DriveState:
         try:
             position_mm = float(found["position"]) * self._mm
             measured = self._measured.read(time_s, position_mm)
@@ -294,9 +281,5 @@ class SerialDrive(Drive):
                 f"({re.sub(r'.*: ', '', str(error))}); correct the template"
             ) from error
         fault = found.get("fault")
-        return DriveState(
-            time_s,
-            position_mm,
-            speed_mm_s,
-            None if fault in (None, self.template.no_fault) else fault,
-        )
+        fault = None if fault == self.template.no_fault else fault
+        return DriveState(time_s, position_mm, speed_mm_s, fault)

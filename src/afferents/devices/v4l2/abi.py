@@ -13,7 +13,6 @@ CLOCK_MASK, CLOCK_MONOTONIC = 0xE000, 0x2000
 DISABLED_CONTROL, READ_ONLY_CONTROL = 0x0001, 0x0004
 DISCRETE = 1
 """Of frame sizes and intervals; others are ranges."""
-QUANTIZATION_FULL = 1
 
 _u8, _u32, _s32 = ctypes.c_uint8, ctypes.c_uint32, ctypes.c_int32
 

@@ -5,6 +5,7 @@ import errno
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, NamedTuple, TypeVar
 
 from afferents.devices.v4l2 import abi
@@ -223,17 +224,10 @@ def fix_controls(node: Node, wanted: list[Wanted]) -> dict[str, float]:
                 f"found one that has no such control; leave out {one.option}"
             )
         _set(node, one, f" (it takes {span[0]} to {span[1]})")
-    return read(node)
-
-
-def read(node: Node) -> dict[str, float]:
-    """Return the value of each control that the camera has."""
     found: dict[str, float] = {}
     for control, name in NAMES.items():
-        try:
+        with suppress(OSError):  # it has none of these
             found[name] = node.ask(abi.G_CTRL, abi.Control(id=control)).value
-        except OSError:
-            continue  # it has none of these
     return found
 
 
@@ -250,17 +244,15 @@ def _range(node: Node, control: int) -> tuple[int, int] | None:
 
 def _set(node: Node, wanted: Wanted, may_be: str = "") -> None:
     """Set a control and see that it was taken."""
-    name, where = NAMES[wanted.control], f"camera {node.path}"
     try:
         node.ask(abi.S_CTRL, abi.Control(id=wanted.control, value=wanted.value))
         found = node.ask(abi.G_CTRL, abi.Control(id=wanted.control)).value
+        if found == wanted.value:
+            return
+        took = f"{found}, which it took instead"
     except OSError as error:
-        raise InputError(
-            f"{where}: expected {name} = {wanted.value}, found a refusal: "
-            f"{error.strerror}{may_be}; change or leave out {wanted.option}"
-        ) from error
-    if found != wanted.value:
-        raise InputError(
-            f"{where}: expected {name} = {wanted.value}, found {found}, which it took "
-            f"instead{may_be}; change or leave out {wanted.option}"
-        )
+        took = f"a refusal: {error.strerror}"
+    raise InputError(
+        f"camera {node.path}: expected {NAMES[wanted.control]} = {wanted.value}, found "
+        f"{took}{may_be}; change or leave out {wanted.option}"
+    )

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import quote, urlsplit
 
-from afferents.live.percept import Percept
-from afferents.live.senses import Senses
+from afferents.live.pipeline import LivePipeline
+from afferents.live.prediction import Prediction
 from afferents.live.web.door import (
     Door,
     Limits,
@@ -33,7 +33,7 @@ EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
 
 LAST_S = 2.0
-"""The stream is given so long for its last percept."""
+"""The stream is given so long for its last prediction."""
 
 
 class Shown(Protocol):
@@ -49,21 +49,21 @@ class Shown(Protocol):
 
 
 def serve(
-    percepts: Iterator[Percept],
-    senses: Senses,
+    predictions: Iterator[Prediction],
+    pipeline: LivePipeline,
     host: str,
     port: int,
     token: str | None,
     limits: Limits | None = None,
 ) -> None:
-    """Show percepts on a page until the user stops.
+    """Show predictions on a page until the user stops.
 
     Parameters
     ----------
-    percepts
+    predictions
         Taken by a thread of its own.
-    senses
-        That make them.
+    pipeline
+        That makes them.
     host, port
         Where; port 0 for any that is free.
     token
@@ -79,15 +79,15 @@ def serve(
     Exception
         Whatever ended the stream.
     """
-    snapshots = Snapshots(senses)
+    snapshots = Snapshots(pipeline)
     server, door = server_of(snapshots, host, port, token, limits or Limits())
     failed: list[BaseException] = []
     stopped = threading.Event()
 
-    def feel() -> None:
+    def take() -> None:
         try:
-            for percept in percepts:
-                snapshots.take(percept)
+            for prediction in predictions:
+                snapshots.take(prediction)
                 if stopped.is_set():
                     return
             snapshots.ended = "the source has ended"
@@ -95,7 +95,7 @@ def serve(
             failed.append(error)
             server.should_exit = True
 
-    stream = threading.Thread(target=feel, name=STREAM, daemon=True)
+    stream = threading.Thread(target=take, name=STREAM, daemon=True)
     stream.start()
     say_where(host, door, token)
     try:

@@ -11,9 +11,10 @@ import numpy as np
 
 from afferents.dims import RA1, SA1
 from afferents.live.events import CameraFrame
-from afferents.live.percept import Percept
+from afferents.live.images import FrameImages
+from afferents.live.pipeline import LivePipeline
+from afferents.live.prediction import Prediction
 from afferents.live.quality import Quality
-from afferents.live.senses import Senses
 from afferents.markers.detect import Positions, spacing_px
 
 _QUALITY = 70
@@ -54,35 +55,35 @@ class Rate:
 
 
 class Snapshots:
-    """The newest percept of every model, and what the senses have in hand.
+    """The newest prediction of every model, and what the streams have in hand.
 
     Parameters
     ----------
-    senses
+    pipeline
         Written by the stream's thread; only read here.
     """
 
-    def __init__(self, senses: Senses) -> None:
-        """Nothing is felt yet."""
-        self._senses = senses
-        self._percepts: dict[str, tuple[Percept, float]] = {}
+    def __init__(self, pipeline: LivePipeline) -> None:
+        """Nothing has come yet."""
+        self._pipeline = pipeline
+        self._predictions: dict[str, tuple[Prediction, float]] = {}
         self._frames, self._samples = Rate(), Rate()
         self._encoded: tuple[CameraFrame | None, bytes] = None, b""
         self._newest: tuple[str, bytes | None] = "", None
         self._drawn_s = -math.inf
         self.ended: str | None = None
 
-    def take(self, percept: Percept) -> None:
-        """Keep a percept until the next of its model."""
-        self._percepts[percept.model] = percept, time.monotonic()
+    def take(self, prediction: Prediction) -> None:
+        """Keep a prediction until the next of its model."""
+        self._predictions[prediction.model] = prediction, time.monotonic()
 
     def hello(self) -> dict[str, Any]:
-        """Return what does not change: who says something, models or an onlooker."""
+        """Return what does not change: who says something, models, or none of them."""
         return {
             "type": "hello",
             "models": [
-                {**session.introduction(), "channel": channel}
-                for channel, session in self._senses.sessions
+                {**reporter.introduce(), "channel": channel}
+                for channel, reporter in self._pipeline.reporters
             ],
         }
 
@@ -101,36 +102,35 @@ class Snapshots:
             "type": "state",
             "ended": self.ended,
             "percepts": [
-                {**percept.to_dict(), "age_s": round(now_s - taken_s, 3)}
-                for percept, taken_s in list(self._percepts.values())
+                {**prediction.to_dict(), "age_s": round(now_s - taken_s, 3)}
+                for prediction, taken_s in list(self._predictions.values())
             ],
             "video": self._video(),
             "audio": self._audio(),
-            "spikes": [trains.to_dict() for trains in self._senses.trains()],
+            "spikes": [trains.to_dict() for trains in self._pipeline.trains()],
         }
 
     def _video(self) -> dict[str, Any] | None:
-        video = self._senses.video
+        video = self._pipeline.video
         if video is None:
             return None
-        felt, picture = video.felt, video.picture
+        newest, picture = video.newest, video.picture
         content: dict[str, Any] = {
             "rate_hz": round(self._frames.seen(video.counters.frames), 1),
             "sensor": video.images.describe(),
             "quality": _in_words(video.quality),
         }
-        if felt is not None and picture is not None:
+        if newest is not None and picture is not None:
             content |= {
                 "size": picture.frame.luma.shape[::-1],
-                "markers": numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
-                "ring_px": ring_px(felt.position[felt.detected]),
-                "sa1": numbers(felt.images[SA1], _DIGITS),
-                "ra1": numbers(felt.images[RA1], _DIGITS) if RA1 in felt.images else None,
+                "markers": numbers(np.where(newest.detected[:, None], newest.position, -1), 1),
+                "ring_px": ring_px(newest.position[newest.detected]),
             }
+            content |= {name: draw_image(newest, name) for name in (SA1, RA1)}
         return content
 
     def _audio(self) -> dict[str, Any] | None:
-        audio = self._senses.audio
+        audio = self._pipeline.audio
         if audio is None:
             return None
         content: dict[str, Any] = {
@@ -144,7 +144,7 @@ class Snapshots:
 
     def jpeg(self) -> bytes | None:
         """Return the newest camera picture; None before there is one."""
-        video = self._senses.video
+        video = self._pipeline.video
         if video is None or video.picture is None:
             return None
         picture = video.picture
@@ -158,6 +158,12 @@ class Snapshots:
 def numbers(values: "np.ndarray[Any, Any]", digits: int) -> list[Any]:
     """Return an array as JSON has it, rounded."""
     return list(np.round(values.astype(float), digits).tolist())
+
+
+def draw_image(images: FrameImages, name: str) -> list[Any] | None:
+    """Return the tactile image of a channel as JSON has it; None where there is none."""
+    image = images.image(name)
+    return None if image is None else numbers(image, _DIGITS)
 
 
 def ring_px(found: Positions) -> float:

@@ -1,13 +1,12 @@
 """Cells of a MATLAB file as `Spikes`: each trial of each fibre by its place along the axes."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Hashable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
 
 from afferents.errors import InputError, then
@@ -30,31 +29,13 @@ Place = tuple[int, ...]
 """A number along each axis, in the order of `Cells.axes`."""
 
 
-@dataclass(frozen=True)
-class Trains:
-    """Spike times of cells.
+def trains_in(content: Any, cells: Cells, where: Path) -> xr.DataArray:
+    """Return the spike times that a variable holds, s; None where nothing was recorded.
 
-    Attributes
-    ----------
-    axes
-        Names of the axes of `times`.
-    sizes
-        How many there are along each axis.
-    times
-        s, by place; a place that is missing was not recorded.
-    """
-
-    axes: tuple[str, ...]
-    sizes: tuple[int, ...]
-    times: dict[Place, NDArray[np.float64]]
-
-    def size(self, axis: str) -> int:
-        """Return how many there are along an axis; 1 where there is no such axis."""
-        return self.sizes[self.axes.index(axis)] if axis in self.axes else 1
-
-
-def trains_in(content: Any, cells: Cells, where: Path) -> Trains:
-    """Return the spike times that a variable holds.
+    Returns
+    -------
+    xarray.DataArray
+        Of arrays; its dims are the cells' axes.
 
     Raises
     ------
@@ -68,20 +49,22 @@ def trains_in(content: Any, cells: Cells, where: Path) -> Trains:
             'such as levels = [["fibre"], ["texture", "repetition"]]'
         )
     found = list(_leaves(content, cells, (), 0, where))
-    sizes = tuple(max(place[i] for place, _ in found) + 1 for i in range(len(cells.axes)))
-    times = {place: _times(leaf, place, cells, where) for place, leaf in found}
-    empty = [place for place, one in times.items() if one is not None and not len(one)]
+    trains = np.full(np.max([place for place, _ in found], axis=0) + 1, None, object)
+    for place, leaf in found:
+        trains[place] = _times(leaf, place, cells, where)
+    empty = [at for at, _ in found if trains[at] is not None and not len(trains[at])]
     if empty and cells.empty is None:
         raise InputError(
             f"{where}: expected in [spikes] of the description what empty cells are, found "
             f"{len(empty)} empty cells, the first at {_named(empty[0], cells.axes)}; add empty = "
             "'silence' (recorded, no spike) or empty = 'gap' (not recorded)"
         )
-    gaps = set(empty) if cells.empty == "gap" else set()
-    kept = {at: one for at, one in times.items() if one is not None and at not in gaps}
-    if not kept:
+    if cells.empty == "gap":
+        for at in empty:
+            trains[at] = None
+    if all(train is None for train in trains.flat):
         raise InputError(f"{where}: expected spikes in '{cells.variable}', found gaps alone")
-    return Trains(cells.axes, sizes, kept)
+    return xr.DataArray(trains, dims=cells.axes)
 
 
 def _leaves(
@@ -181,24 +164,19 @@ def spikes_of_cells(file: Path, described: NaturalFile, description: Path) -> Sp
     names = {cells.variable, *(one for one in labels if isinstance(one, str))}
     variables = read_variables(file, *sorted(names))
     trains = trains_in(variables[cells.variable], cells, file)
-    known = _Known(trains, variables, description)
-    units = known.units(described.fibres)
-    places = known.places()
-    table = known.trials(trials, cells, places)
-    fibre = trains.axes.index("fibre")
-    rows = []
-    for at in places.itertuples(index=False):
-        of_each = ((*at[:fibre], unit, *at[fibre:]) for unit in range(len(units)))
-        rows.append([trains.times.get(place) for place in of_each])
-    kept = [i for i, row in enumerate(rows) if any(train is not None for train in row)]
-    return Spikes.from_trains([rows[i] for i in kept], units, table.iloc[kept], file)
+    axes = [str(axis) for axis in trains.dims if axis != "fibre"]
+    known = _Conditions(dict(trains.sizes), variables, description)
+    units, table = known.units(described.fibres), known.trials(trials, cells, axes)
+    rows = trains.transpose(*axes, "fibre").values.reshape(-1, len(units))
+    there = [any(train is not None for train in row) for row in rows]
+    return Spikes.from_trains(rows[there].tolist(), units, table[there], file)
 
 
-class _Known:
+class _Conditions:
     """What variables and description say of fibres and trials, checked against the cells."""
 
-    def __init__(self, trains: Trains, variables: dict[str, Any], where: Path) -> None:
-        self._trains, self._variables, self._where = trains, variables, where
+    def __init__(self, sizes: dict[Hashable, int], variables: dict[str, Any], where: Path) -> None:
+        self._sizes, self._variables, self._where = sizes, variables, where
 
     def units(self, fibres: Fibres) -> pd.DataFrame:
         """Return name and class of each fibre."""
@@ -211,14 +189,10 @@ class _Known:
             names = [f"{name}-{n}" for name, n in zip(classes, number, strict=True)]
         return pd.DataFrame({"name": names, "class": classes})
 
-    def places(self) -> pd.DataFrame:
-        """Return a row a trial: its number along each axis but that of fibres."""
-        axes = [axis for axis in self._trains.axes if axis != "fibre"]
-        numbers = product(*(range(self._trains.size(axis)) for axis in axes))
-        return pd.DataFrame(list(numbers), columns=axes)
-
-    def trials(self, trials: Trials, cells: Cells, places: pd.DataFrame) -> pd.DataFrame:
+    def trials(self, trials: Trials, cells: Cells, axes: list[str]) -> pd.DataFrame:
         """Return a row a trial: texture, speed, duration, repetition and conditions."""
+        sizes = [self._sizes[axis] for axis in axes]
+        places = pd.DataFrame(np.indices(sizes).reshape(len(axes), -1).T, columns=axes)
         textures = [as_text(t) for t in self._labels("texture", trials.textures, "textures")]
         if twice := sorted({name for name in textures if textures.count(name) > 1}):
             raise InputError(
@@ -231,24 +205,24 @@ class _Known:
             "duration_s": self._durations(trials, cells, places),
             "repetition": places.get("repetition", 0),
         }
-        self._require_axes(trials.conditions, "conditions")
-        for axis in (str(axis) for axis in places if axis not in AXES):
-            given = trials.conditions.get(axis, tuple(range(self._trains.size(axis))))
+        self._require_axes(trials.conditions, axes, "conditions")
+        for axis in (axis for axis in axes if axis not in AXES):
+            given = trials.conditions.get(axis, tuple(range(self._sizes[axis])))
             values = [_plain(one) for one in self._labels(axis, given, f"{axis} in conditions")]
             found[axis] = pd.Series(values).to_numpy()[places[axis]]
         return pd.DataFrame(found, index=places.index)
 
     def _speeds(self, trials: Trials) -> NDArray[np.float64]:
         """Return a speed for each that there is along the axis, mm/s."""
-        n, given = self._trains.size("speed"), trials.speeds_mm_s
-        if trials.speed_unknown and "speed" not in self._trains.axes:
+        given = trials.speeds_mm_s
+        if trials.speed_unknown and "speed" not in self._sizes:
             return np.full(1, np.nan)
         if given == ():
             do = "add speeds_mm_s to [trials], or speed_unknown = true if nobody knows it"
             raise InputError(f"{self._where}: expected the speed of trials, found none{then(do)}")
         labels = (given,) if isinstance(given, float) else given
         speeds = self._numbers(self._labels("speed", labels, "speeds_mm_s in [trials]"), "speeds")
-        if len(set(speeds)) < n or not (np.isfinite(speeds) & (speeds > 0)).all():
+        if len(set(speeds)) < len(speeds) or not (np.isfinite(speeds) & (speeds > 0)).all():
             found = ", ".join(f"{v:g}" for v in speeds)
             raise InputError(
                 f"{self._where}: expected different speeds of more than 0, found {found}"
@@ -270,8 +244,8 @@ class _Known:
         if isinstance(given, float):
             return given
         axes = trials.durations_by if isinstance(given, str) else ("speed",)
-        self._require_axes(axes, "durations_by")
-        sizes = tuple(self._trains.size(axis) for axis in axes)
+        self._require_axes(axes, map(str, places), "durations_by")
+        sizes = tuple(self._sizes.get(axis, 1) for axis in axes)
         content = self._variables[given] if isinstance(given, str) else given
         values = self._numbers(content, "durations")
         if values.size == 1:
@@ -284,9 +258,9 @@ class _Known:
         at = tuple(places[axis].to_numpy() for axis in axes)
         return np.asarray(values.reshape(sizes)[at])
 
-    def _require_axes(self, named: Iterable[str], what: str) -> None:
+    def _require_axes(self, named: Iterable[str], axes: Iterable[str], what: str) -> None:
         """Refuse names that are no axes of trials."""
-        axes = [axis for axis in self._trains.axes if axis != "fibre"]
+        axes = list(axes)
         if other := [name for name in named if name not in axes]:
             expected = f"axes of trials ({', '.join(axes)}) in {what} of [trials]"
             raise InputError(f"{self._where}: expected {expected}, found '{other[0]}'")
@@ -299,7 +273,7 @@ class _Known:
             raise InputError(
                 f"{self._where}: expected a text or a number for each of {what}, found others"
             )
-        n = self._trains.size(axis)
+        n = self._sizes.get(axis, 1)
         if len(labels) != n:
             found = f"{len(labels)} in '{given}'" if isinstance(given, str) else f"{len(labels)}"
             raise InputError(

@@ -4,8 +4,7 @@ Both kinds come out alike: a cell array and an array of structs are arrays of ob
 a dict, text is a str, numbers are arrays, in MATLAB's own order of dimensions.
 """
 
-import struct
-import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +15,6 @@ from afferents.errors import InputError, reason_of
 from afferents.plugins import import_extra
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_DEEPEST = 32
-_BROKEN = (
-    OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, NotImplementedError,
-    EOFError, OverflowError, MemoryError, RuntimeError, NameError,
-    AssertionError, struct.error, zlib.error,
-)  # fmt: skip
-"""What SciPy and h5py raise at files that are damaged; which, follows no rule."""
 _DO = "export it again from MATLAB with save, or take another file"
 
 
@@ -51,10 +43,10 @@ def read_variables(path: Path, *names: str) -> dict[str, Any]:
         found = read(path, wanted)
     except InputError:
         raise
-    except _BROKEN as error:
+    except Exception as error:  # of SciPy and h5py; which, follows no rule
         raise InputError(
             f"{path}: expected a MATLAB file, found a damaged one ({reason_of(error)}); {_DO}"
-        ) from (error)
+        ) from error
     return {name: _field(found[name.partition(".")[0]], name, path) for name in names}
 
 
@@ -82,26 +74,30 @@ def _read_v5(path: Path, wanted: set[str]) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     """Return what SciPy read in the form that this module promises."""
-    if isinstance(value, np.ndarray) and value.dtype.names:
-        return _mapped(value, lambda one: {name: _plain(one[name]) for name in value.dtype.names})
-    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        return _mapped(value, _plain, keep=True)
-    if isinstance(value, np.ndarray) and value.dtype.kind == "U":
-        return str(value.ravel()[0]).strip() if value.size == 1 else _rows_of_text(value)
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.dtype.names:
+        structs = _structs({name: _plain(value[name]) for name in value.dtype.names})
+        return structs.item() if structs.size == 1 else structs
+    if value.dtype.kind == "O":
+        return _mapped(_plain, value)
+    if value.dtype.kind == "U":
+        rows = _mapped(str.strip, value)  # of a char matrix; an empty one is an empty text
+        return rows if rows.size > 1 else "".join(rows.ravel())
     return value
 
 
-def _rows_of_text(value: NDArray[Any]) -> Any:
-    """Return a char matrix as a cell of its rows; what is empty as an empty text."""
-    return _mapped(value, lambda one: str(one).strip(), keep=True) if value.size else ""
+def _structs(fields: dict[str, NDArray[Any]]) -> NDArray[Any]:
+    """Return an array of structs, from the array of each of their fields."""
+    found = np.empty(next(iter(fields.values())).shape, object)
+    for at in np.ndindex(found.shape):
+        found[at] = {name: values[at] for name, values in fields.items()}
+    return found
 
 
-def _mapped(array: NDArray[Any], of: Any, keep: bool = False) -> Any:
-    """Return an array of objects, each made by `of`; of a single struct, itself."""
-    flat = np.empty(array.size, object)
-    for number, one in enumerate(array.ravel()):
-        flat[number] = of(one)
-    return flat[0] if array.size == 1 and not keep else flat.reshape(array.shape)
+def _mapped(of: Callable[[Any], Any], array: NDArray[Any]) -> NDArray[Any]:
+    """Return an array of objects, each made by `of`."""
+    return np.asarray(np.frompyfunc(of, 1, 1)(array), object)
 
 
 def _read_hdf5(path: Path, wanted: set[str]) -> dict[str, Any]:
@@ -117,46 +113,34 @@ class _Hdf5:
     def __init__(self, h5py: Any, file: Any) -> None:
         self._h5py, self._file = h5py, file
 
-    def plain(self, item: Any, depth: int = 0) -> Any:
-        if depth > _DEEPEST:
-            raise ValueError(f"more than {_DEEPEST} levels of cells")
+    def plain(self, item: Any) -> Any:
         if isinstance(item, self._h5py.Group):
-            return self._struct(item, depth)
+            return self._struct(item)
         kind = self._class(item)
         if item.attrs.get("MATLAB_empty", 0):
             return "" if kind == "char" else _empty(item[()], kind)
         if self._refers(item):
-            return self._followed(item[()].T, depth)
-        values = item[()]
+            return self._followed(item)
+        values = np.asarray(item[()]).T
         if kind == "char":
-            rows = ["".join(map(chr, row)).strip() for row in np.atleast_2d(np.asarray(values).T)]
+            rows = ["".join(map(chr, row)).strip() for row in np.atleast_2d(values)]
             return rows[0] if len(rows) == 1 else np.array(rows, object)
-        return np.asarray(values).T
+        return values
 
-    def _struct(self, group: Any, depth: int) -> Any:
+    def _struct(self, group: Any) -> Any:
         """Return a struct as a dict; an array of them is a group of arrays of references."""
-        fields = list(group)
-        if not (fields and all(self._is_array_of(group[name]) for name in fields)):
-            return {name: self.plain(group[name], depth + 1) for name in fields}
-        columns = {name: self._followed(group[name][()].T, depth) for name in fields}
-        shape = columns[fields[0]].shape
-        structs = np.empty(shape, object)
-        for at in np.ndindex(shape):
-            structs[at] = {name: column[at] for name, column in columns.items()}
-        return structs
-
-    def _is_array_of(self, item: Any) -> bool:
-        return self._refers(item) and self._class(item) != "cell"
+        if len(group) and all(
+            self._refers(field) and self._class(field) != "cell" for field in group.values()
+        ):
+            return _structs({name: self._followed(field) for name, field in group.items()})
+        return {name: self.plain(field) for name, field in group.items()}
 
     def _refers(self, item: Any) -> bool:
         is_dataset = isinstance(item, self._h5py.Dataset)
         return is_dataset and self._h5py.check_ref_dtype(item.dtype) is not None
 
-    def _followed(self, references: NDArray[Any], depth: int) -> NDArray[Any]:
-        found = np.empty(references.size, object)
-        for number, reference in enumerate(references.ravel()):
-            found[number] = self.plain(self._file[reference], depth + 1)
-        return found.reshape(references.shape)
+    def _followed(self, item: Any) -> NDArray[Any]:
+        return _mapped(lambda reference: self.plain(self._file[reference]), item[()].T)
 
     @staticmethod
     def _class(item: Any) -> str:
@@ -178,7 +162,7 @@ def _field(value: Any, name: str, path: Path) -> Any:
 
 def _of_each(value: Any, part: str, name: str, path: Path) -> Any:
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        return _mapped(value, lambda one: _of_each(one, part, name, path), keep=True)
+        return _mapped(lambda one: _of_each(one, part, name, path), value)
     if not isinstance(value, dict):
         raise InputError(
             f"{path}: expected a struct with the field '{part}', for {name}, found no struct"

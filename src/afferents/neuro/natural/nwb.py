@@ -9,8 +9,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from afferents.errors import InputError, reason_of, then
-from afferents.neuro.natural.description import MM_S, Columns, NaturalFile, as_text, classes_of
+from afferents.errors import InputError, reason_of
+from afferents.neuro.natural.description import (
+    Columns,
+    Fibres,
+    NaturalFile,
+    Trials,
+    as_text,
+    classes_of,
+)
+from afferents.neuro.natural.tables import column_of, require_column, speeds_of
 from afferents.plugins import import_extra
 from afferents.spikes.population import Spikes
 
@@ -58,15 +66,14 @@ def read_nwb(
     InputError
         If the file can't be read, or has no units, trials or such columns.
     """
-    path = Path(path)
-    named = Columns(
-        fibre=fibre,
-        fibre_class=fibre_class,
-        texture=texture,
-        speed=speed or "",
-        repetition=repetition,
+    columns = {"texture": texture, "speed": speed or "", "repetition": repetition}
+    described = NaturalFile(
+        file=str(path),
+        columns=Columns(**columns, fibre=fibre, fibre_class=fibre_class),
+        fibres=Fibres(words=dict(words or {})),
+        trials=Trials(speed_unit=speed_unit, speed_unknown=speed is None),
     )
-    return _spikes(path, named, words or {}, MM_S[speed_unit], None)
+    return spikes_of_nwb(Path(path), described, Path(path))
 
 
 def spikes_of_nwb(file: Path, described: NaturalFile, description: Path) -> Spikes:
@@ -77,35 +84,19 @@ def spikes_of_nwb(file: Path, described: NaturalFile, description: Path) -> Spik
     InputError
         See `read_natural`.
     """
-    columns, trials = described.columns, described.trials
-    one_speed = trials.speeds_mm_s if isinstance(trials.speeds_mm_s, float) else None
-    if trials.speed_unknown or one_speed is not None:
-        columns = columns.model_copy(update={"speed": ""})
-    words = described.fibres.words
-    return _spikes(file, columns, words, MM_S[trials.speed_unit], one_speed)
-
-
-def _spikes(
-    path: Path,
-    columns: Columns,
-    words: Mapping[str, str],
-    mm_s: float,
-    one_speed: float | None,
-) -> Spikes:
-    with _opened(path) as content:
+    with _opened(file) as content:
         for what in ("units", "trials"):
             if not getattr(content, what):
-                raise InputError(f"{path}: expected units and trials, found no {what}")
+                raise InputError(f"{file}: expected units and trials, found no {what}")
         trials = content.trials.to_dataframe()
-        units = _units(content.units, columns, words, path)
-        found = [_unit(content.units, number, path) for number in range(len(units))]
-    table = _trials(trials, columns, mm_s, one_speed, path)
+        units = _units(content.units, described, file)
+        found = [_unit(content.units, number, file) for number in range(len(units))]
     start, stop = (trials[name].to_numpy(np.float64) for name in _TIMES)
     rows = [
         [_cut(times, seen, first, last, start) for times, seen in found]
         for first, last in zip(start, stop, strict=True)
     ]
-    return Spikes.from_trains(rows, units, table, path)
+    return Spikes.from_trains(rows, units, _trials(trials, described, file), file)
 
 
 @contextmanager
@@ -125,25 +116,20 @@ def _opened(path: Path) -> Iterator[Any]:
         ) from error
 
 
-def _units(units: Any, columns: Columns, words: Mapping[str, str], path: Path) -> pd.DataFrame:
+def _units(units: Any, described: NaturalFile, path: Path) -> pd.DataFrame:
     if "spike_times" not in units.colnames:
-        raise InputError(
-            f"{path}: expected units with spike_times, found {_listed(units.colnames)}"
-        )
-    if columns.fibre_class not in units.colnames:
-        raise InputError(
-            f"{path}: expected a column '{columns.fibre_class}' of units, their class, found "
-            f"{_listed(units.colnames)}; name the column that says SA, RA or PC"
-        )
+        there = ", ".join(units.colnames)
+        raise InputError(f"{path}: expected units with spike_times, found columns {there}")
+    columns, words = described.columns, described.fibres.words
+    require_column(units.colnames, columns.fibre_class, path)
+    names = units[columns.fibre] if columns.fibre in units.colnames else units.id
     classes = classes_of(units[columns.fibre_class][:], words, path)
-    own = columns.fibre if columns.fibre in units.colnames else None
-    names = [as_text(one) for one in (units[own][:] if own else units.id[:])]
-    found = pd.DataFrame({"name": names, "class": classes})
+    found = pd.DataFrame({"name": [as_text(one) for one in names[:]], "class": classes})
     if "resolution_s" in units.colnames:
         found["resolution_s"] = np.asarray(units["resolution_s"][:], np.float64)
     if "receptive_field" in units.colnames:
-        fields = units["receptive_field"]
-        found["receptive_field"] = [tuple(map(_plain, fields[i])) for i in range(len(found))]
+        fields = (np.asarray(units["receptive_field"][i]) for i in range(len(found)))
+        found["receptive_field"] = [tuple(field.tolist()) for field in fields]
     return found
 
 
@@ -182,31 +168,13 @@ def _cut(
     return np.clip(times[inside] - first, 0, last - first)
 
 
-def _trials(
-    trials: pd.DataFrame, columns: Columns, mm_s: float, one_speed: float | None, path: Path
-) -> pd.DataFrame:
+def _trials(trials: pd.DataFrame, described: NaturalFile, path: Path) -> pd.DataFrame:
     """Return the trials by the names of this package; further columns are conditions."""
-    for name, what in ((columns.texture, "texture"), (columns.speed, "speed")):
-        if name and name not in trials:
-            do = f"name the column of {what}" + (", or say it is unknown" * (what == "speed"))
-            raise InputError(
-                f"{path}: expected a column '{name}' of trials, found {_listed(trials)}{then(do)}"
-            )
-    found = pd.DataFrame({"texture": trials[columns.texture].map(as_text)})
-    if columns.speed:
-        found["speed_mm_s"] = trials[columns.speed].astype(np.float64) * mm_s
-    else:
-        found["speed_mm_s"] = np.nan if one_speed is None else one_speed
+    columns = described.columns
+    found = pd.DataFrame({"texture": column_of(trials, columns.texture, path).map(as_text)})
+    found["speed_mm_s"] = speeds_of(trials, described, path)
     if columns.repetition in trials:
         found["repetition"] = trials[columns.repetition]
     found["duration_s"] = trials["stop_time"] - trials["start_time"]
     taken = {*_TIMES, columns.texture, columns.speed, columns.repetition, *found, "timeseries"}
     return found.join(trials[[name for name in trials if name not in taken]])
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if hasattr(value, "item") else value
-
-
-def _listed(names: Any) -> str:
-    return f"columns {', '.join(map(str, names))}"

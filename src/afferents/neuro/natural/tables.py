@@ -1,14 +1,21 @@
-"""Tables with a row a spike as `Spikes`."""
+"""Tables with a row a spike as `Spikes`, and columns of whatever table holds trials."""
 
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from afferents.errors import InputError, reason_of, then
+from afferents.errors import InputError, reason_of
 from afferents.neuro.natural.description import MM_S, SECONDS, NaturalFile, as_text, classes_of
 from afferents.spikes.population import Spikes
+
+_TRIAL = ["texture", "speed_mm_s", "repetition"]
+_READERS: dict[str, Callable[[Path], pd.DataFrame]] = {
+    ".csv": pd.read_csv,
+    ".parquet": pd.read_parquet,
+}
 
 
 def spikes_of_table(file: Path, described: NaturalFile, description: Path) -> Spikes:
@@ -23,81 +30,90 @@ def spikes_of_table(file: Path, described: NaturalFile, description: Path) -> Sp
         See `read_natural`.
     """
     table = _table(file, described)
-    columns = described.columns
-    fibres = table.drop_duplicates("fibre")[["fibre", "class"]].sort_values("fibre")
+    fibres = table[["fibre", "class"]].drop_duplicates().sort_values("fibre")
+    if fibres["fibre"].duplicated().any():
+        column = described.columns.fibre_class
+        raise InputError(f"{file}: expected one class a fibre in '{column}', found several of one")
     classes = classes_of(fibres["class"], described.fibres.words, description)
     units = pd.DataFrame({"name": fibres["fibre"].to_numpy(), "class": classes})
-    if len(set(zip(table["fibre"], table["class"], strict=True))) > len(units):
-        raise InputError(
-            f"{file}: expected one class a fibre in '{columns.fibre_class}', found several of one"
-        )
-    of_trial = ["texture", "speed_mm_s", "repetition"]
-    trials = table.groupby(of_trial, dropna=False)["duration_s"].max().reset_index()
-    groups = table.groupby([*of_trial, "fibre"], dropna=False)["time_s"]
-    times = {key: one.dropna().to_numpy(np.float64) for key, one in groups}
-    known = {tuple(map(_key, key)): one for key, one in times.items()}
-    rows = [
-        [known.get((*map(_key, trial), name)) for name in units["name"]]
-        for trial in trials[of_trial].itertuples(index=False)
-    ]
+    of_trial = table.groupby(_TRIAL, dropna=False)
+    trials = of_trial["duration_s"].max().reset_index()
     if described.spikes.unsorted == "sort":
-        rows = [[None if one is None else np.sort(one) for one in row] for row in rows]
+        table = table.sort_values("time_s")
+    times = {
+        key: one.dropna().to_numpy(np.float64)
+        for key, one in table["time_s"].groupby([of_trial.ngroup(), table["fibre"]])
+    }
+    rows = [[times.get((trial, name)) for name in units["name"]] for trial in trials.index]
     return Spikes.from_trains(rows, units, trials, file)
-
-
-def _key(value: Any) -> Any:
-    """Return a value that equals itself: NaN does not."""
-    return None if value != value else value
 
 
 def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     """Return the table with the columns that this package calls them by."""
-    read = _read(file)
-    columns, trials = described.columns, described.trials
-    found = pd.DataFrame(
-        {
-            "fibre": _column(read, columns.fibre, file).map(as_text),
-            "class": _column(read, columns.fibre_class, file).map(as_text),
-            "texture": _column(read, columns.texture, file).map(as_text),
-            "time_s": _numbers(read, columns.time, file) * SECONDS[described.spikes.unit],
-        }
-    )
-    if trials.speed_unknown:
-        found["speed_mm_s"] = np.nan
-    elif isinstance(trials.speeds_mm_s, float):
-        found["speed_mm_s"] = trials.speeds_mm_s
-    else:
-        found["speed_mm_s"] = _numbers(read, columns.speed, file) * MM_S[trials.speed_unit]
-    has_repetition = columns.repetition in read
-    found["repetition"] = _numbers(read, columns.repetition, file) if has_repetition else 0
-    if isinstance(trials.duration_s, float):
-        found["duration_s"] = trials.duration_s
-    elif isinstance(trials.duration_s, str):
-        found["duration_s"] = _numbers(read, trials.duration_s, file)
-    else:
-        do = "add duration_s to [trials]: a number, or the name of a column"
-        raise InputError(f"{file}: expected how long trials last, found nothing{then(do)}")
-    return found
-
-
-def _read(file: Path) -> pd.DataFrame:
     try:
-        return pd.read_parquet(file) if file.suffix.lower() == ".parquet" else pd.read_csv(file)
+        read = _READERS[file.suffix.lower()](file)
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise InputError(
             f"{file}: expected a table that can be read, found {reason_of(error)}"
         ) from error
+    columns, duration_s = described.columns, described.trials.duration_s
+    if not isinstance(duration_s, float | str):
+        raise InputError(
+            f"{file}: expected how long trials last, found nothing; add duration_s to [trials]: a "
+            "number, or the name of a column"
+        )
+    texts = {"fibre": columns.fibre, "class": columns.fibre_class, "texture": columns.texture}
+    found = {name: column_of(read, own, file).map(as_text) for name, own in texts.items()}
+    found["time_s"] = numbers_of(read, columns.time, file) * SECONDS[described.spikes.unit]
+    table = pd.DataFrame(found).assign(speed_mm_s=speeds_of(read, described, file), repetition=0)
+    if columns.repetition in read:
+        table["repetition"] = numbers_of(read, columns.repetition, file)
+    in_column = isinstance(duration_s, str)
+    return table.assign(
+        duration_s=numbers_of(read, str(duration_s), file) if in_column else duration_s
+    )
 
 
-def _column(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
-    if name not in table:
-        found = f"columns {', '.join(map(str, table.columns))}"
-        raise InputError(f"{file}: expected a column '{name}', found {found}; name it in [columns]")
+def speeds_of(table: pd.DataFrame, described: NaturalFile, file: Path) -> pd.Series | float:
+    """Return the speeds of trials, mm/s: of a column, one for all, or NaN if nobody knows them.
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or no numbers in it.
+    """
+    trials = described.trials
+    if trials.speed_unknown:
+        return np.nan
+    if isinstance(trials.speeds_mm_s, float):
+        return trials.speeds_mm_s
+    return numbers_of(table, described.columns.speed, file) * MM_S[trials.speed_unit]
+
+
+def require_column(names: Collection[Any], name: str, file: Path) -> None:
+    """Refuse a table without a column, and list those that are there."""
+    if name not in names:
+        raise InputError(
+            f"{file}: expected a column '{name}', found columns {', '.join(map(str, names))}; name "
+            "the one that is meant in [columns], or say of a speed that nobody knows it"
+        )
+
+
+def column_of(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
+    """Return a column; an `InputError` lists those that are there if it is not."""
+    require_column(table.columns, name, file)
     return table[name]
 
 
-def _numbers(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
+def numbers_of(table: pd.DataFrame, name: str, file: Path) -> pd.Series:
+    """Return a column of numbers.
+
+    Raises
+    ------
+    InputError
+        If it is not there, or holds others.
+    """
     try:
-        return _column(table, name, file).astype(np.float64)
+        return column_of(table, name, file).astype(np.float64)
     except (TypeError, ValueError):
         raise InputError(f"{file}: expected numbers in the column '{name}', found others") from None

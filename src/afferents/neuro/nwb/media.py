@@ -18,7 +18,7 @@ from afferents.recordings.media import ImageFolder
 from afferents.store.recording import Recording
 from afferents.store.responses import check_values
 
-TRACKS = "markers"
+CAMERA, TRACKS = "camera", "markers"
 _CHUNK = 4096
 _REGULAR_S = 1e-6
 """Steps between frames that differ less are one rate."""
@@ -26,7 +26,7 @@ _COMPRESSION = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
 def add_videos(
-    nwbfile: Any, laid: Sequence[Laid], recordings: Mapping[str, Recording], out: Path, camera: Any
+    nwbfile: Any, laid: Sequence[Laid], recordings: Mapping[str, Recording], out: Path
 ) -> None:
     """Add each recording's video as an external file, by its path from the NWB file."""
     from pynwb.image import ImageSeries
@@ -47,7 +47,7 @@ def add_videos(
                 format="external",
                 dimension=[video.width, video.height],
                 unit="n.a.",
-                device=camera,
+                device=nwbfile.devices[CAMERA],
                 num_samples=len(one.frame_times_s),
                 **_clock(one.frame_times_s),
             )
@@ -64,7 +64,6 @@ def _clock(times_s: NDArray[np.float64]) -> dict[str, Any]:
 
 def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
     """Add room for each recording's vibration: sound, or channels of another kind."""
-    from hdmf.backends.hdf5 import H5DataIO
     from ndx_sound import AcousticWaveformSeries
     from pynwb import TimeSeries
 
@@ -78,7 +77,7 @@ def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
             kind(
                 name=f"sound_{one.name}",
                 description="RA-II: vibration, as recorded.",
-                data=H5DataIO(shape=shape, dtype=np.dtype("float32"), chunks=True, **_COMPRESSION),
+                data=_room(shape, True),
                 unit=str(one.responses[dims.RA2].attrs.get(dims.UNITS) or "n.a."),
                 rate=one.sample_rate_hz,
                 starting_time=one.start_s,
@@ -86,7 +85,14 @@ def add_sounds(nwbfile: Any, laid: Sequence[Laid]) -> None:
         )
 
 
-def add_tracks(nwbfile: Any, laid: Sequence[Laid], camera: Any) -> None:
+def _room(shape: tuple[int, ...], chunks: Any) -> Any:
+    """Return room for numbers that are written when the file is there."""
+    from hdmf.backends.hdf5 import H5DataIO
+
+    return H5DataIO(shape=shape, dtype=np.dtype("float32"), chunks=chunks, **_COMPRESSION)
+
+
+def add_tracks(nwbfile: Any, laid: Sequence[Laid]) -> None:
     """Add room for where markers are seen: a series a marker, over the whole session."""
     from hdmf.backends.hdf5 import H5DataIO
     from ndx_pose import PoseEstimation, PoseEstimationSeries, Skeleton, Skeletons
@@ -94,28 +100,23 @@ def add_tracks(nwbfile: Any, laid: Sequence[Laid], camera: Any) -> None:
     tracked = [one for one in laid if dims.POSITION in one.responses]
     if not tracked:
         return
-    n_markers = tracked[0].responses.sizes[dims.MARKER]
+    nodes = [_node(marker) for marker in range(tracked[0].responses.sizes[dims.MARKER])]
     times_s = np.concatenate([one.frame_times_s for one in tracked])
-    n, series = len(times_s), list[Any]()
-    chunk = min(n, _CHUNK)
-    for marker in range(n_markers):
+    chunk, series = min(len(times_s), _CHUNK), list[Any]()
+    for marker, node in enumerate(nodes):
         series.append(
             PoseEstimationSeries(
-                name=_node(marker),
+                name=node,
                 description=f"Centre of marker {marker} in the camera's image; NaN where lost.",
-                data=H5DataIO(
-                    shape=(n, 2), dtype=np.dtype("float32"), chunks=(chunk, 2), **_COMPRESSION
-                ),
-                confidence=H5DataIO(
-                    shape=(n,), dtype=np.dtype("float32"), chunks=(chunk,), **_COMPRESSION
-                ),
+                data=_room((len(times_s), 2), (chunk, 2)),
+                confidence=_room((len(times_s),), (chunk,)),
                 confidence_definition="1 where the marker was found, 0 where it was lost",
                 reference_frame="Centre of the pixel at the top left; x to the right, y down.",
                 unit="pixels",
                 timestamps=series[0] if series else H5DataIO(times_s, **_COMPRESSION),
             )
         )
-    skeleton = Skeleton(name="skin", nodes=[_node(marker) for marker in range(n_markers)])
+    skeleton = Skeleton(name="skin", nodes=nodes)
     module = nwbfile.create_processing_module(
         "behavior", "Where markers on the skin are seen, all recordings one after another."
     )
@@ -126,7 +127,7 @@ def add_tracks(nwbfile: Any, laid: Sequence[Laid], camera: Any) -> None:
             description="Markers on the inside of the skin, followed from frame to frame.",
             pose_estimation_series=series,
             skeleton=skeleton,
-            device=camera,
+            device=nwbfile.devices[CAMERA],
             source_software="afferents",
         )
     )

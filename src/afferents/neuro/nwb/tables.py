@@ -101,17 +101,18 @@ def add_trials(nwbfile: Any, spikes: Spikes, laid: Sequence[Laid]) -> NDArray[np
     -------
     `(trial,)`, when each begins on the session's clock, s.
     """
+    from pynwb.epoch import TimeIntervals
+
     begin = np.array([one.start_s + stretch_of(one.responses)[0] for one in laid])
-    table = spikes.trials.drop(columns="duration_s")
+    duration_s = spikes.trials["duration_s"].to_numpy(np.float64)
+    ends = pd.DataFrame({"start_time": begin, "stop_time": begin + duration_s})
+    table = ends.join(spikes.trials.drop(columns="duration_s"))
     further = _conditions(laid)
     table = table.join(further.drop(columns=[name for name in further if name in table]))
-    for name in table:
-        about = _TRIALS.get(str(name), "A condition of the recording.")
-        nwbfile.add_trial_column(str(name), about)
-    end = begin + spikes.trials["duration_s"].to_numpy(np.float64)
-    for trial, row in enumerate(table.to_dict("records")):
-        values = {str(name): value for name, value in row.items()}
-        nwbfile.add_trial(start_time=begin[trial], stop_time=end[trial], **values)
+    about = {str(name): _TRIALS.get(str(name), "A condition of the recording.") for name in table}
+    columns = [{"name": name, "description": text} for name, text in about.items()]
+    what = "experimental trials"
+    nwbfile.trials = TimeIntervals.from_dataframe(table, "trials", None, what, columns)
     return begin
 
 

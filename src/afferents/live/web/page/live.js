@@ -203,13 +203,13 @@ function showSpikes(classes) {
 function showQuality(percepts) {
   const figures = [...(state.video?.quality ?? []), ...(state.audio?.quality ?? [])];
   const troubles = models.size ? [] : percepts.flatMap(troublesOf);
-  const doubts = [...troubles, ...figures.map((figure) => figure.doubt).filter(Boolean)];
-  $("quality").hidden = !figures.length && !doubts.length;
+  const issues = [...troubles, ...figures.map((figure) => figure.issue).filter(Boolean)];
+  $("quality").hidden = !figures.length && !issues.length;
   $("quality").querySelector("dl").replaceChildren(...figures.map((figure) => make("div",
-    { className: figure.doubt ? "doubted" : "" },
+    { className: figure.issue ? "issue" : "" },
     make("dt", { textContent: figure.name }), make("dd", { textContent: figure.value }))));
   $("quality").querySelector("ul").replaceChildren(
-    ...[...new Set(doubts)].map((doubt) => make("li", { textContent: doubt })));
+    ...[...new Set(issues)].map((issue) => make("li", { textContent: issue })));
   const faults = models.size ? [] : percepts.map((percept) => [percept.model, counted(percept, false)]);
   $("faults").textContent = faults.filter(([, counts]) => counts)
     .map(([name, counts]) => `${name} since the start: ${counts}`).join("; ");

@@ -1,4 +1,4 @@
-"""A drum that is none, behind a pseudo-terminal: for tests and dry runs.
+"""A drum that is none, behind a pseudo-terminal.
 
 It speaks as the Arduino sketch of docs/arduino does, takes its time to reach a speed, turns not
 quite evenly, loses bytes, stalls and fails as it is told to.
@@ -6,51 +6,37 @@ quite evenly, loses bytes, stalls and fails as it is told to.
 
 import math
 import os
+import pty
 import select
-import sys
 import threading
 import time
+import tty
 from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
-from types import TracebackType
-from typing import Self
 
 from afferents.devices.drives.line import framed, unframed
-from afferents.errors import InputError
 
 STEP_S = 0.002
+GONE_S = 60.0
+"""Nothing should take a tenth of it; nothing here measures time."""
+
+
+def until(true):
+    """Wait for something to be true, and tell whether it was."""
+    end_s = time.monotonic() + GONE_S
+    while not true() and time.monotonic() < end_s:
+        time.sleep(0.01)
+    return true()
 
 
 @dataclass
 class Drum:
     """The physics of a drum and its motor.
 
-    Attributes
-    ----------
-    inertia_s
-        It comes to a new speed as 1 - exp(-t / inertia_s).
-    ripple
-        Share by which its speed swings,
-    ripples_a_turn
-        so often a turn.
-    circumference_mm
-        Of the drum.
-    fastest_mm_s
-        At full duty; what a motor does is not what was computed.
-    watchdog_s
-        It stops when it has heard nothing for so long.
-    clock
-        Gives the time, s.
-
-    Examples
-    --------
-    >>> now = [0.0]
-    >>> drum = Drum(inertia_s=0.1, ripple=0.0, clock=lambda: now[0])
-    >>> drum.aim_mm_s, now[0] = 50.0, 0.4
-    >>> drum.advance()
-    >>> round(drum.speed_mm_s, 1)
-    49.1
+    It comes to a new speed as 1 - exp(-t / inertia_s), which swings by the share `ripple` so often
+    a turn; at full duty it turns at `fastest_mm_s`, whatever was computed; and it stops when it has
+    heard nothing for `watchdog_s`.
     """
 
     inertia_s: float = 0.1
@@ -61,7 +47,7 @@ class Drum:
     watchdog_s: float = 0.5
     clock: Callable[[], float] = time.monotonic
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         """Stand still."""
         self.position_mm = self.speed_mm_s = self.aim_mm_s = 0.0
         self.stalled = False
@@ -69,12 +55,12 @@ class Drum:
         self._now_s = self.heard_s = self.clock()
         self._mean_mm_s = 0.0
 
-    def heard(self) -> None:
+    def heard(self):
         """Note that a line came, which keeps the watchdog quiet."""
         self.advance()
         self.heard_s = self.clock()
 
-    def advance(self) -> None:
+    def advance(self):
         """Turn until now."""
         end_s = self.clock()
         while end_s - self._now_s > 0:
@@ -94,47 +80,24 @@ class Drum:
 
 
 class SimulatedDrum:
-    """A drum behind a pseudo-terminal.
+    """A drum behind a pseudo-terminal, `port`; a share `lost` of the bytes is lost either way.
 
-    Parameters
-    ----------
-    drum
-        Its physics.
-    lost
-        Share of the bytes that are lost on the line, in either direction.
-    seed
-        Of what is lost.
-
-    Attributes
-    ----------
-    port
-        Path for a `SerialDrive`; there once it is entered.
-    lines
-        Every line that came whole.
+    `lines` are those that came whole.
     """
 
     checksum = "crc16"
 
-    def __init__(self, drum: Drum | None = None, lost: float = 0.0, seed: int = 0) -> None:
-        """Wait to be entered."""
+    def __init__(self, drum=None, lost=0.0, seed=0):
         self.drum = drum or Drum()
         self.lost = lost
         self.silent = False
-        self.lines: list[str] = []
+        self.lines = []
         self._random = Random(seed)
         self._waiting = b""
         self._ended = threading.Event()
         self._lock = threading.Lock()
 
-    def __enter__(self) -> Self:
-        """Open the pseudo-terminal, and answer in a thread."""
-        if sys.platform == "win32":
-            raise InputError(
-                "simulated drum: expected a system with pseudo-terminals, found Windows"
-            )
-        import pty
-        import tty
-
+    def __enter__(self):
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         self.port = os.ttyname(self._slave)
@@ -143,16 +106,10 @@ class SimulatedDrum:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close it."""
+    def __exit__(self, *error):
         self.unplug()
 
-    def unplug(self) -> None:
+    def unplug(self):
         """Pull the cable: the port is gone."""
         if not self._ended.is_set():
             self._ended.set()
@@ -160,25 +117,25 @@ class SimulatedDrum:
             os.close(self._master)
             os.close(self._slave)
 
-    def stall(self, stalled: bool = True) -> None:
+    def stall(self, stalled=True):
         """Hold the drum, or let it go."""
         with self._lock:
             self.drum.advance()
             self.drum.stalled = stalled
 
-    def fail(self, fault: str) -> None:
+    def fail(self, fault):
         """Let the drive stop with a fault, until it is cleared."""
         with self._lock:
             self.drum.advance()
             self.drum.fault, self.drum.aim_mm_s = fault, 0.0
 
-    def now(self) -> tuple[float, float]:
+    def now(self):
         """Return where it truly is, mm, and how fast it truly turns, mm/s."""
         with self._lock:
             self.drum.advance()
             return self.drum.position_mm, self.drum.speed_mm_s
 
-    def answer(self, text: str) -> str | None:
+    def answer(self, text):
         """Return the answer to a line; None for none."""
         verb, _, rest = text.partition(" ")
         drum = self.drum
@@ -198,7 +155,7 @@ class SimulatedDrum:
             return f"state {drum.position_mm:.4f} {drum.speed_mm_s:.3f} {drum.fault or 'ok'}"
         return verb if verb in ("hello", "clear", "stop") else "what"
 
-    def _serve(self) -> None:
+    def _serve(self):
         while not self._ended.is_set():
             there, _, _ = select.select([self._master], [], [], 0.05)
             if not there:
@@ -210,7 +167,7 @@ class SimulatedDrum:
                 continue
             self.take(data)
 
-    def take(self, data: bytes) -> None:
+    def take(self, data):
         """Take what came on the line; answer each line that is whole."""
         *lines, self._waiting = (self._waiting + data).split(b"\n")
         for line in lines:
@@ -218,7 +175,7 @@ class SimulatedDrum:
             if text is not None:
                 self._heard(text)
 
-    def _heard(self, text: str) -> None:
+    def _heard(self, text):
         with self._lock:
             self.lines.append(text)
             self.drum.heard()
@@ -226,13 +183,13 @@ class SimulatedDrum:
         if answer is not None and not self.silent:
             self._write(self._worn(framed(answer, self.checksum)))
 
-    def _worn(self, data: bytes) -> bytes:
+    def _worn(self, data):
         """Return what is left of bytes on a bad line."""
         if self.lost == 0:
             return data
         return bytes(byte for byte in data if self._random.random() >= self.lost)
 
-    def _write(self, data: bytes) -> None:
+    def _write(self, data):
         try:
             os.write(self._master, data)
         except OSError:

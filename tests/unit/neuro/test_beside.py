@@ -1,12 +1,14 @@
-"""Every sentence of `afferents neural` says the number of the table that it speaks of."""
+"""Artificial units beside natural fibres: made alike, and said in sentences of true numbers."""
 
+import numpy as np
 import pandas as pd
 import pytest
-from tests.unit.spikes.test_analysis import fibres
+from tests.unit.neuro.test_analysis import fibres
 
-from afferents.neuro.beside import all_fibres_in_words, beside, matches_in_words
+from afferents.errors import InputError
+from afferents.neuro.beside import alike, beside, matched
 from afferents.neuro.neural import sentences_of
-from afferents.neuro.speed import match_by_class
+from afferents.neuro.speed import match_by_class, match_sentences
 from afferents.spikes import Spikes
 
 
@@ -42,62 +44,85 @@ TABLES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "said",
-    [
+def test_sentences_say_what_the_tables_hold():
+    assert sentences_of(TABLES) == [
         "SA units fire 50 spikes/s in the mean; of the recordings, the middle four fifths lie "
         "between 10 and 90.",
         "Most SA units are silent in a/40 (texture/speed).",
-        "PC, at a speed not learnt from: rates alone tell 32% of the windows, bins of 10 ms 61% "
-        "(chance 8%).",
-        "PC, at a speed learnt from: rates alone tell 44% of the windows, bins of 10 ms 83% "
+        "PC, at a speed not learnt from: rates alone recognise 32% of the windows, bins of 10 ms "
+        "61% (chance 8%).",
+        "PC, at a speed learnt from: rates alone recognise 44% of the windows, bins of 10 ms 83% "
         "(chance 8%).",
         "RA trains find their texture at another speed in 72% of cases when stretched by the ratio "
-        "of the speeds, in 15% as they are.",
+        "of the speeds, in 15% as they are (chance 2%).",
         "PC trains find their texture at another speed in 56% of cases when stretched by the ratio "
-        "of the speeds, in 14% as they are.",
+        "of the speeds, in 14% as they are (chance 2%).",
         "RA rates grow with speed to the power 0.70, with a standard deviation of 0.20 over units.",
-        "The spectral exponent of the vibration alone, one number, tells 100% of the recordings at "
-        "a speed not learnt from (chance 50%).",
-    ],
-)
-def test_artificial_units_are_told_of_as_the_tables_say(said):
-    assert said in sentences_of(TABLES)
+        "The spectral exponent of the vibration alone, one number, recognises 100% of the "
+        "recordings at a speed not learnt from (chance 50%).",
+    ]
 
 
-def test_natural_fibres_are_told_of_as_the_table_says():
+def test_sentences_of_natural_fibres_say_what_the_table_holds():
     """Found on real afferents: SA 54, RA 72, PC 56% when stretched; 22, 15, 14% as they are."""
     found = match_by_class(matches(SA=(0.54, 0.22), RA=(0.72, 0.15)))
     both = pd.concat([found.assign(population="natural"), found.assign(population="artificial")])
-    assert [matches_in_words(both)[i] for i in (0, 2)] == [
-        "SA, natural: 54% of textures are found by their trains at another speed when stretched, "
-        "22% as they are (chance 2%).",
-        "SA, artificial: 54% of textures are found by their trains at another speed when "
-        "stretched, 22% as they are (chance 2%).",
-    ]
-    assert all_fibres_in_words(found)[1] == (
-        "All 7 natural RA fibres, on 55 textures with the gaps they have (up to 30 trains a pair "
-        "of speeds): 72% of textures are found when stretched, 15% as they are (chance 2%)."
-    )
+    said = match_sentences(both, "{class} trains, {population},")
+    assert said[::3] == [
+        f"{who} find their texture at another speed in {stretched}% of cases when stretched by the "
+        f"ratio of the speeds, in {plain}% as they are (chance 2%)."
+        for who, stretched, plain in (
+            ("SA trains, natural,", 54, 22), ("RA trains, artificial,", 72, 15)
+        )
+    ]  # fmt: skip
 
 
 def test_fibres_with_gaps_are_put_beside_artificial_units():
     """No fibre is there in every trial: trains are matched all the same, decoding says why not."""
     natural, artificial = fibres(0.44, textures=8), fibres(0.0, textures=6, repetitions=1, seed=1)
     found = beside(artificial, natural, 0.2, 0, "made")
-    assert found.resolution is None
+    assert "beside_resolution" not in found.tables
     assert "6 textures of each; 17 SA, 15 RA, 7 PC of each" in found.sentences[0]
     assert "were not recorded" in found.sentences[0]
-    by = found.matches.set_index(["class", "population", "stretched"])["accuracy"]
+    by = found.tables["beside_stretch"].set_index(["class", "population", "stretched"])["accuracy"]
     for population in ("artificial", "natural"):
         assert by["SA", population, True] > 0.7 > by["SA", population, False]
     assert found.sentences[-1].startswith("Texture can't be decoded from the fibres' rates")
-    assert set(found.natural["n_textures"]) == {8}
+    assert set(found.tables["natural_stretch"]["n_textures"]) == {8}
 
 
 def test_without_gaps_decoding_stands_beside_as_well():
     natural, artificial = fibres(0.0, textures=4), fibres(0.0, textures=4, repetitions=1, seed=1)
-    assert isinstance(natural, Spikes)
     found = beside(artificial, natural, 0.2, 0, "made")
-    assert found.resolution is not None
+    assert "beside_resolution" in found.tables
     assert found.figure is not None
+
+
+def made(textures, speeds, classes, seconds):
+    trials = pd.DataFrame(
+        [(f"t{t}", v) for t in range(textures) for v in speeds], columns=["texture", "speed_mm_s"]
+    ).assign(duration_s=seconds)
+    trains = [[np.arange(0.05, seconds, 0.1)] * len(classes)] * len(trials)
+    return Spikes.from_trains(trains, {"name": range(len(classes)), "class": classes}, trials)
+
+
+def test_as_many_of_everything_as_both_have():
+    rig = made(13, (10, 20, 30, 60, 90, 100), ["SA"] * 20 + ["RA"] * 20 + ["PC"] * 8, 20.0)
+    nerve = made(55, (40, 80, 120), ["SA"] * 17 + ["PC"] * 7, 1.5)
+    for one in matched(rig, nerve):
+        assert one.trials["texture"].nunique() == 13
+        assert one.units["class"].value_counts().to_dict() == {"SA": 17, "PC": 7}
+        assert one.trials["duration_s"].unique() == [1.5]
+    speeds = [sorted(one.trials["speed_mm_s"].unique()) for one in matched(rig, nerve)]
+    assert speeds == [[30, 60, 90], [40, 80, 120]]
+
+
+def test_speeds_are_chosen_by_their_ratios():
+    here, there = alike(np.array([10.0, 25.0, 50.0, 100.0]), np.array([40.0, 80.0]))
+    assert here.tolist() == [50.0, 100.0]
+    assert there.tolist() == [40.0, 80.0]
+
+
+def test_populations_of_nothing_in_common_are_refused():
+    with pytest.raises(InputError, match="found SA and PC"):
+        matched(made(3, (40, 80), ["SA"], 1.0), made(3, (40, 80), ["PC"], 1.0))

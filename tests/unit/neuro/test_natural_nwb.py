@@ -61,9 +61,12 @@ speed_unit = "cm/s"
             {"fibre_class": "note"},
             "classes SA, RA or PC of fibres, found 'afferent X'; say in words",
         ),
-        ({"texture": "t"}, "a column 't' of trials, found columns .*stimulus, v, force"),
-        ({"speed": "speed"}, "a column 'speed' of trials, .*; name the column of speed, or say"),
-        ({"fibre_class": "kind"}, "a column 'kind' of units, .*cell_type"),
+        ({"texture": "t"}, "a column 't', found columns .*stimulus, v, force"),
+        (
+            {"speed": "speed"},
+            "a column 'speed', .*; name the one that is meant in .columns., or say",
+        ),
+        ({"fibre_class": "kind"}, "a column 'kind', .*cell_type"),
     ],
 )
 def test_columns_that_are_not_there_are_refused(other, changes, said):

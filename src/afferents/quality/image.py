@@ -1,12 +1,12 @@
-"""What can be said of the picture itself: light, contrast, focus, and frames that repeat."""
+"""Light, contrast and focus of a picture of markers."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from afferents.markers.detect import Positions, spacing_px
-from afferents.store.recording import GreyImage
+GreyImage = NDArray[np.uint8]
 
 SATURATED = 250
 """Grey levels from here on hold no more light."""
@@ -15,11 +15,6 @@ _ENOUGH = 60
 """Markers from all over the picture that tell of it as much as all do."""
 _ALONE_PX = 40.0
 """What is looked at round a single marker, px across."""
-REPEATED_SHARE = 0.2
-"""A repeated frame changes less than this share of what changes before and after it."""
-MOVING = 0.1
-"""Change means motion where it is this share of the most that frames change (95%)."""
-
 FAINT, OVEREXPOSED, BLURRED_PX = 40.0, 0.5, 4.0
 """Contrast in grey levels, share of saturated markers, and width of an edge that are named."""
 
@@ -27,8 +22,8 @@ BLACK, WHITE = 12.0, 243.0
 """A picture whose mean grey level lies beyond these shows nothing."""
 
 
-def fault_of_light(image: GreyImage) -> str:
-    """Return what is wrong with a picture that shows no markers, or nothing."""
+def describe_no_light(image: GreyImage) -> str:
+    """Describe the light of a picture that shows no markers; empty where it is not to blame."""
     mean = float(image.mean())
     if mean < BLACK:
         return f" in a picture that is black (mean grey level {mean:.0f})"
@@ -59,8 +54,8 @@ class ImageQuality:
     edge_px: float
 
 
-def doubts_of_light(picture: ImageQuality) -> dict[str, str]:
-    """Say what is wrong with light and focus, if anything.
+def find_light_issues(picture: ImageQuality) -> dict[str, str]:
+    """Find what is wrong with light and focus, if anything.
 
     Returns
     -------
@@ -68,51 +63,70 @@ def doubts_of_light(picture: ImageQuality) -> dict[str, str]:
         A sentence for each of ``faint``, ``overexposed`` and ``blurred`` that it is.
     """
     disc, skin = picture.disc_grey, picture.skin_grey
-    doubts = {}
+    issues = {}
     if abs(disc - skin) < FAINT:
-        doubts["faint"] = (
+        issues["faint"] = (
             f"Faint: markers at grey level {disc:.0f} on skin at {skin:.0f}; give more light."
         )
     if picture.saturated > OVEREXPOSED:
-        doubts["overexposed"] = (
+        issues["overexposed"] = (
             "Overexposed: most markers are at full white, so edges carry little; give less light."
         )
     if picture.edge_px > BLURRED_PX:
-        doubts["blurred"] = f"Out of focus: edges are {picture.edge_px:.1f} px wide."
-    return doubts
+        issues["blurred"] = f"Out of focus: edges are {picture.edge_px:.1f} px wide."
+    return issues
 
 
-def image_quality(image: GreyImage, position: Positions) -> ImageQuality:
+def measure_image_quality(
+    image: GreyImage, position: NDArray[np.float64], spacing_px: float
+) -> ImageQuality:
     """Measure light and focus from the markers of a frame.
 
     Parameters
     ----------
+    image
+        Grey levels, shape (height, width), uint8.
     position
-        Shape (n, 2), px, without NaN.
+        Of the markers, shape (n, 2), px, without NaN.
+    spacing_px
+        Distance of neighbouring markers, px; NaN for a single marker.
     """
     some = position[:: max(1, len(position) // _ENOUGH)]
-    distance, grey = _around(image, some, spacing_px(position) if len(position) > 1 else _ALONE_PX)
-    edges = np.arange(0, distance.max(initial=1.0) + _BIN_PX, _BIN_PX)
-    which = np.digitize(distance, edges) - 1
-    seen = np.unique(which)
-    profile = np.array([np.median(grey[which == k]) for k in seen])
-    place = edges[seen] + _BIN_PX / 2
+    distance, grey = _around(image, some, _ALONE_PX if math.isnan(spacing_px) else spacing_px)
+    place, profile = _radial_profile(distance, grey)
     disc, skin = float(profile[0]), float(np.median(profile[-2:]))
     brighter = grey[distance < 1.5] if disc > skin else grey[distance > place[-1] - _BIN_PX]
     return ImageQuality(disc, skin, float((brighter >= SATURATED).mean()), _edge(place, profile))
 
 
 def _around(
-    image: GreyImage, position: Positions, spacing: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    image: GreyImage, position: NDArray[np.float64], spacing_px: float
+) -> tuple[NDArray[np.float64], GreyImage]:
     """Return distance to the nearest marker and grey level of the pixels round all markers."""
-    reach = max(3, int(spacing / 2))
-    offset = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
-    pixel = np.rint(position).astype(int)[:, None] + offset
+    reach = max(3, int(spacing_px / 2))
+    offset = np.arange(-reach, reach + 1)
+    nearest = np.rint(position).astype(int)
+    x, y = (nearest[:, axis, None] + offset for axis in (0, 1))  # (marker, pixel along an axis)
     height, width = image.shape
-    inside = ((pixel >= 0) & (pixel < (width, height))).all(axis=2)
-    distance = np.hypot(*(pixel - position[:, None])[inside].T)
-    return distance, image[pixel[inside][:, 1], pixel[inside][:, 0]].astype(float)
+    inside = ((y >= 0) & (y < height))[:, :, None] & ((x >= 0) & (x < width))[:, None, :]
+    dx, dy = x - position[:, :1], y - position[:, 1:]
+    distance = np.hypot(dx[:, None, :], dy[:, :, None])
+    grey = image[np.clip(y, 0, height - 1)[:, :, None], np.clip(x, 0, width - 1)[:, None, :]]
+    return (distance.ravel(), grey.ravel()) if inside.all() else (distance[inside], grey[inside])
+
+
+def _radial_profile(
+    distance: NDArray[np.float64], grey: GreyImage
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the middles of the bins of distance that hold pixels, px, and their median grey."""
+    which = (distance / _BIN_PX).astype(np.int32)
+    ordered = np.sort(which << 8 | grey) & 255  # by bin, then by grey level: one sort for all bins
+    counts = np.bincount(which)
+    seen = np.flatnonzero(counts)
+    n = counts[seen]
+    first = np.cumsum(n) - n
+    profile = (ordered[first + (n - 1) // 2] + ordered[first + n // 2]) / 2
+    return np.asarray(seen * _BIN_PX + _BIN_PX / 2), np.asarray(profile, np.float64)
 
 
 def _edge(place: NDArray[np.float64], profile: NDArray[np.float64]) -> float:
@@ -129,32 +143,3 @@ def _crossing(
 ) -> float:
     step = share[after - 1] - share[after]
     return float(place[after - 1] + _BIN_PX * (share[after - 1] - level) / step)
-
-
-def repeated_frames(change: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which frames repeat the one before: all still between two that moved.
-
-    Cameras and converters write a frame twice to keep a rate up. A skin at rest changes no more
-    than such a frame, so both neighbours must have moved.
-
-    Parameters
-    ----------
-    change
-        Of each frame from the one before, shape (n_frames,); the first is NaN.
-    """
-    filled = np.nan_to_num(change)
-    padded = np.pad(filled, 2)
-    before = np.maximum(padded[:-4], padded[1:-3])
-    after = np.maximum(padded[4:], padded[3:-1])
-    moved = np.minimum(before, after)
-    most = np.quantile(filled, 0.95) if len(filled) else 0.0
-    return (filled < REPEATED_SHARE * moved) & (moved > MOVING * most) & ~np.isnan(change)
-
-
-def dropped_frames(time_s: NDArray[np.float64]) -> int:
-    """Return how many frames are missing in gaps of the times of the others."""
-    step = np.diff(time_s)
-    if len(step) == 0:
-        return 0
-    period = np.median(step)
-    return int(np.maximum(np.rint(step / period) - 1, 0).sum()) if period > 0 else 0

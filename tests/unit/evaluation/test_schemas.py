@@ -1,11 +1,29 @@
-"""Summaries of `--split texture`: what makes no sense is named."""
+"""What lies in a results folder: each field is explained, and what makes no sense is named."""
 
 import json
 
 import pytest
 
 from afferents.errors import InputError
+from afferents.evaluation.fold_files import Epoch, FoldFacts
+from afferents.evaluation.job_status import Failed, Plan, Running
 from afferents.evaluation.results import texture_summaries
+from afferents.evaluation.schemas import (
+    Comparison,
+    FirstEpoch,
+    Intervals,
+    Lost,
+    OfTouches,
+    Outcome,
+    Reliability,
+    RoughnessOutcome,
+    RoughnessSummary,
+    Summary,
+    UnknownBySpeed,
+    UnknownOutcome,
+    UnknownSummary,
+    UnknownTexture,
+)
 
 SHARES = {"mean": 0.5, "ci95": [0.4, 0.6]}
 BY_SPEED = {"10": 0.4, "12.5": 0.5, "20": 0.6}
@@ -95,3 +113,16 @@ def test_summaries_are_as_they_stand_in_their_files(tmp_path):
 def test_summaries_that_make_no_sense_are_named(tmp_path, of_unknown, of_roughness, said):
     with pytest.raises(InputError, match=said):
         read(tmp_path, of_unknown, of_roughness)
+
+
+@pytest.mark.parametrize(
+    "schema",
+    [
+        *(Summary, Outcome, OfTouches, Reliability, FirstEpoch, Intervals, Lost, Comparison),
+        *(UnknownSummary, UnknownOutcome, UnknownBySpeed, UnknownTexture),
+        *(RoughnessSummary, RoughnessOutcome, FoldFacts, Epoch, Plan, Running, Failed),
+    ],
+)
+def test_each_field_says_what_it_is(schema):
+    """The tables of docs/results-format.md are made of it."""
+    assert [name for name, field in schema.model_fields.items() if not field.description] == []

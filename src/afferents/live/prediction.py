@@ -1,12 +1,8 @@
-"""What is felt: one message a sample, with everything that tells how far to trust it."""
+"""A prediction: one message a sample, with everything that says how far to trust it."""
 
-import time
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Literal, Protocol
-
-from rich.console import Console, RenderableType
-from rich.live import Live
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 State = Literal["texture", "unknown", "looking", "waiting", "stalled"]
 
@@ -36,14 +32,10 @@ class Counters:
     late: int = 0
     troubles: int = 0
 
-    def copy(self) -> "Counters":
-        """Return them as they are now."""
-        return replace(self)
-
 
 @dataclass(frozen=True)
-class Percept:
-    """What a model feels at one time, or what is seen and heard without one.
+class Prediction:
+    """What a model recognises at one time, or what is seen and heard without one.
 
     Attributes
     ----------
@@ -51,10 +43,10 @@ class Percept:
         Its model, such as ``ra-ste``; ``camera`` or ``microphone`` where one looks without a model.
     state
         ``texture``; ``unknown`` where nothing that was learnt fits; ``looking`` without a model;
-        ``waiting`` before there is enough to feel; ``stalled`` where the source went silent or
+        ``waiting`` before there is enough to classify; ``stalled`` where the source went silent or
         lags: nothing fresh is known.
     time_s
-        End of the touch that it tells of, on the video's clock, s.
+        End of the sample that it is of, on the video's clock, s.
     texture
         The likeliest; None unless the state is ``texture``.
     probabilities
@@ -66,7 +58,7 @@ class Percept:
     sure_after_s
         How long the touch took until one texture had 95% of the evidence; None before that.
     latency_ms
-        From the arrival of the sample's last frame or sound to this percept.
+        From the arrival of the sample's last frame or sound to this prediction.
     markers_found
         Share of the markers seen in the frame; None for vibration.
     counters
@@ -74,7 +66,7 @@ class Percept:
     quality
         How good what comes in is, over the last second, by name; see `live.quality`.
     troubles
-        What sources said since the model's last percept.
+        What sources said since the model's last prediction.
     truth
         What is touched, where the source knows.
     """
@@ -96,48 +88,9 @@ class Percept:
 
     @property
     def fresh(self) -> bool:
-        """Whether it tells of what is touched now."""
+        """Whether it is of what is touched now."""
         return self.state in ("texture", "unknown", "looking")
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""
         return {**asdict(self), "fresh": self.fresh}
-
-
-# What is drawn in a terminal: a screen takes percepts and says how they look.
-
-EVERY_S = 0.1
-
-
-class Screen(Protocol):
-    """Draws the newest percepts."""
-
-    def take(self, percept: Percept) -> None:
-        """Keep a percept until the next of its name."""
-
-    def drawn(self, console: Console) -> RenderableType:
-        """Return the picture as it is now."""
-
-
-def show(percepts: Iterable[Percept], screen: Screen) -> None:
-    """Draw percepts as they come, until they end."""
-    drawn_s = 0.0
-    console = Console(highlight=False, markup=False)
-    with Live(console=console, auto_refresh=False) as live:
-        for percept in percepts:
-            screen.take(percept)
-            if time.monotonic() - drawn_s > EVERY_S:
-                drawn_s = time.monotonic()
-                live.update(screen.drawn(console), refresh=True)
-        live.update(screen.drawn(console), refresh=True)  # the last, however quickly it came
-
-
-def counted(percept: Percept) -> str:
-    """Return latency, faults and troubles in a line."""
-    parts = [] if percept.latency_ms is None else [f"latency {percept.latency_ms:.1f} ms"]
-    parts += [
-        f"{count} {name.replace('_', ' ')}"
-        for name, count in vars(percept.counters).items()
-        if count and name not in ("frames", "samples")
-    ]
-    return ", ".join([*parts, *percept.troubles])

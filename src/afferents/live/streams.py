@@ -1,33 +1,37 @@
-"""From frames and vibration to percepts: what both senses share, and each of them."""
+"""From a camera's frames and a microphone's sound to predictions."""
 
 import math
 import time
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from afferents.devices.clock import HostClock
 from afferents.encodings.base import Ready, VibrationEncoding
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
-from afferents.live.events import Begin, CameraFrame, Channel, Sound, Trouble
+from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound, Trouble
 from afferents.live.images import SHOWN, FrameByFrame, FrameImages, Images
 from afferents.live.network import Network
-from afferents.live.percept import Counters, Percept, State
+from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import AudioQuality, Quality, VideoQuality
 from afferents.live.raster import MarkerRaster, Raster, VibrationRaster
-from afferents.live.session import LookSession, ModelSession, PredictionSession
+from afferents.live.reporters import ModelReporter, Reporter
 from afferents.markers.sensor import Sensor
 
 LATE_S = 0.1
 """What lags more than this behind the quickest arrival tells of the past."""
 _FORGET = 0.001
 """The quickest arrival is forgotten by this share of the time gone by: clocks drift."""
+NAMES: dict[Channel, str] = {"video": "camera", "audio": "microphone"}
+"""That predictions carry where a model's would be."""
 
 
-class Sense:
-    """The models that feel by one channel; without any, it is looked at.
+class SensorStream(ABC):
+    """A camera or a microphone, and the models that classify by it; without any, it is looked at.
 
     Parameters
     ----------
@@ -43,7 +47,10 @@ class Sense:
     Attributes
     ----------
     raster
-        Which units fired in the last second; None where nobody asked, see `Senses.show_spikes`.
+        Which units fired in the last second; None where nobody asked, see
+        `LivePipeline.show_spikes`.
+    speed
+        Of the source; see `Source`.
     """
 
     raster: Raster | None = None
@@ -57,57 +64,56 @@ class Sense:
         self.every_s = 1 / rate_hz
         self.counters = Counters()
         self.quality = quality
-        feeling = [ModelSession(network, self.counters, quality) for network in networks]
-        self.sessions: Sequence[PredictionSession] = feeling or [
-            LookSession(channel, self.counters, quality)
-        ]
+        models = [ModelReporter(network, self.counters, quality) for network in networks]
+        looks_on = Reporter(NAMES[channel], self.counters, quality)
+        self.reporters: Sequence[Reporter] = models or [looks_on]
         self.now_s = 0.0
         self.speed = 1.0
-        self._quickest: tuple[float, float] | None = None
+        self._clock = HostClock(_FORGET)
+
+    @abstractmethod
+    def feed(self, event: Event) -> Iterator[Prediction]:
+        """Take in an event; yield what is predicted, and only then look how good it all is.
+
+        Whoever stops early leaves the latter out.
+        """
 
     def begin(self, event: Begin) -> None:
         """Forget all but the counters: another recording begins."""
-        self.now_s, self._quickest = event.time_s, None
+        self.now_s, self._clock = event.time_s, HostClock(_FORGET)
         self.quality.begin()
         if self.raster is not None:
             self.raster.begin()
-        for session in self.sessions:
-            session.begin()
-            session.truth = event.truth
+        for reporter in self.reporters:
+            reporter.begin()
+            reporter.truth = event.truth
 
     def skip(self) -> None:
         """Begin anew: what comes next does not follow what came before."""
-        for session in self.sessions:
-            session.skip()
+        for reporter in self.reporters:
+            reporter.skip()
 
-    def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Percept]:
+    def interrupt(self, trouble: Trouble, state: State = "stalled") -> list[Prediction]:
         """Say what went wrong, and that nothing fresh is known."""
         self.counters.troubles += 1
         self.skip()
         if self.raster is not None:
             self.raster.begin()
-        for session in self.sessions:
-            session.interrupt(trouble.what)
-        return self.without(state)
+        for reporter in self.reporters:
+            reporter.interrupt(trouble.what)
+        return self.report_nothing(state)
 
-    def without(self, state: State) -> list[Percept]:
+    def report_nothing(self, state: State) -> list[Prediction]:
         """Let all models say that nothing fresh is known."""
-        return [session.without(state, self.now_s) for session in self.sessions]
+        return [reporter.report_nothing(state, self.now_s) for reporter in self.reporters]
 
     def is_late(self, time_s: float, arrived_s: float) -> bool:
         """Tell whether what was taken at `time_s` came too late to tell of now; count it."""
         if math.isinf(self.speed):
             return False
-        if time.monotonic() - arrived_s > LATE_S:  # it has waited here
-            self.counters.late += 1
-            return True
-        due_s = time_s / self.speed
-        lead = arrived_s - due_s
-        if self._quickest is not None:
-            quickest, since_s = self._quickest
-            lead = min(lead, quickest + _FORGET * (arrived_s - since_s))
-        self._quickest = lead, arrived_s
-        late = arrived_s - due_s - lead > LATE_S
+        late = time.monotonic() - arrived_s > LATE_S  # it has waited here
+        if not late:
+            late = arrived_s - self._clock.read(time_s / self.speed, arrived_s) > LATE_S
         self.counters.late += late
         return late
 
@@ -126,15 +132,15 @@ def require_alike(networks: Sequence[Network], fields: Sequence[str], what: str)
             raise InputError(f"{other.path}: expected the {what} of {first.path}, found others")
 
 
-# From vibration to percepts, by RA-II.
+# From vibration to predictions, by RA-II.
 
 Floats = NDArray[np.float32]
 JUMP_S = 0.002
 """Sound whose time is off by more than this from the samples' count has lost some."""
 
 
-class AudioSense(Sense):
-    """A microphone, or other vibration channels: what models feel by it, or what is heard.
+class AudioStream(SensorStream):
+    """A microphone, or other vibration channels: what models recognise by it, or what is heard.
 
     Parameters
     ----------
@@ -146,8 +152,14 @@ class AudioSense(Sense):
         The microphone's clock is ahead of the camera's by this much, s.
     networks
         Models that take such samples; none to listen only.
+
+    Attributes
+    ----------
+    newest
+        The last sample; None before there is one.
     """
 
+    quality: AudioQuality
     raster: VibrationRaster | None = None
 
     def __init__(
@@ -159,19 +171,18 @@ class AudioSense(Sense):
         networks: Sequence[Network] = (),
     ) -> None:
         """Wait for the first window to fill."""
-        self.sound_quality = AudioQuality(rate_hz)
-        super().__init__("audio", rate_hz, networks, self.sound_quality)
+        super().__init__("audio", rate_hz, networks, AudioQuality(rate_hz))
         self.encoding = encoding
         self.every_s = float(getattr(encoding, "stride_s", 1.0))
         self.n_channels = n_channels
         self.offset_s = offset_s
         self.newest: Ready | None = None
-        self._stream = encoding.stream(rate_hz, n_channels)
+        self._samples = encoding.stream(rate_hz, n_channels)
         self._next_s: float | None = None
 
     @classmethod
     def of(cls, networks: Sequence[Network], offset_s: float = 0.0) -> Self:
-        """Return the sense by which one or more models feel.
+        """Return the stream by which one or more models classify.
 
         Raises
         ------
@@ -189,40 +200,44 @@ class AudioSense(Sense):
 
     def begin(self, event: Begin) -> None:
         """Wait for the first window of another recording."""
-        self._stream.skip()
+        self._samples.skip()
         self.newest = self._next_s = None
         super().begin(event)
 
     def skip(self) -> None:
         """Begin anew: samples are missing before the next one."""
-        self._stream.skip()
+        self._samples.skip()
         if self.raster is not None:
             self.raster.skip()
         super().skip()
 
-    def hear(self, sound: Sound) -> list[Percept]:
-        """Take in some samples."""
-        time_s = sound.time_s - self.offset_s
+    def feed(self, event: Event) -> Iterator[Prediction]:
+        """Take in some samples; see `SensorStream.feed`."""
+        assert isinstance(event, Sound)
+        time_s = event.time_s - self.offset_s
+        yield from self._predict(event, time_s)
+        self.quality.add(event)
+        if self.raster is not None:
+            self.raster.take(time_s, event.samples)
+
+    def _predict(self, sound: Sound, time_s: float) -> list[Prediction]:
         self.counters.samples += len(sound.samples)
         if self._next_s is not None and abs(gap_s := time_s - self._next_s) > JUMP_S:
             self.counters.lost_samples += max(0, round(gap_s * self.rate_hz))
             self.skip()
         self.now_s = self._next_s = time_s + len(sound.samples) / self.rate_hz
         late = self.is_late(self.now_s, sound.arrived_s)
-        self.sound_quality.take(sound)
-        if self.raster is not None:
-            self.raster.take(time_s, sound.samples)
-        ready = self._stream.feed(time_s, sound.samples)
+        ready = self._samples.feed(time_s, sound.samples)
         if ready:
             self.newest = ready[-1]
         if ready and late:
-            return self.without("stalled")
-        percepts = [
-            session.feel(sample.values, sample.end_s, self.every_s, sound.arrived_s)
+            return self.report_nothing("stalled")
+        predictions = [
+            reporter.report(sample.values, sample.end_s, self.every_s, sound.arrived_s)
             for sample in ready
-            for session in self.sessions
+            for reporter in self.reporters
         ]
-        return [percept for percept in percepts if percept]
+        return [prediction for prediction in predictions if prediction]
 
     def spectrum(self) -> tuple[Floats, float] | None:
         """Return the newest sample's amplitudes, mean over channels, and their distance, Hz.
@@ -236,7 +251,7 @@ class AudioSense(Sense):
         return newest.values.mean(axis=0), self.rate_hz / points
 
 
-# From frames to percepts, by SA-I and RA-I.
+# From frames to predictions, by SA-I and RA-I.
 
 MISSING = 1.7
 """Frames farther apart than this multiple of their period have lost others between them."""
@@ -244,8 +259,8 @@ DOUBLED = 0.25
 """A frame that comes within this share of the period is the one before once more."""
 
 
-class VideoSense(Sense):
-    """A sensor's camera: what models feel by it, or what is to be seen.
+class VideoStream(SensorStream):
+    """A sensor's camera: what models recognise by it, or what is to be seen.
 
     Parameters
     ----------
@@ -255,24 +270,29 @@ class VideoSense(Sense):
         Frames a second.
     networks
         Models of this sensor; none to look only.
+
+    Attributes
+    ----------
+    picture, newest
+        The last frame, and what it shows; None before there is one.
     """
 
+    quality: VideoQuality
     raster: MarkerRaster | None = None
 
     def __init__(
         self, images: FrameByFrame, rate_hz: float, networks: Sequence[Network] = ()
     ) -> None:
         """Wait for the rest frame."""
-        self.picture_quality = VideoQuality(rate_hz)
-        super().__init__("video", rate_hz, networks, self.picture_quality)
-        self.felt: FrameImages | None = None
+        super().__init__("video", rate_hz, networks, VideoQuality(rate_hz))
         self.picture: CameraFrame | None = None
+        self.newest: FrameImages | None = None
         self.images = images
         self._last_s: float | None = None
 
     @classmethod
     def of(cls, networks: Sequence[Network]) -> Self:
-        """Return the sense by which one or more models feel.
+        """Return the stream by which one or more models classify.
 
         Raises
         ------
@@ -282,14 +302,14 @@ class VideoSense(Sense):
         card = networks[0].card
         require_alike(networks, ("sensor", "fps_hz"), "sensor and frame rate")
         sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
-        felt_by = {network.channel for network in networks}
+        learnt_from = {network.channel for network in networks}
         assert card.fps_hz is not None
-        return cls(Images(sensor, {*SHOWN, *felt_by}), card.fps_hz, networks)
+        return cls(Images(sensor, {*SHOWN, *learnt_from}), card.fps_hz, networks)
 
     def begin(self, event: Begin) -> None:
         """Wait for the rest frame of another recording."""
         self.images.begin()
-        self.felt = self._last_s = None
+        self.newest = self._last_s = None
         super().begin(event)
 
     def skip(self) -> None:
@@ -299,40 +319,43 @@ class VideoSense(Sense):
             self.raster.skip()
         super().skip()
 
-    def see(self, picture: CameraFrame) -> list[Percept]:
-        """Take in a frame."""
+    def feed(self, event: Event) -> Iterator[Prediction]:
+        """Take in a frame; see `SensorStream.feed`."""
+        assert isinstance(event, CameraFrame)
         self.counters.frames += 1
-        if picture.torn:
+        if event.torn:
             self.counters.torn += 1
-            self._last_s = picture.time_s
+            self._last_s = event.time_s
             self.skip()
-            return []
-        if self._comes_twice(picture.time_s):
+            return
+        if self._comes_twice(event.time_s):
             self.counters.doubled += 1
-            return []
+            return
+        yield from self._predict(event)
+        self.quality.add(event, self.newest)
+        if self.raster is not None and self.newest is not None:
+            self.raster.take(event.time_s, self.newest)
+
+    def _predict(self, picture: CameraFrame) -> list[Prediction]:
         self.now_s = picture.time_s + 1 / self.rate_hz
         self.picture = picture
         try:
-            felt = self.felt = self.images.feed(picture.frame)
+            newest = self.newest = self.images.feed(picture.frame)
         except InputError as error:
             self.images.begin()
-            self.felt = None
-            self.picture_quality.take(picture, None)
+            self.newest = None
             return self.interrupt(Trouble("video", picture.time_s, str(error)), "waiting")
-        self.picture_quality.take(picture, felt)
         late = self.is_late(picture.time_s, picture.arrived_s)
-        if felt is None:
+        if newest is None:
             return []
-        if self.raster is not None:
-            self.raster.take(picture.time_s, felt)
         if late:
             super().skip()  # the networks have not seen it; RA-I has
-            return self.without("stalled")
-        said = [
-            session.see(felt, self.now_s, self.every_s, picture.arrived_s)
-            for session in self.sessions
+            return self.report_nothing("stalled")
+        predictions = [
+            reporter.report_frame(newest, self.now_s, self.every_s, picture.arrived_s)
+            for reporter in self.reporters
         ]
-        return [percept for percept in said if percept is not None]
+        return [prediction for prediction in predictions if prediction]
 
     def _comes_twice(self, time_s: float) -> bool:
         """Tell whether a frame is the last once more; count those missing before it."""

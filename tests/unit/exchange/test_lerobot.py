@@ -14,8 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import afferents
-from afferents.exchange import lerobot_files
-from afferents.exchange.lerobot_files import stats_of, together
+from afferents.exchange.lerobot import stats_of, together
 from afferents.recordings.session import read_session
 from afferents.store.zarr_store import open_responses
 
@@ -27,12 +26,10 @@ SCALARS |= {"index": "int64", "task_index": "int64"}
 
 @pytest.fixture(scope="module")
 def exported(stores, small_session, tmp_path_factory):
-    """A data set of nine recordings, in several files."""
+    """A data set of nine recordings, in several folders."""
     root = tmp_path_factory.mktemp("lerobot") / "touch"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("afferents.exchange.lerobot.DATA_MB", 0.3)
-        patch.setattr("afferents.exchange.lerobot_files.VIDEO_MB", 0.03)
-        patch.setattr(lerobot_files, "FILES_A_CHUNK", 2)
+        patch.setattr("afferents.exchange.lerobot.FILES_A_CHUNK", 2)
         assert afferents.export_lerobot(stores["video"], root, small_session, quiet=True) == 9
     return root
 

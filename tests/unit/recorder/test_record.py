@@ -22,10 +22,9 @@ from afferents.folds.held_out import split_named
 from afferents.inspection.inspect import inspect_data
 from afferents.markers.sensor import load_sensor
 from afferents.progress import Progress
-from afferents.recorder.devices import simulated_devices
 from afferents.recorder.plan import read_plan
-from afferents.recorder.plan_run import Person, Recording, record
-from afferents.recorder.rehearsal import Bench
+from afferents.recorder.record import Operator, Recorder
+from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
@@ -71,15 +70,16 @@ def begin(bench, tmp_path_factory):
         path = tmp_path_factory.mktemp("plan") / "PLAN.toml"
         path.write_text(PLAN.format(redo=redo, camera=camera, microphone=microphone, drive=drive))
         plan = read_plan(path)
-        devices = simulated_devices(plan, path, bench)
-        return Recording(plan, path, load_sensor("tip_b"), devices, bench.mount, True)
+        devices = simulate_devices(plan, path, bench)
+        operator = Operator(plan, devices, bench=bench)
+        return Recorder(plan, path, load_sensor("tip_b"), devices, operator, simulated=True)
 
     return begin
 
 
-def made(recording, session):
+def made(recorder, session, again=()):
     with Progress(quiet=True) as progress:
-        return record(recording, session, progress)
+        return recorder.record(session, progress, again)
 
 
 @pytest.fixture(scope="module")
@@ -250,8 +250,7 @@ def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
 def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
     shutil.copytree(faulty[0], tmp_path / "S")
     before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
-    with Progress(quiet=True) as progress:
-        outcome = record(begin(), tmp_path / "S", progress, again=[RUN])
+    outcome = made(begin(), tmp_path / "S", again=[RUN])
     assert (outcome.recorded, outcome.remaining, outcome.kept_aside) == ([RUN], [], {})
     ((place, why),) = outcome.attempts_aside
     assert why == "accepted, and another was recorded in its place"
@@ -259,15 +258,13 @@ def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, 
     assert json.loads((Path(place) / "why.json").read_text())["why"] == why
     assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() != before
     with pytest.raises(InputError, match=r"runs of the plan \(4/60\), found '9/9'"):
-        record(begin(), tmp_path / "S", Progress(quiet=True), again=["9/9"])
+        made(begin(), tmp_path / "S", again=["9/9"])
 
 
 def test_an_accepted_run_stays_where_a_new_one_is_refused(faulty, begin, tmp_path):
     shutil.copytree(faulty[0], tmp_path / "S")
     before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
-    with Progress(quiet=True) as progress:
-        faults = begin(redo=0, camera="lost = [40, 41, 42]")
-        outcome = record(faults, tmp_path / "S", progress, again=[RUN])
+    outcome = made(begin(redo=0, camera="lost = [40, 41, 42]"), tmp_path / "S", again=[RUN])
     assert (outcome.recorded, [*outcome.kept_aside]) == ([], [RUN])
     assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() == before
 
@@ -304,12 +301,12 @@ def test_a_run_with_a_fault_is_kept_aside_and_named(begin, bench, tmp_path, devi
 
 
 def test_a_person_changes_drums_once_and_turns_them_where_no_motor_does(begin):
-    plan = begin().plan
-    asked = []
+    recorder = begin()
+    plan, asked = recorder.plan, []
     with ByHand() as drive:
-        person = Person(asked.append, plan, drive)
+        operator = Operator(plan, replace(recorder.devices, drive=drive), asked.append)
         for attempt in range(3):
-            person(plan.entries()[0], attempt)
+            operator.prepare(plan.entries()[0], attempt)
     assert asked[0] == "change the drum to 4, then press enter"
     assert len(asked) == 3
     assert "turn it at 60 mm/s until 2 s are over" in asked[1]

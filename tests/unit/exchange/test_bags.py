@@ -19,14 +19,13 @@ pytest.importorskip("rosbags")
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from afferents.recorder.bags import Bag, bag_files
+from afferents.recorder.bags import Bag, extract_files
 from afferents.recordings.ros_messages import (
     PICTURE,
     RAW_PICTURE,
     ROS_SOUND,
     ROS_SOUND_INFO,
     ROS_SOUND_STAMPED,
-    Messages,
     typestore,
 )
 from afferents.recordings.video import VideoFile
@@ -216,7 +215,7 @@ def test_raw_pictures_of_a_robot_are_kept_without_loss(types, tmp_path, encoding
 def test_sound_that_says_nothing_of_itself_is_what_the_options_say(types, tmp_path):
     samples = np.arange(2000, dtype=np.int16)[:, None]
     ros_bag(tmp_path / "bag", types, raw(types, 5), heard(types, samples))
-    files = bag_files(Bag(tmp_path / "bag", audio_rate_hz=16_000), tmp_path)
+    files = extract_files(Bag(tmp_path / "bag", audio_rate_hz=16_000), tmp_path)
     found, rate_hz = soundfile.read(files.audio, dtype="int16")
     np.testing.assert_array_equal(found, samples[:, 0])
     assert rate_hz == 16_000
@@ -274,7 +273,3 @@ def test_what_can_t_be_exported_is_refused_in_a_sentence(rig, fails, tmp_path):
     out.mkdir()
     (out / "mine").write_text("")
     assert "bags" in fails("export-mcap", session, out)
-
-
-def test_the_messages_need_no_ros(types):
-    assert Messages(types).text("felt")

@@ -23,7 +23,7 @@ kind = "simulated"
 [drive]
 kind = "simulated"
 """
-IMPORTS = ["afferents.cli", "afferents.recorder.plan_run", "afferents.recorder.record"]
+IMPORTS = ["afferents.cli", "afferents.recorder.record"]
 
 
 @pytest.fixture

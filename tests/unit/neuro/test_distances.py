@@ -6,7 +6,7 @@ import pytest
 
 from afferents.errors import InputError
 from afferents.neuro.distances import DISTANCES, distance_matrix, found_by_nearest
-from afferents.neuro.exponent import exponents, spectral_exponent, told_by_exponent
+from afferents.neuro.exponent import accuracy_by_exponent, exponents, spectral_exponent
 from afferents.spikes import Spikes
 
 
@@ -73,11 +73,11 @@ def test_exponents_of_made_noise(exponent):
     assert spectral_exponent(100 * noise, rate_hz) == pytest.approx(exponent, abs=0.1)
 
 
-def test_textures_of_different_exponents_are_told():
+def test_textures_of_different_exponents_are_recognised():
     rows = [(f"{t}/{v}", t, v, e + 0.01 * v / 40) for t, e in (("a", -1), ("b", -2), ("c", -3))
             for v in (40.0, 80.0)]  # fmt: skip
     table = pd.DataFrame(rows, columns=["recording", "texture", "speed_mm_s", "exponent"])
-    assert told_by_exponent(table) == {40.0: 1.0, 80.0: 1.0}
+    assert accuracy_by_exponent(table) == {40.0: 1.0, 80.0: 1.0}
     assert exponents([]).empty
 
 

@@ -7,7 +7,7 @@ import soundfile
 
 from afferents.devices import CameraSettings
 from afferents.errors import InputError
-from afferents.recorder.files import Film, Sound, repair
+from afferents.recorder.files import SoundWriter, VideoWriter, repair
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import VideoFile
 
@@ -37,7 +37,7 @@ def times(n):
 @pytest.mark.parametrize(("form", "n_bytes"), [("GREY", 1), ("YUYV", 2)])
 def test_raw_pixels_lose_nothing(tmp_path, form, n_bytes):
     frames, time_s = raw(n_bytes, 12), times(12)
-    film = Film(tmp_path / "v.mp4", settings(form))
+    film = VideoWriter(tmp_path / "v.mp4", settings(form))
     for data, at_s in zip(frames, time_s, strict=True):
         film.write(data, at_s)
     film.close()
@@ -51,7 +51,7 @@ def test_raw_pixels_lose_nothing(tmp_path, form, n_bytes):
 
 def test_jpegs_are_stored_as_they_came(tmp_path):
     frames, time_s = jpegs(200), times(200)
-    film = Film(tmp_path / "v.mp4", settings("MJPG"))
+    film = VideoWriter(tmp_path / "v.mp4", settings("MJPG"))
     sizes = []
     for data, at_s in zip(frames, time_s, strict=True):
         film.write(data, at_s)
@@ -69,19 +69,23 @@ def test_jpegs_are_stored_as_they_came(tmp_path):
 
 def test_a_format_that_is_not_known_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"a camera of format MJPG, GREY, YUYV, found H264"):
-        Film(tmp_path / "v.mp4", settings("H264"))
+        VideoWriter(tmp_path / "v.mp4", settings("H264"))
 
 
-def test_a_wavs_header_is_right_every_second_and_repaired(tmp_path):
+def test_a_wavs_header_is_right_with_each_block_and_repaired(tmp_path):
     samples = RNG.integers(-32768, 32767, (2500, 2), np.int16)
-    sound = Sound(tmp_path / "a.wav", 1000, 2)
+    sound = SoundWriter(tmp_path / "a.wav", 1000, 2)
     for block in np.split(samples, 50):
         sound.write(block)
     broken = tmp_path / "broken.wav"
     broken.write_bytes(sound.path.read_bytes() + b"\1")  # in the middle of a sample
     sound.close()
     np.testing.assert_array_equal(soundfile.read(sound.path, dtype="int16")[0], samples)
-    assert WavFile(broken).n_samples == 2000
-    assert repair(broken) == 2500
+    assert WavFile(broken).n_samples == 2500
+    with broken.open("r+b") as file:  # as if killed between a block and its length
+        file.seek(40)
+        file.write((2450 * 4).to_bytes(4, "little"))
+    assert WavFile(broken).n_samples == 2450
+    repair(broken)
     np.testing.assert_array_equal(soundfile.read(broken, dtype="int16")[0], samples)
     assert broken.stat().st_size == sound.path.stat().st_size

@@ -1,0 +1,89 @@
+"""What is exported and shown: recordings of a session or of a store, their frames as JPEGs."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import av
+import cv2
+
+from afferents.errors import InputError
+from afferents.files import Place
+from afferents.recordings.session import read_session
+from afferents.recordings.video import VideoFile
+from afferents.store.integrity import is_group
+from afferents.store.recording import Recording, Video
+from afferents.store.responses import Responses
+from afferents.store.zarr_store import open_responses
+
+QUALITY = 95
+"""Of JPEGs, where the camera gave none."""
+
+
+class Source(NamedTuple):
+    """A recording as it was made, and what was extracted of it; None for what is not given."""
+
+    recording: Recording | None
+    responses: Responses | None
+
+
+def find_recordings(
+    source: Place, store: Place | None, wanted: Sequence[str] = (), most: int | None = None
+) -> dict[str, Source]:
+    """Return recordings by name.
+
+    Parameters
+    ----------
+    source
+        A session or a store.
+    store
+        Of a session: the store that was extracted from it.
+    wanted
+        Names; none for the first `most`, or all.
+
+    Raises
+    ------
+    InputError
+        If there is no such session, store or recording, or the store is another session's.
+    """
+    recordings: dict[str, Recording] = {}
+    if not is_group(Path(source)):
+        recordings = {one.name: one for one in read_session(source).recordings}
+    elif store is not None:
+        raise InputError(f"--store: expected a session beside it, found the store {source}")
+    extracted = store if recordings else source
+    stored = () if extracted is None else open_responses(extracted)
+    responses = {str(one.attrs["name"]): one for one in stored}
+    names = list(recordings or responses)
+    if unknown := [name for name in wanted if name not in names]:
+        some = ", ".join(names[:5])
+        raise InputError(f"recording: expected one of {source} ({some}, ...), found '{unknown[0]}'")
+    chosen = [name for name in names if name in (wanted or names)][:most]
+    if store is not None and (lacking := [name for name in chosen if name not in responses]):
+        raise InputError(
+            f"{store}: expected the recording '{lacking[0]}', found none; give the store that was "
+            "extracted from the session"
+        )
+    return {name: Source(recordings.get(name), responses.get(name)) for name in chosen}
+
+
+def jpegs(video: Video, quality: int) -> Iterator[tuple[float, bytes]]:
+    """Yield a video's frames and when each was taken, s.
+
+    JPEGs are those of the file, byte for byte; other frames are encoded anew, of `quality`.
+    """
+    if isinstance(video, VideoFile):
+        with av.open(f"file:{video.path}") as container:
+            stream = container.streams.video[0]
+            if stream.codec_context.name == "mjpeg":
+                n = 0
+                for packet in container.demux(stream):
+                    if packet.size and packet.pts is not None and packet.time_base is not None:
+                        shown_s = float(packet.pts * packet.time_base)
+                        yield n / video.rate_hz if video.rate_hz else shown_s, bytes(packet)
+                        n += 1
+                return
+    for frame in video.frames():
+        picture = frame.in_colour() if frame.in_colour else frame.image
+        _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
+        yield frame.time_s, data.tobytes()

@@ -1,0 +1,164 @@
+"""The live pipeline: from what a camera and a microphone give to predictions."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Self
+
+from afferents.encodings.spectra import SpectralEncoding
+from afferents.errors import InputError
+from afferents.live.events import Begin, Channel, Event, Source, Trouble, Wanted
+from afferents.live.images import FoundImages, FrameByFrame
+from afferents.live.network import Network
+from afferents.live.prediction import Prediction
+from afferents.live.raster import MarkerRaster, Trains, VibrationRaster
+from afferents.live.reporters import Reporter
+from afferents.live.streams import AudioStream, SensorStream, VideoStream
+
+
+class LivePipeline:
+    """A camera, a microphone, or both, with the models that classify by them, or without any.
+
+    Events may come in pieces of any size: predictions are the same. Memory does not grow.
+
+    Parameters
+    ----------
+    video, audio
+        None for one that is not there. `with_models` and `without_models` make them.
+    """
+
+    def __init__(self, video: VideoStream | None, audio: AudioStream | None) -> None:
+        """Prepare for the first frame and the first sample."""
+        self.video, self.audio = video, audio
+        both: dict[Channel, SensorStream | None] = {"video": video, "audio": audio}
+        self.by_channel = {channel: one for channel, one in both.items() if one is not None}
+
+    @classmethod
+    def with_models(cls, networks: Sequence[Network], audio_offset_s: float = 0.0) -> Self:
+        """Return a pipeline of models: streams are made for what they learnt from.
+
+        Parameters
+        ----------
+        networks
+            One or more, of one sensor.
+        audio_offset_s
+            The microphone's clock is ahead of the camera's by this much, s.
+
+        Raises
+        ------
+        InputError
+            If there is none, or two learnt from different sensors, rates or spectra.
+        """
+        check_offset(audio_offset_s)
+        if not networks:
+            raise InputError("--model: expected at least one model, found none")
+        names = [network.card.model for network in networks]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"--model: expected each model once, found several of {name}")
+        images = [network for network in networks if not network.encoding.of_vibration]
+        vibration = [network for network in networks if network.encoding.of_vibration]
+        return cls(
+            VideoStream.of(images) if images else None,
+            AudioStream.of(vibration, audio_offset_s) if vibration else None,
+        )
+
+    @classmethod
+    def without_models(
+        cls,
+        sources: Sequence[Source],
+        images: FrameByFrame | None = None,
+        audio_offset_s: float = 0.0,
+    ) -> Self:
+        """Return a pipeline that shows markers, SA-I, RA-I, spectrum, and how good they are.
+
+        Parameters
+        ----------
+        sources
+            Which are looked at, one of each channel at most.
+        images
+            Which follow the markers that the camera sees: `Images` of a sensor, or `FoundImages`
+            (the default), which finds markers at rest as `calibrate` does.
+        audio_offset_s
+            The microphone's clock is ahead of the camera's by this much, s.
+
+        Raises
+        ------
+        InputError
+            If there is no source.
+        """
+        check_offset(audio_offset_s)
+        rates: dict[Channel, float] = {source.channel: source.rate_hz for source in sources}
+        if not rates:
+            raise InputError(
+                "--video: expected a source to look at, such as camera:0, a video file or rig, "
+                "found none; give --video, --audio or both"
+            )
+        video = audio = None
+        if "video" in rates:
+            video = VideoStream(images or FoundImages(), rates["video"])
+        if "audio" in rates:
+            audio = AudioStream(SpectralEncoding(), rates["audio"], offset_s=audio_offset_s)
+        return cls(video, audio)
+
+    @property
+    def wanted(self) -> Wanted:
+        """What is needed of sources."""
+        video, audio = self.video, self.audio
+        return Wanted(
+            frozenset(self.by_channel),
+            sensor=video.images.sensor if video else None,
+            fps_hz=video.rate_hz if video else None,
+            sample_rate_hz=audio.rate_hz if audio else Wanted.sample_rate_hz,
+            n_channels=audio.n_channels if audio else Wanted.n_channels,
+        )
+
+    @property
+    def reporters(self) -> Sequence[tuple[Channel, Reporter]]:
+        """Who says something, and of which channel."""
+        return [
+            (channel, reporter)
+            for channel, stream in self.by_channel.items()
+            for reporter in stream.reporters
+        ]
+
+    def show_spikes(self) -> None:
+        """From now on simulate units that the responses drive, for `trains`."""
+        if self.video is not None:
+            self.video.raster = MarkerRaster()
+        if self.audio is not None:
+            self.audio.raster = VibrationRaster(self.audio.rate_hz)
+
+    def trains(self) -> list[Trains]:
+        """Return which units fired in the last second, a class after the other."""
+        rasters = [stream.raster for stream in self.by_channel.values()]
+        return [trains for raster in rasters if raster is not None for trains in raster.trains()]
+
+    def feed(self, event: Event) -> Iterator[Prediction]:
+        """Take in an event, and yield what is predicted.
+
+        No prediction waits for what is found out about quality and spikes: that comes after the
+        last of them, so take them all.
+        """
+        stream = self.by_channel.get(event.channel)
+        if stream is None:
+            return
+        if isinstance(event, Begin):
+            stream.begin(event)
+        elif isinstance(event, Trouble):
+            yield from stream.interrupt(event)
+        else:
+            yield from stream.feed(event)
+
+
+def check_offset(audio_offset_s: float) -> None:
+    """Refuse an offset of the clocks that is no number.
+
+    Raises
+    ------
+    InputError
+        Naming the option.
+    """
+    if not math.isfinite(audio_offset_s):
+        raise InputError(
+            f"--audio-offset-ms: expected a number of milliseconds, found {audio_offset_s}"
+        )
