@@ -23,7 +23,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from afferents.evaluation import schemas
+from afferents.evaluation import fold_files, schemas
 from afferents.reporting.discrepancies import to_page
 from afferents.reporting.published import published_families
 
@@ -70,7 +70,7 @@ def part(name: str) -> str:
 
 def fields(name: str) -> str:
     """Return the fields of a model of the results; those that all summaries have stand once."""
-    model = getattr(schemas, name)
+    model = getattr(schemas, name, None) or getattr(fold_files, name)
     common = {} if model is schemas.Summary else schemas.About.model_fields
     rows = [
         [f"`{field.alias or key}`", " ".join((field.description or "").split())]
