@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # Two processes of one thread each, for two processors.
 TESTS := OMP_NUM_THREADS=1 $(BIN)/python -m pytest
 
-.PHONY: install demo live docs check lint test test-system test-processors slow bench package clean
+.PHONY: install demo live docs results-pages check lint test test-system test-processors slow bench package clean
 
 install: $(VENV)/.installed
 
@@ -27,6 +27,10 @@ docs: install
 	rm -rf docs/generated
 	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going docs docs/_build/html
 	@echo "the site: docs/_build/html/index.html"
+
+results-pages: install
+	$(BIN)/python scripts/results_pages.py
+	$(BIN)/python scripts/architecture.py
 
 lint: install
 	$(BIN)/ruff format --check .

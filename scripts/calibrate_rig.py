@@ -3,8 +3,9 @@
     python scripts/calibrate_rig.py
 
 `scripts/published` holds what was digitised of the paper's figures. Pictures go to `docs/images`,
-tables into `docs/rig.md`, between its marks, and what the rig says of drum m, whose published
-panels nobody has measured here, into `docs/rig-predictions.json`. Takes minutes.
+numbers to `docs/results`, from which `make results-pages` draws the tables, and what the rig says
+of drum m, whose published panels nobody has measured here, to `docs/rig-predictions.json`. Takes
+minutes.
 """
 
 import json
@@ -18,7 +19,7 @@ import rig_measures as measure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rig_constants import constants_table, friction_table
+from results_pages import DATA, DOCS, write
 
 from afferents import dims
 from afferents.channels import ra1, sa1
@@ -31,13 +32,20 @@ from afferents.rig import STEADY_S, VIDEO, Rig, bumped_surface, record
 from afferents.rig.microphone import SAMPLE_RATE_HZ
 from afferents.rig.run import simulate_run
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
 PUBLISHED = Path(__file__).parent / "published"
 RIG = Rig()
 SPECTRA_MM_S = (20, 40, 50, 80, 100)
 IMAGES = (("a", 0.0, 50), ("g", 3.0, 10), ("g", 3.0, 50), ("g", 3.0, 100))
 PREDICTED = ("m", 6.0, (10, 50, 100))
 SEEDS, FILMED_SEEDS = range(6), range(3)
+SPECTRA_COLUMNS = [
+    "speed, mm/s", "of", "k = 1 : 2 : 3 : 4", "k = 1, 2 over what lies round it", "g over a",
+    "above 8 Hz", "largest line, at 100 mm/s = 1",
+]  # fmt: skip
+IMAGE_COLUMNS = [
+    "recording", "of", "20 frames apart", "sd / mean", "sd over time / mean", "1 pin apart",
+    "3 pins apart", "mean, a at 50 mm/s = 1", "pattern",
+]  # fmt: skip
 FILMED_S = 7.0
 
 
@@ -75,14 +83,10 @@ def heard(spacing_mm: float, speed_mm_s: float, seed: int) -> NDArray[np.float64
     return amplitude_spectrum(steady, SAMPLE_RATE_HZ, 400).astype(float)
 
 
-def spectra_table(panels: list[Panel]) -> str:
-    """Return the numbers of the spectra of g, and of g over a, as markdown."""
+def spectra_table(panels: list[Panel]) -> list[list[str]]:
+    """Return the numbers of the spectra of g, and of g over a: a row a speed and origin."""
     of = {(p.spacing_mm, p.speed_mm_s): p for p in panels}
-    rows = [
-        "| speed, mm/s | | k = 1 : 2 : 3 : 4 | k = 1, 2 over what lies round it | g over a | above "
-        "8 Hz | largest line, at 100 mm/s = 1 |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    rows = []
     for speed in SPECTRA_MM_S:
         g, a = of[3.0, speed], of[0.0, speed]
         for name in ("published", "rig"):
@@ -92,7 +96,7 @@ def spectra_table(panels: list[Panel]) -> str:
                 np.median(mine[:, b:].max(axis=1)) / np.median(smooth[:, b:].max(axis=1))
                 for b in (0, 9)
             ]
-            cells = (
+            cells = [
                 f"{speed}" if name == "published" else "",
                 name,
                 " : ".join(f"{w:.2f}" for w in measure.weights(mine, g.first_hz)),
@@ -100,9 +104,9 @@ def spectra_table(panels: list[Panel]) -> str:
                 f"{ratio[0]:.0f}",
                 f"{ratio[1]:.0f}",
                 f"{np.median(mine.max(axis=1)) / loudest:.2f}",
-            )
-            rows.append(f"| {' | '.join(cells)} |")
-    return "\n".join(rows)
+            ]
+            rows.append(cells)
+    return rows
 
 
 def draw_spectra(panels: list[Panel]) -> None:
@@ -175,13 +179,9 @@ def figures_of(images: NDArray[np.float64]) -> dict[str, float]:
     return {**found, "pattern": measure.moving_contrast(images)}
 
 
-def image_tables(published: list[Images], rig: list[list[Images]]) -> str:
-    """Return the figures of the tactile images as markdown."""
-    head = (
-        "| | | 20 frames apart | sd / mean | sd over time / mean | 1 pin apart | 3 pins apart | "
-        "mean, a at 50 mm/s = 1 | pattern |\n|---|---|---|---|---|---|---|---|---|"
-    )
-    rows = [head]
+def image_table(published: list[Images], rig: list[list[Images]]) -> list[list[str]]:
+    """Return the figures of the tactile images: a row a panel and origin."""
+    rows = []
     for afferent, title in (("slow", "SA-I"), ("rapid", "RA-I")):
         first: dict[str, float] = {}
         for index, (texture, _, speed) in enumerate(IMAGES):
@@ -199,13 +199,13 @@ def image_tables(published: list[Images], rig: list[list[Images]]) -> str:
                 smooth = first.setdefault(name, values["mean"])
                 shown = f"{title}, {texture}, {speed}" if name == "published" else ""
                 rows.append(_row(shown, name, values, smooth))
-    return "\n".join(rows)
+    return rows
 
 
-def _row(title: str, name: str, found: dict[str, float], smooth: float) -> str:
+def _row(title: str, name: str, found: dict[str, float], smooth: float) -> list[str]:
     cells = [found[key] for key in ("apart", "sd", "sd_time", "pin_1", "pin_3")]
-    shown = " | ".join(f"{value:.2f}" for value in (*cells, found["mean"] / smooth))
-    return f"| {title} | {name} | {shown} | {found['pattern']:.1f} |"
+    shown = [f"{value:.2f}" for value in (*cells, found["mean"] / smooth)]
+    return [title, name, *shown, f"{found['pattern']:.1f}"]
 
 
 def predictions(smooth: list[Images]) -> dict[str, Any]:
@@ -266,27 +266,20 @@ def draw_images(published: list[Images], rig: list[list[Images]]) -> None:
     figure.savefig(DOCS / "images" / "rig-tactile-images.png", dpi=110)
 
 
-def insert(page: Path, mark: str, text: str) -> None:
-    """Replace what stands between two marks of a page."""
-    content = page.read_text(encoding="utf-8")
-    head, _, rest = content.partition(f"<!-- {mark} -->")
-    tail = rest.partition(f"<!-- /{mark} -->")[2]
-    whole = f"{head}<!-- {mark} -->\n{text}\n<!-- /{mark} -->{tail}"
-    page.write_text(whole, encoding="utf-8")
+def keep(name: str, title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """Write a table's numbers where `make results-pages` finds them."""
+    write(DATA / f"rig-{name}.json", title, ["python scripts/calibrate_rig.py"], columns, rows)
 
 
 def main() -> None:
-    """Simulate, compare, draw, and write the tables into the page."""
-    page = DOCS / "rig.md"
-    insert(page, "constants", constants_table())
-    insert(page, "friction", friction_table())
+    """Simulate, compare, draw, and keep the numbers."""
     panels = spectra(json.loads((PUBLISHED / "spectra.json").read_text(encoding="utf-8")))
-    insert(page, "spectra", spectra_table(panels))
+    keep("spectra", "Spectra of drum g", SPECTRA_COLUMNS, spectra_table(panels))
     draw_spectra(panels)
     archive = np.load(PUBLISHED / "tactile_images.npz", allow_pickle=False)
     published = [published_images(archive, texture, speed) for texture, _, speed in IMAGES]
     rig = [[filmed_images(x, speed, seed) for seed in FILMED_SEEDS] for _, x, speed in IMAGES]
-    insert(page, "images", image_tables(published, rig))
+    keep("images", "Tactile images", IMAGE_COLUMNS, image_table(published, rig))
     draw_images(published, rig)
     text = json.dumps(predictions(rig[0]), indent=1)
     (DOCS / "rig-predictions.json").write_text(text + "\n", encoding="utf-8")

@@ -1,7 +1,6 @@
-"""Every constant of the rig, its value and where it comes from; the friction of each drum."""
+"""Print every constant of the rig, its value and where it comes from."""
 
-from afferents.rig import Rig, bumped_surface
-from afferents.store.recording import LETTERS, folder_of
+from afferents.rig import Rig
 
 SOURCES = {
     "drum.diameter_mm": "paper, 2.2",
@@ -100,9 +99,5 @@ def constants_table() -> str:
     return "\n".join(rows)
 
 
-def friction_table() -> str:
-    """Return the factor on the friction of each of the paper's drums, as markdown."""
-    drums = [bumped_surface(float(folder_of(letter)), Rig().drum) for letter in LETTERS]
-    factors = [f"{drum.friction_factor:.2f}" for drum in drums]
-    rows = (list(LETTERS), ["---"] * len(drums), factors)
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+if __name__ == "__main__":
+    print(constants_table())

@@ -4,8 +4,8 @@ Hold a speed out
 
 How well does a model know a texture? That depends on what it is asked. If it is tested on other
 moments of the recordings that it learnt from, it can learn the recording instead of the texture.
-Here it is tested at a sliding speed that it has never felt. This is the paper's question, and the
-default of ``afferents.evaluate``.
+Here it is tested at a sliding speed that it has not learnt from. This is the paper's question,
+and the default of ``afferents.evaluate``.
 """
 
 # %%

@@ -2,8 +2,8 @@
 Your own classifier in ten lines
 ================================
 
-A *model* has three parts. The channel says what is felt, the encoding how it is cut into samples,
-and the classifier learns to tell their textures apart. Any part can be your own. Here it is the
+A *model* has three parts. The channel is a response over time, the encoding divides it into
+samples, and the classifier learns their textures. Any part can be your own. Here it is the
 classifier: a nearest-neighbour rule of scikit-learn, on single images of RA-I.
 """
 

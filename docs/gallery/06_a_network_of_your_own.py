@@ -58,7 +58,7 @@ results = afferents.evaluate(
 print(results.accuracy)
 
 # %%
-# Guessing would name a third of the samples rightly. How the network is trained can be
+# Guessing would classify a third of the samples correctly. How the network is trained can be
 # changed: ``recipe={"max_epochs": 20}`` is an option of ``evaluate``. A network whose function
-# stands in a file can also be trained for good, exported, and felt live
+# stands in a file can also be trained for good, exported, and run live
 # (:doc:`/own-models`).

@@ -37,7 +37,7 @@ plot.markers(responses, frame)
 pyplot.show()
 
 # %%
-# What each marker feels
+# What each marker shows
 # ----------------------
 # SA-I needs no rows and columns: it is a number for each marker, wherever it stands.
 
@@ -61,5 +61,5 @@ plot.tactile_image(responses.sa1, time_s=2)
 pyplot.show()
 
 # %%
-# From here on everything is as with a square fingertip. :doc:`/layouts` says why the pixels
+# From here on everything is as with a square fingertip. :doc:`/tracking` says why the pixels
 # are made in this way, and what that costs.

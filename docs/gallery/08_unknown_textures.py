@@ -29,7 +29,7 @@ card = afferents.train("small.zarr", "three-drums", model="sa-wave-vector", forc
 print(*card.describe(), sep="\n")
 
 # %%
-# A drum that it has never felt
+# A drum that it has not learnt
 # -----------------------------
 
 if not Path("stranger.zarr").exists():
@@ -64,4 +64,4 @@ pyplot.show()
 # model: with the model ``ra-wave-vector``, and only three drums learnt, hardly any sample
 # of this drum is found. A single drum proves little, either way.
 # ``afferents.evaluate_textures`` leaves out each texture in turn, and says how often it is
-# found (:doc:`/speed-invariant-results`).
+# found (:doc:`/models`).

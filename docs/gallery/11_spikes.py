@@ -3,8 +3,8 @@ Spikes
 ======
 
 A nerve fibre does not give a number for each frame. It gives spikes: short pulses, all alike, at
-moments of its own. Here artificial nerve fibres, called *units*, are driven by what the
-fingertip feels.
+moments of its own. Here artificial nerve fibres, called *units*, are driven by the
+fingertip's responses.
 """
 
 from matplotlib import pyplot

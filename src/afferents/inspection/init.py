@@ -203,7 +203,7 @@ def _written(found: _Found) -> tuple[list[str], list[str]]:
     """Return the lines of a session file, and sentences on what they rest on."""
     head = [
         f"# A first session file, {MARK}: please check it.",
-        "# All that can stand here is described in docs/sessions.md.",
+        "# All that can stand here is described in docs/your-data.md.",
         "",
     ]
     videos = [path for path in found.readable if not is_sound(Path(path))]

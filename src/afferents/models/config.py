@@ -182,8 +182,7 @@ def training_config(
 
     `fast` is a shorter road, meant for about the same accuracy: frames are nearly equal, so it
     takes some of them, few epochs with a rate that rises and falls once, and trains the CNN-LSTM in
-    stages. Found on simulated recordings of a seed that no published number is of; accuracy and
-    passes beside `paper`'s are in docs/results.md.
+    stages. Found on simulated recordings of a seed that no number in the docs is of.
 
     `quick` is **not** the published recipe: it thins the samples, has smaller batches and
     higher learning rates, stops sooner, and trains the CNN-LSTM in stages. A training takes

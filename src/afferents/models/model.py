@@ -173,7 +173,7 @@ BEYOND: dict[str, Model] = {
         ),
     )
 }  # fmt: skip
-"""Our own: docs/speed-invariant-models.md says what they are."""
+"""Our own: docs/models.md says what they are."""
 
 MODELS: dict[str, Model] = TABLE1 | BEYOND
 

@@ -111,7 +111,7 @@ def find_stalls(equal: NDArray[np.bool_], time_s: Times) -> Stalls:
 #
 # All tolerances were measured on simulated recordings as recorded and encoded again (H.264 at crf
 # 18, 23 and 35, MJPEG), with and without such faults, and on clips of real sensors;
-# docs/data-model.md says how far they go.
+# docs/reliability.md says what is promised.
 
 FROZEN_S = 1.0
 """A picture may stand still for so long while the drum slides. Half of it is the distance at which

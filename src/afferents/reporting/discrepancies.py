@@ -138,8 +138,8 @@ def _table(found: Discrepancies, part: str) -> str:
     """Return what is of one part of the work, as a table in Markdown."""
     rows = [_HEAD, ("---",) * len(_HEAD)]
     rows += [
-        (f"{one.number} {one.weight}", one.topic, one.paper, one.code, one.published,
-         one.recommended or "the same")
+        (f"{one.number} {one.weight}", one.topic, one.paper, one.code,
+         "" if one.published == AS_THE_CODE else one.published, one.recommended)
         for one in found.discrepancy
         if one.part == part
     ]  # fmt: skip
@@ -149,14 +149,12 @@ def _table(found: Discrepancies, part: str) -> str:
 _HEAD = ("", "topic", "paper's text", "authors' code", "`--like published`", "recommended")
 _PAGE = """# Where the paper and its code differ
 
-The paper's text and the authors' code disagree in {n} places, or one of them slips. This page says
-what each does, and what is done here: by `afferents reproduce --like published`, which goes with
-the code, and by what we recommend. The letter after the number says how much it matters:
-{weights}.
+The paper's text and the authors' code disagree in {n} places, or one of them slips. `afferents
+reproduce --like published` goes with the code. In the last two columns an empty cell says "as the
+code" and "the same". The letter after the number says how much it matters: {weights}.
 
-The list stands in the package: `afferents reproduce --discrepancies` prints it. This page is made
-of it by `python scripts/discrepancies.py`, so change the list instead of the page:
-`src/afferents/reporting/published/discrepancies.toml`.
+`afferents reproduce --discrepancies` prints the list. This page is made of it by `make
+results-pages`; the list is `src/afferents/reporting/published/discrepancies.toml`.
 
 Source: {source}.
 

@@ -12,7 +12,7 @@ def test_there_are_44_in_order():
 
 
 def test_the_page_is_the_list():
-    assert PAGE.read_text(encoding="utf-8") == to_page(), "run python scripts/discrepancies.py"
+    assert PAGE.read_text(encoding="utf-8") == to_page(), "run make results-pages"
 
 
 def test_all_that_remains_is_said_whole_as_well():

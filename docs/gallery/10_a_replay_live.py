@@ -1,9 +1,9 @@
 """
-A replay felt live
-==================
+A replay, live
+==============
 
-A trained model can feel as the fingertip slides: frame by frame, from a running camera. Without a
-camera, a recording can be played as if it happened now. What is computed is the same.
+A trained model can classify while the fingertip slides: frame by frame, from a running camera.
+Without a camera, a recording can be played as if it happened now. What is computed is the same.
 """
 
 from pathlib import Path
@@ -18,12 +18,12 @@ if not Path("small.zarr").exists():
     afferents.extract("small", "small.zarr", quiet=True)
 
 # %%
-# One file to feel with
-# ---------------------
+# One file to use
+# ---------------
 # ``export`` writes a trained model into one ONNX file, with all that is needed to use it.
 
-afferents.train("small.zarr", "felt", model="sa-wave-vector", force=True, quiet=True)
-touch = afferents.export("felt", "touch.onnx", force=True)
+afferents.train("small.zarr", "replayed", model="sa-wave-vector", force=True, quiet=True)
+touch = afferents.export("replayed", "touch.onnx", force=True)
 
 # %%
 # Play a recording
@@ -33,22 +33,23 @@ touch = afferents.export("felt", "touch.onnx", force=True)
 # speed. For your sensor, take ``afferents.live.Camera("0")`` instead.
 
 video = afferents.open_video("small/3/40/video.mp4")
-percepts = list(stream([ReplayedVideo(video, Pace(float("inf")))], touch))
-print(len(percepts), "percepts; one of them:")
-print(percepts[200].texture, {name: round(p, 3) for name, p in percepts[200].evidence.items()})
+predictions = list(stream([ReplayedVideo(video, Pace(float("inf")))], touch))
+one = predictions[200]
+print(len(predictions), "predictions; one of them:")
+print(one.texture, {name: round(p, 3) for name, p in one.evidence.items()})
 
 # %%
-# What was felt, over time
-# ------------------------
-# A *percept* is what a model says at one moment. Its evidence adds up what it has felt so
-# far, and fades within seconds.
+# Evidence over time
+# ------------------
+# A prediction is what a model says at one moment. Its evidence adds up what came before,
+# and fades within seconds.
 
 figure, ax = pyplot.subplots(figsize=(8, 3.2), layout="constrained")
-felt = [percept for percept in percepts if percept.evidence]
-for texture in felt[-1].evidence:
+sure = [each for each in predictions if each.evidence]
+for texture in sure[-1].evidence:
     ax.plot(
-        [percept.time_s for percept in felt],
-        [percept.evidence[texture] for percept in felt],
+        [each.time_s for each in sure],
+        [each.evidence[texture] for each in sure],
         label=f"{texture} mm",
     )
 ax.set(xlabel="time (s)", ylabel="evidence", ylim=(-0.02, 1.02))

@@ -1,0 +1,142 @@
+"""Draw the tables in the docs from the data in `docs/results` and from the code.
+
+Part of ``make results-pages``:
+
+    python scripts/results_pages.py
+    python scripts/results_pages.py keep RESULTS docs/results/NAME.json TITLE COMMAND [COMMAND ...]
+
+A page holds ``<!-- results NAME -->`` and ``<!-- /results -->``; what stands between them is made
+of ``docs/results/NAME.json``: the table, and below it the commit, date, machine and commands that
+gave the numbers. `keep` makes such a file of what `afferents evaluate` left. Between
+``<!-- fields MODEL -->`` and ``<!-- /fields -->`` stand the fields of a model of the results.
+`docs/discrepancies.md` is made whole, of the package's list.
+"""
+
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from afferents.evaluation import fold_files, schemas
+from afferents.reporting.discrepancies import to_page
+from afferents.reporting.published import published_families
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+DATA = DOCS / "results"
+
+
+def fill(page: str, mark: str, write: Callable[[str], str]) -> str:
+    """Return a page with what stands between its marks written anew.
+
+    Parameters
+    ----------
+    page
+        Its text, in Markdown.
+    mark
+        Name of the marks: ``<!-- MARK NAME -->`` begins a part, and ``<!-- /MARK -->`` ends it.
+    write
+        Takes the NAME and returns what is to stand there.
+    """
+    between = rf"(<!-- {mark} ?([\w-]*) -->\n).*?(<!-- /{mark} -->)"
+    return re.sub(between, lambda found: found[1] + write(found[2]) + found[3], page, flags=re.S)
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def part(name: str) -> str:
+    """Return a table and what gave its numbers."""
+    found = json.loads((DATA / f"{name}.json").read_text())
+    rows = [[str(cell) for cell in row] for row in found["rows"]]
+    head = found["columns"]
+    if found.get("published"):
+        paper = published_families()
+        head = [head[0], "the paper's own", *head[1:]]
+        rows = [[f"`{row[0]}`", f"{paper[row[0]].mean_percent}", *row[1:]] for row in rows]
+    source = f"Commit `{found['commit']}`, {found['date']}, {found['machine']}:"
+    commands = "\n".join(found["commands"])
+    return f"{table(head, rows)}\n{source}\n\n```\n{commands}\n```\n"
+
+
+def fields(name: str) -> str:
+    """Return the fields of a model of the results; those that all summaries have stand once."""
+    model = getattr(schemas, name, None) or getattr(fold_files, name)
+    common = {} if model is schemas.Summary else schemas.About.model_fields
+    rows = [
+        [f"`{field.alias or key}`", " ".join((field.description or "").split())]
+        for key, field in model.model_fields.items()
+        if key not in common
+    ]
+    return table(["field", "what it is"], rows)
+
+
+def pages() -> dict[Path, str]:
+    """Return the text of each page, with its tables as data and code have them."""
+    found = {}
+    for page in sorted(DOCS.glob("*.md")):
+        found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
+    return {**found, DOCS / "discrepancies.md": to_page()}
+
+
+def keep(results: Path, out: Path, title: str, commands: list[str]) -> None:
+    """Make a data file of what `evaluate` left: accuracies, in the mean and of each group."""
+    summary = schemas.Summary.read(results / "summary.json", "a summary of results")
+    rows = []
+    for model, outcomes in summary.models.items():
+        for protocol, one in outcomes.items():
+            mean, low, high = (100 * share for share in (one.mean_accuracy, *one.ci95))
+            each = [f"{100 * accuracy:.0f}" for accuracy in one.by.values()]
+            rows.append(
+                [f"`{model}`", f"`{protocol}`", f"{mean:.1f} [{low:.1f}, {high:.1f}]", *each]
+            )
+    columns = ["model", "protocol", "mean", *summary.held_out_keys]
+    write(out, title, commands, columns, rows)
+
+
+def write(
+    out: Path, title: str, commands: list[str], columns: list[str], rows: list[list[str]]
+) -> None:
+    """Write a data file, with this commit, day and machine."""
+    found: dict[str, Any] = {
+        "title": title,
+        "commit": output("git", "rev-parse", "--short", "HEAD"),
+        "date": f"{date.today()}",
+        "machine": f"{processor()}, {os.cpu_count()} cores",
+        "commands": commands,
+        "columns": columns,
+        "rows": rows,
+    }
+    out.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n")
+
+
+def processor() -> str:
+    """Return the processor's name where Linux tells it, else its kind."""
+    info = Path("/proc/cpuinfo")
+    names = re.findall(r"^model name\s*: (.+)$", info.read_text(), re.M) if info.exists() else []
+    return names[0] if names else platform.machine()
+
+
+def output(*command: str) -> str:
+    """Return what a command in the checkout prints."""
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout[:-1]
+
+
+if __name__ == "__main__":
+    match sys.argv[1:]:
+        case []:
+            for path, text in pages().items():
+                path.write_text(text)
+        case ["keep", results, out, title, *commands] if commands:
+            keep(Path(results), Path(out), title, commands)
+        case _:
+            sys.exit(__doc__)
