@@ -149,7 +149,7 @@ class Card(BaseModel):
     encoding
         How samples are made of that: the encoding's name, and its options by name.
     classifier
-        A name in `models.table.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
+        A name in `models.classifiers.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
     estimator
         Of a scikit-learn estimator, which lies in a file of its own beside the weights: the classes
         of somebody's own that may be in it, each ``module:NAME``; None of any other classifier.
