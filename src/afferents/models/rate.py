@@ -14,7 +14,7 @@ from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.folds.protocol import Fold, Protocol
 from afferents.models.config import TrainingConfig, choose_device
-from afferents.models.fitted import Part, new_classifier
+from afferents.models.fitted import Fitting, Part, new_classifier
 from afferents.models.fitting import fit, fit_network, learns_in_a_loop
 from afferents.models.learning_set import learning_set, originals
 from afferents.models.loop import predict
@@ -170,7 +170,7 @@ def _of_solved(
         part = Part(some, fold, encoding)
 
         def once(part: Part = part) -> object:
-            return fit(model, [part], protocol, [config], 0, 0, lambda *_: None)
+            return fit(Fitting(model, [part], protocol, [config], 0, 0, lambda *_: None))
 
         once()
         seconds.append(measured(once)[0])
