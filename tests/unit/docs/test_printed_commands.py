@@ -38,7 +38,7 @@ NOT_RUN = {
     ),
     "afferents evaluate S.zarr --out ANGLE --split angle --models sa-wave-vector,vib-te "
     "--preset fast --protocol both --window-s 0.15 --stride-s 0.05 --fft-points 44100": (
-        "needs recordings in which each drum turns once: tests/unit/pipeline/test_split_by_angle.py"
+        "needs recordings in which each drum turns once: tests/unit/folds/test_split_by_angle.py"
     ),
     "afferents view SESSION 4/60 --store STORE": VIEWER,
     "afferents view STORE --save touch.rrd": VIEWER,

@@ -13,7 +13,7 @@ from afferents.evaluation.data import open_data, origins_of
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.run import Evaluation, evaluate
 from afferents.folds.protocol import protocols
-from afferents.models.model import models_named
+from afferents.models.model import models_in
 from afferents.progress import Progress
 from afferents.reporting.report import write_report
 
@@ -34,7 +34,7 @@ def page(stores, tmp_path_factory):
     quiet = Progress(quiet=True)
     data = open_data([str(stores["audio"])])
     recipe = Recipe(
-        folder / "r", origins_of(data), models_named("vib-te"), "quick", "all", data[0].encodings
+        folder / "r", origins_of(data), models_in("vib-te"), "quick", "all", data[0].encodings
     )
     evaluation = Evaluation(recipe, data, protocols("nested"), [0], workers=1)
     evaluate(evaluation, quiet)
