@@ -3,7 +3,7 @@
 Run it in an environment of its own, with Keras 2 as the authors had it:
 
     python -m venv keras && keras/bin/pip install 'tensorflow-cpu==2.15.*' h5py
-    keras/bin/python scripts/keras_networks.py tests/unit/training/keras
+    keras/bin/python scripts/keras_networks.py tests/unit/models/keras
 
 The three networks are built layer by layer as in the authors' code, saved by Keras as .hdf5, and
 asked about eight samples. Their weights are drawn from three values each, so that the files can be

@@ -40,7 +40,7 @@ from afferents.evaluation.recipe import Evaluation, Recipe
 from afferents.evaluation.run import planned
 from afferents.files import write_aside, write_text
 from afferents.folds.corruption import Corruption, Corruptions
-from afferents.models.model import models_named
+from afferents.models.model import models_in
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
 from afferents.reporting.labels import percent
@@ -120,7 +120,7 @@ def session_counts(
     usual = Recipe(
         out=asked.out.resolve(),
         data=origins_of(opened),
-        models=models_named(asked.models),
+        models=models_in(asked.models),
         encodings=encodings_for(opened, "all", {n: v for n, v in wanted.items() if v}),
         options=EvaluationOptions(
             preset=asked.preset,

@@ -594,8 +594,8 @@ def ra1(sa1: xr.DataArray) -> xr.DataArray:
         If a dim is missing.
     """
     response = require_dims(sa1, (dims.TIME, dims.MARKER), dims.SA1)
-    change: xr.DataArray = abs(response - _frame_before(response))
-    return change.rename(dims.RA1).assign_attrs(
+    changed: xr.DataArray = abs(change(response))
+    return changed.rename(dims.RA1).assign_attrs(
         {dims.UNITS: dims.PIXELS_PER_FRAME, "long_name": "RA-I, change of SA-I in one frame"}
     )
 
@@ -621,16 +621,11 @@ def marker_speed(position: xr.DataArray) -> xr.DataArray:
     """
     position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
     step_s = _steps(position)
-    squared = (position - _frame_before(position)) ** 2
+    squared = change(position) ** 2
     speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5 / step_s
     return speed.rename(MARKER_SPEED).assign_attrs(
         {dims.UNITS: dims.PIXELS_PER_SECOND, "long_name": "speed of the marker in the image"}
     )
-
-
-def _frame_before(response: xr.DataArray) -> xr.DataArray:
-    """Return each frame's predecessor in its place, NaN for the first."""
-    return response.shift({dims.TIME: 1})
 
 
 def _steps(position: xr.DataArray) -> xr.DataArray:

@@ -218,13 +218,13 @@ def _of_encodings(arguments: Sequence[str]) -> dict[str, "Option"]:
 
 def _own_models(arguments: Sequence[str]) -> Iterator[Any]:
     """Return models from outside the package that arguments name, as in ``--models x.py:NAME``."""
-    from afferents.models.model import models_named
+    from afferents.models.model import models_in
 
     texts = [part for text in arguments for part in text.split("=", 1)]
     for flag, names in pairwise(texts):
         if flag in ("--models", "--model"):
             own = [name for name in names.split(",") if ":" in name]
-            yield from models_named(",".join(own)) if own else []
+            yield from models_in(",".join(own)) if own else []
 
 
 # Options by name: from a file, or one by one; and help with all of them.

@@ -31,7 +31,7 @@ from afferents.evaluation.recipe import Recipe
 from afferents.folds.corruption import fold_of_variants
 from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
-from afferents.models.fitted import Part
+from afferents.models.fitted import Fitting, Part
 from afferents.models.fitting import fit, recipes_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
@@ -142,7 +142,9 @@ def train_and_test(
     configs = [recipe.options.training(network) for network in recipes_of(model, parts)]
     rank = ranks_and_folds[0][0]
     searched = recipe.options.penalty == "searched"
-    fitted = fit(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
+    fitted = fit(
+        Fitting(model, parts, protocol, configs, key.seed, rank, check, checkpoint, searched)
+    )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
     table = predictions_table(

@@ -95,9 +95,9 @@ class Corruption:
             return cls(**asdict(given))
         if isinstance(given, str):
             parts = [part.partition("=") for part in given.split(",")]
-            given = {
-                name.strip(): value.strip() if equals else None for name, equals, value in parts
-            }
+            if wrong := [name for name, equals, _ in parts if not equals]:
+                raise InputError(f"{option}: expected {_FORM}, found '{wrong[0]}'")
+            given = {name.strip(): value.strip() for name, _, value in parts}
         values: dict[str, Any] = {}
         for name, value in (given or {}).items():
             if name not in _MOST:

@@ -157,8 +157,8 @@ class Split:
         InputError
             If there is one.
         """
-        known = ", ".join(map(key_of, there))
-        expected = f"some of {known}{self.unit}" if there else f"recordings of known {self.name}"
+        expected = f"some of {', '.join(map(key_of, there))}{self.unit}"
+        expected = expected if there else f"recordings whose {self.name} is known"
         for group in wanted:
             if group not in there:
                 raise InputError(f"{option}: expected {expected}, found {key_of(group)}")

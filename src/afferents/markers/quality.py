@@ -241,7 +241,11 @@ def describe(tracks: xr.Dataset) -> list[str]:
         f"{quality.n_frames} frames by {tracks.attrs['method']} linking.",
         f"Largest displacement {quality.largest_displacement_px:.1f} px, largest step "
         f"{quality.largest_step_px:.1f} px from one frame to the next.",
-        *_at_rest(quality),
+        *(
+            []
+            if np.isnan(quality.jitter_px)
+            else [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
+        ),
         _layout(tracks),
         *_audit(tracks),
         *_knocks(tracks),
@@ -262,13 +266,6 @@ def _at_the_end(quality: TrackingQuality) -> str:
     )
 
 
-def _at_rest(quality: TrackingQuality) -> list[str]:
-    """Say how still a still marker is."""
-    if np.isnan(quality.jitter_px):
-        return []
-    return [f"At rest a marker jitters by {quality.jitter_px:.3f} px."]
-
-
 def _audit(tracks: xr.Dataset) -> list[str]:
     """Say how often markers may have been confused, if ever, and what was done."""
     found = {
@@ -284,17 +281,14 @@ def _audit(tracks: xr.Dataset) -> list[str]:
         said.append(f"Markers may have been confused, and count as lost where in doubt: {danger}.")
     checks, slips = tracks.attrs.get("audit_checks", 0), tracks.attrs.get("audit_slips", 0)
     if checks:
-        said.append(f"All names were checked by the layout's order {checks} times{_slips(slips)}.")
+        how = (
+            f"; {slips} times some had slipped together to their neighbours' places, and were put "
+            "right (lost in the frames before)"
+            if slips
+            else " and stood"
+        )
+        said.append(f"All names were checked by the layout's order {checks} times{how}.")
     return said
-
-
-def _slips(count: int) -> str:
-    if count == 0:
-        return " and stood"
-    return (
-        f"; {count} times some had slipped together to their neighbours' places, and were put "
-        "right (lost in the frames before)"
-    )
 
 
 def _knocks(tracks: xr.Dataset) -> list[str]:
@@ -332,37 +326,24 @@ def _layout(tracks: xr.Dataset) -> str:
 
 def _doubts(quality: TrackingQuality) -> list[str]:
     """Name what a user should look at, each only if it occurs."""
-    doubts = [
-        (
-            quality.n_missing,
-            "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it "
-            "is seen.",
+    repeats = quality.n_repeated > MANY_REPEATED * quality.n_frames
+    doubts = {
+        "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it is "
+        "seen.": quality.n_missing,
+        "Markers lost for more than half of the time: {} (cut by the rim, hidden by a reflection, "
+        "or no markers).": quality.n_often_lost,
+        f"Markers that did not move by {STILL_PX} px while others did: {{}} (reflections or dust, "
+        "perhaps).": quality.n_still,
+        "Positions claimed by more than one marker: {}, so identities are not safe.": (
+            quality.n_shared
         ),
-        (
-            quality.n_often_lost,
-            "Markers lost for more than half of the time: {} (cut by the rim, hidden by a "
-            "reflection, or no markers).",
+        "Frames that seem to repeat the one before: {}. RA-I is near 0 there and too large in the "
+        "next, and the true frame rate is lower than the file's.": quality.n_repeated * repeats,
+        "Frames missing by the others' times: {}. RA-I is too large after each gap.": (
+            quality.n_dropped
         ),
-        (
-            quality.n_still,
-            f"Markers that did not move by {STILL_PX} px while others did: {{}} (reflections or "
-            "dust, perhaps).",
-        ),
-        (
-            quality.n_shared,
-            "Positions claimed by more than one marker: {}, so identities are not safe.",
-        ),
-        (
-            quality.n_repeated if quality.n_repeated > MANY_REPEATED * quality.n_frames else 0,
-            "Frames that seem to repeat the one before: {}. RA-I is near 0 there and too large "
-            "in the next, and the true frame rate is lower than the file's.",
-        ),
-        (
-            quality.n_dropped,
-            "Frames missing by the others' times: {}. RA-I is too large after each gap.",
-        ),
-    ]
-    return [sentence.format(count) for count, sentence in doubts if count]
+    }
+    return [sentence.format(count) for sentence, count in doubts.items() if count]
 
 
 def _n_shared(position: Positions) -> int:

@@ -20,8 +20,8 @@ from afferents.folds.protocol import Fold, Indices
 from afferents.models.base import Classifier, FitData, Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.confidence import best_weights, cross_entropy, fit_temperature, weighted
-from afferents.models.fitted import Check, Fitted, Part, new_classifier, solved_facts
-from afferents.models.learning_set import mean_within
+from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solved_facts
+from afferents.models.learning_set import mean_within, of_features
 from afferents.models.model import MODELS, Model
 from afferents.models.solved import (
     Gram,
@@ -113,46 +113,29 @@ class Learnt:
     penalty: float
 
 
-def fit_solved(
-    model: Model,
-    parts: Sequence[Part],
-    nested: bool,
-    seed: int,
-    check: Check,
-    searched: bool = False,
-) -> Fitted:
+def fit_solved(task: Fitting) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
 
-    Parameters
-    ----------
-    parts
-        Samples and folds of each of the model's sources.
-    nested
-        Whether the validation group is a training group, and is learnt from as the others are.
-        Nothing is stopped or picked here: what temperatures and weights need to know of unseen
-        groups is had by leaving out each of the training groups in turn. Under `published` it is
-        half of the group held out, and is not touched.
-    seed
-        Of whatever is drawn.
-    check
-        Told which samples of each source are learnt from.
-    searched
-        Whether penalties are chosen inside the fold by models that have a usual one, too.
+    Under a nested protocol the validation group is a training group, and is learnt from as the
+    others are. Nothing is stopped or picked here: what temperatures and weights need to know of
+    unseen groups is had by leaving out each of the training groups in turn. Under `published` it is
+    half of the group held out, and is not touched.
     """
-    learnt_from = [_learnt_from(part.fold, nested) for part in parts]
+    model, parts = task.model, task.parts
+    learnt_from = [_learnt_from(part.fold, task.protocol.name == "nested") for part in parts]
     kind = classifier_of(model.classifier)
     if kind is LateFusion:
         for number, index in enumerate(learnt_from):
-            check(number, index)
+            task.check(number, index)
         rows = [MODELS[name] for name in model.parts]
         each = zip(rows, parts, learnt_from, strict=True)
-        learnt = [_learnt(*one, seed, searched) for one in each]
+        learnt = [_learnt(*one, task.seed, task.searched) for one in each]
         fused, accuracy, classifier, facts = _fused(learnt, parts, model.parts)
         lead = parts[0]
     else:
-        check(0, learnt_from[0])
+        task.check(0, learnt_from[0])
         lead = _joined(parts) if kind is JointFusion else parts[0]
-        one = _learnt(model, lead, learnt_from[0], seed, searched)
+        one = _learnt(model, lead, learnt_from[0], task.seed, task.searched)
         learnt, fused, classifier = [one], one.tested, one.classifier
         facts = {"penalty": one.penalty}
         accuracy = one.accuracy
@@ -304,9 +287,7 @@ def _joined(parts: Sequence[Part]) -> Part:
         flat = other.values.reshape(len(other), -1).astype(np.float64)
         columns.append(mean_within(lead.samples, everything, other, np.arange(len(other)), flat))
     joined = np.concatenate(columns, axis=1).astype(np.float32)
-    there = lead.samples.coords
-    coords = {name: there[name] for name in there if there[name].dims == (dims.SAMPLE,)}
-    return lead._replace(samples=Samples(joined, dims=(dims.SAMPLE, dims.FEATURE), coords=coords))
+    return lead._replace(samples=of_features(lead.samples, joined))
 
 
 def _speeds(

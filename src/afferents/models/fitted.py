@@ -1,6 +1,6 @@
 """What is given to a fit, and what comes of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.encodings.samples import Samples, textures_of
-from afferents.folds.protocol import Fold, Indices
+from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.base import Classifier, Network, Task, build_for
 from afferents.models.classifiers import classifier_of
+from afferents.models.config import TrainingConfig
+from afferents.models.loop import Checkpoint
 from afferents.models.model import Model
 
 Check = Callable[[int, Indices], None]
@@ -26,6 +28,37 @@ class Part(NamedTuple):
     samples: Samples
     fold: Fold
     encoding: Any
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """What learns on a fold, and from what.
+
+    Attributes
+    ----------
+    parts
+        Of each of the model's sources.
+    configs
+        Of a network's training, for each of the model's parts; one where it has none.
+    rank
+        Of the fold among its protocol's: stretched copies are drawn anew for each.
+    check
+        Told which samples of each source scale or weights are taken from.
+    checkpoint
+        Where a long training writes its checkpoints.
+    searched
+        Whether all penalties of what is solved at once are chosen inside the fold.
+    """
+
+    model: Model
+    parts: Sequence[Part]
+    protocol: Protocol
+    configs: Sequence[TrainingConfig]
+    seed: int
+    rank: int
+    check: Check
+    checkpoint: Checkpoint | None = None
+    searched: bool = False
 
 
 @dataclass(frozen=True)

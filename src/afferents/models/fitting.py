@@ -6,7 +6,7 @@ tenth of a run, and the second stage next to nothing. Not the published recipe.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar, cast
@@ -17,21 +17,21 @@ from numpy.typing import NDArray
 from scipy.special import log_softmax
 from torch import Tensor, nn
 
-from afferents import dims
-from afferents.encodings.samples import Samples, labels_of
+from afferents.encodings.samples import labels_of
 from afferents.errors import InputError
-from afferents.folds.protocol import PROTOCOLS, Indices, Protocol
+from afferents.folds.protocol import PROTOCOLS, Indices
 from afferents.models.base import Classifier, Network, Solved
 from afferents.models.classifiers import OwnEstimator, build, classifier_of
 from afferents.models.config import TrainingConfig
 from afferents.models.fit_solved import fit_solved, learn, new_solved, scores_of
-from afferents.models.fitted import Check, Fitted, Part, new_classifier, solved_facts
+from afferents.models.fitted import Fitted, Fitting, Part, new_classifier, solved_facts
 from afferents.models.hardware import autocast, choose_device, computed_with
 from afferents.models.learning_set import (
     LearningSet,
     last_within,
     learning_set,
     mean_within,
+    of_features,
     scale_of,
     thinned,
 )
@@ -196,54 +196,42 @@ class Stems:
         return values
 
 
-def in_a_row(
-    parts: Sequence[Part],
-    protocol: Protocol,
-    config: TrainingConfig,
-    check: Check,
-) -> Part:
+def in_a_row(task: Fitting) -> Part:
     """Return the first part's samples, each with that of every other part that ends last in it.
 
     Each part is scaled as its encoding asks, by what is learnt from.
     """
-    lead, shapes, rows = parts[0], [], []
-    for number, part in enumerate(parts):
-        train = thinned(part.fold.train, config.training_samples)
-        scale, scaled_on = scale_of(part.samples, part.encoding, protocol, train)
-        check(number, scaled_on)
+    lead, shapes, rows = task.parts[0], [], []
+    for number, part in enumerate(task.parts):
+        train = thinned(part.fold.train, task.configs[0].training_samples)
+        scale, scaled_on = scale_of(part.samples, part.encoding, task.protocol, train)
+        task.check(number, scaled_on)
         values = part.encoding.seen(part.samples.values)
         if part is not lead:
             values = values[last_within(lead.samples, part.samples)]
         shapes.append(tuple(values.shape[1:]))
         rows.append(values.reshape(len(values), -1) / np.float32(scale))
-    there = lead.samples.coords
-    coords = {name: there[name] for name in there if there[name].dims == (dims.SAMPLE,)}
-    joined = np.concatenate(rows, axis=1)
-    samples = Samples(joined, dims=(dims.SAMPLE, dims.FEATURE), coords=coords)
+    samples = of_features(lead.samples, np.concatenate(rows, axis=1))
     return Part(samples, lead.fold, Stems(tuple(shapes)))
 
 
 # A scikit-learn estimator of a user's own on a fold.
 
 
-def fit_estimator(model: Model, part: Part, seed: int, check: Check) -> Fitted:
+def fit_estimator(task: Fitting) -> Fitted:
     """Let it learn from the fold's training samples, and say what the test samples are.
 
     Nothing is picked by the validation samples: what it says of them is for the record alone.
     """
-    samples, fold = part.samples, part.fold
-    check(0, fold.train)
-    labels, estimator = labels_of(samples), new_solved(model, samples, part.encoding)
-    learn(estimator, samples, labels, fold.train, seed, 0.0, fold.split)
+    samples, fold, encoding = task.parts[0]
+    task.check(0, fold.train)
+    labels, estimator = labels_of(samples), new_solved(task.model, samples, encoding)
+    learn(estimator, samples, labels, fold.train, task.seed, 0.0, fold.split)
     validated = scores_of(estimator, samples, fold.validation).argmax(1).numpy()
     accuracy = float((validated == labels[fold.validation]).mean())
-    probabilities = scores_of(estimator, samples, fold.test).exp().numpy()
-    return Fitted(
-        estimator,
-        probabilities.astype(np.float32),
-        None,
-        solved_facts(fold, len(fold.train), accuracy),
-    )
+    probabilities = scores_of(estimator, samples, fold.test).exp().numpy().astype(np.float32)
+    facts = solved_facts(fold, len(fold.train), accuracy)
+    return Fitted(estimator, probabilities, None, facts)
 
 
 # Fitting a model on a fold, whatever its classifier is.
@@ -266,73 +254,44 @@ def recipes_of(model: Model, parts: Sequence[Part]) -> list[str]:
     return [recipe_of(row, part.encoding) for row, part in zip(rows, parts, strict=False)]
 
 
-def fit(
-    model: Model,
-    parts: Sequence[Part],
-    protocol: Protocol,
-    configs: Sequence[TrainingConfig],
-    seed: int,
-    rank: int,
-    check: Check,
-    checkpoint: Checkpoint | None = None,
-    searched: bool = False,
-) -> Fitted:
+def fit(task: Fitting) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
-
-    Parameters
-    ----------
-    parts
-        Of each of the model's sources.
-    configs
-        Of a network's training, for each of the model's parts; one where it has none.
-    rank
-        Of the fold among its protocol's: stretched copies are drawn anew for each.
-    check
-        Told which samples of each source scale or weights are taken from.
-    checkpoint
-        Where a long training writes its checkpoints.
-    searched
-        Whether all penalties of what is solved at once are chosen inside the fold.
 
     Raises
     ------
     AfferentsError
         If the training fails; of a classifier of a user's own, whatever it raises.
     """
-    kind, config = classifier_of(model.classifier), configs[0]
+    kind = classifier_of(task.model.classifier)
     if issubclass(kind, MeanFusion):
-        return _fit_each(model, parts, protocol, configs, seed, rank, check)
+        return _fit_each(task)
     if issubclass(kind, Network):
-        rng = np.random.default_rng([seed, rank])
-        joined = in_a_row(parts, protocol, config, check) if len(parts) > 1 else parts[0]
-        told = partial(check, 0)
-        return _fit_network(model, joined, protocol, config, seed, rng, told, checkpoint)
+        return _fit_network(task, in_a_row(task) if len(task.parts) > 1 else task.parts[0])
     if issubclass(kind, OwnEstimator):
-        return fit_estimator(model, parts[0], seed, check)
+        return fit_estimator(task)
     if issubclass(kind, Solved | LateFusion):
-        return fit_solved(model, parts, protocol.name == "nested", seed, check, searched)
+        return fit_solved(task)
     raise InputError(f"classifier: expected a Network or a Solved one, found {kind.__name__}")
 
 
-def _fit_each(
-    model: Model,
-    parts: Sequence[Part],
-    protocol: Protocol,
-    configs: Sequence[TrainingConfig],
-    seed: int,
-    rank: int,
-    check: Check,
-) -> Fitted:
+def _fit_each(task: Fitting) -> Fitted:
     """Train the network of each part alone; a training that is cut off begins anew."""
     fitted = {}
-    each = zip(model.parts, parts, configs, strict=True)
+    each = zip(task.model.parts, task.parts, task.configs, strict=True)
     for number, (name, part, config) in enumerate(each):
-        rng = np.random.default_rng([seed, rank])
-        told = partial(check, number)
-        fitted[name] = _fit_network(
-            MODELS[name], part, protocol, config, seed, rng, told, checkpoint=None
+        alone = replace(
+            task,
+            model=MODELS[name],
+            configs=[config],
+            check=partial(_check_part, task, number),
+            checkpoint=None,
         )
-    return mean_of(fitted, parts)
+        fitted[name] = _fit_network(alone, part)
+    return mean_of(fitted, task.parts)
+
+
+def _check_part(task: Fitting, number: int, _: int, learnt_from: Indices) -> None:
+    task.check(number, learnt_from)
 
 
 def learns_in_a_loop(model: Model) -> bool:
@@ -360,22 +319,15 @@ def fit_once(
     return solved, LearningSet(values, numbers, part.fold.train, part.fold.validation)
 
 
-def _fit_network(
-    model: Model,
-    part: Part,
-    protocol: Protocol,
-    config: TrainingConfig,
-    seed: int,
-    rng: np.random.Generator,
-    check: Callable[[Indices], None],
-    checkpoint: Checkpoint | None,
-) -> Fitted:
+def _fit_network(task: Fitting, part: Part) -> Fitted:
     start = time.perf_counter()
-    fold = part.fold
-    learnt = learning_set(part.samples, part.encoding, model.stretched, protocol, fold, config, rng)
-    check(learnt.scaled_on)
+    fold, model, config, seed = part.fold, task.model, task.configs[0], task.seed
+    rng = np.random.default_rng([seed, task.rank])
+    stretched, protocol = model.stretched, task.protocol
+    learnt = learning_set(part.samples, part.encoding, stretched, protocol, fold, config, rng)
+    task.check(0, learnt.scaled_on)
     network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
-    trained = fit_network(network, learnt, config, seed, checkpoint)
+    trained = fit_network(network, learnt, config, seed, task.checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
     probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
     facts = {

@@ -240,3 +240,9 @@ def _touches(samples: Samples) -> NDArray[np.str_]:
         if name in samples.coords:
             named = np.char.add(named, np.char.add(mark, samples[name].values.astype(np.str_)))
     return named
+
+
+def of_features(lead: Samples, values: NDArray[np.float32]) -> Samples:
+    """Return samples (sample, feature) of these values, that stand where others do."""
+    coords = {name: one for name, one in lead.coords.items() if one.dims == (dims.SAMPLE,)}
+    return Samples(values, dims=(dims.SAMPLE, dims.FEATURE), coords=coords)

@@ -184,31 +184,6 @@ By the kind of data, not by scores at held-out speeds, so that nothing is picked
 """
 
 
-def models_named(names: str) -> list[Model]:
-    """Read a comma-separated list of models: those of the tables in their order, then one's own.
-
-    Parameters
-    ----------
-    names
-        Names; ``all`` for the six of Table 1; ``package.module:NAME`` or ``file.py:NAME`` for a
-        `Model` of one's own.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown, or what is imported is no model.
-    """
-    asked = [name.strip() for name in names.split(",")]
-    chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
-    own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
-    for name in chosen:
-        if ":" not in name and name not in MODELS:
-            raise InputError(
-                f"--models: expected 'all', 'best' or some of {', '.join(MODELS)}, found '{name}'"
-            )
-    return [model for name, model in MODELS.items() if name in chosen] + own
-
-
 def _own(where: str) -> Model:
     found = named(where)
     if not isinstance(found, Model):
@@ -240,24 +215,37 @@ def own_of(models: Sequence[Model]) -> list[Model]:
 
 
 def models_in(wanted: str | Model | Sequence[str | Model]) -> list[Model]:
-    """Return the models asked for; none for ``best``, which depends on the data.
+    """Return the models asked for: those of the tables in their order, then one's own.
+
+    Parameters
+    ----------
+    wanted
+        Models, or names separated by commas: ``all`` for the six of Table 1;
+        ``package.module:NAME`` or ``file.py:NAME`` for a `Model` of one's own; nothing for
+        ``best``, which depends on the data.
 
     Raises
     ------
     InputError
-        If a name is unknown.
+        If a name is unknown, or what is imported is no model.
     """
-    if isinstance(wanted, Model):
-        return [wanted]
-    names = [name for name in names_in(wanted) if name != "best"]
-    found = models_named(",".join(names)) if names else []
-    own = [] if isinstance(wanted, str) else [one for one in wanted if isinstance(one, Model)]
-    return found + own
+    asked = [name for name in names_in(wanted) if name != "best"]
+    chosen = [one for name in asked for one in (TABLE1 if name == "all" else [name])]
+    for name in chosen:
+        if ":" not in name and name not in MODELS:
+            raise InputError(
+                f"--models: expected 'all', 'best' or some of {', '.join(MODELS)}, found '{name}'"
+            )
+    own = [_own(name) for name in dict.fromkeys(chosen) if ":" in name]
+    own += [one for one in _listed(wanted) if isinstance(one, Model)]
+    return [model for name, model in MODELS.items() if name in chosen] + own
 
 
 def names_in(wanted: str | Model | Sequence[str | Model]) -> list[str]:
     """Return the names among the models asked for, ``all`` and ``best`` with them."""
-    if isinstance(wanted, Model):
-        return []
-    texts = [wanted] if isinstance(wanted, str) else [t for t in wanted if isinstance(t, str)]
+    texts = [one for one in _listed(wanted) if isinstance(one, str)]
     return [name.strip() for text in texts for name in text.split(",")]
+
+
+def _listed(wanted: str | Model | Sequence[str | Model]) -> Sequence[str | Model]:
+    return [wanted] if isinstance(wanted, str | Model) else wanted

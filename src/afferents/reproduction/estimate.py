@@ -29,7 +29,7 @@ from afferents.markers.sensor import Sensors
 from afferents.models.base import Network
 from afferents.models.classifiers import classifier_of
 from afferents.models.config import TrainingConfig
-from afferents.models.fitted import Part
+from afferents.models.fitted import Fitting, Part
 from afferents.models.fitting import fit, recipes_of
 from afferents.models.learning_set import originals
 from afferents.models.model import Model
@@ -310,7 +310,7 @@ def time_fold(
     try:
         for _ in range(2):  # the first one also compiles and allocates
             begun = clock()
-            fit(model, parts, protocol, short, 0, 0, lambda *_: None)
+            fit(Fitting(model, parts, protocol, short, 0, 0, lambda *_: None))
             seconds = clock() - begun
     finally:
         torch.set_num_threads(threads)

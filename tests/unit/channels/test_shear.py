@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from afferents.channels import CHANNELS, PARTS, Skin, global_shear, hold, sa1_local, sa1_vector
-from afferents.errors import InputError
 
 SQUARE = np.stack([i.ravel() for i in np.indices((19, 19))], axis=1) * 22.0 + [120, 40]
 ANGLE = np.arange(60) * 2.4
@@ -107,9 +106,3 @@ def test_frame_by_frame_is_the_same(name):
     for frame, expected in enumerate(whole.values):
         skin = Skin(found.position.values[frame], SPIRAL)
         np.testing.assert_allclose(channel.step(skin, None), expected, atol=2e-5)
-
-
-def test_a_missing_dim_is_named():
-    found = recording(SQUARE, np.zeros((1, 361, 2)))
-    with pytest.raises(InputError, match="space missing"):
-        global_shear(found.position[..., 0], found.rest_position)

@@ -1,13 +1,11 @@
 """The directions that SA-I and RA-I leave out, by hand."""
 
 import numpy as np
-import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
 from afferents.channels import ra1, ra1_circumferential, ra1_signed, ra1_vector, sa1, sa1_vector
-from afferents.errors import InputError
 
 
 def path(places):
@@ -41,8 +39,3 @@ def test_a_straight_way_out_is_not():
     np.testing.assert_allclose(ra1_circumferential(sa1_vector(out, REST))[1:], 0)
     np.testing.assert_allclose(ra1_signed(sa1(out, REST))[1:, 0], [1, 2])
     np.testing.assert_allclose(ra1_vector(out)[1:, 0], [[1, 0], [2, 0]])
-
-
-def test_a_missing_dim_is_named():
-    with pytest.raises(InputError, match="space missing"):
-        sa1_vector(path([[0, 0]]).isel(space=0), REST)

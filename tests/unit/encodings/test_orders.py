@@ -90,12 +90,6 @@ def test_lines_are_written_with_their_units(text):
         Lines.parse(text)
 
 
-def test_windows_lie_where_they_say():
-    samples = orders(50.0, how=HOW.model_copy(update={"window_s": 1.0, "stride_s": 0.5}))
-    np.testing.assert_allclose(samples["start_s"], np.arange(7) * 0.5, atol=1e-6)
-    np.testing.assert_allclose(samples["stop_s"], 1 + np.arange(7) * 0.5, atol=1e-6)
-
-
 def test_a_whole_recording_is_one_window():
     samples = orders(50.0, how=HOW.model_copy(update={"window_s": None}), seconds=7.3)
     assert samples.sizes["sample"] == 1

@@ -38,7 +38,7 @@ def test_the_operator_of_markers_that_stand_on_pixels_is_the_identity_too():
 
 
 def test_what_grows_evenly_over_the_skin_grows_evenly_over_the_image(places):
-    values = (0.5 * places.row - 2 * places.column + 3)[None]
+    values = (0.5 * places[0] - 2 * places[1] + 3)[None]
     image, there = images_of(values, *places)[0], covered(*places)
     row, column = np.indices(image.shape)
     np.testing.assert_allclose(image[there], (0.5 * row - 2 * column + 3)[there], atol=1e-4)
@@ -46,11 +46,11 @@ def test_what_grows_evenly_over_the_skin_grows_evenly_over_the_image(places):
 
 
 def test_an_image_has_about_as_many_pixels_as_there_are_markers(places):
-    assert 0.85 * len(places.row) < covered(*places).sum() < 1.15 * len(places.row)
+    assert 0.85 * len(places[0]) < covered(*places).sum() < 1.15 * len(places[0])
 
 
 def test_a_frame_alone_gives_what_it_gives_among_others(places):
-    values = np.random.default_rng(0).normal(0, 3, (5, len(places.row)))
+    values = np.random.default_rng(0).normal(0, 3, (5, len(places[0])))
     together = images_of(values, *places)
     for image, one in zip(together, values, strict=True):
         np.testing.assert_allclose(images_of(one[None], *places)[0], image, rtol=0, atol=1e-6)
@@ -72,12 +72,12 @@ def test_markers_that_make_no_image_are_refused(markers):
 
 
 def response(places, is_vector=False) -> xr.DataArray:
-    n = len(places.row)
+    n = len(places[0])
     values = np.random.default_rng(0).normal(0, 1, (6, n, 2))
     coords = {
         "time": np.arange(6) / 90,
-        "row": ("marker", places.row),
-        "column": ("marker", places.column),
+        "row": ("marker", places[0]),
+        "column": ("marker", places[1]),
     }
     dims = ("time", "marker", "space")
     attrs = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0}
@@ -100,6 +100,6 @@ def test_of_single_markers_samples_hold_what_each_shows_in_the_layouts_order(pla
     np.testing.assert_allclose(samples.values[:, 1], vector.values[2:, :, 1], rtol=1e-6)
     assert samples["start_s"].values[0] == pytest.approx(1 / 90)
     one = encoding.samples(response(places), slice(0, 6), lookback=0)
-    assert one.shape == (6, 1, len(places.row))
+    assert one.shape == (6, 1, len(places[0]))
     with pytest.raises(InputError, match="lost markers filled"):
         encoding.samples(response(places).where(lambda x: x < 1), slice(0, 6), 0)

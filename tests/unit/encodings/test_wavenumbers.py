@@ -75,8 +75,3 @@ def test_a_vector_has_two_components():
 def test_too_few_frames_are_refused():
     with pytest.raises(InputError, match="at least 20 frames after the cut, found 12"):
         waves(response(0.3, n_frames=12))
-
-
-def test_markers_without_places_are_refused():
-    with pytest.raises(InputError, match="markers whose places are known"):
-        waves(response(0.3).drop_vars(["row", "column"]))

@@ -16,7 +16,7 @@ from afferents.store import trimming
 h5py = pytest.importorskip("h5py")
 
 ROOT = Path(__file__).parents[3]
-KERAS = ROOT / "tests/unit/training/keras"
+KERAS = ROOT / "tests/unit/models/keras"
 TEXTURES, SPEED = ("1", "2"), "20"
 REST, FIRST, LAST, AUDIO_S = 10, 20, 120, 1.5
 

@@ -22,7 +22,7 @@ from afferents.live.images import Images
 from afferents.markers.sensor import load_sensor
 from afferents.models.export import export
 from afferents.models.folder import load_model
-from afferents.models.model import MODELS, models_named
+from afferents.models.model import MODELS, models_in
 from afferents.progress import Progress
 from afferents.recordings.video import open_video
 from afferents.reporting import explain
@@ -73,7 +73,7 @@ def trained(store, model):
 
 @pytest.fixture(scope="module", params=["sa-se", "ra-wave-vector", "shear", f"{OWN}:network"])
 def model(request, store):
-    (wanted,) = models_named(request.param)
+    (wanted,) = models_in(request.param)
     return wanted, trained(store, wanted), store.parent / wanted.name
 
 

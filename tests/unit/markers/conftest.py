@@ -16,7 +16,7 @@ SHAPE = (240, 320)
 
 @dataclass
 class MemoryVideo:
-    """A `core.recording.Video` of given images, 90 frames a second from 0.5 s on."""
+    """A `store.recording.Video` of given images, 90 frames a second from 0.5 s on."""
 
     images: Sequence[GreyImage]
     path: Path = Path("drawn.mp4")

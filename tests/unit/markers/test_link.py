@@ -57,12 +57,9 @@ def test_order_of_the_blobs_does_not_matter():
             np.testing.assert_allclose(blobs[link(expected, blobs, 10)], moved)
 
 
-def test_nothing_beyond_the_gate_and_nothing_from_nothing():
+def test_nothing_beyond_the_gate_which_is_inclusive_as_published_and_nothing_from_nothing():
     expected = np.array([[0.0, 0]])
+    assert link_nearest(expected, np.array([[10.0, 0]]), 10).tolist() == [0]
     for link in (link_nearest, link_one_to_one):
         assert link(expected, np.array([[11.0, 0]]), 10).tolist() == [NO_BLOB]
         assert link(expected, np.zeros((0, 2)), 10).tolist() == [NO_BLOB]
-
-
-def test_the_published_gate_is_inclusive():
-    assert link_nearest(np.zeros((1, 2)), np.array([[10.0, 0]]), 10).tolist() == [0]

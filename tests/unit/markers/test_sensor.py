@@ -59,11 +59,6 @@ def test_a_file_of_ones_own_is_read_by_path(write):
     assert (sensor.name, sensor.n_markers, sensor.gate_px) == ("three", 3, 10)
 
 
-def test_a_sensor_cannot_be_changed():
-    with pytest.raises(ValidationError):
-        load_sensor("tip_b").gate_px = 3
-
-
 def test_an_unknown_name_lists_those_there_are():
     assert "tip_b" in packaged_sensors()
     with pytest.raises(InputError, match=r"tip_x.*tip_b"):

@@ -13,7 +13,7 @@ from afferents.evaluation.data import open_data, origins_of
 from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Evaluation, Recipe
 from afferents.evaluation.run import evaluate
-from afferents.models.model import models_named
+from afferents.models.model import models_in
 from afferents.progress import Progress
 from afferents.reporting.report import write_report
 
@@ -34,7 +34,7 @@ def page(stores, tmp_path_factory):
     quiet = Progress(quiet=True)
     data = open_data([str(stores["audio"])])
     options = EvaluationOptions(preset="quick", workers=1)
-    models = models_named("vib-te")
+    models = models_in("vib-te")
     recipe = Recipe(folder / "r", origins_of(data), models, data[0].encodings, options)
     evaluate(Evaluation(recipe, data), quiet)
     return write_report(folder / "r", quiet)

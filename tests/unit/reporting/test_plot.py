@@ -106,7 +106,7 @@ def test_markers_between_rows_and_columns_are_drawn_as_pixels_between_them():
 
 def test_of_a_hexagon_the_corners_stay_blank():
     places = image_places(np.array(load_sensor("hex127").markers))
-    coords = {"row": ("marker", places.row), "column": ("marker", places.column)}
+    coords = {"row": ("marker", places[0]), "column": ("marker", places[1])}
     drawn = image_of(plot.tactile_image(xr.DataArray(np.ones(127), dims="marker", coords=coords)))
     assert np.isnan(drawn[[0, 0, -1, -1], [0, -1, 0, -1]]).all()
     np.testing.assert_allclose(drawn[~np.isnan(drawn)], 1, atol=1e-5)

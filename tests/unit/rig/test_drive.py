@@ -27,10 +27,6 @@ def test_the_drum_stands_still_and_off_for_the_rest_frames(rng):
     assert (turning.pressed_mm[still] < -2).all()
 
 
-def test_contact_at_rest_is_a_parameter(rng):
-    assert (turned(rng, Drive(), contact_at_rest=True).pressed_mm > -1).all()
-
-
 def test_without_nuisances_the_speed_is_the_nominal_one(rng):
     turning = turned(rng, calm())
     steady = turning.time_s > STEADY_S

@@ -38,10 +38,10 @@ def test_groups_of_a_condition_are_texts_in_natural_order():
 @pytest.mark.parametrize(
     ("recordings", "said"),
     [
-        ([recording("a"), recording("b")], r"carry \(none\), found 'trial', which none has"),
+        ([recording("a"), recording("b")], r"carry \(none\), found 'trial', which 2 of 2 lack"),
         (
             [recording("a", trial=1, day=1), recording("b", day=1), recording("c", day=2)],
-            r"carry \(day\), found 'trial', which b and 1 more of 3 lack",
+            r"carry \(day\), found 'trial', which 2 of 3 lack, such as b",
         ),
         ([recording("a", trial="")], "recording a: expected a trial of 1 to 80 characters"),
         ([recording("a", trial="x" * 81)], "of 1 to 80 characters"),

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from afferents.errors import AfferentsError, InputError
-from afferents.models import hardware
+from afferents.models import config as settings
 from afferents.models.classifiers import build
 from afferents.models.hardware import autocast, choose_device, has_bfloat16
 from afferents.models.layers import batch_norm_units, l2_penalty
@@ -125,17 +125,13 @@ def test_without_patience_training_goes_on(config):
 def test_same_seed_same_weights_and_other_seed_other_weights(problem, small_net, config):
     nets = [copy.deepcopy(small_net) for _ in range(3)]
     for net, seed in zip(nets, (1, 1, 2), strict=True):
-        torch.rand(seed)  # the caller's random state must not matter
+        torch.rand(seed)  # the caller's random state must not matter, and is left
+        state = torch.get_rng_state()
         train(net, LearningSet(*problem), config, seed)
+        assert torch.equal(torch.get_rng_state(), state)
     first, again, other = (net.state_dict() for net in nets)
     assert all(torch.equal(first[name], again[name]) for name in first)
     assert not torch.equal(first["0.weight"], other["0.weight"])
-
-
-def test_training_leaves_the_callers_random_state(problem, small_net, config):
-    state = torch.get_rng_state()
-    train(small_net, LearningSet(*problem), config, seed=5)
-    assert torch.equal(torch.get_rng_state(), state)
 
 
 def test_scale_divides_the_samples(problem, small_net, config):
@@ -164,26 +160,17 @@ def test_only_the_folds_samples_are_used_and_none_is_changed(problem, small_net,
     assert torch.equal(values.nan_to_num(), before.nan_to_num())
 
 
-def test_the_reported_loss_is_cross_entropy_plus_the_l2_term(config):
-    """All samples zero, so logits are the biases: with those at zero, ln 3 + L2."""
+def test_the_loss_is_cross_entropy_plus_the_l2_term_which_reaches_the_gradient(config):
+    """All samples zero, so logits are the biases: ln 3 + L2, which alone can move the kernel."""
     model = build("vibration-net", 3, (1, 140))
-    config = config.model_copy(update={"learning_rate": 1e-30, "max_epochs": 1})
-    labels = torch.arange(6) % 3
-    learnt = LearningSet(torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6))
-    trained = train(model, learnt, config, seed=0)
-    expected = np.log(3) + l2_penalty(model).item()
-    assert trained.history[0].loss == pytest.approx(expected, rel=1e-5)
-    assert trained.history[0].validation_loss == pytest.approx(expected, rel=1e-5)
-
-
-def test_the_l2_term_reaches_the_gradient(config):
-    """With all samples zero, only the L2 term can move the marked kernel: towards zero."""
-    model = build("vibration-net", 3, (1, 140))
-    before = model.dense[1].weight.detach().clone()
+    before, penalty = model.dense[1].weight.detach().clone(), l2_penalty(model).item()
     config = config.model_copy(update={"learning_rate": 1e-4, "max_epochs": 1})
     labels = torch.arange(6) % 3
     learnt = LearningSet(torch.zeros(6, 1, 140), labels, np.arange(6), np.arange(6))
-    train(model, learnt, config, seed=0)
+    trained = train(model, learnt, config, seed=0)
+    assert trained.history[0].loss == pytest.approx(np.log(3) + penalty, rel=1e-5)
+    judged = np.log(3) + l2_penalty(model).item()
+    assert trained.history[0].validation_loss == pytest.approx(judged, rel=1e-4)
     large = before.abs() > 1e-3
     assert (model.dense[1].weight.abs() < before.abs())[large].all()
 
@@ -214,17 +201,12 @@ def test_a_loss_that_is_no_number_stops_with_a_sentence(part, problem, small_net
     [
         ({"train": np.arange(1)}, "at least 2 training samples, found 1"),
         ({"validation": np.arange(0)}, "at least 1 validation sample, found none"),
+        *[({"scale": scale}, "a positive scale") for scale in (0.0, -1.0, np.nan, np.inf)],
     ],
 )
-def test_folds_with_too_little_are_refused(change, found, problem, small_net, config):
+def test_folds_that_can_not_be_learnt_from_are_refused(change, found, problem, small_net, config):
     with pytest.raises(InputError, match=found):
-        train(small_net, LearningSet(*problem._replace(**change)), config, seed=0)
-
-
-@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_scale_that_cannot_divide_is_refused(scale, problem, small_net, config):
-    with pytest.raises(InputError, match="a positive scale"):
-        train(small_net, LearningSet(*problem, scale), config, seed=0)
+        train(small_net, LearningSet(**(problem._asdict() | change)), config, seed=0)
 
 
 def test_probabilities_are_float32_and_sum_to_one_in_the_order_asked(problem, small_net, config):
@@ -282,7 +264,7 @@ def test_auto_takes_bfloat16_only_where_the_processor_has_it(has_it, allowed, co
     auto = config.model_copy(update={"precision": "auto"})
     told = {"avx512_bf16": has_it}  # not every PyTorch has the function
     monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: told, raising=False)
-    monkeypatch.setattr(hardware, "takes_bfloat16", lambda: allowed)
+    monkeypatch.setattr(settings, "takes_bfloat16", lambda: allowed)
     assert has_bfloat16(cpu) is (has_it and allowed)
     assert isinstance(autocast(auto, cpu), torch.autocast) is (has_it and allowed)
     assert not isinstance(autocast(config, cpu), torch.autocast)
@@ -313,15 +295,12 @@ def test_statistics_as_keras_keeps_them_hold_a_hundredth_of_each_batch():
     assert torch.allclose(norm.running_var, 0.99 + 0.01 * samples.var(0))
 
 
-def test_warming_up_ends_at_the_layers_own_momentum():
+def test_warming_up_ends_at_the_layers_own_momentum(problem, small_net, config):
     norm = nn.BatchNorm1d(1, momentum=0.01)
     warm_up = WarmUp(norm)
     for _ in range(150):
         warm_up.step()
     assert norm.momentum == 0.01
-
-
-def test_after_training_the_momentum_is_the_layers_own_again(problem, small_net, config):
     train(small_net, LearningSet(*problem), config.model_copy(update={"max_epochs": 1}), seed=0)
     assert small_net[2].momentum == 0.1
 
