@@ -245,7 +245,7 @@ def describe(tracks: xr.Dataset) -> list[str]:
         _layout(tracks),
         *_audit(tracks),
         *_knocks(tracks),
-        *_doubts(quality),
+        *_describe_issues(quality),
         *_light(tracks),
     ]
 
@@ -330,9 +330,9 @@ def _layout(tracks: xr.Dataset) -> str:
     return f"They form a grid of {rows} x {columns}, rolled by {tracks.attrs['roll_deg']:.1f} deg."
 
 
-def _doubts(quality: TrackingQuality) -> list[str]:
+def _describe_issues(quality: TrackingQuality) -> list[str]:
     """Name what a user should look at, each only if it occurs."""
-    doubts = [
+    issues = [
         (
             quality.n_missing,
             "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it "
@@ -362,7 +362,7 @@ def _doubts(quality: TrackingQuality) -> list[str]:
             "Frames missing by the others' times: {}. RA-I is too large after each gap.",
         ),
     ]
-    return [sentence.format(count) for count, sentence in doubts if count]
+    return [sentence.format(count) for count, sentence in issues if count]
 
 
 def _n_shared(position: Positions) -> int:
