@@ -69,7 +69,7 @@ class Skin:
 class Channel(ABC):
     """A response of the fingertip, named after a class of afferent nerve fibres.
 
-    To add one, say what it is made of, and write `response`; write `step` too if it is to be felt
+    To add one, say what it is made of, and write `response`; write `step` too if it is to run
     live. Give it as ``channel=`` to `afferents.Model`, or name it in `channels.CHANNELS`.
 
     >>> import xarray as xr
@@ -146,10 +146,10 @@ class Channel(ABC):
         Raises
         ------
         InputError
-            If the channel can't be felt frame by frame.
+            If the channel can't be worked out frame by frame.
         """
         raise InputError(
-            f"the channel: expected one that is felt frame by frame, found {self.name}"
+            f"the channel: expected one that is worked out frame by frame, found {self.name}"
         )
 
     @property

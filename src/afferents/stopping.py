@@ -1,16 +1,12 @@
 """Stopping by a signal: Ctrl-C, a closed terminal, or a machine that is wanted back."""
 
-import atexit
 import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from types import FrameType
-from typing import NoReturn
 
 from afferents.errors import Stopped
 
@@ -19,9 +15,6 @@ PATIENCE_S = 1.0
 
 _CURSOR = b"\x1b[?25h"
 _taken: list[int] = []
-_codes: list[int] = []
-STREAM = "afferents-stream"
-"""Name of the thread that feels for a page; it may be in other libraries' code."""
 
 
 def stop_on_signals() -> None:
@@ -32,29 +25,6 @@ def stop_on_signals() -> None:
     """
     for number in _heeded():
         signal.signal(number, _stop)
-    _leave_threads_last()
-
-
-@cache
-def _leave_threads_last() -> None:
-    """Register once; before all else is imported, so that it comes after what they register."""
-    atexit.register(_leave_threads)
-
-
-def leave(code: int) -> NoReturn:
-    """End the process with an exit code, whatever the thread `STREAM` is at."""
-    _codes.append(code)
-    sys.exit(code)
-
-
-def _leave_threads() -> None:
-    """End the process here, where all is tidied up, if that thread is still at work.
-
-    An interpreter that ends unwinds its threads, and a C++ library (ONNX Runtime, LLVM) that one is
-    in then aborts the process.
-    """
-    if _codes and any(thread.name == STREAM for thread in threading.enumerate()):
-        os._exit(_codes[-1])
 
 
 def stopped_by() -> int | None:

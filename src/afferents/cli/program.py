@@ -17,7 +17,7 @@ from afferents.cli.recordings import align, calibrate, extract, fetch, init, ins
 from afferents.cli.reproduction import doctor, reproduce
 from afferents.cli.rig import drum, simulate
 from afferents.progress import flush_streams, prepare_streams
-from afferents.stopping import leave, stop_on_signals
+from afferents.stopping import stop_on_signals
 
 app = typer.Typer(
     cls=Commands,
@@ -67,4 +67,4 @@ def main() -> None:
     fault = flush_streams()
     if fault and code == 0:  # the work is done, and nobody is told
         code = exit_code_of_fault(fault, debug)
-    leave(code)
+    sys.exit(code)

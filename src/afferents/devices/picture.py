@@ -1,4 +1,4 @@
-"""Pictures from what a camera gives, for a preview and for feeling live."""
+"""Pictures from what a camera gives, for a preview and for live."""
 
 import cv2
 import numpy as np

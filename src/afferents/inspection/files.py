@@ -73,10 +73,10 @@ def inspect_video(
     footage = Footage(watched)
     tracks = track_markers(footage, sensor)
     found.sentences += [*describe(tracks), *frame_time_sentences(tracks)]
-    doubts = footage.find_issues() or find_hidden_markers(tracks, path, None)
-    found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in doubts]
+    issues = footage.find_issues() or find_hidden_markers(tracks, path, None)
+    found.sentences += [f"{d.kind.title()}, if the drum slides here: {d.what}." for d in issues]
     found.sentences += stall_sentences(footage)
-    found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in doubts}}
+    found.facts |= {**quality_facts(tracks), "doubts": {d.kind: d.found for d in issues}}
     found.facts["stalls_s"] = footage.stalls.spans
     found.pictures = draw_video(watched.last_image, tracks, path.name, out)
     if overlay is not None:
@@ -154,7 +154,7 @@ def inspect_wav(path: Path, out: Path) -> Inspection:
     except InputError as error:
         found.problems.append(str(error))
         return found
-    found.problems += [str(doubt) for doubt in find_overload(samples, path, audio.sample_rate_hz)]
+    found.problems += [str(issue) for issue in find_overload(samples, path, audio.sample_rate_hz)]
     found.pictures = [draw_vibration(audio.read(), path.name, out)]
     return found
 

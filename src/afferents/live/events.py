@@ -192,7 +192,7 @@ class Mailbox:
             self._changed.notify()
 
 
-# Events taken a little ahead by a thread: decoding on one core, feeling on another.
+# Events taken a little ahead by a thread: decoding on one core, classifying on another.
 
 AHEAD = 32
 _PATIENCE_S = 0.1

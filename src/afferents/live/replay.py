@@ -201,7 +201,7 @@ class RigShow:
     run_s
         Length of a run, s.
     rig
-        With the fingertip that feels; None for the rig's own.
+        With its fingertip; None for the rig's own.
     """
 
     def __init__(

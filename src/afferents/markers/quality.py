@@ -249,7 +249,7 @@ def describe(tracks: xr.Dataset) -> list[str]:
         _layout(tracks),
         *_audit(tracks),
         *_knocks(tracks),
-        *_doubts(quality),
+        *_describe_issues(quality),
         *_light(tracks),
     ]
 
@@ -324,10 +324,10 @@ def _layout(tracks: xr.Dataset) -> str:
     return f"They form a grid of {rows} x {columns}, rolled by {tracks.attrs['roll_deg']:.1f} deg."
 
 
-def _doubts(quality: TrackingQuality) -> list[str]:
+def _describe_issues(quality: TrackingQuality) -> list[str]:
     """Name what a user should look at, each only if it occurs."""
     repeats = quality.n_repeated > MANY_REPEATED * quality.n_frames
-    doubts = {
+    issues = {
         "Markers missing in the rest frame: {} (a broken pin, or hidden); each is NaN until it is "
         "seen.": quality.n_missing,
         "Markers lost for more than half of the time: {} (cut by the rim, hidden by a reflection, "
@@ -343,7 +343,7 @@ def _doubts(quality: TrackingQuality) -> list[str]:
             quality.n_dropped
         ),
     }
-    return [sentence.format(count) for sentence, count in doubts.items() if count]
+    return [sentence.format(count) for sentence, count in issues.items() if count]
 
 
 def _n_shared(position: Positions) -> int:

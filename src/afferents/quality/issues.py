@@ -64,17 +64,17 @@ def parse_kinds(names: Collection[str]) -> frozenset[Kind]:
 
 
 def require_accepted(
-    doubts: Iterable[QualityIssue], accept: Collection[Kind]
+    issues: Iterable[QualityIssue], accept: Collection[Kind]
 ) -> list[QualityIssue]:
-    """Return the doubts, if all are of kinds that are accepted.
+    """Return the issues, if all are of kinds that are accepted.
 
     Raises
     ------
     InputError
         The first that is not.
     """
-    kept = list(doubts)
-    for doubt in kept:
-        if doubt.kind not in accept:
-            raise doubt.error
+    kept = list(issues)
+    for issue in kept:
+        if issue.kind not in accept:
+            raise issue.error
     return kept

@@ -41,13 +41,13 @@ class RecordingPage:
         """Nothing is seen yet."""
         self._watch = watch
         self._images = Images(sensor.model_copy(update={"rest_frame": 0}))
-        self._series, self._felt = -1, None
+        self._series = -1
         self._audio: AudioStream | None = None
         self._drawn_s = -math.inf
         self._newest: tuple[str, bytes | None] = "", None
 
     def hello(self) -> dict[str, Any]:
-        """Return what does not change: nobody feels, this is a recording."""
+        """Return what does not change: no model runs, this is a recording."""
         return {"type": "hello", "models": [], "recording": True}
 
     def newest(self) -> tuple[str, bytes | None]:
@@ -60,12 +60,12 @@ class RecordingPage:
 
     def _drawn(self) -> tuple[str, bytes | None]:
         pair = self._watch.newest
-        felt, jpeg = self._seen(pair)
+        images, jpeg = self._seen(pair)
         said: dict[str, Any] = {
             "type": "state",
             "ended": None,
             "percepts": [],
-            "video": self._video(felt),
+            "video": self._video(images),
             "audio": self._heard(),
             "recording": self._watch.state(),
         }
@@ -82,10 +82,10 @@ class RecordingPage:
             self._audio = None
             self._feed(first)
         self._images.skip()
-        felt = None
+        images = None
         for taken in pair:
-            felt = self._feed(taken)
-        return felt, self._jpeg(pair[-1])
+            images = self._feed(taken)
+        return images, self._jpeg(pair[-1])
 
     def _feed(self, taken: Taken) -> FrameImages | None:
         assert self._watch.camera is not None
@@ -107,7 +107,7 @@ class RecordingPage:
             return None
         return bytes(cv2.imencode(".jpg", Frame(0.0, *picture).image)[1])
 
-    def _video(self, felt: FrameImages | None) -> dict[str, Any] | None:
+    def _video(self, images: FrameImages | None) -> dict[str, Any] | None:
         camera = self._watch.camera
         if camera is None:
             return None
@@ -116,13 +116,13 @@ class RecordingPage:
             "sensor": self._images.describe(),
             "quality": [],
         }
-        if felt is not None:
+        if images is not None:
             content |= {
                 "size": (camera.width, camera.height),
-                "markers": numbers(np.where(felt.detected[:, None], felt.position, -1), 1),
-                "ring_px": ring_px(felt.position[felt.detected]),
+                "markers": numbers(np.where(images.detected[:, None], images.position, -1), 1),
+                "ring_px": ring_px(images.position[images.detected]),
             }
-            content |= {name: draw_image(felt, name) for name in (SA1, RA1)}
+            content |= {name: draw_image(images, name) for name in (SA1, RA1)}
         return content
 
     def _heard(self) -> dict[str, Any] | None:

@@ -121,26 +121,3 @@ def test_a_signal_that_was_swallowed_is_not_forgotten(process):
     assert out == ""
     assert "Exception ignored in" in err
     assert one.returncode == 143
-
-
-LEAVE = """
-import atexit, threading
-from afferents.stopping import leave
-class Late:
-    def __del__(self): print('the interpreter ends')
-late = Late()
-atexit.register(print, 'tidied', flush=True)
-threading.Thread(target=time.sleep, args=(60,), name='{}', daemon=True).start()
-say('ready')
-leave(7)
-"""
-
-
-@pytest.mark.parametrize(
-    ("thread", "said"),
-    [("afferents-stream", "tidied\n"), ("another", "tidied\nthe interpreter ends\n")],
-)
-def test_threads_of_ours_are_not_unwound(process, thread, said):
-    one = process(LEAVE.format(thread))
-    assert one.stdout.read() == said  # all of it: `communicate` leaves what was read ahead
-    assert one.wait(30) == 7

@@ -1,9 +1,8 @@
-"""A page of noise, served: `python served.py FILES LIMITS`, with at most FILES open at a time.
+"""A page of noise, served: `python served.py FILES PLACES`, with at most FILES open at a time.
 
 The stream counts to 50 a second; its predictions carry the count as their time.
 """
 
-import json
 import resource
 import sys
 import time
@@ -12,13 +11,16 @@ from types import SimpleNamespace
 import numpy as np
 
 from afferents.live.prediction import Prediction
-from afferents.live.web.door import Limits
+from afferents.live.web import guard
 from afferents.live.web.server import serve
 
 RATE_HZ = 50
 
 
-def main(files, limits):
+def main(files, places):
+    guard.ANSWERED_S = 2.0
+    if places:
+        guard.count_places = lambda: places
     resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))
     image = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
     sight = SimpleNamespace(counters=SimpleNamespace(frames=0), newest=None, picture=None)
@@ -34,10 +36,10 @@ def main(files, limits):
             yield Prediction("counting", "texture", float(sight.counters.frames))
 
     try:
-        serve(predictions(), pipeline, "127.0.0.1", 0, None, Limits(**limits))
+        serve(predictions(), pipeline, "127.0.0.1", 0, None)
     except KeyboardInterrupt:
         sys.exit(130)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), json.loads(sys.argv[2]))
+    main(int(sys.argv[1]), int(sys.argv[2]))

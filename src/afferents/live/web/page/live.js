@@ -20,12 +20,12 @@ const models = new Map();
 
 function greet(hello) {
   models.clear();
-  const feeling = hello.models.filter((model) => model.textures.length);
-  document.body.classList.toggle("looking", !feeling.length); // nobody feels: pictures take the page
-  $("models").hidden = !feeling.length;
-  $("title").textContent = feeling.length ? "What the fingertip feels" : "What the sensor shows";
+  const classifying = hello.models.filter((model) => model.textures.length);
+  document.body.classList.toggle("looking", !classifying.length); // no models: pictures take the page
+  $("models").hidden = !classifying.length;
+  $("title").textContent = classifying.length ? "What the fingertip recognises" : "What the sensor shows";
   if (hello.recording) $("title").textContent = "Recording";
-  $("models").replaceChildren(...feeling.map((model) => {
+  $("models").replaceChildren(...classifying.map((model) => {
     const view = modelView(model);
     models.set(model.model, view);
     return view.article;
@@ -129,7 +129,7 @@ function listFaults(view, troubles) {
 
 function counted(percept, moment = true) {
   const { frames, samples, ...faults } = percept.counters;
-  const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to percept`];
+  const parts = percept.latency_ms === null || !moment ? [] : [`${percept.latency_ms.toFixed(1)} ms from sensor to prediction`];
   if (percept.markers_found !== null && moment) parts.push(`${Math.round(100 * percept.markers_found)}% of markers seen`);
   for (const [name, n] of Object.entries(faults)) if (n) parts.push(`${n} ${name.replace("_", " ")}`);
   return parts.join(" · ");
@@ -215,7 +215,7 @@ function showQuality(percepts) {
     .map(([name, counts]) => `${name} since the start: ${counts}`).join("; ");
 }
 
-// What went wrong with a sense that is looked at; the newest is kept until something comes again.
+// What went wrong with a stream that is looked at; the newest is kept until something comes again.
 const troubled = new Map();
 function troublesOf(percept) {
   const fresh = percept.fresh && percept.age_s < STALE_S;

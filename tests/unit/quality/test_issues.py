@@ -1,4 +1,4 @@
-"""Doubts are refused, or kept by their kind."""
+"""What is wrong with a recording is refused, or kept by its kind."""
 
 import pytest
 
