@@ -3,7 +3,7 @@
 130 recordings of 65 s are followed by the published tracker, and the six models of Table 1 train
 with `paper`, `published`, in float32: the machinery of `afferents reproduce --estimate`, told for
 several machines. A short recording of the simulated rig stands in for the real ones; nothing is
-trained to its end. Prints a table in Markdown; takes a minute of processor time.
+trained to its end. Prints a table in Markdown; takes minutes of processor time.
 
     python benchmarks/cost.py
 """
@@ -24,11 +24,12 @@ from afferents.evaluation.recipe import Recipe
 from afferents.folds.protocol import PROTOCOLS
 from afferents.markers.sensor import sensors_of
 from afferents.models.model import TABLE1
-from afferents.reproduction.estimate import Amount, Estimate, authors_gpu_s, duration
-from afferents.reproduction.measure import Trainings, measure_recording
+from afferents.reporting.published import published_costs
+from afferents.reproduction.estimate import Estimate, time_fold, track_first_frames
+from afferents.reproduction.run_folder import duration
 
 RECORDINGS, FRAMES, AUDIO_S, SPEEDS = 130, 5850, 65, 10
-GROUPS = tuple(float(10 * (i + 1)) for i in range(SPEEDS))
+PROCESSES = (2, 16, 20)
 
 
 def main() -> None:
@@ -37,27 +38,28 @@ def main() -> None:
         session = afferents.simulate(
             Path(folder) / "s", textures="g", speeds_mm_s=[50], seconds=8, workers=1, quiet=True
         )
-        measured = measure_recording(session.recordings, sensors_of(session, None), "published")
-    measured = measured._replace(responses=at_full_length(measured.responses))
+        first, sensors = session.recordings[0], sensors_of(session, None)
+        responses, frame_s = track_first_frames(first, sensors, "published")
+    responses = at_full_length(responses)
     options = EvaluationOptions(
         preset="paper", cut="published", statistics="keras", device="cpu", precision="float32"
     )
     recipe = Recipe(Path("none"), (), list(TABLE1.values()), Encodings(), options)
-    trainings = Trainings(recipe, measured, Amount(RECORDINGS, GROUPS, SPEEDS))
-    works = trainings.works(recipe.models, [PROTOCOLS["published"]], lambda *_: SPEEDS)
-    whole = Estimate(RECORDINGS * FRAMES, measured.frame_s, RECORDINGS, works)
-    tracking = replace(whole, works=())
-    training = replace(whole, recordings=0)
+    shares, protocol = (RECORDINGS, SPEEDS), PROTOCOLS["published"]
+    works = tuple(
+        time_fold(model, protocol, responses, recipe, shares, SPEEDS) for model in recipe.models
+    )
+    whole = Estimate(RECORDINGS, RECORDINGS * FRAMES, frame_s, works)
     print(f"{machine()}\n")
-    print("| | one fold | rate | epochs | two cores | 16 cores | cluster of 20 | authors' GPU |")
-    print("|---|---|---|---|---|---|---|---|")
-    row("tracking", tracking, "", f"{1 / measured.frame_s:.0f} frames/s", "")
+    print("| | one fold | epochs | two cores | 16 cores | 20 cores | authors' GPU |")
+    print("|---|---|---|---|---|---|---|")
+    row("tracking", replace(whole, trainings=()))
+    gpu_s = {name: cost.seconds for name, cost in published_costs().items()}
     for work in works:
-        alone = replace(training, works=(work,))
-        rate, epochs = f"{work.learn_hz:,.0f} samples/s", f"{work.epochs:.0f}"
-        row(work.model.title, alone, duration(work.fold_s), rate, epochs)
-    row("all six", training, "", "", "")
-    row("with tracking", whole, "", "", "")
+        alone = replace(whole, frames=0, trainings=(work,))
+        row(TABLE1[work.model].title, alone, work.fold_s, work.epochs, gpu_s[work.model])
+    row("all six", replace(whole, frames=0), gpu_s=sum(gpu_s.values()))
+    row("with tracking", whole)
 
 
 def at_full_length(responses: xr.Dataset) -> xr.Dataset:
@@ -69,12 +71,18 @@ def at_full_length(responses: xr.Dataset) -> xr.Dataset:
     return longer.assign_coords({dims.TIME: np.arange(FRAMES) / 90})
 
 
-def row(title: str, estimate: Estimate, fold: str, rate: str, epochs: str) -> None:
+def row(
+    title: str,
+    estimate: Estimate,
+    fold_s: float | None = None,
+    epochs: float | None = None,
+    gpu_s: float | None = None,
+) -> None:
     """Print what something takes on several machines."""
-    gpu = authors_gpu_s(estimate) if not estimate.recordings else None
-    times = [estimate.here_s(2), estimate.here_s(16), estimate.cluster_s(20)]
-    told = " | ".join(duration(seconds) for seconds in times)
-    print(f"| {title} | {fold} | {rate} | {epochs} | {told} | {duration(gpu) if gpu else ''} |")
+    times = [replace(estimate, processes=n).total_s for n in PROCESSES]
+    told = [duration(s) if s else "" for s in (fold_s, *times, gpu_s)]
+    told.insert(1, f"{epochs:.0f}" if epochs else "")
+    print(f"| {title} | {' | '.join(told)} |")
 
 
 if __name__ == "__main__":

@@ -46,10 +46,10 @@ from afferents.live import (
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import Tracker
 from afferents.models.card import CARD, WEIGHTS, Card
-from afferents.models.export import export_model
+from afferents.models.classifiers import build
+from afferents.models.export import export
 from afferents.models.folder import Deployed, load_model, save_weights
 from afferents.models.model import MODELS, TABLE1
-from afferents.models.table import build
 from afferents.recordings.audio import WavFile
 from afferents.recordings.video import open_video
 from afferents.rig import Rig, bumped_surface, record
@@ -124,7 +124,7 @@ def untrained(name: str, folder: Path) -> Path:
     model.mkdir()
     (model / CARD).write_text(card.model_dump_json())
     save_weights(Deployed(network, 13, 1.0), model / WEIGHTS)
-    export_model(model, folder / f"{name}.onnx")
+    export(model, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 
 

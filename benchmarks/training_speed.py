@@ -27,11 +27,11 @@ from joblib import cpu_count
 from torch.utils.flop_counter import FlopCounterMode
 
 from afferents.choices import Precision
+from afferents.models.classifiers import build
 from afferents.models.config import TrainingConfig
 from afferents.models.hardware import has_bfloat16, to_channels_last
 from afferents.models.layers import l2_penalty
 from afferents.models.loop import train
-from afferents.models.table import build
 from afferents.parallel import keep_freed_memory, side_by_side
 
 BATCH, TEXTURES, EPOCHS = 64, 13, 4

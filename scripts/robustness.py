@@ -2,17 +2,17 @@
 
     python scripts/robustness.py S.zarr [T.zarr ...] --out OUT --models ra-wave-vector,fusion
 
-Each fold is trained once, and tested under every disturbance (`afferents.folds.corruption`):
+Each fold is trained once, and tested under every corruption (`afferents.folds.corruption`):
 marker noise in px, noise of the microphone, dropped frames, lost markers. Each store is a session
 of its own: models learn from one alone, and figures are means over sessions. Of a model that only
 sees, nothing is asked about sound, and the other way round.
 
-Writes OUT/robustness.parquet (a row a model, disturbance, length of touch, session, seed, speed and
+Writes OUT/robustness.parquet (a row a model, corruption, length of touch, session, seed, speed and
 recording: samples or touches named rightly, and all), robustness.md (a row a model and amount: mean
 over held-out speeds, 95% interval over sessions or, of a single one, over textures, and the worst
 speed) and robustness.png.
 What is finished is kept in OUT/parts: a run that was stopped goes on, and models may be added.
-Samples under all disturbances are in memory at once: with the default amounts, fourteen times as
+Samples under all corruptions are in memory at once: with the default amounts, fourteen times as
 much as `evaluate` takes for models of images.
 """
 
@@ -39,7 +39,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Evaluation, Recipe
 from afferents.evaluation.run import planned
 from afferents.files import write_aside, write_text
-from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.corruption import Corruption, Corruptions
 from afferents.models.model import models_named
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
@@ -61,15 +61,15 @@ TITLES = {
 }
 SAMPLE = "a sample"
 NONE = "none"
-BY = ["model", "disturbance", "amount", "touch"]
+BY = ["model", "corruption", "amount", "touch"]
 SPEED = "held_out_speed_mm_s"
 
 Test = tuple[str, str]
-"""What is disturbed, and how much, as typed; ('', 'none') for nothing."""
+"""What is corrupted, and how much, as typed; ('', 'none') for nothing."""
 
 
 def tests_of(recipe: Recipe, amounts: dict[str, list[str]]) -> list[Test]:
-    """Return the disturbances that models of a recipe notice."""
+    """Return the corruptions that models of a recipe notice."""
     sources = [s for model in recipe.models for s in sources_of(model, recipe.encodings)]
     hears = any(source.encoding.of_vibration for source in sources)
     sees = any(not source.encoding.of_vibration for source in sources)
@@ -95,7 +95,7 @@ def counts_of(
                 named[f"{length:g} s"] = touches.named
         counted += [
             count_right(rows).assign(
-                model=key.model, session=session, disturbance=name, amount=amount, touch=touch
+                model=key.model, session=session, corruption=name, amount=amount, touch=touch
             )
             for touch, rows in named.items()
         ]
@@ -137,8 +137,8 @@ def session_counts(
     for sources, of_group in groups:
         recipe = replace(usual, models=list(of_group))
         tests = tests_of(recipe, amounts)
-        each = tuple(Disturbance.of({n: a} if n else None, "the amounts") for n, a in tests)
-        recipe = replace(recipe, disturbances=Disturbances(each, usual.options.disturb_training))
+        each = tuple(Corruption.of({n: a} if n else None, "the amounts") for n, a in tests)
+        recipe = replace(recipe, corruptions=Corruptions(each, usual.options.disturb_training))
         keys = planned(Evaluation(recipe, opened), recipe.models, recordings)
         missing = [key for key in keys if not part_of(recipe, key).is_file()]
         if missing:
@@ -152,7 +152,7 @@ def session_counts(
 
 
 def summary_of(counts: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a model, disturbance, amount and touch: mean over speeds, interval, worst."""
+    """Return a row a model, corruption, amount and touch: mean over speeds, interval, worst."""
     recordings = counts["session"] + ":" + counts["recording"]
     drawn_over = counts["session" if len(counts["session"].unique()) > 1 else "unit"]
     counts, rows = counts.assign(recording=recordings, replicate=drawn_over), []
@@ -172,8 +172,8 @@ def in_markdown(summary: pd.DataFrame, note: str) -> str:
     there = set(summary["touch"])
     touches = [t for t in (SAMPLE, *(f"{length:g} s" for length in TOUCHES_S)) if t in there]
     lines = [
-        "# Accuracy under disturbances at test", "", note, "",
-        f"| model | disturbed | amount | {' | '.join(touches)} | worst speed, a sample |",
+        "# Accuracy under corruptions at test", "", note, "",
+        f"| model | corrupted | amount | {' | '.join(touches)} | worst speed, a sample |",
         f"|{'---|' * (4 + len(touches))}",
     ]  # fmt: skip
     for (model, name, amount), mine in summary.groupby(BY[:3], sort=False):
@@ -192,10 +192,10 @@ def _cell(row: Mapping[Hashable, Any]) -> str:
 
 @styled
 def drawn(summary: pd.DataFrame, chance: float, touch: str, note: str) -> Figure:
-    """Return accuracy against the amount of each disturbance, a panel each and a line a model."""
+    """Return accuracy against the amount of each corruption, a panel each and a line a model."""
     summary = summary[summary["touch"] == touch]
-    names = [name for name in TITLES if name in set(summary["disturbance"])]
-    figure = new_figure(3.0 * len(names) + 2.2, 3.4, f"Disturbed at test, {touch}", note)
+    names = [name for name in TITLES if name in set(summary["corruption"])]
+    figure = new_figure(3.0 * len(names) + 2.2, 3.4, f"Corrupted at test, {touch}", note)
     panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
     for axes, name in zip(panels, names, strict=True):
         _draw_panel(axes, summary, name, chance)
@@ -206,11 +206,11 @@ def drawn(summary: pd.DataFrame, chance: float, touch: str, note: str) -> Figure
 
 
 def _draw_panel(axes: Axes, summary: pd.DataFrame, name: str, chance: float) -> None:
-    there = summary[summary["disturbance"] == name]
+    there = summary[summary["corruption"] == name]
     amounts = [NONE, *dict.fromkeys(there["amount"])]
     for number, model in enumerate(dict.fromkeys(summary["model"])):
-        mine = summary[summary["model"] == model].query("disturbance in ('', @name)")
-        if name not in set(mine["disturbance"]):
+        mine = summary[summary["model"] == model].query("corruption in ('', @name)")
+        if name not in set(mine["corruption"]):
             continue
         place = [amounts.index(amount) for amount in mine["amount"]]
         low, high = mine["ci95_low"], mine["ci95_high"]

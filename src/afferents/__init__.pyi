@@ -124,6 +124,9 @@ from .markers.sensor import (
 from .markers.track import (
     Tracker as Tracker,
 )
+from .models.classifiers import (
+    CLASSIFIERS as CLASSIFIERS,
+)
 from .models.config import (
     training_config as training_config,
 )
@@ -135,9 +138,6 @@ from .models.model import (
 )
 from .models.model import (
     Model as Model,
-)
-from .models.table import (
-    CLASSIFIERS as CLASSIFIERS,
 )
 from .neuro.natural.nwb import (
     read_nwb as read_nwb,

@@ -22,7 +22,7 @@ from afferents.recordings.audio import WavFile
 from afferents.recordings.data_sets import data_set_of
 from afferents.recordings.session import read_session
 from afferents.recordings.video import open_video
-from afferents.reproduction.folder import status
+from afferents.reproduction.run_folder import status
 from afferents.store.responses import read_whole
 
 CASES_A_KIND = 20

@@ -7,7 +7,7 @@ import time
 import psutil
 import pytest
 
-from afferents.reproduction.folder import status
+from afferents.reproduction.run_folder import status
 
 
 @pytest.fixture
@@ -57,6 +57,6 @@ def test_memory_that_is_short_is_one_sentence_of_any_command(run, monkeypatch, t
     def short(*_):
         raise MemoryError
 
-    monkeypatch.setattr("afferents.reproduction.folder.status", short)
+    monkeypatch.setattr("afferents.reproduction.run_folder.status", short)
     code, _, said = run("status", tmp_path)
     assert (code, said.startswith("afferents: out of memory; ")) == (2, True)

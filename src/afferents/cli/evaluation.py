@@ -100,8 +100,8 @@ def status(
 ) -> None:
     """Show how far an evaluation is, or a reproduction: done, running, failed, and when it ends."""
     from afferents.reporting.tables import make_table
-    from afferents.reproduction.folder import STATES
-    from afferents.reproduction.folder import status as look
+    from afferents.reproduction.run_folder import STATES
+    from afferents.reproduction.run_folder import status as look
 
     found = look(results)
     table = make_table("", "", ("model", "protocol", *STATES), found.rows, n_headers=2)

@@ -114,7 +114,9 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a trained model, with its card, as one ONNX file: what 'live' takes."""
-    from afferents.models.export import export_model
+    import afferents
+    from afferents.models.card import CARD, read_card
 
-    card = export_model(model, out, force)
+    afferents.export(model, out, force)
+    card = read_card(model / CARD)
     say(as_json, card.model_dump(mode="json"), *card.describe(), f"ONNX: {out}")

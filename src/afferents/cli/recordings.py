@@ -52,7 +52,7 @@ def fetch(
     Run it again to go on from where it was stopped.
     """
     import afferents
-    from afferents.recordings.fetch.fetch import archive_named
+    from afferents.recordings.fetch.archives import archive_named
 
     found = afferents.fetch(name, folder, url, manifest, keep_archive, quiet or as_json)
     outcome = {**vars(found), "folder": str(found.folder)}

@@ -12,7 +12,7 @@ from afferents.cli.options import shows, takes_encodings, takes_fields, takes_op
 from afferents.cli.printing import say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
-from afferents.reproduction.presets import CHOICES, written
+from afferents.reproduction.presets import CHOICES, Choice, format_choice
 
 if TYPE_CHECKING:
     from afferents.evaluation.options import EvaluationOptions
@@ -45,12 +45,14 @@ def _list_discrepancies(wanted: bool) -> None:
         raise typer.Exit
 
 
-_PUBLISHED = {
-    one.name: written(one.published)
-    if one.recommended == one.published
-    else f"{written(one.recommended)}, or {written(one.published)} with --like published"
-    for one in CHOICES
-}
+def _default_of(choice: Choice) -> str:
+    published = format_choice(choice.published)
+    if choice.recommended == choice.published:
+        return published
+    return f"{format_choice(choice.recommended)}, or {published} with --like published"
+
+
+_PUBLISHED = {one.name: _default_of(one) for one in CHOICES}
 
 
 def _options() -> type["EvaluationOptions"]:

@@ -10,69 +10,81 @@ from afferents.cli.options import shows
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorName, Workers
 
+Preset = Annotated[
+    Size,
+    typer.Option(
+        help="Size of the session: 'quick' has 5 speeds of 7.5 s, 'paper' 10 speeds of 65 s."
+    ),
+]
+Textures = Annotated[
+    str,
+    typer.Option(
+        help="Textures, comma-separated: letters a to m, bump spacings in mm, or names of "
+        "height maps."
+    ),
+]
+Speeds = Annotated[
+    str | None,
+    typer.Option(help="Sliding speeds, mm/s, comma-separated (default: the preset's)."),
+]
+Seconds = Annotated[
+    float | None, typer.Option(help="Length of each recording, s (default: the preset's).")
+]
+HeightMaps = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="A surface of your own: NAME=FILE,LENGTH_MM,HEIGHT_MM, where FILE is an image or "
+        ".npy; may be repeated."
+    ),
+]
+Nuisances = Annotated[
+    str,
+    typer.Option(
+        help="Imperfections of the rig: 'all', 'hard', 'none', or names, with =STRENGTH to set "
+        "the strength: all,tilt=0.02."
+    ),
+]
+Mounted = Annotated[
+    Remount,
+    typer.Option(
+        help="When the fingertip is mounted: once a 'session', as in the paper, or anew for "
+        "each 'drum' or each 'run'."
+    ),
+]
+Reprint = Annotated[
+    int | None,
+    typer.Option(
+        help="Set of printed drums, 0, 1, ...: each set has printing errors of its own "
+        "(default: the seed's)."
+    ),
+]
+Indentation = Annotated[
+    float | None,
+    typer.Option(help="How deep the fingertip is pressed on, mm (default: 1, the paper's)."),
+]
+WithNodules = Annotated[
+    Nodules,
+    typer.Option(help="Whether the skin has its fingerprint's nodules or is flat."),
+]
+SessionSeed = Annotated[
+    int, typer.Option(**SEED, help="Random seed; the same seed gives the same session.")
+]
+
 
 @shows("preset", "textures", "speeds", "seconds", "nuisances", "seed", "sensor", "workers", "quiet")
 def simulate(
     session: Annotated[Path, typer.Argument(help="Session folder to write.")],
-    preset: Annotated[
-        Size,
-        typer.Option(
-            help="Size of the session: 'quick' has 5 speeds of 7.5 s, 'paper' 10 speeds of 65 s."
-        ),
-    ] = "quick",
-    textures: Annotated[
-        str,
-        typer.Option(
-            help="Textures, comma-separated: letters a to m, bump spacings in mm, or names of "
-            "height maps."
-        ),
-    ] = "a,b,c,d,e,f,g,h,i,j,k,l,m",
-    speeds: Annotated[
-        str | None,
-        typer.Option(help="Sliding speeds, mm/s, comma-separated (default: the preset's)."),
-    ] = None,
-    seconds: Annotated[
-        float | None, typer.Option(help="Length of each recording, s (default: the preset's).")
-    ] = None,
-    height_map: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A surface of your own: NAME=FILE,LENGTH_MM,HEIGHT_MM, where FILE is an image or "
-            ".npy; may be repeated."
-        ),
-    ] = None,
-    nuisances: Annotated[
-        str,
-        typer.Option(
-            help="Imperfections of the rig: 'all', 'hard', 'none', or names, with =STRENGTH to set "
-            "the strength: all,tilt=0.02."
-        ),
-    ] = "all",
-    remount: Annotated[
-        Remount,
-        typer.Option(
-            help="When the fingertip is mounted: once a 'session', as in the paper, or anew for "
-            "each 'drum' or each 'run'."
-        ),
-    ] = "session",
-    reprint: Annotated[
-        int | None,
-        typer.Option(
-            help="Set of printed drums, 0, 1, ...: each set has printing errors of its own "
-            "(default: the seed's)."
-        ),
-    ] = None,
-    indentation: Annotated[
-        float | None,
-        typer.Option(help="How deep the fingertip is pressed on, mm (default: 1, the paper's)."),
-    ] = None,
-    nodules: Annotated[
-        Nodules,
-        typer.Option(help="Whether the skin has its fingerprint's nodules or is flat."),
-    ] = "on",
-    seed: Annotated[
-        int, typer.Option(**SEED, help="Random seed; the same seed gives the same session.")
-    ] = 0,
+    preset: Preset = "quick",
+    textures: Textures = "a,b,c,d,e,f,g,h,i,j,k,l,m",
+    speeds: Speeds = None,
+    seconds: Seconds = None,
+    height_map: HeightMaps = None,
+    nuisances: Nuisances = "all",
+    remount: Mounted = "session",
+    reprint: Reprint = None,
+    indentation: Indentation = None,
+    nodules: WithNodules = "on",
+    seed: SessionSeed = 0,
     sensor: SensorName = "tip_b",
     workers: Workers = None,
     cluster: ClusterName = None,

@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from afferents.devices.drives.line import presets
+from afferents.devices.drives.line import list_presets
 from afferents.devices.portaudio import import_portaudio
 from afferents.devices.v4l2.node import Mode, Node, modes
 from afferents.errors import AfferentsError, InputError
@@ -64,7 +64,7 @@ def find_devices(folder: Path = Path("/dev")) -> Found:
     folder
         Where the system keeps its cameras.
     """
-    drives = [*(f"serial ({name})" for name in presets()), "dynamixel", "none"]
+    drives = [*(f"serial ({name})" for name in list_presets()), "dynamixel", "none"]
     found = Found(drives=drives)
     _look_at_cameras(found, folder)
     try:

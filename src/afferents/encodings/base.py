@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
@@ -13,15 +14,15 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from afferents import dims
 from afferents.choices import Cut
 from afferents.encodings.augment import Stretch
-from afferents.encodings.samples import Samples
-from afferents.encodings.tactile_image import image_runs
+from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
+from afferents.markers.places import images_of
 from afferents.store.responses import Responses, steady_s
 from afferents.store.trimming import cut_audio, cut_frames
 
 
-class Known(NamedTuple):
-    """A data set's vibration.
+class SignalInfo(NamedTuple):
+    """What is known of a data set's vibration.
 
     Attributes
     ----------
@@ -122,39 +123,30 @@ class Encoding(BaseModel, ABC):
     """From the response of a channel to samples; its fields are its options.
 
     To add one, subclass `ImageEncoding` (of markers) or `VibrationEncoding`, say the dims of a
-    sample, and write `samples`. Give it as ``encoding=`` to `afferents.Model`, or name its class
-    in `encodings.settings.ENCODINGS`.
+    sample, and write `of_runs`, or `samples` of vibration. Give it as ``encoding=`` to
+    `afferents.Model`, or name its class in `encodings.settings.ENCODINGS`.
 
-    >>> from afferents.encodings.samples import make_samples
-    >>> from afferents.encodings.images import frame_extents
     >>> class Mean(ImageEncoding):
     ...     '''Every marker's mean over runs of frames.'''
     ...
-    ...     name, sample_dims = "mean", (dims.MARKER,)
+    ...     name, sample_dims, of_pixels = "mean", (dims.COMPONENT, dims.MARKER), False
     ...     frames: int = 45
     ...
     ...     @property
     ...     def length(self):
     ...         return self.frames
     ...
-    ...     def samples(self, response, kept, lookback):
-    ...         start_s, stop_s = frame_extents(response.time.values, kept, lookback)
-    ...         n = len(start_s) // self.frames
-    ...         runs = response.values[kept][: n * self.frames].reshape(n, self.frames, -1)
-    ...         starts = slice(None, n * self.frames, self.frames)
-    ...         stops = slice(self.frames - 1, n * self.frames, self.frames)
-    ...         values, attrs = runs.mean(1), response.attrs
-    ...         return make_samples(
-    ...             values, self.sample_dims, start_s[starts], stop_s[stops], attrs
-    ...         )
+    ...     def of_runs(self, runs, lookback):
+    ...         return runs.mean(axis=1)
     >>> labels = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0, "units": "px"}
     >>> time = {"time": np.arange(4) / 90}
     >>> response = xr.DataArray(
     ...     [[0.0, 1.0], [2.0, 1.0], [4.0, 4.0], [6.0, 8.0]], time, ("time", "marker"), attrs=labels
     ... )
     >>> Mean(frames=2).samples(response, slice(0, 4), lookback=0).values
-    array([[1., 1.],
-           [5., 6.]])
+    array([[[1., 1.]],
+    <BLANKLINE>
+           [[5., 6.]]], dtype=float32)
 
     Attributes
     ----------
@@ -253,12 +245,12 @@ class Encoding(BaseModel, ABC):
         """Whether it has a `stream`, and so can be felt with."""
 
     @classmethod
-    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+    def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return options that suit a data set's vibration, where they are not the defaults.
 
         Parameters
         ----------
-        known
+        signal
             What is known of it.
         given
             Options that are decided already; the others are chosen to go with them.
@@ -311,13 +303,16 @@ class Encoding(BaseModel, ABC):
 class ImageEncoding(Encoding):
     """An encoding of what markers do, frame by frame: SA-I, RA-I and what is made of them.
 
-    Its `samples` is given a response `(time, marker)` or `(time, marker, space)`. `Encoding` shows
-    a whole one.
+    A recording is cut into runs of `length` frames that follow each other, and each becomes a
+    sample by `of_runs`; a last incomplete run is dropped. `Encoding` shows a whole one. An
+    encoding that cuts recordings in another way writes `samples` anew.
     """
 
     of_vibration: ClassVar[bool] = False
     of_pixels: ClassVar[bool] = True
     """Whether it encodes tactile images; else what single markers show, (component, marker)."""
+    keeps_unit: ClassVar[bool] = True
+    """Whether samples are in the unit of the response."""
 
     @property
     def length(self) -> int:
@@ -325,20 +320,18 @@ class ImageEncoding(Encoding):
         return 1
 
     def suits(self, responses: Responses) -> bool:
-        """Tell whether the markers have places in an image."""
-        return dims.ROW in responses.coords
-
-    def runs(self, response: xr.DataArray, kept: slice) -> Floats:
-        """Return what samples are made of: runs of tactile images; see `image_runs`."""
-        return image_runs(response, kept, self.length)
+        """Tell whether the markers have places in an image, where it needs them."""
+        return dims.ROW in responses.coords if self.of_pixels else dims.REST_POSITION in responses
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
-        """Return the samples that runs of tactile images become.
+        """Return the samples that runs of frames become, (n, *sample_shape).
 
         Parameters
         ----------
         runs
-            (n, `length`, component, row, column), as `runs` gives them.
+            As `runs` gives them.
+        lookback
+            How many earlier frames the response depends on: 0 for SA-I, 1 for RA-I.
 
         Raises
         ------
@@ -347,6 +340,50 @@ class ImageEncoding(Encoding):
         """
         raise InputError(
             f"the encoding: expected one that says what it makes of images, found {self.name}"
+        )
+
+    def coordinates(self, runs: Floats) -> dict[str, Any]:
+        """Return the coordinates of a sample's dims, where it has any."""
+        return {}
+
+    def runs(self, response: xr.DataArray, kept: slice) -> Floats:
+        """Return runs of frames, (run, frame, component, row, column) or (..., component, marker).
+
+        Raises
+        ------
+        InputError
+            If the markers have no places in an image, or if lost markers (NaN) were not filled.
+        """
+        series = response.isel({dims.TIME: kept})
+        frames = component_images(series) if self.of_pixels else component_series(series)
+        n = len(frames) // self.length
+        return frames[: n * self.length].reshape(n, self.length, *frames.shape[1:])
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
+        """Return samples `(sample, *sample_dims)` of the runs of one recording.
+
+        Parameters
+        ----------
+        response
+            `(time, marker)` or `(time, marker, space)` without NaN (see `channels.fill`), with the
+            recording's `name`, `texture` and `speed_mm_s` in the attributes.
+
+        Raises
+        ------
+        InputError
+            If there are fewer frames than a run has, or as `runs`.
+        """
+        start_s, stop_s = frame_extents(response[dims.TIME].values, kept, lookback)
+        require_run(len(start_s), response.attrs.get("name", "a recording"), self.length)
+        runs = self.runs(response, kept)
+        n = len(runs) * self.length
+        return make_samples(
+            self.of_runs(runs, lookback),
+            self.sample_dims,
+            start_s[: n : self.length],
+            stop_s[self.length - 1 : n : self.length],
+            response.attrs if self.keeps_unit else without_unit(response.attrs),
+            self.coordinates(runs),
         )
 
     def stream(self, lookback: int) -> ImageStream:
@@ -377,6 +414,44 @@ class ImageEncoding(Encoding):
         kept = slice(max(start, rest + lookback), stop)
         require_run(kept.stop - kept.start, name, self.length)
         return kept
+
+
+class LastRun:
+    """At every image the sample of the run that it ends, where offline one run follows the other.
+
+    Parameters
+    ----------
+    encoding
+        What makes a sample of a run.
+    lookback
+        Of the response.
+    """
+
+    def __init__(self, encoding: ImageEncoding, lookback: int) -> None:
+        """Wait for the first run to fill."""
+        self._encoding, self._lookback = encoding, lookback
+        self._images: deque[Floats] = deque(maxlen=encoding.length)
+
+    def skip(self) -> None:
+        """Begin anew: no run may hold both sides of a gap."""
+        self._images.clear()
+
+    def feed(self, image: Floats) -> Floats | None:
+        """Return the sample of the run that an image ends; None until one is full.
+
+        Parameters
+        ----------
+        image
+            (row, column), (component, row, column) of a vector, or (component, marker).
+        """
+        if self._encoding.of_pixels and image.ndim == 2:
+            image = image[np.newaxis]
+        self._images.append(image)
+        if len(self._images) < self._encoding.length:
+            return None
+        runs = np.stack(self._images)[np.newaxis]
+        sample: Floats = self._encoding.of_runs(runs, self._lookback)[0]
+        return sample
 
 
 class VibrationEncoding(Encoding):
@@ -432,3 +507,93 @@ def require_run(n_frames: int, where: str, length: int) -> None:
         raise InputError(
             f"{where}: expected at least {length} frames after the cut, found {n_frames}"
         )
+
+
+def without_unit(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes of a response for samples that are not in its unit."""
+    return {name: value for name, value in attrs.items() if name != dims.UNITS}
+
+
+def frame_extents(
+    time_s: NDArray[np.float64], frames: slice, memory: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return when what a frame shows began and ended, s, for the frames of the slice.
+
+    Parameters
+    ----------
+    time_s
+        Presentation times of all frames of the recording, shape (n_frames,).
+    memory
+        How many earlier frames the response looks back at: 0 for SA-I, 1 for RA-I.
+    """
+    period = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    ends = np.append(time_s[1:], time_s[-1:] + period)
+    indices = np.arange(len(time_s))[frames]
+    return time_s[np.maximum(indices - memory, 0)], ends[indices]
+
+
+# What is encoded of a frame: a tactile image, or what each marker shows.
+
+
+def tactile_images(response: xr.DataArray) -> Floats:
+    """Lay the markers of every frame out as an image.
+
+    Parameters
+    ----------
+    response
+        SA-I or RA-I `(time, marker)` with the coordinates `row` and `column` on `marker`.
+
+    Returns
+    -------
+    Array of shape (time, row, column), float32, in the response's unit. On a square grid row is
+    the rank of a marker in y, column its rank in x; the published arrays are the transpose. Of
+    other layouts pixels are interpolated between markers; see `markers.places`.
+
+    Raises
+    ------
+    InputError
+        If the markers have no places in an image, or if lost markers (NaN) were not filled before.
+    """
+    if dims.ROW not in response.coords or dims.COLUMN not in response.coords:
+        raise InputError(
+            f"{_name_of(response)}: expected markers whose places are known (coordinates row and "
+            "column), found a layout that no sensor file describes; calibrate the sensor and "
+            "extract again, or use the vibrotactile models"
+        )
+    _require_filled(response)
+    values = response.transpose(dims.TIME, dims.MARKER).values
+    return images_of(values, response[dims.ROW].values, response[dims.COLUMN].values)
+
+
+def component_images(response: xr.DataArray) -> Floats:
+    """Return tactile images (time, component, row, column) of a length or of a vector."""
+    if dims.SPACE not in response.dims:
+        return tactile_images(response)[:, None]
+    parts = (response.isel({dims.SPACE: i}, drop=True) for i in range(response.sizes[dims.SPACE]))
+    return np.stack([tactile_images(part) for part in parts], axis=1)
+
+
+def component_series(response: xr.DataArray) -> Floats:
+    """Return what markers show, or what all feel together, (time, component, marker or part).
+
+    Raises
+    ------
+    InputError
+        If lost markers (NaN) were not filled before.
+    """
+    _require_filled(response)
+    if dims.SPACE not in response.dims:
+        response = response.expand_dims(dims.SPACE)
+    return np.asarray(response.transpose(dims.TIME, dims.SPACE, ...).values, np.float32)
+
+
+def _require_filled(response: xr.DataArray) -> None:
+    if bool(response.isnull().any()):
+        raise InputError(
+            f"{_name_of(response)}: expected lost markers filled, found NaN; fill them with "
+            "channels.fill"
+        )
+
+
+def _name_of(response: xr.DataArray) -> str:
+    return f"{response.name} of {response.attrs.get('name', 'a recording')}"

@@ -1,7 +1,6 @@
-"""Tactile images as samples: one a frame, or runs of ten (paper, section 2.2.1)."""
+"""Frames as samples: tactile images, one or runs of ten (paper, section 2.2.1), and markers."""
 
-from collections import deque
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -10,28 +9,32 @@ from pydantic import PositiveInt
 
 from afferents import dims
 from afferents.encodings.augment import RANGES, Stretch, faster_images, faster_runs
-from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
-from afferents.encodings.samples import Samples, make_samples
-from afferents.encodings.tactile_image import tactile_images
+from afferents.encodings.base import Floats, ImageEncoding, LastRun, Option
+from afferents.encodings.base import frame_extents as frame_extents  # for encodings of one's own
+from afferents.encodings.samples import Samples
 
 
-class SpatialEncoding(ImageEncoding):
-    """Every frame is a sample, a tactile image (row, column); it has no options."""
-
-    name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
-
-    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
-        """Return samples `(sample, row, column)`; see `spatial_samples`."""
-        return spatial_samples(response, kept, lookback)
-
-    def of_runs(self, runs: Floats, lookback: int) -> Floats:
-        """Return the images of runs of one."""
-        return runs[:, 0, 0]
+class TactileImages(ImageEncoding):
+    """What both encodings share: two copies of every sample as other speeds would give it."""
 
     @property
     def n_copies(self) -> int:
         """How many copies of a sample are made."""
         return len(RANGES)
+
+    def stream(self, lookback: int) -> LastRun:
+        """Return what gives, at every image, the run that it ends."""
+        return LastRun(self, lookback)
+
+
+class SpatialEncoding(TactileImages):
+    """Every frame is a sample, a tactile image (row, column); it has no options."""
+
+    name, sample_dims = "spatial", (dims.ROW, dims.COLUMN)
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the images of runs of one."""
+        return runs[:, 0, 0]
 
     def stretched(
         self,
@@ -43,38 +46,114 @@ class SpatialEncoding(ImageEncoding):
         """Return two copies of RA-I images as other speeds would give them; see `faster_images`."""
         return faster_images(samples, index, rng)
 
-    def stream(self, lookback: int) -> "OneByOne":
-        """Return what takes an image for a sample."""
-        return OneByOne()
+
+FRAMES = 10
+"""Frames a sample, 0.111 s at 90 fps."""
+FRAMES_OPTION = Option(
+    "--frames",
+    "Length of a run of tactile images, video frames; 'evaluate' also takes several: 1,2,5,10.",
+    str,
+)
 
 
-class OneByOne:
-    """Images as they come are samples."""
+class SpatiotemporalEncoding(TactileImages):
+    """A run of tactile images is a sample (frame, row, column).
 
-    def skip(self) -> None:
-        """Have nothing to forget."""
-
-    def feed(self, image: Floats) -> Floats:
-        """Return the image."""
-        return image
-
-
-def frame_extents(
-    time_s: NDArray[np.float64], frames: slice, memory: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return when what a frame shows began and ended, s, for the frames of the slice.
-
-    Parameters
+    Attributes
     ----------
-    time_s
-        Presentation times of all frames of the recording, shape (n_frames,).
-    memory
-        How many earlier frames the response looks back at: 0 for SA-I, 1 for RA-I.
+    frames
+        Images a sample; the paper has ten.
     """
-    period = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    ends = np.append(time_s[1:], time_s[-1:] + period)
-    indices = np.arange(len(time_s))[frames]
-    return time_s[np.maximum(indices - memory, 0)], ends[indices]
+
+    name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
+
+    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return self.frames
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the images of runs."""
+        return runs[:, :, 0]
+
+    def stretched(
+        self,
+        samples: Samples,
+        index: NDArray[np.int64],
+        rng: np.random.Generator,
+        stretch: Stretch,
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Return two copies of every run as other speeds would give them; see `faster_runs`."""
+        return faster_runs(samples, index, rng)
+
+
+# Without rows and columns: what each marker shows, and its moments over a run of frames.
+
+
+class MarkersEncoding(ImageEncoding):
+    """Every frame is a sample (component, marker); it has no options.
+
+    For estimators of one's own, which need no rows and columns, and for any layout. Markers stand
+    in the order of the layout: of a square one by row, then column, else as the sensor file lists
+    them. A length has one component, a vector two (x, y).
+    """
+
+    name, sample_dims = "markers", (dims.COMPONENT, dims.MARKER)
+    of_pixels = False
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the frames of runs of one."""
+        return runs[:, 0]
+
+    def stream(self, lookback: int) -> LastRun:
+        """Return what takes the markers of a frame, (component, marker), for a sample."""
+        return LastRun(self, lookback)
+
+
+_LEAST_SPREAD = 1e-3
+"""In px: what is still to better than that is no stiller for a model."""
+
+
+class MomentEncoding(ImageEncoding):
+    """The mean and the logarithm of the spread over a run of frames are a sample (moment, feature).
+
+    Of each marker and component, or of each part of the global shear, one after the other: means
+    in px, then ln of spreads in px. The mean over a run is the level that friction holds the skin
+    at; it is a force, and says nothing of how fast the texture went by. The spread is what the
+    texture and stick-slip add; at another speed it grows or shrinks by a factor, so its logarithm
+    is taken.
+
+    Attributes
+    ----------
+    frames
+        Of a run.
+    """
+
+    name, sample_dims = "moments", (dims.MOMENT, dims.FEATURE)
+    of_pixels, keeps_unit = False, False
+
+    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
+
+    @property
+    def length(self) -> int:
+        """Frames that a sample is made of."""
+        return self.frames
+
+    def of_runs(self, runs: Floats, lookback: int) -> Floats:
+        """Return the moments of runs, (run, moment, feature)."""
+        spread = np.log(np.maximum(runs.std(axis=1), _LEAST_SPREAD))
+        moments = np.stack([runs.mean(axis=1), spread], axis=1)
+        return moments.reshape(len(runs), 2, -1).astype(np.float32)
+
+    def coordinates(self, runs: Floats) -> dict[str, Any]:
+        """Return the names of both moments."""
+        return {dims.MOMENT: ["mean", "log_spread"]}
+
+    def stream(self, lookback: int) -> LastRun:
+        """Return what gives, at every frame, the moments of the run that it ends."""
+        return LastRun(self, lookback)
 
 
 def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Samples:
@@ -101,89 +180,7 @@ def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Sampl
     InputError
         If markers were lost, or form no grid.
     """
-    start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
-    images = tactile_images(response.isel({dims.TIME: frames}))
-    return make_samples(images, (dims.ROW, dims.COLUMN), start_s, stop_s, response.attrs)
-
-
-# Spatio-temporal encoding: runs of ten tactile images (paper, section 2.2.1).
-
-FRAMES = 10
-"""Frames a sample, 0.111 s at 90 fps."""
-FRAMES_OPTION = Option(
-    "--frames",
-    "Length of a run of tactile images, video frames; 'evaluate' also takes several: 1,2,5,10.",
-    str,
-)
-
-
-class SpatiotemporalEncoding(ImageEncoding):
-    """A run of tactile images is a sample (frame, row, column).
-
-    Attributes
-    ----------
-    frames
-        Images a sample; the paper has ten.
-    """
-
-    name, sample_dims = "spatiotemporal", (dims.FRAME, dims.ROW, dims.COLUMN)
-
-    frames: Annotated[PositiveInt, FRAMES_OPTION] = FRAMES
-
-    @property
-    def length(self) -> int:
-        """Frames that a sample is made of."""
-        return self.frames
-
-    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
-        """Return samples `(sample, frame, row, column)`; see `spatiotemporal_samples`."""
-        return spatiotemporal_samples(response, kept, lookback, self.frames)
-
-    def of_runs(self, runs: Floats, lookback: int) -> Floats:
-        """Return the images of runs."""
-        return runs[:, :, 0]
-
-    @property
-    def n_copies(self) -> int:
-        """How many copies of a sample are made."""
-        return len(RANGES)
-
-    def stretched(
-        self,
-        samples: Samples,
-        index: NDArray[np.int64],
-        rng: np.random.Generator,
-        stretch: Stretch,
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Return two copies of every run as other speeds would give them; see `faster_runs`."""
-        return faster_runs(samples, index, rng)
-
-    def stream(self, lookback: int) -> "LastRun":
-        """Return what gives, at every image, the run that it ends."""
-        return LastRun(self.frames)
-
-
-class LastRun:
-    """The last images, where offline one run follows the other.
-
-    Parameters
-    ----------
-    frames
-        Images of a run.
-    """
-
-    def __init__(self, frames: int) -> None:
-        """Wait for the first run to fill."""
-        self._images: deque[Floats] = deque(maxlen=frames)
-
-    def skip(self) -> None:
-        """Begin anew: no run may hold both sides of a gap."""
-        self._images.clear()
-
-    def feed(self, image: Floats) -> Floats | None:
-        """Return the run (frame, row, column) that an image ends; None until one is full."""
-        self._images.append(image)
-        return np.stack(self._images) if len(self._images) == self._images.maxlen else None
+    return SpatialEncoding().samples(response, frames, memory)
 
 
 def spatiotemporal_samples(
@@ -198,14 +195,4 @@ def spatiotemporal_samples(
     InputError
         If the recording has fewer than `length` frames in the slice.
     """
-    start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
-    n = len(start_s) // length
-    require_run(len(start_s), response.attrs.get("name", "a recording"), length)
-    images = tactile_images(response.isel({dims.TIME: frames}))[: n * length]
-    return make_samples(
-        images.reshape(n, length, *images.shape[1:]),
-        (dims.FRAME, dims.ROW, dims.COLUMN),
-        start_s[: n * length : length],
-        stop_s[length - 1 : n * length : length],
-        response.attrs,
-    )
+    return SpatiotemporalEncoding(frames=length).samples(response, frames, memory)

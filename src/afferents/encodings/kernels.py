@@ -7,15 +7,15 @@ loudness is lost. The kernels depend on the length of the windows and on the see
 that was recorded: encoding all recordings with the same ones leaks nothing.
 """
 
+from typing import Any
+
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from pydantic import NonNegativeInt, PositiveInt
 
 from afferents import dims
-from afferents.encodings.samples import Samples, make_samples
 from afferents.encodings.spectra import Lines
-from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, cut_windows, decimation
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, Windows, decimation
 from afferents.errors import InputError
 from afferents.plugins import import_extra
 
@@ -30,7 +30,11 @@ _LEAST_LEFT = 1e-6
 
 
 class KernelEncoding(WindowEncoding):
-    """What random kernels make of a window is a sample.
+    """What random kernels make of a window is a sample (feature).
+
+    Of every kernel the highest value, in standard deviations of the window, and the share of
+    values above 0, percent. The coordinate `length` is the number of values in a window: only
+    samples of equal length have been seen by the same kernels. Needs the extra 'baselines'.
 
     Attributes
     ----------
@@ -42,11 +46,13 @@ class KernelEncoding(WindowEncoding):
 
     name, sample_dims = "kernels", (dims.FEATURE,)
 
+    keeps_unit = False
+
     n_kernels: PositiveInt = 1000
     seed: NonNegativeInt = 0
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
-        """Refuse what is too short; see `kernel_samples`."""
+        """Refuse what is too short; see `WindowEncoding.require`."""
         super().require(n, rate_hz, where)
         kept = rate_hz / decimation(rate_hz, self.highest_hz)
         length = round((self.window_s or n / rate_hz) * kept)
@@ -59,47 +65,12 @@ class KernelEncoding(WindowEncoding):
         """Refuse if the package that has the kernels is missing."""
         import_extra("baselines", "--models rocket-te", "pyts")
 
-    def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
-        """Return samples `(sample, feature)`; see `kernel_samples`."""
-        return kernel_samples(response, kept, self)
-
-
-def kernel_samples(vibration: xr.DataArray, kept: slice, encoding: KernelEncoding) -> Samples:
-    """Encode vibration `(audio_time, channel)` as `(sample, feature)`.
-
-    Parameters
-    ----------
-    vibration
-        RA-II with `sample_rate_hz` and the recording's labels in its attrs.
-    kept
-        Audio samples that the cut keeps.
-
-    Returns
-    -------
-    Of every kernel the highest value, in standard deviations of the window, and the share of
-    values above 0, percent. The coordinate `length` is the number of values in a window: only
-    samples of equal length have been seen by the same kernels.
-
-    Raises
-    ------
-    InputError
-        If a window is longer than what the cut leaves or shorter than a kernel, or the extra
-        'baselines' is not installed.
-    """
-    rate = float(vibration.attrs[dims.SAMPLE_RATE])
-    where = vibration.attrs.get("name", "a recording")
-    encoding.require(len(vibration[dims.AUDIO_TIME][kept]), rate, where)
-    windows = cut_windows(vibration, kept, encoding)
-    speed = float(vibration.attrs[dims.SPEED])
-    waves = _standardised(windows.values, windows.rate_hz, speed, encoding.mask)
-    return make_samples(
-        _features(waves, encoding),
-        (dims.FEATURE,),
-        windows.start_s,
-        windows.stop_s,
-        {name: value for name, value in vibration.attrs.items() if name != dims.UNITS},
-        {dims.LENGTH: waves.shape[1]},
-    )
+    def features(
+        self, windows: Windows, speed_mm_s: float, rate_hz: float
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Return what random kernels make of windows, (window, feature), and their length."""
+        waves = _standardised(windows.values, windows.rate_hz, speed_mm_s, self.mask)
+        return _features(waves, self), {dims.LENGTH: waves.shape[1]}
 
 
 def _standardised(

@@ -15,15 +15,13 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
-import xarray as xr
 from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt
 
 from afferents import dims
-from afferents.encodings.base import Known
-from afferents.encodings.samples import Samples, make_samples
+from afferents.encodings.base import SignalInfo
 from afferents.encodings.spectra import bridge
-from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, audible_hz, cut_windows
+from afferents.encodings.windows import LINE_WIDTH, WindowEncoding, Windows, audible_hz
 from afferents.errors import InputError
 
 _PADDING = 4
@@ -38,7 +36,11 @@ _COARSE = 8
 
 
 class OrderEncoding(WindowEncoding):
-    """The power of a window over the logarithm of frequency is a sample.
+    """The power of a window over the logarithm of frequency is a sample (feature, frequency).
+
+    For every channel the natural logarithm of its power, then, with several channels, twice the
+    real and the imaginary part of every channel's coherency with the mean of all, each averaged
+    over a band round the frequency. The frequencies are geometric, Hz.
 
     Attributes
     ----------
@@ -58,16 +60,16 @@ class OrderEncoding(WindowEncoding):
     highest_per_mm: PositiveFloat = 6.0
 
     @classmethod
-    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+    def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return a band that is heard, and the textures' axis that is heard at all speeds.
 
         Windows are whole recordings where these are too short for as many samples as usual.
         """
         default = cls()
-        highest = given.get("highest_hz", audible_hz(known.rate_hz, default.highest_hz))
+        highest = given.get("highest_hz", audible_hz(signal.rate_hz, default.highest_hz))
         usual = default.lowest_hz / default.highest_hz * highest
         window_s = given.get("window_s", 4.0 * default.highest_hz / highest)
-        is_whole = window_s is None or window_s > known.shortest_s
+        is_whole = window_s is None or window_s > signal.shortest_s
         chosen: dict[str, Any] = {"highest_hz": highest, "window_s": window_s}
         if is_whole and "window_s" not in given:
             chosen["window_s"] = None
@@ -75,36 +77,45 @@ class OrderEncoding(WindowEncoding):
             chosen["stride_s"] = window_s / 2
         lowest = given.get("lowest_hz", usual)
         if is_whole and highest < default.highest_hz and "lowest_hz" not in given:
-            lowest = max(highest / 2**_OCTAVES, _PERIODS / known.longest_s)
-        chosen |= {"lowest_hz": lowest} | cls._axis(known, lowest, highest, is_whole)
-        if known.n_channels > 1:
+            lowest = max(highest / 2**_OCTAVES, _PERIODS / signal.longest_s)
+        chosen |= {"lowest_hz": lowest} | cls._axis(signal, lowest, highest, is_whole)
+        if signal.n_channels > 1:
             chosen["bins_per_octave"] = _COARSE
         return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
     @classmethod
-    def _axis(cls, known: Known, lowest: float, highest: float, is_whole: bool) -> dict[str, float]:
+    def _axis(
+        cls, signal: SignalInfo, lowest: float, highest: float, is_whole: bool
+    ) -> dict[str, float]:
         """Return the textures' axis: heard at all speeds, or at some if that is not an octave."""
         default = cls()
-        low, high = lowest / known.slowest_mm_s, highest / known.fastest_mm_s
+        low, high = lowest / signal.slowest_mm_s, highest / signal.fastest_mm_s
         if is_whole:
-            low = max(low, _PERIODS / known.least_mm)
+            low = max(low, _PERIODS / signal.least_mm)
         if high < 2 * low:
-            low, high = lowest / known.fastest_mm_s, highest / known.slowest_mm_s
+            low, high = lowest / signal.fastest_mm_s, highest / signal.slowest_mm_s
         usual = (lowest, highest) == (default.lowest_hz, default.highest_hz)
         if usual and default.lowest_per_mm <= low and high <= default.highest_per_mm:
             return {}
         return {"lowest_per_mm": low, "highest_per_mm": high}
 
     def require(self, n: int, rate_hz: float, where: str) -> None:
-        """Refuse what is too short, or of too low a rate; see `order_samples`."""
+        """Refuse what is too short, or of too low a rate."""
         super().require(n, rate_hz, where)
         if rate_hz / 2 * 0.95 < 2 * self.lowest_hz:
             expected = f"a sample rate for an octave above {self.lowest_hz:g} Hz"
             raise InputError(f"{where}: expected {expected}, found {rate_hz:g} Hz")
 
-    def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
-        """Return samples `(sample, feature, frequency)`; see `order_samples`."""
-        return order_samples(response, kept, self)
+    def features(
+        self, windows: Windows, speed_mm_s: float, rate_hz: float
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Return powers and coherencies of windows, (window, feature, frequency)."""
+        frequencies = self.frequencies(rate_hz)
+        values = np.stack(
+            [_features(w, windows.rate_hz, speed_mm_s, frequencies, self) for w in windows.values]
+        )
+        axis = (dims.FREQUENCY, frequencies, {dims.UNITS: dims.HERTZ})
+        return values.astype(np.float32), {dims.FREQUENCY: axis}
 
     def frequencies(self, rate: float) -> NDArray[np.float64]:
         """Return the frequencies of a signal of that sample rate, Hz."""
@@ -120,45 +131,6 @@ class OrderEncoding(WindowEncoding):
 def _geometric(low: float, high: float, per_octave: int) -> NDArray[np.float64]:
     steps = math.floor(math.log2(high / low) * per_octave + 1e-9)
     return np.asarray(low * 2.0 ** (np.arange(steps + 1) / per_octave))
-
-
-def order_samples(vibration: xr.DataArray, kept: slice, encoding: OrderEncoding) -> Samples:
-    """Encode vibration `(audio_time, channel)` as `(sample, feature, frequency)`.
-
-    Parameters
-    ----------
-    vibration
-        RA-II with `sample_rate_hz` and the recording's labels in its attrs.
-    kept
-        Audio samples that the cut keeps.
-
-    Returns
-    -------
-    For every channel the natural logarithm of its power, then, with several channels, twice the
-    real and the imaginary part of every channel's coherency with the mean of all, each averaged
-    over a band round the frequency. The frequencies are geometric, Hz.
-
-    Raises
-    ------
-    InputError
-        If a window is longer than what the cut leaves, or the sample rate is too low.
-    """
-    rate = float(vibration.attrs[dims.SAMPLE_RATE])
-    where = vibration.attrs.get("name", "a recording")
-    encoding.require(len(vibration[dims.AUDIO_TIME][kept]), rate, where)
-    windows = cut_windows(vibration, kept, encoding)
-    speed, frequencies = float(vibration.attrs[dims.SPEED]), encoding.frequencies(rate)
-    values = np.stack(
-        [_features(w, windows.rate_hz, speed, frequencies, encoding) for w in windows.values]
-    )
-    return make_samples(
-        values.astype(np.float32),
-        (dims.FEATURE, dims.FREQUENCY),
-        windows.start_s,
-        windows.stop_s,
-        vibration.attrs,
-        {dims.FREQUENCY: (dims.FREQUENCY, frequencies, {dims.UNITS: dims.HERTZ})},
-    )
 
 
 def _features(

@@ -5,10 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from afferents.documents import as_form
-from afferents.encodings.base import Encoding, Known, Option
-from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
+from afferents.encodings.base import Encoding, Option, SignalInfo
+from afferents.encodings.images import (
+    MarkersEncoding,
+    MomentEncoding,
+    SpatialEncoding,
+    SpatiotemporalEncoding,
+)
 from afferents.encodings.kernels import KernelEncoding
-from afferents.encodings.moments import MarkersEncoding, MomentEncoding
 from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.encodings.spikes import SpikeRateEncoding, SpikeTimingEncoding
@@ -52,7 +56,7 @@ class Encodings:
         cls,
         options: Mapping[str, Mapping[str, Any]],
         where: object,
-        known: Known | None = None,
+        signal: SignalInfo | None = None,
         wanted: Mapping[str, Any] | None = None,
     ) -> "Encodings":
         """Return encodings with options that suit some data, by name of the encoding.
@@ -63,7 +67,7 @@ class Encodings:
             Options that are given for these data.
         where
             The data, for the error.
-        known
+        signal
             By which options that are not given are chosen; None to leave them as they are.
         wanted
             What a user asks for beside, by name of the field; others are chosen to go with it.
@@ -79,9 +83,9 @@ class Encodings:
             )
         words = "options of the encoding '{}'"
         suited = {n: as_form(o, ENCODINGS[n], where, words.format(n)) for n, o in options.items()}
-        if known is not None:
+        if signal is not None:
             for name, kind in ENCODINGS.items():
-                suited[name] = _completed(suited.get(name) or kind(), known, wanted or {})
+                suited[name] = _completed(suited.get(name) or kind(), signal, wanted or {})
         return cls(tuple(suited.values()))
 
     def changed(self, **wanted: Any) -> "Encodings":
@@ -124,12 +128,12 @@ class Encodings:
         return {name: self.of(name).model_dump(mode="json") for name in ENCODINGS}
 
 
-def _completed(given: Encoding, known: Known, wanted: Mapping[str, Any]) -> Encoding:
+def _completed(given: Encoding, signal: SignalInfo, wanted: Mapping[str, Any]) -> Encoding:
     """Return an encoding whose options that nobody gave are chosen."""
     given.changed(**wanted)  # what makes no sense is refused as ever
     said = {name: getattr(given, name) for name in given.model_fields_set}
     decided = said | {name: value for name, value in wanted.items() if value is not None}
-    return type(given)(**{**type(given).suiting(known, decided), **said})
+    return type(given)(**{**type(given).suiting(signal, decided), **said})
 
 
 def encoding_of(described: Mapping[str, Any], where: object) -> Encoding:

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, model_va
 
 from afferents import dims
 from afferents.encodings.augment import COPIES, Stretch, stretched_copies
-from afferents.encodings.base import Floats, Known, Option, Ready, VibrationEncoding
+from afferents.encodings.base import Floats, Option, Ready, SignalInfo, VibrationEncoding
 from afferents.encodings.samples import Samples, make_samples
 from afferents.errors import InputError
 
@@ -147,23 +147,23 @@ class SpectralEncoding(VibrationEncoding):
     remove_mean: bool = False
 
     @classmethod
-    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+    def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return windows that fit into all recordings, padded to as many bins as a network sees.
 
         As published where a second has enough samples; else of 128, or all of the shortest
         recording. Means are taken off what is no sound.
         """
         default = cls()
-        chosen: dict[str, Any] = {"remove_mean": not known.is_sound}
+        chosen: dict[str, Any] = {"remove_mean": not signal.is_sound}
         bins = given.get("model_bins", default.model_bins)
         window_s = given.get("window_s")
         if window_s is None:
-            window_s, least_s = default.window_s, _LEAST_SAMPLES / known.rate_hz
-            if window_s > known.shortest_s or round(window_s * known.rate_hz) // 2 + 1 < bins:
-                window_s = known.samples_within(max(window_s, least_s))
-        length = round(window_s * known.rate_hz)
+            window_s, least_s = default.window_s, _LEAST_SAMPLES / signal.rate_hz
+            if window_s > signal.shortest_s or round(window_s * signal.rate_hz) // 2 + 1 < bins:
+                window_s = signal.samples_within(max(window_s, least_s))
+        length = round(window_s * signal.rate_hz)
         chosen |= {"window_s": window_s, "stride_s": window_s / 2}
-        if known.shortest_s < 2 * window_s and "stride_s" not in given:
+        if signal.shortest_s < 2 * window_s and "stride_s" not in given:
             chosen["windows"] = _FEW_WINDOWS
         if length // 2 + 1 < bins:
             chosen |= {"fft_points": 2 * bins, "kept_bins": bins}

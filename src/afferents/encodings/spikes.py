@@ -9,13 +9,10 @@ from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt
 
 from afferents import dims
-from afferents.encodings.base import Floats, ImageEncoding, VibrationEncoding, require_run
-from afferents.encodings.images import frame_extents
-from afferents.encodings.moments import component_series
+from afferents.encodings.base import Floats, ImageEncoding, VibrationEncoding, without_unit
 from afferents.encodings.samples import Samples, make_samples
 from afferents.encodings.spectra import STRIDE_OPTION, WINDOW_OPTION, require_stride, window_starts
 from afferents.errors import InputError
-from afferents.store.responses import Responses
 
 FRAMES = 45
 """Half a second at 90 frames/s: tens of spikes a unit."""
@@ -41,36 +38,6 @@ class SpikeRateEncoding(ImageEncoding):
     def length(self) -> int:
         """Frames that a sample is made of."""
         return self.rate_frames
-
-    def suits(self, responses: Responses) -> bool:
-        """Tell that markers are there."""
-        return dims.REST_POSITION in responses
-
-    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
-        """Return samples `(sample, component, marker)`, in the response's unit a frame.
-
-        Raises
-        ------
-        InputError
-            If there are fewer frames than a run has.
-        """
-        start_s, stop_s = frame_extents(response[dims.TIME].values, kept, lookback)
-        require_run(len(start_s), response.attrs.get("name", "a recording"), self.length)
-        runs = self.runs(response, kept)
-        n = len(runs) * self.length
-        return make_samples(
-            self.of_runs(runs, lookback),
-            self.sample_dims,
-            start_s[: n : self.length],
-            stop_s[self.length - 1 : n : self.length],
-            response.attrs,
-        )
-
-    def runs(self, response: xr.DataArray, kept: slice) -> Floats:
-        """Return runs of frames, (run, frame, component, marker); no incomplete one."""
-        series = component_series(response.isel({dims.TIME: kept}))
-        n = len(series) // self.length
-        return series[: n * self.length].reshape(n, self.length, *series.shape[1:])
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the means of runs, (run, component, marker)."""
@@ -126,7 +93,7 @@ class SpikeTimingEncoding(VibrationEncoding):
             self.sample_dims,
             start_s,
             start_s + self.window_s,
-            {name: value for name, value in response.attrs.items() if name != dims.UNITS},
+            without_unit(response.attrs),
             {dims.INTERVAL: np.sqrt(edges[1:] * edges[:-1])},
         )
 

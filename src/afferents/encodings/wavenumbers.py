@@ -2,18 +2,15 @@
 
 from collections import deque
 from collections.abc import Iterable
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from pydantic import PositiveInt
 
 from afferents import dims
-from afferents.encodings.base import Floats, ImageEncoding, Option, require_run
-from afferents.encodings.images import FRAMES, FRAMES_OPTION, frame_extents
-from afferents.encodings.samples import Samples, make_samples
-from afferents.encodings.tactile_image import image_runs
+from afferents.encodings.base import Floats, ImageEncoding, Option
+from afferents.encodings.images import FRAMES, FRAMES_OPTION
 from afferents.store.recording import spacing_mm
 
 
@@ -53,7 +50,10 @@ _LEAST_POWER = 1e-6
 class WavenumberEncoding(ImageEncoding):
     """The power of a run's images over wavenumbers is a sample.
 
-    Waves that are shorter than two pixels, about two pins, can't be seen in it.
+    The natural logarithm of the mean power over a run's frames, less its mean over all wavenumbers:
+    how much does not matter, only where. SA-I is taken relative to its mean over the run.
+    Wavenumbers are in cycles from marker to marker, or from pixel to pixel on layouts that are not
+    square. Waves that are shorter than two pixels, about two pins, can't be seen in it.
 
     Attributes
     ----------
@@ -82,65 +82,18 @@ class WavenumberEncoding(ImageEncoding):
         """Of how many frames one is used."""
         return self.every
 
-    def samples(self, response: xr.DataArray, kept: slice, lookback: int) -> Samples:
-        """Return samples `(sample, component, row_wavenumber, column_wavenumber)`.
-
-        See `wavenumber_samples`.
-        """
-        return wavenumber_samples(response, kept, lookback, self)
-
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
         """Return the waves of runs of images."""
         return np.stack([log_waves(wave_spectra(run), lookback) for run in runs])
 
+    def coordinates(self, runs: Floats) -> dict[str, Any]:
+        """Return the wavenumbers of rows and columns."""
+        rows, columns = np.fft.fftfreq(runs.shape[3]), np.fft.rfftfreq(runs.shape[4])
+        return {dims.ROW_WAVENUMBER: rows, dims.COLUMN_WAVENUMBER: columns}
+
     def stream(self, lookback: int) -> "WaveStream":
         """Return what gives, at every image, the waves of the run that it ends."""
         return WaveStream(self, lookback)
-
-
-def wavenumber_samples(
-    response: xr.DataArray, frames: slice, memory: int, encoding: WavenumberEncoding
-) -> Samples:
-    """Encode runs of frames as `(sample, component, row_wavenumber, column_wavenumber)`.
-
-    Parameters
-    ----------
-    response
-        SA-I or RA-I `(time, marker)`, or their vectors `(time, marker, space)`, with the
-        coordinates `row` and `column` on `marker`.
-    frames
-        Frames that the cut keeps.
-    memory
-        How many earlier frames the response looks back at: 0 for SA-I, which is taken relative
-        to its mean over the run, or 1 for RA-I.
-
-    Returns
-    -------
-    Natural logarithm of the mean power over a run's frames, less its mean over all wavenumbers:
-    how much does not matter, only where. Wavenumbers in cycles from marker to marker, or from
-    pixel to pixel on layouts that are not square.
-
-    Raises
-    ------
-    InputError
-        If the markers have no places in an image, or the slice has fewer frames than a run.
-    """
-    start_s, stop_s = frame_extents(response[dims.TIME].values, frames, memory)
-    require_run(len(start_s), response.attrs.get("name", "a recording"), encoding.frames)
-    runs = image_runs(response, frames, encoding.frames)
-    n, length = runs.shape[:2]
-    values = encoding.of_runs(runs, memory)
-    return make_samples(
-        values,
-        (dims.COMPONENT, dims.ROW_WAVENUMBER, dims.COLUMN_WAVENUMBER),
-        start_s[: n * length : length],
-        stop_s[length - 1 : n * length : length],
-        response.attrs,
-        {
-            dims.ROW_WAVENUMBER: np.fft.fftfreq(runs.shape[3]),
-            dims.COLUMN_WAVENUMBER: np.fft.rfftfreq(runs.shape[4]),
-        },
-    )
 
 
 def wave_spectra(images: NDArray[np.float32]) -> NDArray[np.complex64]:
@@ -152,14 +105,15 @@ def wave_spectra(images: NDArray[np.float32]) -> NDArray[np.complex64]:
 
 
 def log_waves(spectra: NDArray[np.complex64], memory: int) -> NDArray[np.float32]:
-    """Return what `wavenumber_samples` does of one run, from the spectra of its images.
+    """Return the waves of one run, from the spectra of its images.
 
     Parameters
     ----------
     spectra
         (frame, component, row_wavenumber, column_wavenumber), as `wave_spectra` gives them.
     memory
-        See there: 0 takes out what stands still through the run.
+        How many earlier frames the response looks back at: 0, SA-I, takes out what stands still
+        through the run.
     """
     if memory == 0:
         spectra = spectra - spectra.mean(axis=0, keepdims=True)
@@ -176,7 +130,7 @@ class WaveStream:
     encoding
         How long a run is.
     memory
-        See `wavenumber_samples`.
+        See `log_waves`.
     """
 
     def __init__(self, encoding: WavenumberEncoding, memory: int) -> None:

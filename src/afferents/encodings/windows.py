@@ -1,7 +1,7 @@
 """Windows of vibration, with no more samples than the highest frequency needs."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from pydantic import PositiveFloat, PositiveInt, field_validator
 
 from afferents import dims
-from afferents.encodings.base import Known, Option, VibrationEncoding
+from afferents.encodings.base import Option, SignalInfo, VibrationEncoding, without_unit
+from afferents.encodings.samples import Samples, make_samples
 from afferents.encodings.spectra import (
     STRIDE_OPTION,
     WINDOW_OPTION,
@@ -49,6 +50,9 @@ class WindowEncoding(VibrationEncoding):
         Lines of the machine that are cut out; may be given as text, see `Lines.parse`.
     """
 
+    keeps_unit: ClassVar[bool] = True
+    """Whether samples are in the unit of the response."""
+
     window_s: Annotated[PositiveFloat | None, WINDOW_OPTION] = 4.0
     stride_s: Annotated[PositiveFloat, STRIDE_OPTION] = 2.0
     windows: PositiveInt | None = None
@@ -74,20 +78,20 @@ class WindowEncoding(VibrationEncoding):
         return None if given == "whole" else given
 
     @classmethod
-    def suiting(cls, known: Known, given: Mapping[str, Any]) -> dict[str, Any]:
+    def suiting(cls, signal: SignalInfo, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return windows of one length that fit into all recordings, of frequencies that are heard.
 
         The lower the rate, the longer they are, for as many samples; few in short recordings.
         """
         default = cls()
-        highest = given.get("highest_hz", audible_hz(known.rate_hz, default.highest_hz))
+        highest = given.get("highest_hz", audible_hz(signal.rate_hz, default.highest_hz))
         usual = 4.0 * default.highest_hz / highest
-        fitting = known.samples_within(usual) if usual > known.shortest_s else usual
+        fitting = signal.samples_within(usual) if usual > signal.shortest_s else usual
         window_s = given.get("window_s", fitting)
         if window_s is None:
             return {"highest_hz": highest} if highest != default.highest_hz else {}
         chosen = {"highest_hz": highest, "window_s": window_s, "stride_s": window_s / 2}
-        if known.shortest_s < 2 * window_s and highest < default.highest_hz:
+        if signal.shortest_s < 2 * window_s and highest < default.highest_hz:
             chosen["windows"] = _FEW_WINDOWS
         return {name: v for name, v in chosen.items() if v != getattr(default, name)}
 
@@ -107,6 +111,47 @@ class WindowEncoding(VibrationEncoding):
         if n < round(seconds * rate_hz) or n < 2:
             expected = f"at least one window of {seconds:g} s"
             raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
+
+    def features(
+        self, windows: "Windows", speed_mm_s: float, rate_hz: float
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Return the values of samples, (window, *sample_shape), and their coordinates.
+
+        Parameters
+        ----------
+        speed_mm_s
+            Of the recording; NaN where it is not known.
+        rate_hz
+            Sample rate of the recording; see `Windows` for the one that was kept.
+        """
+        raise NotImplementedError(f"{self.name}: features of windows")
+
+    def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
+        """Return samples `(sample, *sample_dims)` of the windows of one recording.
+
+        Parameters
+        ----------
+        response
+            RA-II `(audio_time, channel)` with `sample_rate_hz` and the recording's labels in its
+            attrs.
+        kept
+            Audio samples that the cut keeps.
+
+        Raises
+        ------
+        InputError
+            If a window is longer than what the cut leaves, or the sample rate is too low.
+        """
+        rate_hz, attrs = float(response.attrs[dims.SAMPLE_RATE]), response.attrs
+        self.require(
+            len(response[dims.AUDIO_TIME][kept]), rate_hz, attrs.get("name", "a recording")
+        )
+        windows = cut_windows(response, kept, self)
+        values, coords = self.features(windows, float(attrs[dims.SPEED]), rate_hz)
+        attrs = attrs if self.keeps_unit else without_unit(attrs)
+        return make_samples(
+            values, self.sample_dims, windows.start_s, windows.stop_s, attrs, coords
+        )
 
 
 class Windows(NamedTuple):

@@ -5,18 +5,18 @@ from typing import Any
 
 from afferents import dims
 from afferents.choices import Cut, Penalty
-from afferents.encodings.base import Known
+from afferents.encodings.base import SignalInfo
 from afferents.encodings.settings import Encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import OpenedData, recordings_in
 from afferents.evaluation.encode import encode, sources_of
-from afferents.folds.corruption import Disturbances
+from afferents.folds.corruption import Corruptions
 from afferents.models.base import Solved
+from afferents.models.classifiers import classifier_of
 from afferents.models.config import Hyperparameters
 from afferents.models.fitted import require_buildable
 from afferents.models.fitting import learns_in_a_loop, recipe_of
 from afferents.models.model import MODELS, Model
-from afferents.models.table import classifier_of
 from afferents.progress import Progress
 from afferents.store.responses import Responses, speed_of, steady_s
 from afferents.store.trimming import cut_audio
@@ -25,7 +25,7 @@ from afferents.store.trimming import cut_audio
 def require_options(
     models: Sequence[Model],
     encodings: Encodings,
-    disturbances: Disturbances,
+    corruptions: Corruptions,
     hyperparameters: Hyperparameters,
     penalty: Penalty = "fixed",
 ) -> None:
@@ -36,16 +36,16 @@ def require_options(
     InputError
         Naming the option.
     """
-    require_disturbed(models, encodings, disturbances)
+    require_corrupted(models, encodings, corruptions)
     require_searched(models, penalty)
-    require_told(models, encodings)
+    check_speed_leak(models, encodings)
     require_trained_so(models, encodings, hyperparameters)
 
 
-def require_disturbed(
-    models: Sequence[Model], encodings: Encodings, disturbances: Disturbances
+def require_corrupted(
+    models: Sequence[Model], encodings: Encodings, corruptions: Corruptions
 ) -> None:
-    """Refuse disturbances that none of the models asked for would notice.
+    """Refuse corruptions that none of the models asked for would notice.
 
     Raises
     ------
@@ -55,8 +55,8 @@ def require_disturbed(
     sources = [source for model in models for source in sources_of(model, encodings)]
     hears = any(source.encoding.of_vibration for source in sources)
     sees = any(not source.encoding.of_vibration for source in sources)
-    options = [("--disturb", one) for one in disturbances.tests]
-    for option, one in [*options, ("--disturb-training", disturbances.training)]:
+    options = [("--disturb", one) for one in corruptions.tests]
+    for option, one in [*options, ("--disturb-training", corruptions.training)]:
         if one and not ((one.sound and hears) or (one.of_markers and sees)):
             names = ", ".join(model.name for model in models)
             raise InputError(
@@ -110,7 +110,7 @@ def require_trained_so(
         )
 
 
-def require_told(models: Sequence[Model], encodings: Encodings) -> None:
+def check_speed_leak(models: Sequence[Model], encodings: Encodings) -> None:
     """Refuse lines that follow the speed where a model is not told it.
 
     They would be cut out where the recording's true speed puts them, and so tell it.
@@ -158,7 +158,7 @@ def encodings_for(data: Sequence[OpenedData], cut: Cut, wanted: Mapping[str, Any
     return suited.changed(**wanted)
 
 
-def known_of(recordings: Sequence[Responses], cut: Cut) -> Known | None:
+def known_of(recordings: Sequence[Responses], cut: Cut) -> SignalInfo | None:
     """Return what is known of the vibration of recordings; None if there is none to learn from."""
     lengths = dict(_lengths(recordings, cut))
     if not lengths:
@@ -168,7 +168,7 @@ def known_of(recordings: Sequence[Responses], cut: Cut) -> Known | None:
     # Where no speed is known, encodings that need one are refused, whatever is chosen for them.
     speeds, ways_mm = zip(*slid, strict=True) if slid else ((1.0,), (1.0,))
     vibration = used[0][dims.RA2]
-    return Known(
+    return SignalInfo(
         float(vibration.attrs[dims.SAMPLE_RATE]),
         min(lengths.values()),
         max(lengths.values()),

@@ -13,9 +13,9 @@ from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings, options
 from afferents.errors import InputError, then
 from afferents.folds.ablation import Ablation
-from afferents.folds.corruption import Disturbance, Disturbances, disturbed, in_variants
+from afferents.folds.corruption import Corruption, Corruptions, corrupted, in_variants
+from afferents.models.classifiers import classifier_of
 from afferents.models.model import BEST, MODELS, Model, own_of
-from afferents.models.table import classifier_of
 from afferents.progress import Progress
 from afferents.store.responses import Responses, labelled, read_whole, speed_of
 
@@ -180,7 +180,7 @@ def encode(
     source: Source,
     cut: Cut,
     ablation: Ablation | None = None,
-    disturbance: Disturbance | None = None,
+    corruption: Corruption | None = None,
 ) -> Samples:
     """Encode one recording; see `kept_part` for what it refuses.
 
@@ -190,11 +190,11 @@ def encode(
     ----------
     ablation
         Says which markers are used; None for all.
-    disturbance
-        What spoils the recording first; None for nothing.
+    corruption
+        What corrupts the recording first; None for nothing.
     """
-    if disturbance is not None:
-        responses = disturbed(responses, source.encoding.of_vibration, disturbance)
+    if corruption is not None:
+        responses = corrupted(responses, source.encoding.of_vibration, corruption)
     kept = kept_part(responses, source, cut)
     response = response_of(responses, source)
     if ablation is not None:
@@ -224,13 +224,13 @@ def encode_all(
     cut: Cut,
     progress: Progress,
     ablation: Ablation | None = None,
-    disturbance: Disturbance | None = None,
+    corruption: Corruption | None = None,
 ) -> Samples:
     """Encode every recording and join the samples; see `encode`."""
     label = f"encoding {source.channel.name} {source.encoding.name}"
     return concatenate(
         [
-            encode(responses, source, cut, ablation, disturbance)
+            encode(responses, source, cut, ablation, corruption)
             for responses in progress.track(recordings, label, len(recordings))
         ]
     )
@@ -242,9 +242,9 @@ def encode_variants(
     cut: Cut,
     progress: Progress,
     ablation: Ablation,
-    disturbances: Disturbances,
+    corruptions: Corruptions,
 ) -> Samples:
     """Encode every recording; in variants where others are tested than are learnt from."""
-    each = (disturbances.training, *(disturbances.tests if disturbances.apart else ()))
+    each = (corruptions.training, *(corruptions.tests if corruptions.apart else ()))
     learnt, *tested = (encode_all(recordings, source, cut, progress, ablation, d) for d in each)
     return in_variants(learnt, tested) if tested else learnt

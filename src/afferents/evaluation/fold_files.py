@@ -24,8 +24,20 @@ from afferents.evaluation.results import (
 )
 from afferents.evaluation.schemas import Counted, ModelName, Schema
 from afferents.files import PARTIAL_PREFIX, holds_only, require_same_config, write_aside, write_json
-from afferents.folds.fields import Amount, Count, GroupName, Share, Speed, SplitName
-from afferents.folds.held_out import SPEED, Group, Split, folder_name, order, split_named
+from afferents.folds.held_out import (
+    SPEED,
+    Amount,
+    Count,
+    Group,
+    GroupName,
+    Share,
+    Speed,
+    Split,
+    SplitName,
+    folder_name,
+    order,
+    split_named,
+)
 from afferents.folds.protocol import Fold, ProtocolName
 from afferents.folds.splits import Leaks
 from afferents.models.model import MODELS

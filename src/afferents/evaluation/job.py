@@ -129,14 +129,16 @@ def train_and_test(
         Part(part, fold, source.encoding)
         for part, (_, fold), source in zip(samples, ranks_and_folds, sources, strict=True)
     ]
-    leaks: list[Leaks] = []
+    leaks: dict[int, Leaks] = {}
 
-    def check(learnt_from: Sequence[Indices]) -> None:
-        for part, index in zip(parts, learnt_from, strict=True):
-            leaks.append(find_leaks(part.samples, part.fold, index))
-            if protocol.name == "nested":
-                refuse_leaks(leaks[-1], part.fold)
+    def check(number: int, learnt_from: Indices) -> None:
+        part = parts[number]
+        leaks[number] = find_leaks(part.samples, part.fold, learnt_from)
+        if protocol.name == "nested":
+            refuse_leaks(leaks[number], part.fold)
 
+    for number, part in enumerate(parts):
+        check(number, part.fold.train[:0])
     configs = [recipe.options.training(network) for network in recipes_of(model, parts)]
     rank = ranks_and_folds[0][0]
     searched = recipe.options.penalty == "searched"
@@ -186,7 +188,7 @@ def encoded(
     progress: Progress,
 ) -> tuple[Samples, ...]:
     """Return the samples that models of these sources learn from, and are tested on."""
-    how = recipe.options.cut, progress, recipe.options.ablation, recipe.disturbances
+    how = recipe.options.cut, progress, recipe.options.ablation, recipe.corruptions
     samples = (encode_variants(recordings, source, *how) for source in sources)
     return tuple(recipe.split.labelled(one, recordings) for one in samples)
 

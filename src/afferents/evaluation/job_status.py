@@ -21,7 +21,7 @@ from afferents.errors import InputError
 from afferents.evaluation.fold_files import FOLD, PLAN, FoldKey, finished, read_facts
 from afferents.evaluation.results import CONFIG
 from afferents.evaluation.schemas import Schema
-from afferents.folds.fields import Amount
+from afferents.folds.held_out import Amount
 
 _REMOVE = "remove it: it is only shown"
 

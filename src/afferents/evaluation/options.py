@@ -33,7 +33,7 @@ from afferents.choices import (
 )
 from afferents.errors import InputError
 from afferents.folds.ablation import Ablation, parse_speeds
-from afferents.folds.corruption import Disturbance, Disturbances
+from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Group, Split, split_named
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
@@ -69,8 +69,8 @@ def _condition(given: str | Mapping[str, str] | Sequence[str]) -> tuple[str, str
     return str(name), str(value)
 
 
-def _disturbance(option: str) -> Callable[[Any], Disturbance]:
-    return lambda given: Disturbance.of(given, option)
+def _corruption(option: str) -> Callable[[Any], Corruption]:
+    return lambda given: Corruption.of(given, option)
 
 
 def _named(models: Any) -> str:
@@ -115,8 +115,8 @@ class TrainingOptions(BaseModel):
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
     says, else all but 2.5 s at each end)."""
     disturb_training: Annotated[
-        Disturbance, BeforeValidator(_disturbance("--disturb-training")), Described
-    ] = Field(default_factory=Disturbance)
+        Corruption, BeforeValidator(_corruption("--disturb-training")), Described
+    ] = Field(default_factory=Corruption)
     """Corrupt the recordings that are learnt from: markers=0.1 (noise, px), sound=-20dB (noise, by
     the sound's own level), frames=0.05 and lost=0.1 (share of the frames dropped, of the markers
     lost), seed=0."""
@@ -253,8 +253,8 @@ class EvaluationOptions(TrainingOptions):
     penalty: Penalty = "fixed"
     """Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or chosen inside
     each fold by leaving out its training speeds in turn ('searched')."""
-    disturb: Annotated[Disturbance, BeforeValidator(_disturbance("--disturb")), Described] = Field(
-        default_factory=Disturbance
+    disturb: Annotated[Corruption, BeforeValidator(_corruption("--disturb")), Described] = Field(
+        default_factory=Corruption
     )
     """Corrupt the recordings that are tested, in the words of --disturb-training."""
     keep_going: bool = False
@@ -303,9 +303,9 @@ class EvaluationOptions(TrainingOptions):
         return Ablation(self.textures, self.speeds, self.markers, self.train_speeds, self.test_only)
 
     @property
-    def disturbances(self) -> Disturbances:
+    def corruptions(self) -> Corruptions:
         """What corrupts the recordings that are tested, and those that are learnt from."""
-        return Disturbances((self.disturb,), self.disturb_training)
+        return Corruptions((self.disturb,), self.disturb_training)
 
     @property
     def protocols(self) -> Sequence[Protocol]:

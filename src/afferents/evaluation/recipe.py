@@ -20,7 +20,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
 from afferents.files import write_json
-from afferents.folds.corruption import Disturbances
+from afferents.folds.corruption import Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
 from afferents.models.model import MODELS, Model, own_of
@@ -184,7 +184,7 @@ class Recipe:
         How samples are made, as suits the data and as asked for.
     options
         What was chosen.
-    disturbances
+    corruptions
         What corrupts recordings: that of the options, or several tests of one training.
     skipped
         Recordings that no model uses, and why; found out when the evaluation begins.
@@ -197,7 +197,7 @@ class Recipe:
     models: Sequence[Model]
     encodings: Encodings
     options: EvaluationOptions = field(default_factory=EvaluationOptions)
-    disturbances: Disturbances = field(default_factory=Disturbances)
+    corruptions: Corruptions = field(default_factory=Corruptions)
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
 
@@ -234,7 +234,7 @@ class Recipe:
             "statistics": options.statistics if options.statistics != "warmed-up" else None,
             "recipe": options.recipe.describe(),
         }
-        return {name: v for name, v in found.items() if v} | self.disturbances.describe()
+        return {name: v for name, v in found.items() if v} | self.corruptions.describe()
 
     @property
     def split(self) -> Split:

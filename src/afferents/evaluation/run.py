@@ -58,7 +58,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")
     require_used(able, recipe.encodings)
-    own = recipe.disturbances, options.recipe, options.penalty
+    own = recipe.corruptions, options.recipe, options.penalty
     require_options(able, recipe.encodings, *own)
     require_speeds_known(able, recipe.encodings, everything)
     recipe.split.groups_of(everything)

@@ -15,20 +15,22 @@ from afferents.choices import Cut
 from afferents.documents import as_form, read_json
 from afferents.files import write_json
 from afferents.folds.ablation import Ablation
-from afferents.folds.corruption import Disturbance
-from afferents.folds.fields import (
+from afferents.folds.corruption import Corruption
+from afferents.folds.held_out import (
+    SPEED,
     Amount,
     Count,
+    Group,
     GroupName,
-    Key,
     Share,
     Shares,
     Speed,
+    Split,
     SplitName,
     Steady,
-    _counted,
+    key_of,
+    split_named,
 )
-from afferents.folds.held_out import SPEED, Group, Split, key_of, split_named
 from afferents.folds.protocol import ProtocolName
 from afferents.models.card import Source
 from afferents.models.model import MODEL_NAME
@@ -38,7 +40,17 @@ AGAIN = "evaluate again into another folder"
 
 Points = Annotated[float, Field(ge=-1, le=1)]
 ModelName = Annotated[str, Field(pattern=f"^{MODEL_NAME}$")]
+
+
+def _counted(value: Any) -> Any:
+    if not isinstance(value, int) or value < 0:
+        raise ValueError("a count, true or false")
+    return value
+
+
 Counted = Annotated[Any, AfterValidator(_counted)]
+Key = Annotated[str, Field(pattern=r"^\d+(\.\d+)?(e[+-]?\d+)?$")]
+"""A speed or a spacing as the key of a table: ``10``, ``12.5``."""
 
 
 class Schema(BaseModel):
@@ -78,8 +90,8 @@ class Config(Schema):
     preset: str
     split: SplitName = SPEED.name
     steady_s: Steady | None = None
-    disturb: Disturbance = Disturbance()
-    disturb_training: Disturbance = Disturbance()
+    disturb: Corruption = Corruption()
+    disturb_training: Corruption = Corruption()
     spectral: dict[str, Any]
     ablation: Ablation = Ablation()
     options: dict[str, Any] = {}
@@ -308,10 +320,10 @@ class About(Schema):
     """`keras` where `--statistics keras` was given."""
     recipe: dict[str, dict[str, Any]] = {}
     """Hyperparameters by network that `--recipe` set; only where it was given."""
-    disturb: Disturbance = Disturbance()
+    disturb: Corruption = Corruption()
     """How recordings that are tested were corrupted: amounts of `markers` (px), `sound`, `frames`
     and `lost` (shares), and `seed`, without those that are 0; only with `--disturb`."""
-    disturb_training: Disturbance = Disturbance()
+    disturb_training: Corruption = Corruption()
     """How recordings that are learnt from were corrupted; only with `--disturb-training`."""
     textures: tuple[str, ...] = Field(min_length=1)
     """Classes in order."""

@@ -13,7 +13,7 @@ import pandas as pd
 import torch
 
 from afferents.errors import InputError
-from afferents.evaluation.choice import require_told
+from afferents.evaluation.choice import check_speed_leak
 from afferents.evaluation.encode import (
     encode_all,
     require_speeds_known,
@@ -36,9 +36,9 @@ from afferents.evaluation.summary import data_quality
 from afferents.evaluation.unknown import ask_unknown, summarise_unknown
 from afferents.files import write_aside
 from afferents.folds.held_out import SPEED
+from afferents.models.classifiers import classifier_of
 from afferents.models.confidence import KNOWN
 from afferents.models.model import MODELS, Model
-from afferents.models.table import classifier_of
 from afferents.progress import Progress
 from afferents.store.responses import Responses, named_by_spacing, speeds_of, textures_of
 from afferents.version import __version__
@@ -66,7 +66,7 @@ def evaluate_textures(evaluation: Evaluation, progress: Progress) -> dict[str, A
     torch.set_num_threads(1)
     recipe, everything = evaluation.recipe, evaluation.recordings
     require_support(recipe.models, everything, may_leave_out=False)
-    require_told(recipe.models, recipe.encodings)
+    check_speed_leak(recipe.models, recipe.encodings)
     require_speeds_known(recipe.models, recipe.encodings, everything)
     SPEED.groups_of(everything)
     skipped = skipped_recordings(evaluation, recipe.models, everything)
@@ -157,7 +157,7 @@ def _refuse(evaluation: Evaluation) -> None:
         "--test-only": evaluation.options.ablation.test_only,
         "--penalty": evaluation.recipe.choices.get("penalty"),
         "--recipe": evaluation.options.recipe.source or evaluation.recipe.choices.get("recipe"),
-        "--disturb": " ".join(evaluation.recipe.disturbances.words()),
+        "--disturb": " ".join(evaluation.recipe.corruptions.words()),
         "--cluster": evaluation.options.cluster,
         "--seeds": len(evaluation.options.seeds) if len(evaluation.options.seeds) > 1 else None,
     }

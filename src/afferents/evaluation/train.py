@@ -35,18 +35,17 @@ from afferents.evaluation.encode import (
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.results import load_results
 from afferents.files import Place
-from afferents.folds.corruption import Disturbances
+from afferents.folds.corruption import Corruptions
 from afferents.folds.held_out import SPEED, Split, order, split_named
 from afferents.folds.protocol import Fold
 from afferents.models.calibrate import calibrate_model
 from afferents.models.card import Card, Score
+from afferents.models.classifiers import classifier_of
 from afferents.models.fitted import Part
 from afferents.models.fitting import fit_once, learns_in_a_loop, recipe_of
-from afferents.models.folder import Deployed, Recogniser, is_model_folder, save_model
+from afferents.models.folder import Deployed, Recogniser, is_model_folder, own_types, save_model
 from afferents.models.learning_set import LearningSet
 from afferents.models.model import MODELS, Model, models_in, names_in
-from afferents.models.own import own_types
-from afferents.models.table import classifier_of
 from afferents.outputs import require_free
 from afferents.plugins import reference_of
 from afferents.progress import Progress
@@ -108,7 +107,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     recordings = with_steady(recordings_in(training.data), training.options.steady)
     require_support([training.model], recordings, may_leave_out=False)
     require_used([training.model], training.encodings)
-    corrupted = Disturbances(training=options.disturb_training)
+    corrupted = Corruptions(training=options.disturb_training)
     require_options([training.model], training.encodings, corrupted, options.recipe)
     require_speeds_known([training.model], training.encodings, recordings)
     options.by.groups_of(recordings)
@@ -123,7 +122,7 @@ def train_model(training: Training, out: Path, progress: Progress, force: bool =
     model = training.model
     classifier = _reference(model.classifier)
     samples = encode_all(
-        recordings, source, options.cut, progress, disturbance=options.disturb_training
+        recordings, source, options.cut, progress, corruption=options.disturb_training
     )
     samples = options.by.labelled(samples, recordings)
     fold = all_but_the_middle(samples, options.by)

@@ -21,11 +21,11 @@ from afferents.exchange.authors_arrays import (
 )
 from afferents.files import Place
 from afferents.models.base import Network
+from afferents.models.classifiers import build
 from afferents.models.config import Compute, training_config
 from afferents.models.keras import load_keras_weights
 from afferents.models.loop import predict
 from afferents.models.model import MODELS, TABLE1, Model
-from afferents.models.table import build
 from afferents.progress import Progress
 from afferents.reporting.tables import make_table
 from afferents.store.zarr_store import open_responses

@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError
+from afferents.folds.held_out import SPEED
 from afferents.folds.protocol import Fold
 from afferents.store.recording import LETTERS, folder_of
 from afferents.store.responses import Responses, conditions, speed_of, speeds_of, textures_of
@@ -74,7 +75,7 @@ class Ablation:
         there = textures_of(recordings)
         speeds = speeds_of(recordings)
         textures = [_known_texture(name, there) for name in self.textures] or there
-        require_speeds(self.speeds_mm_s, speeds, "--speeds")
+        SPEED.require(self.speeds_mm_s, speeds, "--speeds")
         wanted = self.speeds_mm_s
         return [
             r
@@ -196,21 +197,6 @@ def parse_speeds(text: str | None, option: str = "--speeds") -> tuple[float, ...
     if text and not speeds:
         raise InputError(f"{option}: expected mm/s as in 10,50,100 or 10..100:30, found '{text}'")
     return tuple(float(v) for v in dict.fromkeys(speeds))
-
-
-def require_speeds(wanted: Sequence[float], there: Sequence[float], option: str) -> None:
-    """Refuse speeds, mm/s, that an option asks for and no recording has.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
-    for speed in wanted:
-        if speed not in there:
-            known = ", ".join(f"{v:g}" for v in there)
-            expected = f"some of {known} mm/s" if there else "recordings whose speed is known"
-            raise InputError(f"{option}: expected {expected}, found {speed:g}")
 
 
 def _known_texture(name: str, there: Sequence[str]) -> str:

@@ -34,10 +34,11 @@ _SPELL_S = 1.0
 """So long the same markers are lost."""
 _FORM = "as in markers=0.1,sound=-20dB,frames=0.05,lost=0.1,seed=1"
 _DRAWS = ("markers", "sound", "frames", "lost")
+_MOST = {"markers": np.inf, "sound": np.inf, "frames": 0.9, "lost": 0.9, "seed": np.inf}
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class Disturbance:
+class Corruption:
     """What is done to recordings; nothing by default. Files hold the amounts that are not 0.
 
     Attributes
@@ -55,7 +56,7 @@ class Disturbance:
     lost
         Share of the markers that are lost, those nearest to a place that moves every second: what
         a shadow or a reflection does to a detector of blobs. How light shifts the markers that are
-        still found is not in a store; that takes disturbed videos.
+        still found is not in a store; that takes corrupted videos.
     seed
         Of all draws.
     """
@@ -68,21 +69,15 @@ class Disturbance:
 
     def __post_init__(self) -> None:
         """Refuse amounts that make no sense."""
-        for name in ("markers", "sound"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InputError(
-                    f"--disturb: expected {name}= 0 or more, found {getattr(self, name):g}"
-                )
-        for name in ("frames", "lost"):
-            if not 0 <= getattr(self, name) <= 0.9:
-                expected = f"{name}= a share from 0 to 0.9"
-                raise InputError(f"--disturb: expected {expected}, found {getattr(self, name):g}")
-        if self.seed < 0:
-            raise InputError(f"--disturb: expected seed= 0 or more, found {self.seed}")
+        for name, most in _MOST.items():
+            value, share = getattr(self, name), most < np.inf
+            if not (0 <= value <= most and value < np.inf):
+                expected = f"{name}= {'a share from 0 to 0.9' if share else '0 or more'}"
+                raise InputError(f"--disturb: expected {expected}, found {value:g}")
 
     @classmethod
-    def of(cls, given: "str | Mapping[str, Any] | Disturbance | None", option: str) -> Self:
-        """Return a disturbance as somebody gives it: as text, by name, as it is, or none.
+    def of(cls, given: "str | Mapping[str, Any] | Corruption | None", option: str) -> Self:
+        """Return a corruption as somebody gives it: as text, by name, as it is, or none.
 
         Parameters
         ----------
@@ -96,16 +91,18 @@ class Disturbance:
         InputError
             If it is neither.
         """
-        if isinstance(given, Disturbance):
+        if isinstance(given, Corruption):
             return cls(**asdict(given))
         if isinstance(given, str):
-            given = dict(_part(part, option) for part in given.split(","))
-        known = asdict(cls())
+            parts = [part.partition("=") for part in given.split(",")]
+            given = {
+                name.strip(): value.strip() if equals else None for name, equals, value in parts
+            }
         values: dict[str, Any] = {}
         for name, value in (given or {}).items():
-            if name not in known:
+            if name not in _MOST:
                 raise InputError(
-                    f"{option}: expected some of {', '.join(known)}, {_FORM}, found '{name}'"
+                    f"{option}: expected some of {', '.join(_MOST)}, {_FORM}, found '{name}'"
                 )
             values[name] = _number(name, value, option)
         return cls(**values)
@@ -165,13 +162,6 @@ class Disturbance:
         )
 
 
-def _part(part: str, option: str) -> tuple[str, str]:
-    name, found, value = part.partition("=")
-    if not found:
-        raise InputError(f"{option}: expected {_FORM}, found '{part}'")
-    return name.strip(), value.strip()
-
-
 def _number(name: str, value: Any, option: str) -> float | int:
     """Return an amount; of sound a share, if it is given in dB."""
     kind = int if name == "seed" else float
@@ -183,7 +173,7 @@ def _number(name: str, value: Any, option: str) -> float | int:
 
 
 @dataclass(frozen=True)
-class Disturbances:
+class Corruptions:
     """What is done to recordings that are tested, and to those that are learnt from.
 
     Attributes
@@ -194,8 +184,8 @@ class Disturbances:
         Of what is learnt from, and validates.
     """
 
-    tests: tuple[Disturbance, ...] = (Disturbance(),)
-    training: Disturbance = Disturbance()
+    tests: tuple[Corruption, ...] = (Corruption(),)
+    training: Corruption = Corruption()
 
     @property
     def apart(self) -> bool:
@@ -217,11 +207,11 @@ class Disturbances:
         return [w for flag, text in given.items() if str(text) for w in (flag, str(text))]
 
 
-# Responses as a disturbance leaves them, and samples of which some are learnt, others tested.
+# Responses as a corruption leaves them, and samples of which some are learnt, others tested.
 
 
-def disturbed(responses: Responses, of_vibration: bool, disturbance: Disturbance) -> Responses:
-    """Return the responses to a recording, disturbed: its vibration, or what its markers do.
+def corrupted(responses: Responses, of_vibration: bool, corruption: Corruption) -> Responses:
+    """Return the responses to a recording, corrupted: its vibration, or what its markers do.
 
     Noise is added to the positions of markers. SA-I and RA-I are worked out from these anew, as
     all other channels are, so that RA-I has the difference of two noises.
@@ -229,36 +219,36 @@ def disturbed(responses: Responses, of_vibration: bool, disturbance: Disturbance
     Raises
     ------
     InputError
-        If the recording has no positions that could be disturbed.
+        If the recording has no positions that could be corrupted.
     """
-    if not (disturbance.sound if of_vibration else disturbance.of_markers):
+    if not (corruption.sound if of_vibration else corruption.of_markers):
         return responses
     name = str(responses.attrs["name"])
     if of_vibration:
         whole = read_whole(responses, dims.RA2)
-        noisy = disturbance.with_noise(whole.values, name)
+        noisy = corruption.with_noise(whole.values, name)
         return responses.assign({dims.RA2: _of_no_digest(whole.copy(data=noisy))})
     if dims.POSITION not in responses:
         expected = "recordings with the positions of markers"
         raise InputError(
             f"--disturb: expected {expected}, found none in {name}; disturb the sound alone"
         )
-    return _with_markers(responses, disturbance, name)
+    return _with_markers(responses, corruption, name)
 
 
-def _with_markers(responses: Responses, disturbance: Disturbance, name: str) -> Responses:
+def _with_markers(responses: Responses, corruption: Corruption, name: str) -> Responses:
     position = read_whole(responses, dims.POSITION)
     rest = read_whole(responses, dims.REST_POSITION)
     at_rest = int(responses.attrs.get("rest_frame", 0))
-    noise = disturbance.noise(position.shape, name)
+    noise = corruption.noise(position.shape, name)
     seen = position.values + noise
     still = (rest + noise[at_rest]).astype(rest.dtype)
-    if disturbance.lost:
-        unseen = disturbance.unseen(position[dims.TIME].values, rest.values, name)
+    if corruption.lost:
+        unseen = corruption.unseen(position[dims.TIME].values, rest.values, name)
         unseen[: at_rest + 1] = False
         seen[unseen] = np.nan
-    if disturbance.frames:
-        left = disturbance.left(len(seen), name)
+    if corruption.frames:
+        left = corruption.left(len(seen), name)
         used = np.concatenate([np.arange(at_rest + 1), left[left > at_rest]])
     else:
         used = np.arange(len(seen))

@@ -7,13 +7,13 @@ was touched, which goes through every recording.
 """
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from afferents import dims
 from afferents.encodings.samples import Samples
@@ -26,11 +26,30 @@ Group = float | str
 """A speed, mm/s, the value of a condition as text, or the number of an arc as text."""
 
 OPTION = "--split"
+TEXTURE = "texture"
+"""Held out as well as a speed; another evaluation, with questions of its own."""
+NAME = r"\w[\w .+-]*"
+"""Of a condition."""
+_LONGEST = 80
+"""Characters of a group: a folder is named by it."""
+
+# What numbers and names in our files may be.
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=0)]
+Amount = Annotated[float, Field(ge=0)]
+Speed = Annotated[float, Field(gt=0)]
+Shares = tuple[Share, Share]
+GroupName = Annotated[str, Field(min_length=1)]
+SplitName = Annotated[str, Field(pattern=f"^{NAME}$")]
+Steady = tuple[Amount, Amount]
 
 
 @dataclass(frozen=True)
-class Split(ABC):
-    """By what recordings form groups.
+class Split:
+    """By what recordings form groups: a condition that they carry, unless a subclass says else.
+
+    A model is asked in a trial, say, that it has never felt.
 
     Attributes
     ----------
@@ -48,21 +67,24 @@ class Split(ABC):
         Keys of the same in `fold.json` (the first two) and `summary.json`.
     leaks
         What a leak is counted by, in the names of leaks.
+    unit
+        Of the groups, with a space before it; none where they have none.
     """
 
     name: str
 
-    ordered: ClassVar[bool]
+    ordered: ClassVar[bool] = False
     whole: ClassVar[bool] = True
-    coordinate: ClassVar[str]
-    column: ClassVar[str]
-    held_out: ClassVar[str]
-    validation: ClassVar[str]
-    groups: ClassVar[str]
-    by: ClassVar[str]
-    worst: ClassVar[str]
-    validations: ClassVar[str]
-    leaks: ClassVar[str]
+    coordinate: ClassVar[str] = dims.GROUP
+    column: ClassVar[str] = "held_out_group"
+    held_out: ClassVar[str] = "held_out_group"
+    validation: ClassVar[str] = "validation_group"
+    groups: ClassVar[str] = "groups"
+    by: ClassVar[str] = "by_group"
+    worst: ClassVar[str] = "worst_group"
+    validations: ClassVar[str] = "validation_groups"
+    leaks: ClassVar[str] = "group"
+    unit: ClassVar[str] = ""
 
     @property
     def ci95_by(self) -> str:
@@ -70,38 +92,32 @@ class Split(ABC):
         return f"ci95_{self.by}"
 
     @property
-    @abstractmethod
     def one(self) -> str:
         """A group, in words, with its article."""
+        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
 
     @property
-    @abstractmethod
     def many(self) -> str:
         """Groups, in words."""
+        return f"values of {self.name}"
 
     @property
     def axis(self) -> str:
         """What groups are, with their unit, as an axis says it."""
         return self.name
 
-    @property
-    def unit(self) -> str:
-        """Unit of the groups, with a space before it; none where they have none."""
-        return ""
-
-    @abstractmethod
     def at(self, groups: Sequence[Group]) -> str:
         """Return where something was, in words: `at 10, 20 mm/s`, `with trial 1`."""
+        return f"with {self.name} {', '.join(map(key_of, groups))}"
 
-    @abstractmethod
     def printed(self, group: Group) -> str:
-        """Return a group in words."""
+        """Return a group in words: `10 mm/s`, `trial 1`."""
+        return f"{self.name} {key_of(group)}"
 
     def named(self, group: Group) -> str:
         """Return a group with the name of what it is: `speed 10 mm/s`, `trial 1`."""
-        return f"{self.name} {key_of(group)}{self.unit}"
+        return self.printed(group)
 
-    @abstractmethod
     def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
         """Return the groups that recordings are of, each once, in order.
 
@@ -110,12 +126,15 @@ class Split(ABC):
         InputError
             If there is a recording that is of none.
         """
+        return sorted(set(self._by_recording(recordings).values()), key=order)
 
-    @abstractmethod
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         """Return samples of these recordings with their groups on `coordinate`."""
+        group = self._by_recording(recordings)
+        names = samples[dims.RECORDING].values
+        of_samples = np.array([group[str(name)] for name in names], dtype=np.str_)
+        return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
 
-    @abstractmethod
     def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
         """Return groups as somebody names them.
 
@@ -124,6 +143,7 @@ class Split(ABC):
         InputError
             Naming the option, if one can't be one.
         """
+        return tuple(map(_text, wanted))
 
     def of(self, samples: Samples) -> NDArray[Any]:
         """Return the groups of samples, (n_samples,)."""
@@ -137,12 +157,77 @@ class Split(ABC):
         InputError
             If there is one.
         """
+        known = ", ".join(map(key_of, there))
+        expected = f"some of {known}{self.unit}" if there else f"recordings of known {self.name}"
         for group in wanted:
             if group not in there:
-                known = ", ".join(map(key_of, there))
+                raise InputError(f"{option}: expected {expected}, found {key_of(group)}")
+
+    def _by_recording(self, recordings: Iterable[Responses]) -> dict[str, str]:
+        """Return the groups of recordings by their names."""
+        declared = {str(r.attrs["name"]): conditions(r) for r in recordings}
+        lacking = [name for name, its in declared.items() if self.name not in its]
+        if lacking:
+            shared = set.intersection(*(set(its) for its in declared.values()))
+            raise InputError(
+                f"{OPTION}: expected 'speed', 'texture', 'angle', or a condition that all "
+                f"recordings carry ({', '.join(sorted(shared)) or 'none'}), found '{self.name}', "
+                f"which {len(lacking)} of {len(declared)} lack, such as {lacking[0]}"
+            )
+        found = {name: _text(its[self.name]) for name, its in declared.items()}
+        for name, group in found.items():
+            if not 0 < len(group) <= _LONGEST:
+                expected = f"a {self.name} of 1 to {_LONGEST} characters"
                 raise InputError(
-                    f"{option}: expected some of {known}{self.unit}, found {key_of(group)}"
+                    f"recording {name}: expected {expected}, found '{group[:_LONGEST]}'"
                 )
+        return found
+
+
+class _BySpeed(Split):
+    """By the sliding speed, mm/s: a model is asked at a speed that it has never felt."""
+
+    ordered = True
+    coordinate, column = dims.SPEED, "held_out_speed_mm_s"
+    held_out, validation, groups = "held_out_mm_s", "validation_mm_s", "speeds_mm_s"
+    by, worst, validations = "by_speed", "worst_speed", "validation_speeds"
+    leaks, unit = "speed", " mm/s"
+    one, many, axis = "a speed", "speeds", "speed (mm/s)"
+
+    def at(self, groups: Sequence[Group]) -> str:
+        return f"at {', '.join(map(key_of, groups))}{self.unit}"
+
+    def printed(self, group: Group) -> str:
+        return f"{key_of(group)}{self.unit}"
+
+    def named(self, group: Group) -> str:
+        return f"speed {self.printed(group)}"
+
+    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
+        found: set[Group] = set()
+        for responses in recordings:
+            speed = speed_of(responses)
+            if speed is None:
+                do = "hold out something else, such as --split trial"
+                raise InputError(
+                    f"{OPTION}: expected the speed of every recording, found none of "
+                    f"{responses.attrs['name']}{then(do)}"
+                )
+            found.add(speed)
+        return sorted(found, key=order)
+
+    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
+        return samples
+
+    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
+        try:
+            return tuple(float(speed) for speed in wanted)
+        except (TypeError, ValueError):
+            raise InputError(f"{option}: expected speeds in mm/s, found {wanted!r}") from None
+
+
+SPEED: Split = _BySpeed("speed")
+"""The default: one speed is held out at a time."""
 
 
 def key_of(group: Group) -> str:
@@ -182,27 +267,14 @@ _NOWHERE = -1
 class ByAngle(Split):
     """By arcs of the drum: `angle` for five, `angle-8` for eight."""
 
-    ordered, whole = False, False
-    coordinate, column = dims.GROUP, "held_out_group"
-    held_out, validation, groups = "held_out_group", "validation_group", "groups"
-    by, worst, validations = "by_group", "worst_group", "validation_groups"
-    leaks = "group"
+    whole = False
+    one, many = "an arc of the drum", "arcs of the drum"
 
     @property
     def n_arcs(self) -> int:
         """How many arcs there are."""
         _, _, number = self.name.partition("-")
         return int(number) if number else ARCS
-
-    @property
-    def one(self) -> str:
-        """Return `an arc of the drum`."""
-        return "an arc of the drum"
-
-    @property
-    def many(self) -> str:
-        """Return `arcs of the drum`."""
-        return "arcs of the drum"
 
     @property
     def axis(self) -> str:
@@ -216,10 +288,6 @@ class ByAngle(Split):
     def printed(self, group: Group) -> str:
         """Return `arc 2 of 5`."""
         return f"arc {key_of(group)} of {self.n_arcs}"
-
-    def named(self, group: Group) -> str:
-        """Return the same."""
-        return self.printed(group)
 
     def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
         """Return all arcs, whose number goes from 1 on, after looking at each recording.
@@ -242,7 +310,13 @@ class ByAngle(Split):
                     f"{turns:.2f} turns in {name}; record for longer, or leave slow recordings "
                     "out with --speeds"
                 )
-            _require_no_gap(way, responses)
+            gap_mm = way.longest_gap_mm(steady_s(responses))
+            if gap_mm > LONGEST_GAP_MM:
+                raise InputError(
+                    f"{OPTION}: expected at most {LONGEST_GAP_MM:g} mm of the drum's way between "
+                    f"two entries of its log, found {gap_mm:.1f} mm in {name}; record it again, or "
+                    "leave such recordings out"
+                )
             texture, zero = str(responses.attrs[dims.TEXTURE]), way.drum.zero
             first, there = zeros.setdefault(texture, (name, zero))
             if there != zero:
@@ -325,148 +399,6 @@ def _way(responses: Responses) -> Way:
     return way
 
 
-def _require_no_gap(way: Way, responses: Responses) -> None:
-    """Refuse a log of whose steady part too long a stretch is missing."""
-    gap_mm = way.longest_gap_mm(steady_s(responses))
-    if gap_mm > LONGEST_GAP_MM:
-        raise InputError(
-            f"{OPTION}: expected at most {LONGEST_GAP_MM:g} mm of the drum's way between two "
-            f"entries of its log, found {gap_mm:.1f} mm in {responses.attrs['name']}; record it "
-            "again, or leave such recordings out"
-        )
-
-
-TEXTURE = "texture"
-"""Held out as well as a speed; another evaluation, with questions of its own."""
-NAME = r"\w[\w .+-]*"
-"""Of a condition."""
-_LONGEST = 80
-"""Characters of a group: a folder is named by it."""
-
-
-class _BySpeed(Split):
-    """By the sliding speed, mm/s: a model is asked at a speed that it has never felt."""
-
-    ordered = True
-    coordinate, column = dims.SPEED, "held_out_speed_mm_s"
-    held_out, validation, groups = "held_out_mm_s", "validation_mm_s", "speeds_mm_s"
-    by, worst, validations = "by_speed", "worst_speed", "validation_speeds"
-    leaks = "speed"
-
-    @property
-    def one(self) -> str:
-        return "a speed"
-
-    @property
-    def many(self) -> str:
-        return "speeds"
-
-    @property
-    def axis(self) -> str:
-        return "speed (mm/s)"
-
-    @property
-    def unit(self) -> str:
-        return " mm/s"
-
-    def at(self, groups: Sequence[Group]) -> str:
-        return f"at {', '.join(map(key_of, groups))}{self.unit}"
-
-    def printed(self, group: Group) -> str:
-        return f"{key_of(group)}{self.unit}"
-
-    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
-        found: set[Group] = set()
-        for responses in recordings:
-            speed = speed_of(responses)
-            if speed is None:
-                name = responses.attrs["name"]
-                do = "hold out something else, such as --split trial"
-                raise InputError(
-                    f"{OPTION}: expected the speed of every recording, found none of "
-                    f"{name}{then(do)}"
-                )
-            found.add(speed)
-        return sorted(found, key=order)
-
-    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
-        return samples
-
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        try:
-            return tuple(float(speed) for speed in wanted)
-        except (TypeError, ValueError):
-            raise InputError(f"{option}: expected speeds in mm/s, found {wanted!r}") from None
-
-
-class _ByCondition(Split):
-    """By a condition of recordings: a model is asked in a trial, say, that it has never felt."""
-
-    ordered = False
-    coordinate, column = dims.GROUP, "held_out_group"
-    held_out, validation, groups = "held_out_group", "validation_group", "groups"
-    by, worst, validations = "by_group", "worst_group", "validation_groups"
-    leaks = "group"
-
-    @property
-    def one(self) -> str:
-        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
-
-    @property
-    def many(self) -> str:
-        return f"values of {self.name}"
-
-    def at(self, groups: Sequence[Group]) -> str:
-        return f"with {self.name} {', '.join(map(key_of, groups))}"
-
-    def printed(self, group: Group) -> str:
-        return self.named(group)
-
-    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
-        return sorted(set(self._by_recording(recordings).values()), key=order)
-
-    def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
-        group = self._by_recording(recordings)
-        names = samples[dims.RECORDING].values
-        of_samples = np.array([group[str(name)] for name in names], dtype=np.str_)
-        return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
-
-    def read(self, wanted: Iterable[Any], option: str) -> tuple[Group, ...]:
-        return tuple(map(_text, wanted))
-
-    def _by_recording(self, recordings: Iterable[Responses]) -> dict[str, str]:
-        """Return the groups of recordings by their names."""
-        declared = {str(r.attrs["name"]): conditions(r) for r in recordings}
-        lacking = [name for name, its in declared.items() if self.name not in its]
-        if lacking:
-            shared = set.intersection(*(set(its) for its in declared.values()))
-            raise InputError(
-                f"{OPTION}: expected 'speed', 'texture', 'angle', or a condition that all "
-                f"recordings carry ({', '.join(sorted(shared)) or 'none'}), found '{self.name}', "
-                f"which {_some(lacking, len(declared))}"
-            )
-        found = {name: _text(its[self.name]) for name, its in declared.items()}
-        for name, group in found.items():
-            if not 0 < len(group) <= _LONGEST:
-                expected = f"a {self.name} of 1 to {_LONGEST} characters"
-                raise InputError(
-                    f"recording {name}: expected {expected}, found '{group[:_LONGEST]}'"
-                )
-        return found
-
-
-def _some(lacking: Sequence[str], n: int) -> str:
-    """Return in words which recordings lack a condition."""
-    if len(lacking) == n:
-        return "none has"
-    others = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
-    return f"{lacking[0]}{others} of {n} {'lack' if others else 'lacks'}"
-
-
-SPEED: Split = _BySpeed("speed")
-"""The default: one speed is held out at a time."""
-
-
 def split_named(name: str) -> Split:
     """Return what is held out under a name: `speed`, `angle` (`angle-8`), or a condition's.
 
@@ -485,7 +417,7 @@ def split_named(name: str) -> Split:
     if not re.fullmatch(NAME, name):
         expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
         raise InputError(f"{OPTION}: expected {expected}, found '{name}'")
-    return _ByCondition(name)
+    return Split(name)
 
 
 def split_of(document: Mapping[str, Any]) -> Split:
@@ -495,7 +427,7 @@ def split_of(document: Mapping[str, Any]) -> Split:
 
 def column_of(table: Any) -> str:
     """Return the name of the column that says what a table's rows were held out with."""
-    return SPEED.column if SPEED.column in table else _ByCondition.column
+    return SPEED.column if SPEED.column in table else Split.column
 
 
 def folder_name(group: Group) -> str:

@@ -11,7 +11,7 @@ from afferents.live.images import FrameImages
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import Quality
-from afferents.models.evidence import SURE, Evidence
+from afferents.models.evidence import SURE, EvidenceAccumulator
 
 
 class Reporter:
@@ -121,7 +121,7 @@ class ModelReporter(Reporter):
         super().__init__(network.card.model, counters, quality)
         self.network, self.card = network, network.card
         self.textures = self.card.textures
-        self._evidence = Evidence(len(self.card.textures), self.card.evidence_per_s)
+        self._evidence = EvidenceAccumulator(len(self.card.textures), self.card.evidence_per_s)
 
     def introduce(self) -> dict[str, Any]:
         """Return what a page says of the model once, ready for JSON."""

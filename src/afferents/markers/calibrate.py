@@ -12,7 +12,7 @@ from afferents.errors import InputError, then
 from afferents.markers.detect import Positions, spacing_px
 from afferents.markers.estimate import estimate_detector
 from afferents.markers.layout import GATE_SHARE, FoundLayout, find_layout, match_layout, put_back
-from afferents.markers.rest import N_FRAMES, SeenAtRest, seen_at_rest, still_picture
+from afferents.markers.rest import N_FRAMES, AtRest, seen_at_rest, still_picture
 from afferents.markers.sensor import Sensor
 from afferents.markers.suspects import MovedFrames, stay_still
 from afferents.markers.track import Tracker
@@ -47,7 +47,7 @@ class Clip:
     video: Video
     image: GreyImage
     sensor: Sensor
-    seen: SeenAtRest
+    seen: AtRest
     n_still: int
     n_looked: int
 

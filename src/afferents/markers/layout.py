@@ -7,7 +7,6 @@ It is so alike from one marker to the next, though, that each is found by what t
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,29 +25,6 @@ _NEIGHBOURS = 13
 _ROUNDS = 10
 _BESIDE = 6
 """The layout is also tried on the places of so many neighbours of its middle marker."""
-
-
-class Followed(NamedTuple):
-    """Where a layout's markers are expected, given what those around them did.
-
-    Attributes
-    ----------
-    expected
-        Shape (n, 2), px.
-    blob
-        Index of each marker's blob, shape (n,), `NO_BLOB` for none.
-    off
-        How far linked blobs lie from where they are expected, in the median, px.
-    """
-
-    expected: Positions
-    blob: NDArray[np.intp]
-    off: float
-
-    @property
-    def worth(self) -> tuple[int, float]:
-        """How well the layout fits, to compare: blobs with a place, then how near these lie."""
-        return int((self.blob != NO_BLOB).sum()), -self.off
 
 
 def follow_shear(placed: Positions, blobs: Positions, gate_px: float) -> Positions:
@@ -75,22 +51,28 @@ def follow_shear(placed: Positions, blobs: Positions, gate_px: float) -> Positio
     middle = int(((placed - placed.mean(axis=0)) ** 2).sum(axis=1).argmin())
     beside = cKDTree(placed).query(placed[middle], k=min(1 + _BESIDE, len(placed)))[1][1:]
     aside = np.zeros(2)
-    best = _follow(placed, blobs, gate_px, around)
+    worth, expected = _follow(placed, blobs, gate_px, around)
     while True:
         tried = [
-            (_follow(placed + aside + step, blobs, gate_px, around), aside + step)
+            (*_follow(placed + aside + step, blobs, gate_px, around), aside + step)
             for step in placed[beside] - placed[middle]
         ]
-        now, there = max(tried, key=lambda one: one[0].worth)
-        if now.worth <= best.worth:
-            return best.expected
-        best, aside = now, there
+        best = max(tried, key=lambda one: one[0])
+        if best[0] <= worth:
+            return expected
+        worth, expected, aside = best
 
 
 def _follow(
     placed: Positions, blobs: Positions, gate_px: float, around: NDArray[np.intp]
-) -> Followed:
-    """Link blobs and move each place by the mean of what those `around` it moved, by turns."""
+) -> tuple[tuple[int, float], Positions]:
+    """Link blobs and move each place by the mean of what those `around` it moved, by turns.
+
+    Returns
+    -------
+    How well the layout fits, to compare (blobs with a place, then how near these lie, in the
+    median), and where the markers are expected, (n, 2), px.
+    """
     expected = placed
     for _ in range(_ROUNDS):
         blob = link_one_to_one(expected, blobs, gate_px)
@@ -101,7 +83,7 @@ def _follow(
     blob = link_one_to_one(expected, blobs, gate_px)
     own = blob != NO_BLOB
     off = np.hypot(*(expected[own] - blobs[blob[own]]).T)
-    return Followed(expected, blob, float(np.median(off)) if own.any() else np.inf)
+    return (int(own.sum()), -float(np.median(off)) if own.any() else -np.inf), expected
 
 
 # The layout that markers form, and which marker of a known layout each one is.

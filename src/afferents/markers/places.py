@@ -1,7 +1,7 @@
 """Where markers of any layout stand in a tactile image, and the pixels made of what they show."""
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +15,9 @@ _STEPS = 1024
 """Places are whole multiples of 1 / 1024 of a pixel, so that float32 holds them exactly."""
 
 
-class ImagePlaces(NamedTuple):
-    """Places of n markers in an image of rows and columns, both (n,).
-
-    Whole numbers are pixels. The image is as high and wide as its middle, which is that of the
-    markers, is far from its corner: (rows - 1) / 2 and (columns - 1) / 2.
-    """
-
-    row: NDArray[np.float64]
-    column: NDArray[np.float64]
-
-
-def image_places(position: Positions, size: tuple[int, int] | None = None) -> ImagePlaces:
+def image_places(
+    position: Positions, size: tuple[int, int] | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lay an upright, evenly spaced image over the markers of a layout.
 
     Parameters
@@ -36,6 +27,13 @@ def image_places(position: Positions, size: tuple[int, int] | None = None) -> Im
     size
         Rows and columns; None for pixels as large as a marker's share of the skin, as many as lie
         within the layout. Given, they are as small as to just reach from edge to edge.
+
+    Returns
+    -------
+    tuple
+        Row and column of each marker, both (n,). Whole numbers are pixels. The image is as high and
+        wide as its middle, which is that of the markers, is far from its corner: (rows - 1) / 2 and
+        (columns - 1) / 2.
 
     Raises
     ------
@@ -61,7 +59,7 @@ def image_places(position: Positions, size: tuple[int, int] | None = None) -> Im
         pitch = ((high - low) / np.maximum(shape - 1, 1)).max()
     place = (position - (low + high) / 2) / pitch + (shape - 1) / 2
     column, row = (np.rint(place * _STEPS) / _STEPS).T
-    return ImagePlaces(row, column)
+    return row, column
 
 
 # Tactile images: the operator that makes pixels of what the markers of a layout show.

@@ -24,6 +24,7 @@ from afferents.store.recording import GreyImage, Video
 
 N_FRAMES = 9
 """The picture at rest is the median of so many frames: without noise, without what flickers."""
+_NONE = np.zeros((0, 2))
 MOST_MOVED_PX = 0.5
 """A skin whose markers moved farther since the first frame, in the median, is not at rest."""
 
@@ -82,8 +83,8 @@ def median_picture(images: Sequence[GreyImage]) -> GreyImage:
     return images[0] if len(images) == 1 else np.asarray(np.median(images, axis=0), np.uint8)
 
 
-class SeenAtRest(NamedTuple):
-    """What a picture at rest shows.
+class AtRest(NamedTuple):
+    """Markers as a picture at rest shows them.
 
     Attributes
     ----------
@@ -93,35 +94,22 @@ class SeenAtRest(NamedTuple):
         What may be one where a layout expects it, (m, 2), px.
     suspects
         What lies beyond the layout, (k, 2), px: specks and reflections at the rim.
+    n_still
+        The picture is the median of so many frames.
     """
 
     position: Positions
-    faint: Positions
-    suspects: Positions
+    faint: Positions = _NONE
+    suspects: Positions = _NONE
+    n_still: int = 1
 
 
-def seen_at_rest(picture: GreyImage, sensor: Sensor) -> SeenAtRest:
+def seen_at_rest(picture: GreyImage, sensor: Sensor, n_still: int = 1) -> AtRest:
     """Find markers in a picture at rest; `calibrate` and `track` both look by this."""
     found = detect(picture, sensor)
     beyond = beyond_layout(found)
     faint, _ = find_markers(picture, sensor.detector.generous())
-    return SeenAtRest(found[~beyond], faint, found[beyond])
-
-
-class AtRest(NamedTuple):
-    """Markers as found in the frames at rest.
-
-    Attributes
-    ----------
-    found, faint
-        Shapes (n, 2) and (m, 2), px; faint ones count where a layout expects them.
-    n_still
-        In the median of how many frames.
-    """
-
-    found: Positions
-    faint: Positions
-    n_still: int = 1
+    return AtRest(found[~beyond], faint, found[beyond], n_still)
 
 
 def find_rest_markers(
@@ -160,43 +148,57 @@ def find_rest_markers(
     InputError
         If there are none, or so many fewer or more than the sensor file declares.
     """
-    image, faint, n_still = images[0], np.zeros((0, 2)), 1
     by_layout = sensor.n_markers is None or sensor.markers is not None
     if sensor.layout != "square" and by_layout and method != "published":
-        seen = seen_at_rest(image, sensor)
-        if len(images) > 1 and not _shows_all(seen, sensor):
-            image, n_still = still_picture(images, sensor)
-            seen = seen_at_rest(image, sensor)
-        found, faint = _within(seen.position, sensor), seen.faint
+        found, image = _seen_by_layout(images, sensor)
     else:
-        found = _within(detect(image, sensor), sensor)
-        if method != "published" and len(found) != sensor.n_markers and len(images) > 1:
-            median, n_median = still_picture(images, sensor)
-            again = _within(detect(median, sensor), sensor)
-            if _plausible(len(again), sensor, method, led):
-                found, image, n_still = again, median, n_median
-    if len(found) == 0 or not _plausible(len(found), sensor, method, led):
-        near = _plausible(len(found), sensor, method, led=True)
+        found, image = _seen_by_number(images, sensor, method, led)
+    n_found = len(found.position)
+    if n_found == 0 or not _plausible(n_found, sensor, method, led):
+        near = n_found and _plausible(n_found, sensor, method, led=True)
         do = (
             "the tracker 'published' needs a reference clip that shows all of them; use another "
             "tracker"
-            if near and len(found)
+            if near
             else "a run must begin with the skin at rest: check its first picture, name a later "
             "frame at rest as rest_frame in session.toml, or give a sensor file that fits it"
         )
         raise InputError(
             f"{where}: expected {sensor.n_markers or 'some'} markers of sensor '{sensor.name}' in "
-            f"frame {sensor.rest_frame}, found {len(found)}{describe_no_light(image)}; {do}"
+            f"frame {sensor.rest_frame}, found {n_found}{describe_no_light(image)}; {do}"
         )
-    return AtRest(found[np.argsort(found[:, 0], kind="stable")], faint, n_still)
+    return found._replace(position=found.position[np.argsort(found.position[:, 0], kind="stable")])
 
 
-def _shows_all(seen: SeenAtRest, sensor: Sensor) -> bool:
+def _seen_by_layout(images: Sequence[GreyImage], sensor: Sensor) -> tuple[AtRest, GreyImage]:
+    """Return what the rest frame shows, or the median if a marker of the layout is missing."""
+    image = images[0]
+    seen = seen_at_rest(image, sensor)
+    if len(images) > 1 and not _shows_all(seen.position, sensor):
+        image, n_still = still_picture(images, sensor)
+        seen = seen_at_rest(image, sensor, n_still)
+    return seen._replace(position=_within(seen.position, sensor)), image
+
+
+def _seen_by_number(
+    images: Sequence[GreyImage], sensor: Sensor, method: Method, led: bool
+) -> tuple[AtRest, GreyImage]:
+    """Return what the rest frame shows, or the median if that is nearer the number declared."""
+    image = images[0]
+    found = AtRest(_within(detect(image, sensor), sensor))
+    if method != "published" and len(found.position) != sensor.n_markers and len(images) > 1:
+        median, n_still = still_picture(images, sensor)
+        again = _within(detect(median, sensor), sensor)
+        if _plausible(len(again), sensor, method, led):
+            return AtRest(again, n_still=n_still), median
+    return found, image
+
+
+def _shows_all(seen: Positions, sensor: Sensor) -> bool:
     """Say whether a picture shows every marker of a layout that the sensor file describes."""
-    if sensor.markers is None or len(seen.position) < len(sensor.markers):
+    if sensor.markers is None or len(seen) < len(sensor.markers):
         return False
-    layout = np.array(sensor.markers)
-    return bool(match_layout(seen.position, layout, "", needed=0.0)[1].all())
+    return bool(match_layout(seen, np.array(sensor.markers), "", needed=0.0)[1].all())
 
 
 def _within(found: Positions, sensor: Sensor) -> Positions:
@@ -267,10 +269,13 @@ def order_markers(
     InputError
         If the markers do not form the grid, or do not match the reference in number.
     """
-    found = at_rest.found
+    found = at_rest.position
     if method == "published":
         kept, near = _nearest_to(reference, found, sensor.gate_px)
-        return RestMarkers(kept, near, _published_places(kept, sensor))
+        rows, columns = sensor.rows, sensor.columns
+        return RestMarkers(
+            kept, near, published_grid(kept, rows, columns) if rows and columns else None
+        )
     if sensor.layout == "square" and sensor.rows and sensor.columns:
         found = without_false_markers(found, sensor.rows, sensor.columns)
         grid = assign_grid(found, sensor.rows, sensor.columns, where)
@@ -296,12 +301,6 @@ def _nearest_to(
     nearest = link_nearest(reference, found, gate_px)
     near = nearest != NO_BLOB
     return np.where(near[:, None], found[nearest], reference), near
-
-
-def _published_places(position: Positions, sensor: Sensor) -> Grid | None:
-    if sensor.rows and sensor.columns:
-        return published_grid(position, sensor.rows, sensor.columns)
-    return None
 
 
 def _match_reference(found: Positions, reference: Positions, where: object) -> NDArray[np.intp]:
@@ -347,7 +346,7 @@ def rest_seen(at_rest: AtRest, rest: RestMarkers) -> dict[str, int]:
     ``published``, the reference) say that they should.
     """
     return {
-        BLOBS: len(at_rest.found),
+        BLOBS: len(at_rest.position),
         MARKERS: len(rest.position),
         REPLACED: int((~rest.present).sum()),
     }

@@ -1,8 +1,9 @@
 """Tracks as they leave the tracker: with names, units, and a place for every frame."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import chain, islice
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,14 +26,14 @@ from afferents.markers.rest import (
     too_short,
 )
 from afferents.markers.sensor import Sensor
-from afferents.markers.windowed import Audit, Found, Renamed, Windowed, nearest_markers
+from afferents.markers.windowed import Audit, Renamed, Tracked, Windowed, nearest_markers
 from afferents.quality.frames import mean_change, sample_pixels
 from afferents.quality.image import measure_image_quality
 from afferents.store.recording import Frame, GreyImage, Video, as_grey
 
 
 def labelled(
-    time_s: list[float], tracked: Sequence[Found], rest: Positions, grid: Grid | None
+    time_s: list[float], tracked: Sequence[Tracked], rest: Positions, grid: Grid | None
 ) -> xr.Dataset:
     """Put names, units and the untracked frames at the start to the arrays.
 
@@ -74,13 +75,6 @@ def labelled(
 
 KNOCK_PX = 5.0
 """A common step beyond this within a frame is told: something was knocked, or let go."""
-
-
-class Tracked(NamedTuple):
-    """Markers in one frame: `position` (n, 2) in px, `detected` (n,)."""
-
-    position: Positions
-    detected: NDArray[np.bool_]
 
 
 class Tracker:
@@ -211,7 +205,7 @@ class Tracker:
         if self._windowed is None:
             self._start(image)
         assert self._windowed is not None
-        return Tracked(*self._windowed.step(image))
+        return self._windowed.step(image)
 
     def _expect(self, position: Positions, before: Positions) -> Positions:
         """Say where each marker is now: as seen, or as its neighbours' displacement says.
@@ -239,7 +233,7 @@ def rest_positions(video: Video, sensor: Sensor) -> Positions:
         As `track` does.
     """
     check_size(video.path, (video.width, video.height), sensor)
-    return find_rest_markers(rest_images(video, sensor.rest_frame), sensor, video.path).found
+    return find_rest_markers(rest_images(video, sensor.rest_frame), sensor, video.path).position
 
 
 def ordered_rest(video: Video, sensor: Sensor) -> Positions:
@@ -306,63 +300,95 @@ def track_markers(
         or does not show the markers that the sensor file declares.
     """
     check_size(video.path, (video.width, video.height), sensor)
-    time_s: list[float] = []
-    change: list[float] = []
-    tracked: list[Tracked] = []
-    tracker: Tracker | None = None
-    grid: Grid | None = None
-    sample: GreyImage | None = None
-    jumps: list[float] = []
-    stopped: list[str] = []
-    coming = _until_stopped(video, stopped)
-    early = list(islice(coming, sensor.rest_frame + N_FRAMES))
-    for index, frame in enumerate(chain(early, coming)):
-        time_s.append(frame.time_s)
-        before, sample = sample, sample_pixels(frame.luma)
-        change.append(mean_change(sample, before))
-        if tracker is not None:
-            tracked.append(tracker.step(frame.luma))
-            if (renamed := tracker.renamed) is not None:
-                renamed.lose(tracked)
-            if tracker.jump_px > KNOCK_PX:
-                jumps.append(frame.time_s)
-        elif index == sensor.rest_frame:
-            at_rest = early[sensor.rest_frame :]
-            images = [each.image for each in at_rest]
-            led = reference is not None
-            found = find_rest_markers(images, sensor, video.path, method, led)
-            rest = order_markers(found, sensor, method, reference, video.path)
-            still = median_picture([each.luma for each in at_rest[: found.n_still]])
-            tracker = Tracker(sensor, rest.position, method, still, frame.levels, rest.present)
-            tracked.append(tracker.at_rest(rest.present))
-            shown = rest.position[rest.present] if rest.present.any() else found.found
-            picture = measure_image_quality(images[0], shown, spacing_px(shown))
-            grid, seen = rest.grid, rest_seen(found, rest)
-    if stopped and (tracker is None or not keep_partial):
-        raise AfferentsError(stopped[0])
-    if tracker is None:
-        raise too_short(video, sensor.rest_frame, len(time_s))
+    passed = _Passed()
+    coming = passed.frames_of(video)
+    at_rest = list(islice(coming, sensor.rest_frame + N_FRAMES))[sensor.rest_frame :]
+    if passed.stopped and not (at_rest and keep_partial):
+        raise AfferentsError(passed.stopped)
+    if not at_rest:
+        raise too_short(video, sensor.rest_frame, len(passed.time_s))
+    tracker, present, grid, seen = _start(at_rest, video.path, sensor, method, reference)
     own = tracker.rest_position
     if count_from is not None and count_from.shape != own.shape:
         expected = f"{len(count_from)} markers, as the reference clip shows"
         raise InputError(f"{video.path}: expected {expected}, found {len(own)}")
-    tracks = labelled(time_s, tracked, own if count_from is None else count_from, grid)
-    tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(change))
+    tracked, jumps_s = _follow(tracker, tracker.at_rest(present), chain(at_rest[1:], coming))
+    if passed.stopped and not keep_partial:
+        raise AfferentsError(passed.stopped)
+    rest = own if count_from is None else count_from
+    tracks = labelled(passed.time_s, tracked, rest, grid)
+    tracks[dims.FRAME_CHANGE] = (dims.TIME, np.array(passed.change))
     return tracks.assign_attrs(
         sensor=sensor.name,
         method=method,
         rest_frame=sensor.rest_frame,
-        stopped=stopped[0] if stopped else "",
-        jumps_s=jumps,
+        stopped=passed.stopped,
+        jumps_s=jumps_s,
         **seen,
-        **vars(picture),
         **{f"audit_{name}": count for name, count in vars(tracker.audit).items()},
     )
 
 
-def _until_stopped(video: Video, stopped: list[str]) -> Iterator[Frame]:
-    """Yield frames; where decoding stops before the end, say so in `stopped` and end."""
-    try:
-        yield from video.frames()
-    except AfferentsError as error:
-        stopped.append(str(error))
+@dataclass
+class _Passed:
+    """What is noted of frames as they pass: times, s, change since the one before, and the end.
+
+    Attributes
+    ----------
+    stopped
+        Why decoding stopped before the end; empty if it did not.
+    """
+
+    time_s: list[float] = field(default_factory=list)
+    change: list[float] = field(default_factory=list)
+    stopped: str = ""
+
+    def frames_of(self, video: Video) -> Iterator[Frame]:
+        """Yield the frames of a video; where decoding stops before the end, end as well."""
+        sample: GreyImage | None = None
+        try:
+            for frame in video.frames():
+                self.time_s.append(frame.time_s)
+                before, sample = sample, sample_pixels(frame.luma)
+                self.change.append(mean_change(sample, before))
+                yield frame
+        except AfferentsError as error:
+            self.stopped = str(error)
+
+
+def _start(
+    frames: Sequence[Frame],
+    where: object,
+    sensor: Sensor,
+    method: Method,
+    reference: Positions | None,
+) -> tuple[Tracker, NDArray[np.bool_], Grid | None, dict[str, Any]]:
+    """Find the markers in the frames at rest.
+
+    Returns
+    -------
+    A tracker that begins there, which markers are present, (n,), their places, and what is to be
+    said of light, focus and the rest frame, as attributes.
+    """
+    images = [frame.image for frame in frames]
+    found = find_rest_markers(images, sensor, where, method, led=reference is not None)
+    rest = order_markers(found, sensor, method, reference, where)
+    still = median_picture([frame.luma for frame in frames[: found.n_still]])
+    tracker = Tracker(sensor, rest.position, method, still, frames[0].levels, rest.present)
+    shown = rest.position[rest.present] if rest.present.any() else found.position
+    picture = measure_image_quality(images[0], shown, spacing_px(shown))
+    return tracker, rest.present, rest.grid, rest_seen(found, rest) | vars(picture)
+
+
+def _follow(
+    tracker: Tracker, at_rest: Tracked, frames: Iterable[Frame]
+) -> tuple[list[Tracked], list[float]]:
+    """Return the markers in the rest frame and those after it, and when all of them jumped, s."""
+    tracked, jumps_s = [at_rest], []
+    for frame in frames:
+        tracked.append(tracker.step(frame.luma))
+        if (renamed := tracker.renamed) is not None:
+            renamed.lose(tracked)
+        if tracker.jump_px > KNOCK_PX:
+            jumps_s.append(frame.time_s)
+    return tracked, jumps_s

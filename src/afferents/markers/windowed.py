@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,11 @@ from afferents.markers.sensor import Sensor
 from afferents.store.recording import GreyImage, as_grey
 
 
-class Found(Protocol):
-    """Where markers are in a frame."""
+class Tracked(NamedTuple):
+    """Markers in one frame: `position` (n, 2) in px, NaN where lost, and `detected` (n,)."""
 
-    @property
-    def position(self) -> Positions:
-        """Shape (n, 2), px; NaN where a marker is lost."""
-        ...
-
-    @property
-    def detected(self) -> NDArray[np.bool_]:
-        """Which were seen, shape (n,)."""
-        ...
+    position: Positions
+    detected: NDArray[np.bool_]
 
 
 @dataclass
@@ -64,7 +57,7 @@ class Renamed(NamedTuple):
     which: NDArray[np.bool_]
     n_frames: int
 
-    def lose(self, tracked: Sequence[Found]) -> None:
+    def lose(self, tracked: Sequence[Tracked]) -> None:
         """Lose them in the frames before they were found slipped, back to the last check."""
         for frame in tracked[-self.n_frames : -1]:
             frame.position[self.which] = np.nan
@@ -174,8 +167,8 @@ class Windowed:
         refined[off] = position[off]
         return refined
 
-    def step(self, image: GreyImage) -> tuple[Positions, NDArray[np.bool_]]:
-        """Return the markers' positions (n, 2), px, NaN where lost, and which were found (n,)."""
+    def step(self, image: GreyImage) -> Tracked:
+        """Return where the markers are in the next frame."""
         n = len(self._expected)
         predicted, position, found = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.bool_)
         self._light, n_found, shared, strangers, self.jump_px = kernel.look(
@@ -228,7 +221,7 @@ class Windowed:
         )
         if not found.all():
             self._follow_others_light(found)
-        return position, found
+        return Tracked(position, found)
 
     def _check_names(self, image: GreyImage, position: Positions, found: NDArray[np.bool_]) -> None:
         """Where names are in doubt, look whether markers slipped to their neighbours' blobs."""
@@ -273,14 +266,20 @@ class Windowed:
     def _seen(self, image: GreyImage, expected: Positions) -> Positions:
         """Return the markers seen near where they are expected, by the light that is there."""
         somewhere = np.where(np.isnan(expected), self.rest_position, expected)
-        dark, bright = np.empty_like(self._dark), np.empty_like(self._bright)
-        kernel.levels(image, somewhere, self._half, dark, bright)
-        contrast = self._sign * (self._bright - self._dark)
-        stands_out = self._sign * (bright - dark) > FAINT * np.median(contrast)
+        dark, bright, stands_out = self._levels_at(image, somewhere)
         position, found = np.empty_like(expected), np.empty(len(expected), np.bool_)
         wanted = np.where(stands_out[:, None], expected, np.nan)
         self._take_centroids(image, wanted, dark, bright, position, found)
         return position
+
+    def _levels_at(
+        self, image: GreyImage, position: Positions
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the grey levels of skin and marker at some places, and where one stands out."""
+        dark, bright = np.empty_like(self._dark), np.empty_like(self._bright)
+        kernel.levels(image, position, self._half, dark, bright)
+        contrast = self._sign * (self._bright - self._dark)
+        return dark, bright, self._sign * (bright - dark) > FAINT * np.median(contrast)
 
     def _follow_others_light(self, found: NDArray[np.bool_]) -> None:
         """Let the grey levels of lost markers go as those of the others went since rest."""
@@ -352,11 +351,7 @@ class Windowed:
         kernel.from_neighbours(
             position, self.rest_position, self._expected, self._neighbours, expected
         )
-        dark, bright = np.empty_like(self._dark), np.empty_like(self._bright)
-        kernel.levels(image, expected, self._half, dark, bright)
-        stands_out = self._sign * (bright - dark) > FAINT * np.median(
-            self._sign * (self._bright - self._dark)
-        )
+        dark, bright, stands_out = self._levels_at(image, expected)
         lost = np.where((~found & stands_out)[:, None], expected, np.nan)
         again, too = np.empty_like(position), np.empty_like(found)
         self._take_centroids(image, lost, dark, bright, again, too)

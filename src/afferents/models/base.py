@@ -61,8 +61,8 @@ class Classifier(nn.Module, ABC):
     """Tells textures apart, once it has learnt to.
 
     A `Network` learns in a loop (`models.loop`), a `Solved` one at once. To add one, subclass
-    either and name it in `models.table.CLASSIFIERS`. For one of your own no subclass is needed: see
-    ``classifier`` of `afferents.Model`.
+    either and name it in `models.classifiers.CLASSIFIERS`. For one of your own no subclass is
+    needed: see ``classifier`` of `afferents.Model`.
 
     Attributes
     ----------

@@ -14,14 +14,13 @@ from torch import Tensor
 
 from afferents import dims
 from afferents.encodings.samples import Samples
-from afferents.folds.protocol import Fold
+from afferents.folds.protocol import Fold, Indices
 from afferents.models.confidence import cross_entropy, fit_temperature
-from afferents.models.evidence import SURE, Evidence
+from afferents.models.evidence import SURE, EvidenceAccumulator
 from afferents.models.folder import Deployed
 from afferents.models.learning_set import LearningSet
 
 Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _BATCH = 256
 _EVIDENCE_PER_S = np.geomspace(0.05, 100, 45)
@@ -82,7 +81,7 @@ def best_evidence(
 
     The first is that under which the true textures are most likely, whenever one looks. The second
     is the share of samples at which the texture that has 95% of the evidence is the true one (see
-    `Evidence`); 1 where none has.
+    `EvidenceAccumulator`); 1 where none has.
 
     Parameters
     ----------
@@ -92,7 +91,7 @@ def best_evidence(
     every_s = _stride(stop_s, recording)
     logs = np.empty_like(probabilities)
     for name in np.unique(recording):
-        evidence = Evidence(probabilities.shape[1], per_s=1.0)
+        evidence = EvidenceAccumulator(probabilities.shape[1], per_s=1.0)
         for k in np.flatnonzero(recording == name):
             evidence.add(float(stop_s[k]), probabilities[k], every_s)
             logs[k] = evidence.logs

@@ -15,9 +15,20 @@ from afferents import dims
 from afferents.choices import Statistics
 from afferents.documents import as_form, parse_json, read_json
 from afferents.encodings.wavenumbers import unseen_waves
-from afferents.folds.corruption import Disturbance
-from afferents.folds.fields import Count, GroupName, Share, Shares, Speed, SplitName, Steady
-from afferents.folds.held_out import SPEED, Group, Split, split_named
+from afferents.folds.corruption import Corruption
+from afferents.folds.held_out import (
+    SPEED,
+    Count,
+    Group,
+    GroupName,
+    Share,
+    Shares,
+    Speed,
+    Split,
+    SplitName,
+    Steady,
+    split_named,
+)
 from afferents.models.model import MODELS
 
 SCHEMA = 3
@@ -92,8 +103,8 @@ class Score(BaseModel):
     worst_group: GroupName | None = _unsaid(None)
     split: SplitName = _unsaid(SPEED.name)
     same_data: bool
-    disturb: Disturbance = _unsaid(Disturbance())
-    disturb_training: Disturbance = _unsaid(Disturbance())
+    disturb: Corruption = _unsaid(Corruption())
+    disturb_training: Corruption = _unsaid(Corruption())
     recipe: dict[str, Any] = _unsaid({})
 
     @model_validator(mode="after")
@@ -112,11 +123,11 @@ class Score(BaseModel):
         return (
             f"{100 * self.mean_accuracy:.1f}% [{low:.1f}, {high:.1f}] at {split.many} held out "
             f"({self.protocol}, {self.preset}{set_otherwise(self.recipe)}{other}"
-            f"{self._disturbed()}), "
+            f"{self._corrupted()}), "
             f"{100 * self.worst_accuracy:.1f}% {split.at([worst])}"
         )
 
-    def _disturbed(self) -> str:
+    def _corrupted(self) -> str:
         """Return how the recordings were corrupted, in words; nothing if they were not."""
         said = {"tested": self.disturb, "learnt": self.disturb_training}
         return "".join(f", {what} corrupted by {by}" for what, by in said.items() if by)
@@ -138,7 +149,7 @@ class Card(BaseModel):
     encoding
         How samples are made of that: the encoding's name, and its options by name.
     classifier
-        A name in `models.table.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
+        A name in `models.classifiers.CLASSIFIERS`, or ``module:NAME`` of somebody's own.
     estimator
         Of a scikit-learn estimator, which lies in a file of its own beside the weights: the classes
         of somebody's own that may be in it, each ``module:NAME``; None of any other classifier.
@@ -216,7 +227,7 @@ class Card(BaseModel):
     learnt_from: tuple[GroupName, ...] = _unsaid(())
     validated_on: GroupName | None = _unsaid(None)
     steady_s: Steady | None = _unsaid(None)
-    disturb_training: Disturbance = _unsaid(Disturbance())
+    disturb_training: Corruption = _unsaid(Corruption())
     recipe: dict[str, Any] = _unsaid({})
     statistics: Statistics = _unsaid("warmed-up")
     validation_accuracy: Share

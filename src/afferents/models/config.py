@@ -1,4 +1,4 @@
-"""How a network is trained: frozen, and by name for the presets."""
+"""How a network is trained, by name for the presets, and what it is computed on."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -12,7 +12,7 @@ SURE = 0.95
 _LEAST = 1e-6
 
 
-class Evidence:
+class EvidenceAccumulator:
     """A leaky sum of log-probabilities, and since when it names one texture.
 
     Parameters
@@ -20,7 +20,7 @@ class Evidence:
     n_classes
         Number of textures.
     per_s
-        How many samples' worth a second of touch is; see `core.card.Card`.
+        How many samples' worth a second of touch is; see `models.card.Card`.
     """
 
     def __init__(self, n_classes: int, per_s: float) -> None:

@@ -21,19 +21,29 @@ AGREES = 1e-4
 _TRIALS = 8
 
 
-def export_model(folder: Path, out: Path, force: bool = False) -> Card:
-    """Write a model as ONNX, whole or not at all, once it is seen to say the same.
+def export(model: Place, out: Place, force: bool = False) -> Path:
+    """Write a trained model as one ONNX file, with its card, to be felt live with.
 
-    The input is `sample`, one as the encoding makes it, not scaled, of shape (1, *shape). Outputs
-    are `probabilities` (1, texture) and `novelty` (1,), above 1 for what nothing learnt fits. A
-    CNN-LSTM goes frame by frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1,
-    feature), zeros at first, and it has the further output `next_past` to give back with the next
-    image; before the first run is full it says nothing of worth.
+    It is written whole or not at all, once it is seen to say the same. The input is `sample`, one
+    as the encoding makes it, not scaled, of shape (1, *shape). Outputs are `probabilities` (1,
+    texture) and `novelty` (1,), above 1 for what nothing learnt fits. A CNN-LSTM goes frame by
+    frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1, feature), zeros at
+    first, and it has the further output `next_past` to give back with the next image; before the
+    first run is full it says nothing of worth.
 
     Parameters
     ----------
+    model
+        Folder of a trained model.
+    out
+        File to write, ending in ``.onnx``.
     force
         Whether a model that was exported there before may be replaced.
+
+    Returns
+    -------
+    Path
+        Of the file.
 
     Raises
     ------
@@ -42,8 +52,14 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
         ONNX are missing, or `out` is not free.
     AfferentsError
         If the file does not say what the model says.
+
+    Examples
+    --------
+    >>> export("model", "model.onnx")
+    PosixPath('model.onnx')
     """
     onnx = import_extra("live", "export", "onnx", "onnxscript", "onnxruntime")
+    folder, out = Path(model), Path(out)
     require_free(out, "an exported model", _is_exported, force=force, reads=[folder])
     card, deployed = load_model(folder)
     if not deployed.network.exportable:
@@ -54,15 +70,15 @@ def export_model(folder: Path, out: Path, force: bool = False) -> Card:
     module, sample = _exported(card, deployed)
     with write_aside(out) as partial:
         _write(module, sample, partial)
-        model = onnx.load(str(partial))
-        onnx.helper.set_model_props(model, {METADATA: card.to_json()})
-        onnx.save(model, str(partial))
+        written = onnx.load(str(partial))
+        onnx.helper.set_model_props(written, {METADATA: card.to_json()})
+        onnx.save(written, str(partial))
         _check(module, sample, card, partial)
-    return card
+    return out
 
 
 def _is_exported(path: Path) -> bool:
-    """Tell whether a file is a model that `export_model` wrote: its card stands in it as text."""
+    """Tell whether a file is a model that `export` wrote: its card stands in it as text."""
     return path.is_file() and b'"format":"afferents model"' in path.read_bytes()
 
 
@@ -109,34 +125,3 @@ def _check(module: nn.Module, sample: tuple[torch.Tensor, ...], card: Card, path
             if not np.allclose(a, b.numpy(), atol=AGREES * size):
                 off = float(np.abs(a - b.numpy()).max())
                 raise AfferentsError(f"export: the ONNX file says something else, by {off:g}")
-
-
-def export(model: Place, out: Place, force: bool = False) -> Path:
-    """Write a trained model as one ONNX file, with its card, to be felt live with.
-
-    Parameters
-    ----------
-    model
-        Folder of a trained model.
-    out
-        File to write, ending in ``.onnx``.
-    force
-        Whether a model that was exported there before may be replaced.
-
-    Returns
-    -------
-    Path
-        Of the file.
-
-    Raises
-    ------
-    InputError
-        If the model is none, can't be exported, or another file is there already.
-
-    Examples
-    --------
-    >>> export("model", "model.onnx")
-    PosixPath('model.onnx')
-    """
-    export_model(Path(model), Path(out), force)
-    return Path(out)

@@ -3,7 +3,7 @@
 Quick, for every group's sums are made once. Nothing is chosen on the data that are asked.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,10 +16,11 @@ from afferents import dims
 from afferents.encodings.samples import Samples, labels_of, textures_of
 from afferents.errors import InputError
 from afferents.folds.held_out import SPEED, Split
-from afferents.folds.protocol import Fold
+from afferents.folds.protocol import Fold, Indices
 from afferents.models.base import Classifier, FitData, Solved
+from afferents.models.classifiers import classifier_of
 from afferents.models.confidence import best_weights, cross_entropy, fit_temperature, weighted
-from afferents.models.fitted import Fitted, Part, new_classifier, solved_facts
+from afferents.models.fitted import Check, Fitted, Part, new_classifier, solved_facts
 from afferents.models.learning_set import mean_within
 from afferents.models.model import MODELS, Model
 from afferents.models.solved import (
@@ -30,7 +31,6 @@ from afferents.models.solved import (
     log_probabilities,
     sum_of,
 )
-from afferents.models.table import classifier_of
 
 SHRINKAGE = 0.1
 """Of the discriminant's covariance; see `models.solved.Discriminant`.
@@ -39,8 +39,6 @@ Fixed after 0.001 to 10 had been tried at held-out speeds of one simulated sessi
 """
 
 Sums = NDArray[np.float32]
-
-Indices = NDArray[np.int64]
 
 
 def named_when_left_out(
@@ -120,7 +118,7 @@ def fit_solved(
     parts: Sequence[Part],
     nested: bool,
     seed: int,
-    check: Callable[[Sequence[Indices]], None],
+    check: Check,
     searched: bool = False,
 ) -> Fitted:
     """Learn on a fold what a model is, and say what its test samples are.
@@ -137,22 +135,22 @@ def fit_solved(
     seed
         Of whatever is drawn.
     check
-        Told, for each source, which samples are learnt from, before anything is.
+        Told which samples of each source are learnt from.
     searched
         Whether penalties are chosen inside the fold by models that have a usual one, too.
     """
     learnt_from = [_learnt_from(part.fold, nested) for part in parts]
     kind = classifier_of(model.classifier)
     if kind is LateFusion:
-        check(learnt_from)
+        for number, index in enumerate(learnt_from):
+            check(number, index)
         rows = [MODELS[name] for name in model.parts]
         each = zip(rows, parts, learnt_from, strict=True)
         learnt = [_learnt(*one, seed, searched) for one in each]
         fused, accuracy, classifier, facts = _fused(learnt, parts, model.parts)
         lead = parts[0]
     else:
-        nothing = learnt_from[0][:0]
-        check([learnt_from[0], *[nothing] * (len(parts) - 1)])
+        check(0, learnt_from[0])
         lead = _joined(parts) if kind is JointFusion else parts[0]
         one = _learnt(model, lead, learnt_from[0], seed, searched)
         learnt, fused, classifier = [one], one.tested, one.classifier

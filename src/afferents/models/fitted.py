@@ -1,5 +1,6 @@
 """What is given to a fit, and what comes of it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -9,10 +10,14 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.encodings.samples import Samples, textures_of
-from afferents.folds.protocol import Fold
+from afferents.folds.protocol import Fold, Indices
 from afferents.models.base import Classifier, Network, Task, build_for
+from afferents.models.classifiers import classifier_of
 from afferents.models.model import Model
-from afferents.models.table import classifier_of
+
+Check = Callable[[int, Indices], None]
+"""Told, of one of a model's sources, which samples scale or weights are taken from, before they
+are; raises if it must not be so."""
 
 
 class Part(NamedTuple):
@@ -61,24 +66,22 @@ def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[s
 
 
 def new_classifier(
-    model: Model, samples: Samples, encoding: Any, sample_shape: tuple[int, ...], seed: int = 0
-) -> Classifier:
-    """Return a model's classifier for such samples, nothing learnt yet; see `build`."""
-    n_classes = len(textures_of(samples))
-    task = _task(model, samples, encoding, sample_shape, n_classes, seed)
-    return build_for(classifier_of(model.classifier), task)
-
-
-def _task(
     model: Model,
     samples: Samples,
     encoding: Any,
     sample_shape: tuple[int, ...],
-    n_classes: int,
-    seed: int,
-) -> Task:
-    return Task(
-        n_classes,
+    seed: int = 0,
+    n_classes: int | None = None,
+) -> Classifier:
+    """Return a model's classifier for such samples, nothing learnt yet; see `build_for`.
+
+    Parameters
+    ----------
+    n_classes
+        None for the textures of the samples.
+    """
+    task = Task(
+        len(textures_of(samples)) if n_classes is None else n_classes,
         tuple(sample_shape),
         tuple(map(str, samples.dims[1:])),
         encoding,
@@ -86,6 +89,7 @@ def _task(
         model.speed_from,
         seed,
     )
+    return build_for(classifier_of(model.classifier), task)
 
 
 def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
@@ -101,7 +105,6 @@ def require_buildable(model: Model, samples: Samples, encoding: Any) -> None:
     InputError
         Saying what the network needs.
     """
-    kind = classifier_of(model.classifier)
-    if isinstance(model.classifier, str) and issubclass(kind, Network):
+    if isinstance(model.classifier, str) and issubclass(classifier_of(model.classifier), Network):
         shape = encoding.seen(samples.values[:1]).shape[1:]
-        build_for(kind, _task(model, samples, encoding, shape, n_classes=2, seed=0))
+        new_classifier(model, samples, encoding, shape, n_classes=2)

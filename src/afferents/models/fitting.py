@@ -20,11 +20,12 @@ from torch import Tensor, nn
 from afferents import dims
 from afferents.encodings.samples import Samples, labels_of
 from afferents.errors import InputError
-from afferents.folds.protocol import PROTOCOLS, Protocol
+from afferents.folds.protocol import PROTOCOLS, Indices, Protocol
 from afferents.models.base import Classifier, Network, Solved
+from afferents.models.classifiers import OwnEstimator, build, classifier_of
 from afferents.models.config import TrainingConfig
 from afferents.models.fit_solved import fit_solved, learn, new_solved, scores_of
-from afferents.models.fitted import Fitted, Part, new_classifier, solved_facts
+from afferents.models.fitted import Check, Fitted, Part, new_classifier, solved_facts
 from afferents.models.hardware import autocast, choose_device, computed_with
 from afferents.models.learning_set import (
     LearningSet,
@@ -37,9 +38,7 @@ from afferents.models.learning_set import (
 from afferents.models.loop import Checkpoint, TrainedModel, predict, train
 from afferents.models.model import MODELS, Model
 from afferents.models.networks import CnnLstm, SpatialNet, image_features, last_state
-from afferents.models.own import OwnEstimator
 from afferents.models.solved import LateFusion, MeanFusion
-from afferents.models.table import build, classifier_of
 
 _AT_ONCE = 64
 
@@ -135,7 +134,6 @@ def _features(
 # Ours, made of the paper's own networks. Windows of vibration set when a decision is made; images
 # count for the window that they end in.
 
-Indices = NDArray[np.int64]
 _LEAST = 1e-12
 """Probabilities below are as good as 0."""
 
@@ -202,7 +200,7 @@ def in_a_row(
     parts: Sequence[Part],
     protocol: Protocol,
     config: TrainingConfig,
-    check: Callable[[Sequence[Indices]], None],
+    check: Check,
 ) -> Part:
     """Return the first part's samples, each with that of every other part that ends last in it.
 
@@ -212,7 +210,7 @@ def in_a_row(
     for number, part in enumerate(parts):
         train = thinned(part.fold.train, config.training_samples)
         scale, scaled_on = scale_of(part.samples, part.encoding, protocol, train)
-        check([scaled_on if i == number else scaled_on[:0] for i in range(len(parts))])
+        check(number, scaled_on)
         values = part.encoding.seen(part.samples.values)
         if part is not lead:
             values = values[last_within(lead.samples, part.samples)]
@@ -228,15 +226,13 @@ def in_a_row(
 # A scikit-learn estimator of a user's own on a fold.
 
 
-def fit_estimator(
-    model: Model, part: Part, seed: int, check: Callable[[Sequence[Indices]], None]
-) -> Fitted:
+def fit_estimator(model: Model, part: Part, seed: int, check: Check) -> Fitted:
     """Let it learn from the fold's training samples, and say what the test samples are.
 
     Nothing is picked by the validation samples: what it says of them is for the record alone.
     """
     samples, fold = part.samples, part.fold
-    check([fold.train])
+    check(0, fold.train)
     labels, estimator = labels_of(samples), new_solved(model, samples, part.encoding)
     learn(estimator, samples, labels, fold.train, seed, 0.0, fold.split)
     validated = scores_of(estimator, samples, fold.validation).argmax(1).numpy()
@@ -277,7 +273,7 @@ def fit(
     configs: Sequence[TrainingConfig],
     seed: int,
     rank: int,
-    check: Callable[[Sequence[Indices]], None],
+    check: Check,
     checkpoint: Checkpoint | None = None,
     searched: bool = False,
 ) -> Fitted:
@@ -292,7 +288,7 @@ def fit(
     rank
         Of the fold among its protocol's: stretched copies are drawn anew for each.
     check
-        Told, for each source, which samples scale or weights are taken from, before they are.
+        Told which samples of each source scale or weights are taken from.
     checkpoint
         Where a long training writes its checkpoints.
     searched
@@ -308,9 +304,8 @@ def fit(
         return _fit_each(model, parts, protocol, configs, seed, rank, check)
     if issubclass(kind, Network):
         rng = np.random.default_rng([seed, rank])
-        nothing = [part.fold.train[:0] for part in parts[1:]]
-        joined = in_a_row(parts, protocol, config, check) if nothing else parts[0]
-        told = partial(_with, check, 0, len(parts))
+        joined = in_a_row(parts, protocol, config, check) if len(parts) > 1 else parts[0]
+        told = partial(check, 0)
         return _fit_network(model, joined, protocol, config, seed, rng, told, checkpoint)
     if issubclass(kind, OwnEstimator):
         return fit_estimator(model, parts[0], seed, check)
@@ -326,25 +321,18 @@ def _fit_each(
     configs: Sequence[TrainingConfig],
     seed: int,
     rank: int,
-    check: Callable[[Sequence[Indices]], None],
+    check: Check,
 ) -> Fitted:
     """Train the network of each part alone; a training that is cut off begins anew."""
     fitted = {}
     each = zip(model.parts, parts, configs, strict=True)
     for number, (name, part, config) in enumerate(each):
         rng = np.random.default_rng([seed, rank])
-        told = partial(_with, check, number, len(parts))
+        told = partial(check, number)
         fitted[name] = _fit_network(
             MODELS[name], part, protocol, config, seed, rng, told, checkpoint=None
         )
     return mean_of(fitted, parts)
-
-
-def _with(
-    check: Callable[[Sequence[Indices]], None], number: int, n: int, learnt: Sequence[Indices]
-) -> None:
-    """Tell a check what one of several sources is scaled on, and nothing of the others."""
-    check([learnt[0] if i == number else learnt[0][:0] for i in range(n)])
 
 
 def learns_in_a_loop(model: Model) -> bool:
@@ -361,7 +349,7 @@ def fit_once(
         learnt = learning_set(
             part.samples, part.encoding, model.stretched, nested, part.fold, config, rng
         )
-        network = _new_network(model, part, learnt, seed)
+        network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
         fit_network(network, learnt, config, seed)
         return network, learnt
     solved, labels = new_solved(model, part.samples, part.encoding), labels_of(part.samples)
@@ -379,14 +367,14 @@ def _fit_network(
     config: TrainingConfig,
     seed: int,
     rng: np.random.Generator,
-    check: Callable[[Sequence[Indices]], None],
+    check: Callable[[Indices], None],
     checkpoint: Checkpoint | None,
 ) -> Fitted:
     start = time.perf_counter()
     fold = part.fold
     learnt = learning_set(part.samples, part.encoding, model.stretched, protocol, fold, config, rng)
-    check([learnt.scaled_on])
-    network = _new_network(model, part, learnt, seed)
+    check(learnt.scaled_on)
+    network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
     trained = fit_network(network, learnt, config, seed, checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
     probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
@@ -401,11 +389,6 @@ def _fit_network(
         "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
     }
     return Fitted(network, probabilities, None, facts)
-
-
-def _new_network(model: Model, part: Part, learnt: LearningSet, seed: int) -> Classifier:
-    shape = tuple(learnt.values.shape[1:])
-    return new_classifier(model, part.samples, part.encoding, shape, seed)
 
 
 def fit_network(

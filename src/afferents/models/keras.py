@@ -178,7 +178,7 @@ def load_keras_weights(network: Network, path: Path) -> None:
     Parameters
     ----------
     network
-        For as many textures and samples of the same shape: `models.table.build`.
+        For as many textures and samples of the same shape: `models.classifiers.build`.
     path
         As ``model.save`` or ``model.save_weights`` of Keras 2 writes it. Its network learnt from
         transposed images, as published; ours takes images (row, column).

@@ -11,7 +11,7 @@ from torch import Tensor
 from afferents import dims
 from afferents.encodings.samples import Samples, labels_of
 from afferents.errors import InputError
-from afferents.folds.protocol import Fold, Protocol
+from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.config import TrainingConfig
 
 
@@ -32,8 +32,6 @@ def split(order: Tensor, batch_size: int) -> list[Tensor]:
 
 
 # What one fold learns from: one tensor of values, index arrays into it, and a scale.
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -138,7 +136,7 @@ def scale_of(
     if not encoding.scaled:
         return 1.0, np.empty(0, dtype=np.int64)
     everything = np.arange(samples.sizes[dims.SAMPLE])
-    if dims.VARIANT in samples.coords:  # what is tested disturbed is a copy
+    if dims.VARIANT in samples.coords:  # what is tested corrupted is a copy
         everything = np.flatnonzero(samples[dims.VARIANT].values == 0)
     scaled_on = everything if protocol.scale_from == "everything" else train
     return float(samples.values[scaled_on].max()) or 1.0, scaled_on

@@ -50,7 +50,7 @@ class OrderSearch(Solved):
         Number of textures.
     n_channels
         Of the vibration: features are their powers, then, for more than one, 2 n_channels parts
-        of cross-spectra (`encodings.orders.order_samples`).
+        of cross-spectra (`encodings.orders.OrderEncoding`).
     frequencies
         Geometric, Hz.
     per_mm

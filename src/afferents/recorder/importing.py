@@ -178,19 +178,13 @@ def _read_times(path: Path) -> pd.DataFrame:
     """
     what = f"a CSV with a column {TIME}, a row a frame"
     try:
-        table = pd.read_csv(path)
+        table = pd.read_csv(path, dtype={TIME: float})
+        table = table.astype({SEQUENCE: int} if SEQUENCE in table else {})
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: expected {what}, found {reason_of(error)}") from error
-    if TIME not in table:
-        raise InputError(
-            f"{path}: expected {what}, found columns {', '.join(map(str, table.columns))}"
-        )
-    if len(table) < 2:
-        raise InputError(f"{path}: expected {what}, of at least 2 frames, found {len(table)} rows")
-    try:
-        table = table.astype({TIME: float, **({SEQUENCE: int} if SEQUENCE in table else {})})
-    except ValueError as error:
-        raise InputError(f"{path}: expected numbers, found {reason_of(error)}") from error
+    if TIME not in table or len(table) < 2:
+        found = f"{len(table)} rows of columns {', '.join(map(str, table.columns))}"
+        raise InputError(f"{path}: expected {what}, of at least 2 frames, found {found}")
     wrong = np.flatnonzero(~(np.diff(table[TIME]) > 0))
     if len(wrong) or not np.isfinite(table[TIME]).all():
         row = int(wrong[0]) + 1 if len(wrong) else 0

@@ -160,10 +160,10 @@ def _picture(devices: Devices, frames: list[Frame], sensor: Sensor) -> Check:
     )
     if image is None:
         return Check("picture", False, "none that can be decoded", "look at the camera's format")
-    return judged(image, sensor)
+    return check_picture(image, sensor)
 
 
-def judged(image: GreyImage, sensor: Sensor) -> Check:
+def check_picture(image: GreyImage, sensor: Sensor) -> Check:
     """Judge light, focus and markers of a picture of the skin at rest."""
     found = detect(image, sensor)
     usual = sensor.n_markers or len(found)

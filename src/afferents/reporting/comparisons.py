@@ -170,7 +170,7 @@ def differences(summary: Summary) -> pd.DataFrame | None:
     rows: list[tuple[Cell, ...]] = [
         (
             f"{model_title(one.model, summary)} over {model_title(one.than, summary)}",
-            PROTOCOL_TITLES[one.protocol],
+            one.protocol,
             _points(one),
         )
         for one in summary.comparisons
@@ -231,11 +231,11 @@ def runs_side_by_side(runs: Mapping[str, Summary]) -> pd.DataFrame:
         (
             (
                 next(model_title(name, run) for run in summaries if name in run.models),
-                title,
+                protocol,
                 *map(mean_and_interval, each),
             )
             for name in names
-            for protocol, title in PROTOCOL_TITLES.items()
+            for protocol in PROTOCOL_TITLES
             if any(each := [outcome(run, name, protocol) for run in summaries])
         ),
         n_headers=2,

@@ -450,20 +450,31 @@ def _predictor(deployed: Deployed) -> Predict:
 
 def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict[str, xr.DataArray]:
     """Return what each texture loses without each part, by the kind of part, nats."""
-    predict, samples = _predictor(deployed), asked.samples
+    predict, samples, runs = _predictor(deployed), asked.samples, asked.runs
     found: dict[str, xr.DataArray] = {}
-    (channel, encoding), runs = asked.source, asked.runs
+    channel, encoding = asked.source
     if isinstance(encoding, ImageEncoding) and runs is not None:
 
-        def say_of_runs(runs: Floats) -> NDArray[np.floating]:
-            return predict(encoding.of_runs(runs, channel.lookback))
+        def without(masks: list[NDArray[np.bool_]], instead: Floats) -> NDArray[np.float64]:
+            def say(values: Floats) -> NDArray[np.floating]:
+                return predict(encoding.of_runs(values, channel.lookback))
 
-        if channel.parts:
-            found["parts"] = _parts(textures, say_of_runs, asked, runs)
+            return losses(say, runs, asked.labels, masks, instead)
+
+        still = np.zeros(runs.shape[-1], np.float32)
+        if channel.parts:  # one is as it is on average
+            names = list(channel.parts)
+            lost = without(bands(len(names), 1), runs.mean(axis=0))
+            found["parts"] = _by_texture(textures, asked, lost, {PART: np.array(names)})
         elif encoding.of_pixels:
-            found["markers"] = _markers(textures, say_of_runs, asked, runs)
-        elif asked.places is not None:
-            found["markers"] = _single_markers(textures, say_of_runs, asked, runs, asked.places)
+            shape = runs.shape[-2], runs.shape[-1]
+            lost = without(patches(shape, PATCH), still)
+            found["markers"] = _by_texture(textures, asked, lost, _grid(shape))
+        elif asked.places is not None:  # a marker and its nearest; beside the markers it is 0
+            lost = without(neighbourhoods(*asked.places, PATCH**2), still)
+            images = images_of(lost.T, *asked.places).astype(np.float64)
+            flat = images.reshape(len(images), -1).T
+            found["markers"] = _by_texture(textures, asked, flat, _grid(images.shape[1:]))
     if dims.FREQUENCY in samples.dims:
         found |= _frequencies(textures, predict, asked)
     if dims.ROW_WAVENUMBER in samples.dims:
@@ -474,42 +485,8 @@ def _losses(deployed: Deployed, asked: Asked, textures: tuple[str, ...]) -> dict
     return found
 
 
-def _markers(
-    textures: tuple[str, ...], predict: Predict, asked: Asked, images: Floats
-) -> xr.DataArray:
-    """Return the losses where markers stand still, (texture, row, column)."""
-    n_rows, n_columns = images.shape[-2:]
-    still = patches((n_rows, n_columns), PATCH)
-    lost = losses(predict, images, asked.labels, still, np.zeros((n_rows, n_columns), np.float32))
-    axes = {dims.ROW: np.arange(n_rows), dims.COLUMN: np.arange(n_columns)}
-    return _by_texture(textures, asked, lost, axes)
-
-
-def _parts(textures: tuple[str, ...], predict: Predict, asked: Asked, runs: Floats) -> xr.DataArray:
-    """Return the losses where a part of what all markers feel is as it is on average."""
-    names = list(asked.source.channel.parts)
-    taken = bands(len(names), 1)
-    lost = losses(predict, runs, asked.labels, taken, runs.mean(axis=0))
-    return _by_texture(textures, asked, lost, {PART: np.array(names)})
-
-
-def _single_markers(
-    textures: tuple[str, ...],
-    predict: Predict,
-    asked: Asked,
-    runs: Floats,
-    places: tuple[NDArray[Any], NDArray[Any]],
-) -> xr.DataArray:
-    """Return the losses where a marker and its nearest stand still, (texture, row, column).
-
-    As an image of the layout; beside the markers it is 0.
-    """
-    still = neighbourhoods(*places, PATCH**2)
-    nothing = np.zeros(runs.shape[-1], np.float32)
-    lost = losses(predict, runs, asked.labels, still, nothing)
-    images = images_of(lost.T, *places).astype(np.float64)
-    axes = {dims.ROW: np.arange(images.shape[1]), dims.COLUMN: np.arange(images.shape[2])}
-    return _by_texture(textures, asked, images.reshape(len(images), -1).T, axes)
+def _grid(shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
+    return {dims.ROW: np.arange(shape[0]), dims.COLUMN: np.arange(shape[1])}
 
 
 def _frequencies(

@@ -28,10 +28,10 @@ from afferents.evaluation.results import (
 from afferents.files import Place, write_text
 from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
+from afferents.models.classifiers import build, classifier_of
 from afferents.models.layers import count_parameters
 from afferents.models.model import TABLE1
 from afferents.models.shapes import layer_shapes, written_shape
-from afferents.models.table import build, classifier_of
 from afferents.progress import Progress
 from afferents.reporting.choice import PANELS, shown_for
 from afferents.reporting.comparisons import beside_paper, runs_side_by_side
@@ -271,10 +271,13 @@ def _networks(
     Those of images by 5, those of vibration by 6; what the data have no samples of is left out.
     """
     found: dict[int, dict[str, DrawnNetwork]] = {}
+    titles: dict[str, list[str]] = {}
     for model in TABLE1.values():
+        titles.setdefault(str(model.classifier), []).append(model.title)
+    for model in TABLE1.values():
+        title = ", ".join(titles[str(model.classifier)])
         shape = shapes.get(str(model.encoding))
-        same = [one.title for one in TABLE1.values() if one.classifier == model.classifier]
-        title, of_vibration = ", ".join(same), ENCODINGS[str(model.encoding)].of_vibration
+        of_vibration = ENCODINGS[str(model.encoding)].of_vibration
         if shape is None:
             continue
         try:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from afferents import dims
 from afferents.channels import CHANNELS, Channel
 from afferents.choices import Cut
-from afferents.encodings.moments import MomentEncoding
+from afferents.encodings.images import MomentEncoding
 from afferents.encodings.samples import Samples, concatenate, labels_of
 from afferents.encodings.wavenumbers import WavenumberEncoding
 from afferents.errors import InputError

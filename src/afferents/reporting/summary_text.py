@@ -22,12 +22,6 @@ from afferents.reporting.tables import mean_and_interval
 WORST_SHOWN = 3
 STORE = "store"
 """Kind of data that `extract` wrote; other kinds are tables, which nothing feels live."""
-ONLY_EVALUATED = frozenset({
-    *("ridge-te", "order-te", "order-te-measured", "order-te-speed-known", "rocket-te"),
-    *("spike-rate", "sa-spike-rate", "spike-timing", "spike-images", "three-stems"),
-    *("fusion", "fusion-speed-known", "fusion-networks", "fusion-joint", "fusion-shear"),
-})  # fmt: skip
-"""Models that `train` can't keep; a test holds this against `train` itself."""
 
 
 @dataclass(frozen=True)
@@ -238,7 +232,9 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
 
 def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
     """Yield how to keep a model and feel with it: the one spoken of, or the best that can be."""
-    able = [name for name in won.rivals if name in MODELS and name not in ONLY_EVALUATED]
+    from afferents.evaluation.train import can_be_felt  # who only reads sentences needs no torch
+
+    able = [name for name in won.rivals if name in MODELS and can_be_felt(MODELS[name])]
     title, why = model_title(won.model, summary), ""
     if not able:
         if won.model in MODELS:

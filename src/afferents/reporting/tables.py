@@ -4,13 +4,13 @@ The index says what a row is, in one level or several. Numbers are accuracies in
 pages shade; texts stand as they are. `attrs` hold the title and the caption.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 import pandas as pd
 
 from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Accuracies, OfTouches, Outcome, Summary
+from afferents.evaluation.schemas import Accuracies, Outcome, Summary
 from afferents.folds.held_out import SPEED
 from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
@@ -72,6 +72,26 @@ def make_table(
     table = pd.DataFrame(values, index=index, columns=heads[n_headers:], dtype=object)
     table.attrs = {"title": title, "caption": caption.strip()}
     return table
+
+
+def make_outcome_table(
+    summary: Summary,
+    title: str,
+    caption: str,
+    columns: Sequence[str],
+    cells: Callable[[Outcome], Iterable[Cell]],
+) -> pd.DataFrame:
+    """Return a table with a row for each model and protocol, its cells made of the outcome."""
+    return make_table(
+        title,
+        caption,
+        ("Model", "Protocol", *columns),
+        (
+            (model_title(model, summary), protocol, *cells(found))
+            for model, protocol, found in outcomes(summary)
+        ),
+        n_headers=2,
+    )
 
 
 def heads_of(table: pd.DataFrame) -> list[str]:
@@ -172,9 +192,11 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
     rows: list[tuple[Cell, ...]] = []
     for model in model_order(summary):
         title = model_title(model, summary)
-        for protocol, called in PROTOCOL_TITLES.items():
-            if found := outcome(summary, model, protocol):
-                rows.append((title, called, *(_times_100(found.by.get(key)) for key in groups)))
+        rows += [
+            (title, protocol, *(_times_100(found.by.get(key)) for key in groups))
+            for protocol in PROTOCOL_TITLES
+            if (found := outcome(summary, model, protocol))
+        ]
         if of_paper := _paper_by_speed(summary, model):
             rows.append((title, PAPER_ROW, *of_paper))
     of_paper_too = any(row[1] == PAPER_ROW for row in rows)
@@ -206,20 +228,12 @@ def _paper_by_speed(summary: Summary, model: str) -> list[float | None]:
 def leak_table(summary: Summary) -> pd.DataFrame:
     """Return what each model saw of the group held out before its final test, as counted."""
     split, heads = summary.split, _leaks_of(summary)
-    return make_table(
+    return make_outcome_table(
+        summary,
         f"What was seen of the held-out {split.name} before the final test",
         f"Counted over all held-out {split.many} and seeds.",
-        ("Model", "Protocol", "Test samples", *heads.values()),
-        (
-            (
-                model_title(model, summary),
-                PROTOCOL_TITLES[protocol],
-                f"{found.n_test:,}",
-                *(_leak(found.leaks.get(name)) for name in heads),
-            )
-            for model, protocol, found in outcomes(summary)
-        ),
-        n_headers=2,
+        ("Test samples", *heads.values()),
+        lambda found: (f"{found.n_test:,}", *(_leak(found.leaks.get(name)) for name in heads)),
     )
 
 
@@ -269,26 +283,20 @@ def leak_sentences(summary: Summary) -> list[str]:
 def run_table(summary: Summary) -> pd.DataFrame:
     """Return how each model was run: seeds, epochs, time, macro-F1 and what validated it."""
     split = summary.split
-    return make_table(
+    return make_outcome_table(
+        summary,
         "How the models were trained",
         f"{'Speeds are in mm/s' if split == SPEED else split.many.capitalize()}: "
         "held out → validated by.",
-        ("Model", "Protocol", "Macro-F1", "Seeds", "Epochs", f"Validation {split.name}",
-         "Time (s)"),
-        (
-            (
-                model_title(model, summary),
-                PROTOCOL_TITLES[protocol],
-                f"{found.macro_f1:.3f}",
-                ", ".join(map(str, found.seeds)),
-                _epochs(found),
-                _validation(summary, found),
-                f"{found.seconds:,.0f}",
-            )
-            for model, protocol, found in outcomes(summary)
+        ("Macro-F1", "Seeds", "Epochs", f"Validation {split.name}", "Time (s)"),
+        lambda found: (
+            f"{found.macro_f1:.3f}",
+            ", ".join(map(str, found.seeds)),
+            _epochs(found),
+            _validation(summary, found),
+            f"{found.seconds:,.0f}",
         ),
-        n_headers=2,
-    )  # fmt: skip
+    )
 
 
 def _epochs(found: Outcome) -> str:
@@ -365,26 +373,20 @@ def by_touch_table(summary: Summary) -> pd.DataFrame | None:
         return None
     lengths = list(found[0][-1].by_touch)
 
-    def cells(touches: OfTouches | None) -> tuple[str, str]:
-        worst = ABSENT if touches is None else percent(touches.by[touches.worst])
-        return mean_and_interval(touches), worst
+    def cells(result: Outcome) -> Iterator[str]:
+        for touches in map(result.by_touch.get, lengths):
+            yield mean_and_interval(touches)
+            yield ABSENT if touches is None else percent(touches.by[touches.worst])
 
-    return make_table(
+    return make_outcome_table(
+        summary,
         "Accuracy by length of touch",
         "Percent of touches recognised, each by the mean log-probability of the samples that it is "
         f"made of: mean over held-out {summary.split.many}, with 95% interval in brackets (over "
         f"{drawn_over(summary)}), and in the worst of them. A touch is a number of whole samples: "
         f"its length differs from the one stated by at most a quarter. {preset_note(summary)}",
-        ("Model", "Protocol", *(h for n in lengths for h in (f"{n} s", f"worst, {n} s"))),
-        (
-            (
-                model_title(model, summary),
-                protocol,
-                *(cell for n in lengths for cell in cells(result.by_touch.get(n))),
-            )
-            for model, protocol, result in found
-        ),
-        n_headers=2,
+        [head for n in lengths for head in (f"{n} s", f"worst, {n} s")],
+        cells,
     )
 
 
@@ -465,10 +467,10 @@ def by_texture_table(results: Results) -> pd.DataFrame | None:
     rows: list[tuple[Cell, ...]] = []
     for model in model_order(summary):
         title = model_title(model, summary)
-        for protocol, called in PROTOCOL_TITLES.items():
+        for protocol in PROTOCOL_TITLES:
             if outcome(summary, model, protocol):
                 found = accuracy_by_texture(results, model, protocol)
-                rows.append((title, called, *cells([found.get(one) for one in textures])))
+                rows.append((title, protocol, *cells([found.get(one) for one in textures])))
         if of_paper := paper_by_texture(results, model):
             rows.append((title, PAPER_ROW, *cells(of_paper)))
     if not rows:
@@ -511,18 +513,15 @@ def reliability_table(summary: Summary) -> pd.DataFrame | None:
         means = (np.average(each, weights=bins.count) for each in (bins.confidence, bins.accuracy))
         return [*(percent(float(mean)) for mean in means), percent(bins.ece)]
 
-    return make_table(
+    return make_outcome_table(
+        summary,
         "Confidence and accuracy",
         f"Percent of test samples, all {summary.split.many} held out together. Confidence is the "
         "mean probability of the predicted texture; ECE, the expected calibration error, the mean "
         f"difference between confidence and accuracy over {len(known[0].count)} bins of "
         f"confidence. {temperature_note(summary)}",
-        ("Model", "Protocol", "Confidence", "Accuracy", "ECE"),
-        (
-            (model_title(model, summary), PROTOCOL_TITLES[protocol], *cells(found))
-            for model, protocol, found in outcomes(summary)
-        ),
-        n_headers=2,
+        ("Confidence", "Accuracy", "ECE"),
+        cells,
     )
 
 

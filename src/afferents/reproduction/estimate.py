@@ -1,107 +1,134 @@
-"""How long a reproduction will take, from what was measured of each step, in sentences."""
+"""About how long a reproduction will take: the first frames and batches are timed, and multiplied.
 
-import heapq
-import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import groupby
-from typing import Any
+Once trainings have ended, `status` knows better, by what they took.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
+import torch
 import xarray as xr
+from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.choices import Cut
+from afferents.choices import Cut, Method
+from afferents.encodings.samples import Samples
 from afferents.errors import AfferentsError, InputError
-from afferents.folds.ablation import Ablation
-from afferents.folds.held_out import Group, Split
+from afferents.evaluation.encode import best_of, encode, lacking, sources_of
+from afferents.evaluation.fold_files import FoldKey, finished
+from afferents.evaluation.recipe import Recipe
+from afferents.extraction.extract import responses_of, watched
+from afferents.folds.held_out import Group
+from afferents.folds.protocol import Fold, Protocol
+from afferents.markers.sensor import Sensors
+from afferents.models.base import Network
+from afferents.models.classifiers import classifier_of
+from afferents.models.config import TrainingConfig
+from afferents.models.fitted import Part
+from afferents.models.fitting import fit, recipes_of
+from afferents.models.learning_set import originals
 from afferents.models.model import Model
-from afferents.quality.lasting import EDGE_S
-from afferents.recordings.check import Facts, facts
+from afferents.models.solved import MeanFusion
+from afferents.recordings.check import facts
 from afferents.recordings.session import Session
 from afferents.reporting.published import published_costs
-from afferents.store.recording import Recording
-from afferents.store.responses import label
-from afferents.store.trimming import AUDIO_S, Steady, cut_audio, cut_frames
+from afferents.reproduction.run_folder import duration
+from afferents.store.recording import Frame, Recording, Video
+from afferents.store.responses import Responses, label
+from afferents.store.trimming import cut_audio, cut_frames
+from afferents.store.zarr_store import open_responses, responses_there
+
+TRACKED, EARLY = 60, 20
+"""So many frames are timed, after those at rest and so many more."""
+TEXTURES, SPEEDS = 13, 10
+IN_A_LOOP, AT_ONCE = 1, 24
+"""Samples of each texture at each speed by which a model is timed: two batches of a network, and
+enough of what is solved at once."""
+_TRIED = 5
+"""So many recordings are tried before it is said that none can be tracked."""
 
 
 @dataclass(frozen=True)
-class Amount:
-    """What is to be gone through, by the headers of the files alone.
+class Work:
+    """The trainings of one model under one protocol that are still to be done.
 
     Attributes
     ----------
-    used
-        Recordings that are evaluated, counted as so many of the length of the one measured.
-    groups
-        To be held out in turn; `n_groups` are there.
+    fold_s
+        How long one takes in one process, s.
+    epochs
+        That it is taken to need; None of a model that is solved at once.
+    samples
+        Learnt from, in each epoch.
     """
 
-    used: float
-    groups: tuple[Group, ...]
-    n_groups: int
+    model: str
+    protocol: str
+    folds: int
+    fold_s: float
+    epochs: float | None
+    samples: float
 
 
-def amount_of(
-    session: Session,
-    sample: Recording,
-    cut: Cut,
-    split: Split,
-    held_out: Sequence[Group],
-    ablation: Ablation,
-    steady: Steady | None,
-) -> Amount:
-    """Return how much a session is.
+@dataclass(frozen=True)
+class Estimate:
+    """About how long what is left of a reproduction takes.
 
-    Parameters
+    Attributes
     ----------
-    sample
-        The recording that is measured; others count by their length beside its.
-
-    Raises
-    ------
-    InputError
-        If a group or texture asked for is not there.
+    recordings, frames, frame_s
+        To be tracked, and what a frame takes in one process, s.
+    gpu
+        Whether the trainings are done one after the other, on a GPU.
     """
-    named = [label(xr.Dataset(), recording) for recording in session.recordings]
-    evaluated = ablation.recordings(named)
-    names = {str(one.attrs["name"]) for one in evaluated}
-    there = split.groups_of(evaluated)
-    split.require(held_out, there, "--held-out")
-    seconds = {r.name: used_s(r, cut, steady) for r in session.recordings if r.name in names}
-    return Amount(
-        sum(seconds.values()) / used_s(sample, cut, steady),
-        tuple(held_out) or tuple(there),
-        len(there),
-    )
 
+    recordings: int
+    frames: int
+    frame_s: float
+    trainings: tuple[Work, ...] = ()
+    processes: int = 1
+    cluster: bool = False
+    gpu: bool = False
 
-def n_frames(recording: Recording) -> int:
-    """Return how many frames a recording's video declares; 0 if it can't be read."""
-    found = _facts(recording)
-    return found.video.n_frames if found and found.video else 0
+    @property
+    def tracking_s(self) -> float:
+        """Return how long tracking takes, s."""
+        return self.frames * self.frame_s / self.processes
 
+    @property
+    def total_s(self) -> float:
+        """Return how long all takes, s, as if nothing else ran."""
+        trained = sum(work.folds * work.fold_s for work in self.trainings)
+        return self.tracking_s + trained / (1 if self.gpu else self.processes)
 
-def used_s(recording: Recording, cut: Cut, steady: Steady | None = None) -> float:
-    """Return about how much of a recording the cut leaves, s; 0 if it can't be read."""
-    found = _facts(recording)
-    if found is None:
-        return 0.0
-    if cut == "published":
-        return AUDIO_S
-    start_stop = steady or recording.steady_s
-    if start_stop is not None:
-        return max(1e-3, start_stop[1] - start_stop[0])
-    lengths = [f.duration_s for f in (found.video, found.vibration) if f is not None]
-    return max(1e-3, min(lengths) - 2 * EDGE_S)
+    def describe(self) -> dict[str, Any]:
+        """Return it ready for JSON."""
+        return {
+            "total_s": self.total_s,
+            "processes": self.processes,
+            "cluster": self.cluster,
+            "tracking_s": self.tracking_s,
+            "frames": self.frames,
+            "trainings": [asdict(work) for work in self.trainings],
+        }
 
-
-def _facts(recording: Recording) -> Facts | None:
-    """Return what a recording's headers say; None where that is refused when it is extracted."""
-    try:
-        return facts(recording)
-    except AfferentsError:
-        return None
+    def sentence(self) -> str:
+        """Return it in words."""
+        folds = sum(work.folds for work in self.trainings)
+        if not self.recordings and not folds:
+            return "Nothing is left to be tracked or trained."
+        where = "on the cluster" if self.cluster else "here"
+        return (
+            f"About {duration(self.total_s)} {where} with {self.processes} at work (--workers), an "
+            f"estimate from the first frames and batches: tracking {self.frames:,} frames of "
+            f"{self.recordings} recordings, and {folds} trainings. Once some have ended, "
+            "'afferents status' knows better."
+        )
 
 
 def require_length(session: Session, cut: Cut) -> None:
@@ -113,272 +140,227 @@ def require_length(session: Session, cut: Cut) -> None:
         Naming the first.
     """
     for recording in session.recordings if cut == "published" else ():
-        _require_fits(facts(recording), cut)
+        found = facts(recording)
+        if found.video is not None:
+            cut_frames(np.zeros(found.video.n_frames), cut, None, found.name)
+        if found.vibration is not None:
+            n, rate_hz = found.vibration.n_samples, found.vibration.sample_rate_hz
+            cut_audio(n, rate_hz, cut, None, found.name)
 
 
-def typical(
-    recordings: Sequence[Recording], cut: Cut, steady: Steady | None = None
-) -> list[Recording]:
-    """Return recordings that the cut leaves something of, those of usual length first."""
-    fitting = [recording for recording in recordings if _fits(recording, cut)]
-    seconds = {recording.name: used_s(recording, cut, steady) for recording in fitting}
-    usual = float(np.median(list(seconds.values()))) if fitting else 0.0
-    return sorted(fitting, key=lambda recording: abs(seconds[recording.name] - usual))
+def estimate(
+    session: Session,
+    sensors: Sensors,
+    method: Method,
+    store: Path,
+    recipe: Recipe,
+    protocols: Sequence[Protocol],
+    seeds: Sequence[int],
+    held_out: Sequence[Group],
+    with_best: bool = False,
+) -> Estimate:
+    """Time the first frames of a recording and the first batches of each model, and multiply.
+
+    Parameters
+    ----------
+    store
+        Where responses go: recordings that it holds are not counted.
+    recipe
+        Of the trainings; those finished in its folder are not counted.
+    with_best
+        Whether the model that we recommend for such recordings is trained as well.
+
+    Raises
+    ------
+    AfferentsError
+        If a group or texture asked for is not there, no recording can be tracked, or what is
+        timed is too short to be encoded.
+    """
+    named = [label(xr.Dataset(), recording) for recording in session.recordings]
+    evaluated = recipe.options.ablation.recordings(named)
+    there = recipe.split.groups_of(evaluated)
+    recipe.split.require(held_out, there, "--held-out")
+    missing = [r for r in session.recordings if responses_there(store, r.name) is None]
+    one, frame_s = _timed(missing, sensors, method) if missing else (open_responses(store)[0], 0.0)
+    able = [model for model in recipe.models if lacking(model, [one]) is None]
+    best = [best_of([one])] if with_best else []
+    works = []
+    for model in dict.fromkeys([*able, *best]):
+        for protocol in protocols:
+            keys = (
+                FoldKey.of(model.name, protocol.name, seed, group, recipe.split)
+                for seed in seeds
+                for group in held_out or there
+            )
+            if left := sum(not finished(recipe.out, key) for key in keys):
+                shares = len(evaluated), len(there)
+                works.append(time_fold(model, protocol, one, recipe, shares, left))
+    return Estimate(
+        len(missing),
+        sum(n_frames(recording) for recording in missing),
+        frame_s,
+        tuple(works),
+        gpu=on_gpu(recipe),
+    )
 
 
-def _fits(recording: Recording, cut: Cut) -> bool:
-    found = _facts(recording)
-    if found is None:
-        return False
+# Tracking.
+
+
+@dataclass
+class FirstFrames:
+    """The first part of a video, with the processor time that its later frames take."""
+
+    video: Video
+    n: int
+    early: int
+    seconds: float = field(default=0.0, init=False)
+
+    def __getattr__(self, name: str) -> Any:
+        """Be like the video in everything else."""
+        return getattr(self.video, name)
+
+    def frames(self) -> Iterator[Frame]:
+        """Decode from the start."""
+        begun = time.process_time()
+        for number, frame in enumerate(islice(self.video.frames(), self.early + self.n)):
+            if number == self.early:
+                begun = time.process_time()
+            yield frame
+            self.seconds = (time.process_time() - begun) / max(1, number + 1 - self.early)
+
+
+def _timed(
+    recordings: Sequence[Recording], sensors: Sensors, method: Method
+) -> tuple[Responses, float]:
+    """Track the first recording that can be; return responses of its length, and s a frame."""
+    fault: AfferentsError | None = None
+    for recording in recordings[:_TRIED]:
+        try:
+            return track_first_frames(recording, sensors, method)
+        except AfferentsError as error:
+            fault = fault or error
+    raise fault or InputError("the session: expected a recording that can be tracked, found none")
+
+
+def track_first_frames(
+    recording: Recording, sensors: Sensors, method: Method
+) -> tuple[Responses, float]:
+    """Track the first frames of a recording.
+
+    Returns
+    -------
+    Its responses, repeated to its own length, and how long a frame took, s of one process.
+    """
+    if recording.video is None:
+        return responses_of(recording), 0.0
+    sensor = sensors.of(recording)
+    first = FirstFrames(recording.video, TRACKED, sensor.rest_frame + EARLY)
+    found = responses_of(watched(replace(recording, video=cast(Video, first))), sensor, method)
+    seen = np.flatnonzero(found[dims.DETECTED].values.any(axis=1))
+    n, rate_hz = n_frames(recording), recording.video.fps_hz
+    repeated = found.isel({dims.TIME: seen[np.arange(n) % len(seen)]})
+    return repeated.assign_coords({dims.TIME: np.arange(n) / rate_hz}), first.seconds
+
+
+def n_frames(recording: Recording) -> int:
+    """Return how many frames a recording's video declares; 0 if it can't be read."""
     try:
-        if cut == "published":
-            _require_fits(found, cut)
-    except InputError:
-        return False
-    return True
+        found = facts(recording).video
+    except AfferentsError:  # which is said when it is extracted
+        return 0
+    return found.n_frames if found else 0
 
 
-def _require_fits(found: Facts, cut: Cut) -> None:
-    if found.video is not None:
-        cut_frames(np.zeros(found.video.n_frames), cut, None, found.name)
-    if found.vibration is not None:
-        n, rate_hz = found.vibration.n_samples, found.vibration.sample_rate_hz
-        cut_audio(n, rate_hz, cut, None, found.name)
+# Trainings.
 
 
-def lengthened(responses: xr.Dataset, recording: Recording) -> xr.Dataset:
-    """Return the responses to a clip of a recording, repeated to the recording's own length."""
-    if dims.TIME not in responses.dims:
-        return responses
-    n, rate_hz = n_frames(recording), recording.fps_hz or 1.0
-    seen = np.flatnonzero(responses[dims.DETECTED].values.any(axis=1))
-    repeated = responses.isel({dims.TIME: seen[np.arange(n) % len(seen)]})
-    return repeated.assign_coords({dims.TIME: np.arange(n) / rate_hz})
+def time_fold(
+    model: Model,
+    protocol: Protocol,
+    responses: Responses,
+    recipe: Recipe,
+    shares: tuple[int, int],
+    folds: int,
+) -> Work:
+    """Time a model on samples of one recording, as if of all; return its work.
 
-
-# How long tracking and all trainings take, from what was measured of each.
-
-
-@dataclass(frozen=True)
-class Work:
-    """The trainings of one model under one protocol.
-
-    Attributes
+    Parameters
     ----------
-    group
-        Models of one group are trained side by side; the groups one after the other.
-    fold_s
-        How long one fold takes in one process, s.
-    n_folds
-        That are to be trained, of all seeds.
-    epochs, n_train, learn_hz
-        Epochs of a fold (expected, where training stops early; None of what has none, or is
-        measured whole), samples of each, and how many are learnt from in a second.
-    encode_s
-        How long its samples take to be made, s.
+    shares
+        How many recordings there are, all taken to be like this one, and in how many groups.
+    folds
+        That are to be trained.
     """
-
-    model: Model
-    protocol: str
-    group: int
-    fold_s: float
-    n_folds: int
-    epochs: float | None
-    n_train: float
-    learn_hz: float
-    encode_s: float
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """What a reproduction costs: work in one process, and how it is spread over several.
-
-    Attributes
-    ----------
-    frames, frame_s, recordings
-        To be tracked: frames, what one takes in one process (s), and in how many recordings.
-    gpu
-        Whether trainings were measured on a GPU, which several processes share.
-    processes, cluster
-        How many will be at work, and whether they are a cluster's.
-    """
-
-    frames: float
-    frame_s: float
-    recordings: int
-    works: tuple[Work, ...] = ()
-    gpu: bool = False
-    processes: int = 1
-    cluster: bool = False
-
-    @property
-    def total_s(self) -> float:
-        """Return how long all takes where it will be done, s."""
-        where = self.cluster_s if self.cluster else self.here_s
-        return where(self.processes)
-
-    def describe(self) -> dict[str, Any]:
-        """Return it ready for JSON."""
-        return {
-            "total_s": self.total_s,
-            "processes": self.processes,
-            "cluster": self.cluster,
-            "tracking_s": self.tracking_s(self.processes),
-            "frames": self.frames,
-            "trainings": [
-                {
-                    "model": work.model.name,
-                    "protocol": work.protocol,
-                    "folds": work.n_folds,
-                    "fold_s": work.fold_s,
-                    "epochs": work.epochs,
-                    "samples": work.n_train,
-                }
-                for work in self.works
-            ],
-        }
-
-    @property
-    def n_folds(self) -> int:
-        """Return how many trainings there are."""
-        return sum(work.n_folds for work in self.works)
-
-    def tracking_s(self, processes: int) -> float:
-        """Return how long tracking takes in so many processes, s; each takes whole recordings."""
-        if not self.recordings:
-            return 0.0
-        each = self.frames * self.frame_s / self.recordings
-        return makespan([each] * self.recordings, processes)
-
-    def training_s(self, processes: int) -> float:
-        """Return how long the trainings take in so many processes, s, as `evaluate` orders them."""
-        at_once = 1 if self.gpu else processes
-        total = 0.0
-        for _, of_group in groupby(self.works, key=lambda work: work.group):
-            works = list(of_group)
-            total += works[0].encode_s + makespan(_folds(works), at_once)
-        return total
-
-    def here_s(self, processes: int) -> float:
-        """Return how long all takes in so many processes like this machine's, s."""
-        return self.tracking_s(processes) + self.training_s(processes)
-
-    def cluster_s(self, processes: int) -> float:
-        """Return how long all takes on a cluster, s: no training waits for those of other models.
-
-        Each worker reads and encodes what it needs.
-        """
-        encoding = sum(next(g).encode_s for _, g in groupby(self.works, key=lambda w: w.group))
-        return self.tracking_s(processes) + encoding + makespan(_folds(self.works), processes)
-
-
-def _folds(works: Iterable[Work]) -> list[float]:
-    return [work.fold_s for work in works for _ in range(work.n_folds)]
-
-
-def makespan(seconds: Sequence[float], processes: int) -> float:
-    """Return how long jobs take, s, if each process takes the next as soon as it is free."""
-    free = [0.0] * max(1, processes)
-    for one in seconds:
-        heapq.heapreplace(free, free[0] + one)
-    return max(free)
-
-
-# An estimate in sentences.
-
-CORES, NODES = 16, 20
-"""Beside this machine's own number of processes, what it would be on so many is said."""
-
-
-def in_words(estimate: Estimate) -> list[str]:
-    """Return what an estimate says."""
-    n, total = estimate.processes, duration(estimate.total_s)
-    if not estimate.recordings and not estimate.works:
-        return ["Nothing is left to be tracked or trained."]
-    where = f"on the cluster's {n} processes" if estimate.cluster else f"here, {_many(n)}"
-    return [
-        f"About {total} {where}: an estimate, from rates measured on a few frames and "
-        "batches in one process that had the machine to itself, times what there is.",
-        *_tracking(estimate),
-        *(_training(work) for work in estimate.works),
-        *_elsewhere(estimate),
-        *_doubts(estimate),
+    n_recordings, n_groups = shares
+    sources = sources_of(model, recipe.encodings)
+    samples = [encode(responses, source, recipe.options.cut) for source in sources]
+    lead = samples[0]
+    looped = issubclass(classifier_of(model.classifier), Network | MeanFusion)
+    each = IN_A_LOOP if looped else AT_ONCE
+    parts = [
+        Part(*_as_of_all(one, each), source.encoding)
+        for one, source in zip(samples, sources, strict=True)
     ]
+    configs = [recipe.options.training(name) for name in recipes_of(model, parts)]
+    short = [_in_one_epoch(config) for config in configs]
+    clock = time.perf_counter if on_gpu(recipe) else time.process_time
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)  # as each training has it
+    try:
+        for _ in range(2):  # the first one also compiles and allocates
+            begun = clock()
+            fit(model, parts, protocol, short, 0, 0, lambda *_: None)
+            seconds = clock() - begun
+    finally:
+        torch.set_num_threads(threads)
+    n_copies = parts[0].encoding.n_copies if model.stretched else 0
+    groups_left = n_groups - (1 if protocol.validation == "held-out-speed" else 2)
+    available = len(lead) * n_recordings * groups_left / n_groups
+    learnt = min(available, originals(n_copies, protocol, configs[0].training_samples) or np.inf)
+    epochs = expected_epochs(model, configs[0]) if looped else None
+    fold_s = seconds / len(parts[0].fold.train) * learnt * (epochs or 1)
+    copies = n_copies + protocol.keep_originals if n_copies else 1
+    return Work(model.name, protocol.name, folds, fold_s, epochs, learnt * copies)
 
 
-def _many(processes: int) -> str:
-    return f"in {processes} process{'es' if processes > 1 else ''} (--workers)"
+def on_gpu(recipe: Recipe) -> bool:
+    """Tell whether networks are trained on a GPU."""
+    return recipe.options.device != "cpu" and torch.cuda.is_available()
 
 
-def _tracking(estimate: Estimate) -> Iterator[str]:
-    if estimate.recordings and estimate.frame_s:
-        yield (
-            f"  tracking {estimate.frames:,.0f} frames of {estimate.recordings} recordings, "
-            f"{1 / estimate.frame_s:,.0f} a second in a process: "
-            f"{duration(estimate.tracking_s(estimate.processes))}"
-        )
+def _in_one_epoch(config: TrainingConfig) -> TrainingConfig:
+    every = {"training_samples": None, "validation_samples": None, "patience": None}
+    staged = {"image_epochs": min(1, config.image_epochs)}
+    return config.model_copy(update={"max_epochs": 1, **every, **staged})
 
 
-def _training(work: Work) -> str:
-    samples = f"{work.n_train:,.0f} samples"
-    if work.epochs is not None:
-        rate = "" if math.isinf(work.learn_hz) else f" at {work.learn_hz:,.0f} a second"
-        samples = f"{work.epochs:.0f} epochs of {samples}{rate}"
-    folds = "1 fold" if work.n_folds == 1 else f"each of {work.n_folds} folds"
-    return f"  {work.model.title}, {work.protocol}: {folds} {duration(work.fold_s)} ({samples})"
+def _as_of_all(samples: Samples, each: int) -> tuple[Samples, Fold]:
+    """Return samples, these again and again, as if of all textures and speeds, and a fold."""
+    n = each * TEXTURES * SPEEDS
+    number = np.arange(n) // each
+    speed = 1.0 + number // TEXTURES
+    labels: dict[str, NDArray[np.generic]] = {
+        dims.TEXTURE: (number % TEXTURES).astype(np.str_),
+        dims.SPEED: speed,
+        dims.RECORDING: number.astype(np.str_),
+    }
+    some = samples.isel({dims.SAMPLE: np.arange(n) % len(samples)}).assign_coords(
+        {name: (dims.SAMPLE, values) for name, values in labels.items()}
+    )
+    train, validation, test = map(np.flatnonzero, (speed > 2.0, speed == 2.0, speed == 1.0))
+    return some, Fold(1.0, 2.0, train, validation, test)
 
 
-def _elsewhere(estimate: Estimate) -> Iterator[str]:
-    if estimate.gpu:
-        yield "  Trainings were measured on the GPU, and taken one after the other on it."
-        return
-    others = [n for n in (CORES,) if n != estimate.processes]
-    more = [f"{duration(estimate.here_s(n))} with {n} such cores" for n in others]
-    more.append(f"{duration(estimate.cluster_s(NODES))} on a cluster of {NODES} such processes")
-    yield f"  The same work: {', '.join(more)}."
-    if (seconds := authors_gpu_s(estimate)) is not None:
-        yield (
-            f"  On one GPU such as the authors' (they name none; by the seconds in their logs) the "
-            f"trainings: {duration(seconds)}. Tracking gains nothing by a GPU. No GPU was measured."
-        )
+def expected_epochs(model: Model, config: TrainingConfig) -> float:
+    """Return how many epochs a fold is taken to need.
 
-
-def authors_gpu_s(estimate: Estimate) -> float | None:
-    """Return how long the trainings would take on the authors' GPU, s, by their logs.
-
-    None if there are others than the paper's networks, trained as they were.
+    Where training stops early nobody knows: as many as the authors' logs have in the mean, or for
+    other models all.
     """
-    costs = published_costs()
-    total = 0.0
-    for work in estimate.works:
-        if work.model.name not in costs or work.epochs is None:
-            return None
-        total += work.n_folds * work.epochs * work.n_train * costs[work.model.name].sample_s
-    return total or None
-
-
-def _doubts(estimate: Estimate) -> Iterator[str]:
-    if any(_stops_early(work) for work in estimate.works):
-        yield (
-            "  Where training stops early, as many epochs are taken as the authors' logs have in "
-            "the mean; yours may need fewer or more."
-        )
-    yield "  Not in it: checking and writing files, the report, and whatever else runs here."
-
-
-def _stops_early(work: Work) -> bool:
-    return work.epochs is not None and work.epochs != round(work.epochs)
-
-
-def duration(seconds: float) -> str:
-    """Return a time in words: ``0.4 s``, ``40 s``, ``12 min``, ``3 h 20 min``, ``2 days 4 h``."""
-    if seconds < 90:
-        return f"{seconds:.0f} s" if seconds >= 9.5 else f"{seconds:.1f} s"
-    minutes = round(seconds / 60)
-    if minutes < 90:
-        return f"{minutes} min"
-    hours, rest = divmod(minutes, 60)
-    if hours < 48:
-        return f"{hours} h {rest:02d} min"
-    days, hours = divmod(round(minutes / 60), 24)
-    return f"{days} days {hours} h"
+    logged = published_costs().get(model.name)
+    if config.image_epochs:
+        return float(config.image_epochs)
+    if config.patience is None or logged is None:
+        return float(config.max_epochs)
+    return min(config.max_epochs, max(config.patience + 1, logged.epochs))

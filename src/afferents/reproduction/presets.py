@@ -64,23 +64,23 @@ NEUTRAL = frozenset({"workers", "cluster", "device", "keep_going", "accept", "se
 """Options that leave the experiment as it is: where it is computed, and from which seeds."""
 
 
-def chosen(like: Like, given: Mapping[str, Any]) -> dict[str, Any]:
+def choose(like: Like, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return every choice: what is given by name, else what `like` says."""
     return {choice.name: given.get(choice.name) or choice.of(like) for choice in CHOICES}
 
 
 def choices_in_words(like: Like, given: Mapping[str, Any]) -> list[str]:
     """Return a line for each choice; published ones say what they stand for."""
-    values = chosen(like, given)
+    values = choose(like, given)
     return [
-        f"{one.flag} {written(values[one.name])}"
+        f"{one.flag} {format_choice(values[one.name])}"
         + (f": {one.meaning}" if values[one.name] == one.published else "")
         for one in CHOICES
         if values[one.name] is not None
     ]
 
 
-def written(value: Any) -> str:
+def format_choice(value: Any) -> str:
     """Return what a choice is as a shell has it: several models separated by commas."""
     if value is None:
         return "as recordings say"
@@ -90,7 +90,7 @@ def written(value: Any) -> str:
     )
 
 
-def otherwise(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) -> list[str]:
+def list_changes(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) -> list[str]:
     """Return what is asked for otherwise than `like` says, a sentence each.
 
     Parameters
@@ -101,7 +101,7 @@ def otherwise(like: Like, given: Mapping[str, Any], others: Sequence[str] = ()) 
         What else is asked for that changes what is computed.
     """
     changed = [
-        f"{one.flag} {written(given[one.name])} ({like}: {written(one.of(like))})"
+        f"{one.flag} {format_choice(given[one.name])} ({like}: {format_choice(one.of(like))})"
         for one in CHOICES
         if one.name in given and given[one.name] != one.of(like)
     ]

@@ -26,12 +26,19 @@ from afferents.extraction.options import Extraction
 from afferents.files import Place
 from afferents.markers.sensor import Sensor, load_sensor, sensor_in, sensors_of
 from afferents.models.card import Card
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.model import BEST, MODELS, models_in, names_in
 from afferents.progress import Progress
 from afferents.reporting.report import report
-from afferents.reproduction.folder import Places, require_same, write_begun
-from afferents.reproduction.presets import CHOICES, NEUTRAL, choices_in_words, chosen, otherwise
+from afferents.reproduction.presets import (
+    CHOICES,
+    NEUTRAL,
+    choices_in_words,
+    choose,
+    format_choice,
+    list_changes,
+)
+from afferents.reproduction.run_folder import RunFolder, RunState
 from afferents.rig.sensor_rig import rig_of
 from afferents.rig.simulate import simulate_session
 from afferents.rig.simulation import simulation_of
@@ -46,7 +53,7 @@ DEMO_STORE = Path("out/demo/session.zarr")
 
 
 def simulated(
-    places: Places,
+    run: RunFolder,
     size: Size,
     sensor: Sensor,
     seed: int,
@@ -54,7 +61,7 @@ def simulated(
     progress: Progress,
 ) -> Path:
     """Simulate the session of a reproduction that is given none; keep what is there of it."""
-    session = places.out / "session"
+    session = run.out / "session"
     simulation = simulation_of(session, size, seed=seed, rig=rig_of(sensor), sensor=sensor.name)
     return simulate_session(simulation, workers, progress)
 
@@ -78,7 +85,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
         progress.note(f"training {MODELS[name].title} on {store}")
         training = Training(data, MODELS[name], data[0].encodings)
         card: Card = train_model(training, folder / name, progress, force=True)
-        export_model(folder / name, path, force=True)
+        export(folder / name, path, force=True)
         for sentence in card.describe():
             progress.note(sentence)
     return exported
@@ -156,39 +163,44 @@ def reproduce(
     """
     from afferents.recordings.session import read_session
     from afferents.reporting.discrepancies import discrepancies
-    from afferents.reproduction.estimate import in_words, require_length
+    from afferents.reproduction.estimate import require_length
 
     given = {name: value for name, value in options.items() if value is not None}
-    choices = chosen(like, given)
+    choices = choose(like, given)
     everything = {**given, **choices}
     extracting = {name: v for name, v in everything.items() if name in EXTRACTING}
     evaluating = _evaluating(everything)
     _require_known(evaluating)
-    places = Places(Path(out))
-    differs = otherwise(like, given, _others(given))
+    run = RunFolder(Path(out))
+    differs = list_changes(like, given, _others(given))
     remaining = discrepancies().remaining() if like == "published" else []
-    require_same(places, like, choices)
+    run.require_same(like, choices)
     with Progress(quiet) as progress:
         for line in _said(like, given, differs, remaining):
             progress.note(line)
         if session is None:
             _require_simulated(choices["cut"], size, only_estimate)
         seed = evaluating.seeds[0]
-        root = Path(session) if session else _simulated(places, size, given, seed, progress)
+        root = Path(session) if session else _simulated(run, size, given, seed, progress)
         there = read_session(root, choices["fps_hz"])
         if not given.get("keep_going"):
             require_length(there, choices["cut"])
-        estimate = _estimated(there, places, extracting, evaluating)
-        for line in in_words(estimate):
-            progress.note(line)
+        estimate = _estimated(there, run, extracting, evaluating)
+        progress.note(estimate.sentence())
     if only_estimate:
         return estimate
     n = len(there.recordings)
-    write_begun(places, like, choices, differs, remaining, n, estimate.total_s)
-    extract(there.root, places.store, quiet=quiet, **extracting)
-    evaluate(places.store, places.results, quiet=quiet, **evaluating.chosen())
-    report(places.results, quiet=quiet, figures="paper" if like == "published" else "report")
-    return load_results(places.results)
+    said = {name: format_choice(value) for name, value in choices.items()}
+    run.write_state(
+        RunState(
+            like=like, choices=said, otherwise=tuple(differs), differs=tuple(remaining),
+            recordings=n, estimated_s=estimate.total_s,
+        )
+    )  # fmt: skip
+    extract(there.root, run.store, quiet=quiet, **extracting)
+    evaluate(run.store, run.results, quiet=quiet, **evaluating.chosen())
+    report(run.results, quiet=quiet, figures="paper" if like == "published" else "report")
+    return load_results(run.results)
 
 
 def _said(
@@ -202,7 +214,7 @@ def _said(
         yield "Asked for otherwise:"
         yield from (f"  {line}" for line in differs)
     if remaining:
-        yield f"Where this still differs from the authors' code ({len(remaining)} places):"
+        yield f"Where this still differs from the authors' code ({len(remaining)} run):"
         yield from (f"  {line}" for line in remaining)
         yield "All discrepancies of paper and code: afferents reproduce --discrepancies"
 
@@ -262,28 +274,27 @@ def _require_simulated(cut: Cut, size: Size, only_estimate: bool) -> None:
         )
 
 
-def _simulated(places: "Places", size: Size, given: Options, seed: int, progress: Progress) -> Path:
+def _simulated(run: RunFolder, size: Size, given: Options, seed: int, progress: Progress) -> Path:
     sensor = sensor_in(given.get("sensor", "tip_b"))
-    return simulated(places, size, sensor, seed, given.get("workers"), progress)
+    return simulated(run, size, sensor, seed, given.get("workers"), progress)
 
 
 def _estimated(
-    session: "Session", places: "Places", extracting: Options, options: EvaluationOptions
+    session: "Session", run: RunFolder, extracting: Options, options: EvaluationOptions
 ) -> "Estimate":
     """Return what is left to be done, and how long that takes."""
     from joblib import cpu_count
 
     from afferents.parallel import workers_at
-    from afferents.reproduction.measure import estimate_of
+    from afferents.reproduction.estimate import estimate
 
     encodings = Encodings().changed(**options.encoding)
-    recipe = Recipe(places.results, (), models_in(options.models), encodings, options)
+    recipe = Recipe(run.results, (), models_in(options.models), encodings, options)
     sensor = sensor_in(extracting["sensor"]) if extracting.get("sensor") else None
-    estimate = estimate_of(
-        session, sensors_of(session, sensor), extracting["method"], places.store, recipe,
-        options.protocols, list(options.seeds), options.held_out,
-        "best" in names_in(options.models),
+    found = estimate(
+        session, sensors_of(session, sensor), extracting["method"], run.store, recipe,
+        options.protocols, options.seeds, options.held_out, "best" in names_in(options.models),
     )  # fmt: skip
     cluster = options.cluster
     processes = workers_at(cluster) if cluster else options.workers or cpu_count()
-    return replace(estimate, processes=processes, cluster=cluster is not None)
+    return replace(found, processes=processes, cluster=cluster is not None)

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -27,7 +26,6 @@ from afferents.progress import Progress
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
-from afferents.rig.drums import height_map
 from afferents.rig.record import AUDIO, RECORDED, TRUTH, VIDEO, record
 from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
@@ -62,7 +60,8 @@ def simulate_session(
         recordings finished before stay.
     """
     _check(simulation)
-    _require_own_session(simulation)
+    if not (simulation.session / SESSION_FILE).is_file():
+        require_new_folder(simulation.session, "a new session")
     with writing_alone(simulation.session, "simulate") as token:
         _claim(simulation)
         remove_partials(simulation.session)
@@ -106,27 +105,20 @@ def _record_here(
 def _record_there(
     simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str, token: str
 ) -> Iterator[str]:
-    """Record runs on a cluster; write the files that workers send which don't see the session.
-
-    Maps of heights are large: workers read them where the user said they are.
-    """
+    """Record runs on a cluster; write the files that workers send which don't see the session."""
     first = simulation.names[0]
     output = Output(simulation.session.resolve(), token)
-    sent = replace(
-        simulation,
-        session=output.folder,
-        textures=(),
-        speeds_mm_s=(),
-        height_maps={},
-        maps_as_given={},
-    )
-    maps = {name: _Map.of(simulation, name) for name in simulation.height_maps}
+    sent = replace(simulation, session=output.folder, textures=(), speeds_mm_s=())
+    maps = simulation.height_maps
     jobs = (
         (
-            replace(sent, rig=simulation.rig_in(*run)),
+            replace(
+                sent,
+                rig=simulation.rig_in(*run),
+                height_maps={name: maps[name] for name in run[:1] if name in maps},
+            ),
             *run,
             run == first,
-            maps.get(run[0]),
             output,
         )
         for run in missing
@@ -167,12 +159,6 @@ def _check(simulation: Simulation) -> None:
         )
 
 
-def _require_own_session(simulation: Simulation) -> None:
-    """Refuse a folder that holds something else than a session begun here."""
-    if not (simulation.session / SESSION_FILE).is_file():
-        require_new_folder(simulation.session, "a new session")
-
-
 def _claim(simulation: Simulation) -> None:
     """Write session.json, or see that the one there is the same."""
     path = simulation.session / SESSION_FILE
@@ -183,7 +169,7 @@ def _claim(simulation: Simulation) -> None:
                 config.pop(name, None)
         require_same_config(simulation.session, "a session", earlier, now)
         return
-    _require_own_session(simulation)
+    require_new_folder(simulation.session, "a new session")
     write_json(path, simulation.config())
 
 
@@ -214,49 +200,15 @@ def _drum_of(texture: str, drum: Drum) -> Surface:
     return bumped_surface(float(texture), drum)
 
 
-@dataclass(frozen=True)
-class _Map:
-    """Where workers find a map of heights, as a user tells of it, and what tells it from others."""
-
-    text: str
-    digest: str
-
-    @classmethod
-    def of(cls, simulation: Simulation, name: str) -> "_Map":
-        """Return a map with the file's path as it is found wherever a worker was started."""
-        file, *sizes = simulation.maps_as_given[name].partition("=")[2].rsplit(",", 2)
-        text = ",".join([f"{name}={Path(file).resolve()}", *sizes])
-        return cls(text, _digest(simulation.height_maps[name]))
-
-
-def _digest(surface: Surface) -> str:
-    return sha256(surface.height_mm.tobytes()).hexdigest()
-
-
-@lru_cache(maxsize=1)
-def _surface_of(given: _Map, drum: Drum) -> Surface:
-    _, surface = height_map(given.text, drum)
-    if _digest(surface) != given.digest:
-        raise InputError(
-            f"{given.text}: expected the map that is where the command runs, found another on a "
-            "worker; let all workers see the same files at the same paths"
-        )
-    return surface
-
-
 def _record_far(
     simulation: Simulation,
     texture: str,
     speed_mm_s: float,
     reference: bool,
-    given: _Map | None,
     output: Output,
 ) -> tuple[tuple[str, float], dict[str, bytes]]:
     """Record a run on a worker; return which, and its files if the session isn't seen there."""
     run = (texture, speed_mm_s)
-    if given is not None:
-        maps = {texture: _surface_of(given, simulation.rig.drum)}
-        simulation = replace(simulation, height_maps=maps)
     if output.is_seen:
         _record_one(simulation, *run, reference)
         return run, {}

@@ -42,8 +42,6 @@ class Simulation:
         Name of the sensor whose pins the rig has.
     height_maps
         Surfaces of their own, by name.
-    maps_as_given
-        How the user told of each of these, by name; see `simulation_of`.
     """
 
     session: Path
@@ -54,7 +52,6 @@ class Simulation:
     rig: Rig = field(default_factory=Rig)
     sensor: str = RIGS_OWN
     height_maps: Mapping[str, Surface] = field(default_factory=dict)
-    maps_as_given: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> list[tuple[str, float]]:
@@ -144,8 +141,7 @@ def simulation_of(
         rig or Rig(), remount, seed if reprint is None else reprint, indentation_mm, nodules
     )
     rig = rig.with_nuisances(nuisance_strengths(nuisances))
-    read = {text: height_map(text, rig.drum) for text in height_maps}
-    maps = dict(read.values())
+    maps = dict(height_map(text, rig.drum) for text in height_maps)
     folders = dict.fromkeys(texture_name(texture.strip(), maps) for texture in [*textures, *maps])
     return Simulation(
         session,
@@ -156,7 +152,6 @@ def simulation_of(
         rig,
         sensor,
         maps,
-        {name: text for text, (name, _) in read.items()},
     )
 
 

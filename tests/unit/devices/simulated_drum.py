@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from afferents.devices.drives.line import framed, unframed
+from afferents.devices.drives.line import frame_line, unframe_line
 
 STEP_S = 0.002
 GONE_S = 60.0
@@ -171,7 +171,7 @@ class SimulatedDrum:
         """Take what came on the line; answer each line that is whole."""
         *lines, self._waiting = (self._waiting + data).split(b"\n")
         for line in lines:
-            text = unframed(line, self.checksum)
+            text = unframe_line(line, self.checksum)
             if text is not None:
                 self._heard(text)
 
@@ -181,7 +181,7 @@ class SimulatedDrum:
             self.drum.heard()
             answer = self.answer(text)
         if answer is not None and not self.silent:
-            self._write(self._worn(framed(answer, self.checksum)))
+            self._write(self._worn(frame_line(answer, self.checksum)))
 
     def _worn(self, data):
         """Return what is left of bytes on a bad line."""

@@ -6,7 +6,7 @@ from dialects import ODrive
 from simulated_drum import Drum, SimulatedDrum, until
 
 from afferents.devices import SerialDrive
-from afferents.devices.drives.line import framed, read_template, unframed
+from afferents.devices.drives.line import frame_line, read_template, unframe_line
 from afferents.devices.drives.serial_drive import SpeedFromPosition, SpeedLoop
 from afferents.errors import InputError
 
@@ -83,19 +83,19 @@ def test_speed_is_the_slope_of_the_positions():
 
 
 def test_checksums_are_those_of_odrive():
-    assert framed("f 0", "xor") == b"f 0*118\n"
-    assert unframed(b"f 0*118\r\n", "xor") == "f 0"
-    assert unframed(b"f 1*118\r\n", "xor") is None
-    assert unframed(b"f 0\n", "xor") is None
-    assert unframed(b"f 0\n", "none") == "f 0"
+    assert frame_line("f 0", "xor") == b"f 0*118\n"
+    assert unframe_line(b"f 0*118\r\n", "xor") == "f 0"
+    assert unframe_line(b"f 1*118\r\n", "xor") is None
+    assert unframe_line(b"f 0\n", "xor") is None
+    assert unframe_line(b"f 0\n", "none") == "f 0"
 
 
 def test_two_like_bytes_lost_are_found_by_a_crc_and_not_by_an_xor():
     sent, came = "state 36.4517 49.584 ok", "state 36.517 49.58 ok"
     for checksum, found in (("xor", came), ("crc16", None)):
-        end = framed(sent, checksum).partition(b"*")[2]
-        assert unframed(came.encode() + b"*" + end, checksum) == found
-    assert framed("123456789", "crc16") == b"123456789*12739\n"  # 0x31C3, its published check
+        end = frame_line(sent, checksum).partition(b"*")[2]
+        assert unframe_line(came.encode() + b"*" + end, checksum) == found
+    assert frame_line("123456789", "crc16") == b"123456789*12739\n"  # 0x31C3, its published check
 
 
 WHOLE = """

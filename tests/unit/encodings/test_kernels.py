@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.encodings.kernels import KernelEncoding, kernel_samples
+from afferents.encodings.kernels import KernelEncoding
 from afferents.encodings.samples import concatenate
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import Lines
@@ -36,7 +36,7 @@ def slide(seconds=3.0, tone_hz=31.0, loudness=1.0, hum=0.0, n_channels=1, name="
 
 def kernels(how=HOW, **changes):
     vibration = slide(**changes)
-    return kernel_samples(vibration, slice(0, len(vibration)), how)
+    return how.samples(vibration, slice(0, len(vibration)))
 
 
 def largest_difference(some, others):
@@ -47,8 +47,8 @@ def largest_difference(some, others):
 @compiles
 def test_a_window_gives_two_features_a_kernel_wherever_it_is_encoded():
     vibration = slide()
-    whole = kernel_samples(vibration, slice(0, 3000), HOW)
-    later = kernel_samples(vibration, slice(1000, 3000), HOW)
+    whole = HOW.samples(vibration, slice(0, 3000))
+    later = HOW.samples(vibration, slice(1000, 3000))
     assert whole.shape == (5, 80)
     np.testing.assert_allclose(whole["start_s"], np.arange(5) * 0.5, atol=1e-3)
     np.testing.assert_allclose(whole["stop_s"] - whole["start_s"], 1.0, atol=1e-3)
@@ -94,11 +94,11 @@ def test_silence_and_a_line_alone_are_encoded_too():
     masked = HOW.model_copy(update={"mask": Lines(hertz=(50.0,))})
     time = np.arange(3000) / RATE_HZ
     alone = slide().copy(data=np.zeros((3000, 1), np.float32))
-    silent = kernel_samples(alone, slice(0, 3000), masked)
+    silent = masked.samples(alone, slice(0, 3000))
     assert np.isfinite(silent.values).all()
     np.testing.assert_array_equal(silent.values, silent.values[[0] * len(silent)])
     alone.values[:, 0] = np.sin(2 * np.pi * 50 * time)
-    hum = kernel_samples(alone, slice(0, 3000), masked)
+    hum = masked.samples(alone, slice(0, 3000))
     assert np.isfinite(hum.values).all()
 
 

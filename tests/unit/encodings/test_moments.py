@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.encodings.moments import MomentEncoding
+from afferents.encodings.images import MomentEncoding
 from afferents.errors import InputError
 
 LABELS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0, "units": "px"}

@@ -6,7 +6,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.encodings.orders import OrderEncoding, order_samples
+from afferents.encodings.orders import OrderEncoding
 from afferents.encodings.spectra import Lines, bridge
 from afferents.errors import InputError
 
@@ -32,7 +32,7 @@ def slide(speed, seconds=4.0, apart_mm=(0.0,), hum_hz=None, rate=RATE_HZ):
 
 def orders(speed, how=HOW, **changes):
     vibration = slide(speed, **changes)
-    return order_samples(vibration, slice(0, len(vibration)), how)
+    return how.samples(vibration, slice(0, len(vibration)))
 
 
 def lines_of(samples):

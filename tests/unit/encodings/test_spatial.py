@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from afferents.encodings.base import tactile_images
 from afferents.encodings.images import spatial_samples, spatiotemporal_samples
-from afferents.encodings.tactile_image import tactile_images
 from afferents.errors import InputError
 
 ATTRS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0}

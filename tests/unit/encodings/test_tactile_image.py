@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.encodings.moments import MarkersEncoding
-from afferents.encodings.tactile_image import component_images, tactile_images
+from afferents.encodings.base import component_images, tactile_images
+from afferents.encodings.images import MarkersEncoding
 from afferents.errors import InputError
 from afferents.markers.places import covered, image_places, image_shape, images_of
 from afferents.markers.sensor import load_sensor

@@ -6,7 +6,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.encodings.wavenumbers import WavenumberEncoding, wavenumber_samples
+from afferents.encodings.wavenumbers import WavenumberEncoding
 from afferents.errors import InputError
 
 HOW = WavenumberEncoding(frames=20)
@@ -31,7 +31,7 @@ def response(step, wavenumber=0.25, size=1.0, n_frames=40, start=0.0):
 
 
 def waves(response, memory=1, how=HOW, frames=None):
-    return wavenumber_samples(response, frames or slice(0, response.sizes["time"]), memory, how)
+    return how.samples(response, frames or slice(0, response.sizes["time"]), memory)
 
 
 def test_a_wave_shows_at_its_wavenumber():

@@ -6,7 +6,7 @@ import pytest
 from afferents.evaluation.data import open_data
 from afferents.evaluation.options import TrainingOptions
 from afferents.evaluation.train import Training, train_model
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.model import MODELS
 from afferents.progress import Progress
 
@@ -22,7 +22,7 @@ def trained(store, name, folder):
     data = open_data([str(store)])
     training = Training(data, MODELS[name], data[0].encodings, TrainingOptions(preset="quick"))
     train_model(training, folder / name, QUIET)
-    export_model(folder / name, folder / f"{name}.onnx")
+    export(folder / name, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 
 

@@ -11,7 +11,7 @@ import torch
 import afferents
 from afferents import cli, dims
 from afferents.channels import CHANNELS, fill
-from afferents.encodings.tactile_image import component_images
+from afferents.encodings.base import component_images
 from afferents.evaluation.data import open_data
 from afferents.evaluation.encode import encode, response_of, sources_of
 from afferents.evaluation.options import TrainingOptions
@@ -20,7 +20,7 @@ from afferents.evaluation.train import Training, train_model
 from afferents.live import Network, Pace, ReplayedVideo
 from afferents.live.images import Images
 from afferents.markers.sensor import load_sensor
-from afferents.models.export import export_model
+from afferents.models.export import export
 from afferents.models.folder import load_model
 from afferents.models.model import MODELS, models_named
 from afferents.progress import Progress
@@ -67,7 +67,7 @@ def trained(store, model):
     data = open_data([str(store)])
     training = Training(data, model, data[0].encodings, TrainingOptions(preset="quick"))
     card = train_model(training, folder, Progress(quiet=True))
-    export_model(folder, folder.with_suffix(".onnx"))
+    export(folder, folder.with_suffix(".onnx"))
     return card
 
 

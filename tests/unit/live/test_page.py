@@ -18,9 +18,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketExce
 from websockets.sync.client import connect
 
 from afferents.models.card import CARD, WEIGHTS
-from afferents.models.export import export_model
+from afferents.models.classifiers import build
+from afferents.models.export import export
 from afferents.models.folder import Deployed, save_weights
-from afferents.models.table import build
 
 from .conftest import LIVE
 
@@ -341,7 +341,7 @@ def hundred(models, tmp_path_factory):
     deployed = Deployed(network, 100, card["scale"])
     deployed.limit = torch.tensor(1e9)
     save_weights(deployed, folder / WEIGHTS)
-    export_model(folder, folder / "m.onnx")
+    export(folder, folder / "m.onnx")
     return folder / "m.onnx"
 
 

@@ -21,9 +21,9 @@ from hypothesis import strategies as st
 import afferents
 from afferents import dims
 from afferents.channels import CHANNELS, fill, ra1_vector, sa1_vector
+from afferents.encodings.base import component_images, tactile_images
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import SpectralEncoding, spectral_samples
-from afferents.encodings.tactile_image import component_images, tactile_images
 from afferents.evaluation.encode import encode, sources_of
 from afferents.extraction.extract import responses_of
 from afferents.live import LivePipeline, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream

@@ -14,10 +14,10 @@ from afferents.errors import InputError
 from afferents.live import Network
 from afferents.models.calibrate import best_evidence
 from afferents.models.card import read_card
+from afferents.models.classifiers import build
 from afferents.models.confidence import fit_temperature
-from afferents.models.evidence import MEMORY_S, Evidence
+from afferents.models.evidence import MEMORY_S, EvidenceAccumulator
 from afferents.models.folder import Deployed, load_model
-from afferents.models.table import build
 
 
 def test_the_card_says_what_it_learnt_from(models):
@@ -209,7 +209,7 @@ def test_evidence_does_not_depend_on_how_often_it_is_looked_at(cut):
     """The same opinion, told in finer or coarser steps of time, adds up to the same."""
     opinion = np.array([0.5, 0.3, 0.2])
     step = 0.01
-    fine, coarse = Evidence(3, 2.0), Evidence(3, 2.0)
+    fine, coarse = EvidenceAccumulator(3, 2.0), EvidenceAccumulator(3, 2.0)
     for k in range(1, sum(cut) + 1):
         fine.add(k * step, opinion, step)
     at = 0
@@ -220,14 +220,14 @@ def test_evidence_does_not_depend_on_how_often_it_is_looked_at(cut):
 
 
 def test_evidence_fades_and_is_sure_in_time():
-    evidence = Evidence(2, 10.0)
+    evidence = EvidenceAccumulator(2, 10.0)
     for k in range(1, 11):
         evidence.add(k / 10, np.array([0.9, 0.1]), 0.1)
     assert evidence.sure_after_s == pytest.approx(0.2)
     leading = evidence.probabilities
     evidence.fade(1 + 3 * MEMORY_S)
     assert leading[0] > evidence.probabilities[0] > 0.5
-    in_steps = Evidence(2, 10.0)
+    in_steps = EvidenceAccumulator(2, 10.0)
     for k in range(1, 11):
         in_steps.add(k / 10, np.array([0.9, 0.1]), 0.1)
     for k in range(1, 91):

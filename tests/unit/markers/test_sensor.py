@@ -109,12 +109,10 @@ def test_the_size_of_images_is_for_layouts_without_rows_and_stands_only_where_it
 def test_layouts_of_the_package_keep_their_markers_names_and_places_in_an_image(name):
     sensor = load_sensor(name)
     turned = np.array(sensor.markers)[::-1] + np.array([3.0, -2.0])
-    rest = order_markers(AtRest(turned, turned[:0]), sensor, "windowed", None, "a test")
+    rest = order_markers(AtRest(turned), sensor, "windowed", None, "a test")
     assert rest.present.all()
     np.testing.assert_allclose(
         rest.position, np.array(sensor.markers) + np.array([3, -2]), atol=0.2
     )
     assert len(rest.grid.row) == sensor.n_markers
-    assert (
-        order_markers(AtRest(turned, turned[:0]), sensor, "published", None, "a test").grid is None
-    )
+    assert order_markers(AtRest(turned), sensor, "published", None, "a test").grid is None

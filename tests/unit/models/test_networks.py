@@ -6,9 +6,9 @@ from torch import nn
 
 from afferents.errors import InputError
 from afferents.models import networks
+from afferents.models.classifiers import build
 from afferents.models.layers import count_parameters, kernels_with_l2, l2_penalty
 from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
-from afferents.models.table import build
 
 NETWORKS = [
     ("spatial-net", (19, 19), SpatialNet, 261_709, 260_717),

@@ -2,9 +2,9 @@
 
 import pytest
 
+from afferents.models.classifiers import build
 from afferents.models.layers import count_parameters
 from afferents.models.shapes import layer_shapes, written_shape
-from afferents.models.table import build
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 import afferents
-from afferents.encodings.base import Known
+from afferents.encodings.base import SignalInfo
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.choice import encodings_for
 from afferents.evaluation.data import open_data
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts/simulated_taxels.py"
-PUBLISHED = Known(44100.0, 60.0, 60.0, 10.0, 100.0, 600.0, 1, True)
-TAXELS = Known(200.0, 7.0, 7.0, 10.0, 60.0, 70.0, 4, False)
+PUBLISHED = SignalInfo(44100.0, 60.0, 60.0, 10.0, 100.0, 600.0, 1, True)
+TAXELS = SignalInfo(200.0, 7.0, 7.0, 10.0, 60.0, 70.0, 4, False)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,9 @@ def test_the_published_session_keeps_the_defaults(name):
 def test_what_is_chosen_fits_the_shortest_recording(rate_hz, shortest_s, speeds, n_channels):
     n = int(shortest_s * rate_hz)
     shortest_s = n / rate_hz
-    known = Known(rate_hz, shortest_s, 60.0, *speeds, speeds[0] * shortest_s, n_channels, False)
+    known = SignalInfo(
+        rate_hz, shortest_s, 60.0, *speeds, speeds[0] * shortest_s, n_channels, False
+    )
     chosen = Encodings.suiting({}, "data", known)
     for name in ("spectral", "orders", "kernels"):
         chosen.of(name).require(n, rate_hz, "a recording")
@@ -72,7 +74,7 @@ def test_fabricslide_keeps_its_encodings(tmp_path):
     from afferents.recordings.described import PACKAGED
 
     form = data_set(tmp_path, PACKAGED["fabricslide"]).encodings
-    known = Known(1000 / 28, 4.5, 40.0, 10.0, 150.0, 400.0, 16, False)
+    known = SignalInfo(1000 / 28, 4.5, 40.0, 10.0, 150.0, 400.0, 16, False)
     assert (
         Encodings.suiting(form, "data", known).describe()
         == Encodings.suiting(form, "data").describe()

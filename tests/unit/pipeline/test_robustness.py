@@ -1,4 +1,4 @@
-"""The script that tests trained folds under many disturbances."""
+"""The script that tests trained folds under many corruptions."""
 
 import sys
 from pathlib import Path
@@ -23,7 +23,7 @@ def test_each_fold_is_tested_under_every_amount(stores, tmp_path, monkeypatch, c
     counts = pd.read_parquet(tmp_path / "robustness.parquet")
     samples = counts[counts["touch"] == "a sample"]
     asked = {("", "none"), ("markers", "0.001"), ("markers", "50"), ("frames", "0.1")}
-    assert {*zip(samples["disturbance"], samples["amount"], strict=True)} == asked
+    assert {*zip(samples["corruption"], samples["amount"], strict=True)} == asked
     share = samples.groupby("amount")[["right", "n"]].sum().pipe(lambda t: t["right"] / t["n"])
     assert share["0.001"] == pytest.approx(share["none"], abs=0.02)
     assert share["50"] < share["none"]

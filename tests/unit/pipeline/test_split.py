@@ -125,7 +125,7 @@ def test_the_held_out_trial_changes_nothing_of_what_is_learnt(evaluated, folder,
 
 def test_the_report_status_and_pictures_speak_of_trials(evaluated, run):
     page = afferents.report(evaluated.root, quiet=True).read_text()
-    assert "Telling textures apart at values of trial held out of training" in page
+    assert "Recognising textures at values of trial held out of training" in page
     assert "leave-one-trial-out evaluation" in page
     assert "--split trial" in page
     assert "speeds held out" not in page
@@ -283,7 +283,7 @@ def test_a_steady_part_is_taken_without_extracting_again(stores, run, tmp_path):
     assert rows["stop_s"].max() <= 2.001
     assert rows["held_out_speed_mm_s"].unique().tolist() == [30.0]
     page = afferents.report(out, quiet=True).read_text()
-    assert "<dt>Steady part</dt><dd>0.5:2 s" in page
+    assert "<dt>Steady part</dt><dd>0.5:2\u00a0s" in page
 
 
 def test_recordings_that_a_steady_part_does_not_fit_can_be_skipped(folder, tmp_path):

@@ -5,7 +5,7 @@ from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.job_status import at_work, plan
 from afferents.files import write_json
 from afferents.models import fitting
-from afferents.reproduction.folder import status
+from afferents.reproduction.run_folder import status
 
 SHORT, LONG = (
     [FoldKey.of(model, "nested", 1, speed) for speed in (10.0, 20.0)]

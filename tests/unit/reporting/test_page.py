@@ -8,12 +8,9 @@ import pytest
 
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Lost, Summary
-from afferents.evaluation.train import can_be_felt
-from afferents.models.model import MODELS
 from afferents.reporting.figures import FigureData, draw_pictures
 from afferents.reporting.page import facts, keep_units, redo_command, render_report
 from afferents.reporting.summary_text import (
-    ONLY_EVALUATED,
     beside_the_winner,
     headline,
     next_steps,
@@ -253,10 +250,6 @@ def test_of_markers_vibration_is_not_what_we_recommend(summary):
     assert first.command.endswith("--models best --out BEST")
     del summary["models"]["sa-se"]
     assert "not run here" not in texts(summary)
-
-
-def test_models_that_cannot_be_kept_are_those_that_train_refuses():
-    assert {name for name, one in MODELS.items() if not can_be_felt(one)} == ONLY_EVALUATED
 
 
 def test_a_model_that_cannot_be_kept_is_named_with_the_best_that_can(summary):

@@ -116,8 +116,8 @@ def test_accuracy_by_speed_sets_the_paper_beside_ours_where_speeds_agree(summary
     table = accuracy_by_speed(S(summary))
     assert heads_of(table)[2:] == ["10", "20", "120"]
     assert texts_of(table)[:3] == [
-        ["vib-TE", "nested protocol", "25.0", "50.0", "75.0"],
-        ["vib-TE", "published protocol", "25.0", "50.0", "75.0"],
+        ["vib-TE", "nested", "25.0", "50.0", "75.0"],
+        ["vib-TE", "published", "25.0", "50.0", "75.0"],
         ["vib-TE", "paper", "16.8", "41.2", "—"],
     ]
     assert table.iloc[0, 0] == pytest.approx(25)  # a number, for pages to shade
@@ -165,7 +165,7 @@ def test_leaks_are_named_and_added_over_the_models(summary):
     assert "1,234 of one trained on" in leak_sentences(S(summary))[0]
     del leaks["scale_saw_held_out_speed"]
     first, second = texts_of(leak_table(S(summary)))[:2]
-    assert first == ["vib-TE", "nested protocol", "1,234", "1,234", "0", "0", "7", "not counted"]
+    assert first == ["vib-TE", "nested", "1,234", "1,234", "0", "0", "7", "not counted"]
     assert second[-1] == "yes"
 
 
@@ -181,8 +181,8 @@ def test_reliability_is_said_in_percent(summary):
     summary["models"]["vib-te-aug"]["published"]["reliability"] = None
     table = reliability_table(S(summary))
     found = rows(table, 2)
-    assert found["vib-TE", "nested protocol"] == ["60.0", "55.0", "10.0"]
-    assert found["vib-TE augmented", "published protocol"] == ["—"] * 3
+    assert found["vib-TE", "nested"] == ["60.0", "55.0", "10.0"]
+    assert found["vib-TE augmented", "published"] == ["—"] * 3
     assert "3 bins" in caption(table)
 
 
@@ -208,8 +208,8 @@ def test_pairs_that_differ_in_one_thing_and_selection_are_shown(summary):
     summary["comparisons"] = [comparison(*pair) for pair in pairs]
     summary["selection_effect"] = {"vib-te": {"difference": 0.3, "ci95": [0.21, 0.4]}}
     assert rows(differences(S(summary)), 2) == {
-        ("vib-TE augmented over vib-TE", "nested protocol"): ["+5.0 [-2.0, +12.3]"],
-        ("fusion, late over vib-TE", "nested protocol"): ["+5.0 [-2.0, +12.3]"],
+        ("vib-TE augmented over vib-TE", "nested"): ["+5.0 [-2.0, +12.3]"],
+        ("fusion, late over vib-TE", "nested"): ["+5.0 [-2.0, +12.3]"],
         ("vib-TE: what selection on the held-out speed adds", "published over nested"): [
             "+30.0 [+21.0, +40.0]"
         ],
@@ -238,8 +238,8 @@ def test_runs_stand_side_by_side_by_name(summary):
     other["options"] = ["--train-speeds", "2"]
     table = runs_side_by_side({"all": S(summary), "two": S(other)})
     found = rows(table, 2)
-    assert found["vib-TE", "nested protocol"] == [INTERVAL, "75.0 [40.2, 60.3]"]
-    assert found["vib-TE augmented", "nested protocol"] == [INTERVAL, "—"]
+    assert found["vib-TE", "nested"] == [INTERVAL, "75.0 [40.2, 60.3]"]
+    assert found["vib-TE augmented", "nested"] == [INTERVAL, "—"]
     assert "two: 3 textures, 3 speeds, preset quick, --train-speeds 2" in caption(table)
     assert "| Model | Protocol | all | two |" in to_markdown(table)
 

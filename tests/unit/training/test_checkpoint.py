@@ -5,9 +5,9 @@ import copy
 import pytest
 import torch
 
+from afferents.models.classifiers import build
 from afferents.models.learning_set import LearningSet
 from afferents.models.loop import Checkpoint, train
-from afferents.models.table import build
 
 
 class StoppedHereError(Exception):

@@ -7,9 +7,9 @@ from torch import nn
 
 import afferents
 from afferents.errors import InputError
+from afferents.models.classifiers import build
 from afferents.models.config import DROPOUT_LAYERS, Hyperparameters, training_config
 from afferents.models.layers import l2_penalty, set_dropout
-from afferents.models.table import build
 
 SHAPES = {"spatial-net": (19, 19), "cnn-lstm": (10, 19, 19), "vibration-net": (1, 200)}
 

@@ -9,8 +9,8 @@ import pytest
 import torch
 
 from afferents.errors import InputError
+from afferents.models.classifiers import build
 from afferents.models.keras import load_keras_weights
-from afferents.models.table import build
 
 h5py = pytest.importorskip("h5py")
 

@@ -10,11 +10,11 @@ from torch import nn
 
 from afferents.errors import AfferentsError, InputError
 from afferents.models import hardware
+from afferents.models.classifiers import build
 from afferents.models.hardware import autocast, choose_device, has_bfloat16
 from afferents.models.layers import batch_norm_units, l2_penalty
 from afferents.models.learning_set import LearningSet, split
 from afferents.models.loop import Epoch, Learner, WarmUp, predict, train
-from afferents.models.table import build
 
 EPS = float(np.finfo(np.float32).eps)
 ROUNDING = 64 * EPS

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
+from afferents.models.classifiers import build
 from afferents.models.fitting import train_in_stages
 from afferents.models.learning_set import LearningSet
 from afferents.models.loop import predict
-from afferents.models.table import build
 
 
 def staged(make_problem, config, seed=0, epochs=20):

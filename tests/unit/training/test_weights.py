@@ -4,10 +4,10 @@ import pytest
 import torch
 
 from afferents.errors import InputError
+from afferents.models.classifiers import build
 from afferents.models.folder import load_weights, save_weights
 from afferents.models.learning_set import LearningSet
 from afferents.models.loop import predict, train
-from afferents.models.table import build
 
 
 def test_a_trained_network_survives_the_disk(tmp_path, make_problem, config):

@@ -31,7 +31,7 @@ CHECKSUMS: dict[str, Callable[[bytes], int]] = {
 it was, so that 36.4517 and 49.584 may come as 36.517 and 49.58; CRC-16/XMODEM tells them."""
 
 
-def framed(text: str, checksum: str) -> bytes:
+def frame_line(text: str, checksum: str) -> bytes:
     """Return a line as it is sent: with its checksum, if it has one, and its end."""
     data = text.encode("ascii")
     if checksum in CHECKSUMS:
@@ -39,7 +39,7 @@ def framed(text: str, checksum: str) -> bytes:
     return data + b"\n"
 
 
-def unframed(line: bytes, checksum: str) -> str | None:
+def unframe_line(line: bytes, checksum: str) -> str | None:
     """Return the text of a line that came; None if bytes of it were lost."""
     data = line.strip()
     if checksum in CHECKSUMS:
@@ -98,7 +98,7 @@ class Line:
             If the port is gone.
         """
         try:
-            self._serial.write(framed(text, self._checksum))
+            self._serial.write(frame_line(text, self._checksum))
         except self._broken as error:
             raise self._lost(reason_of(error).lower()) from error
 
@@ -130,7 +130,7 @@ class Line:
                 raise self._lost(reason_of(error).lower()) from error
             if not line.endswith(b"\n"):
                 continue
-            text = unframed(line, self._checksum)
+            text = unframe_line(line, self._checksum)
             found = None if text is None else pattern.search(text)
             if found is not None:
                 return found
@@ -260,7 +260,7 @@ class Template(BaseModel):
         return math.pi * diameter_mm / gear / a_turn[self.unit]
 
 
-def presets() -> list[str]:
+def list_presets() -> list[str]:
     """Return the names of the templates that come with the package."""
     return sorted(path.stem for path in PRESETS.glob("*.toml"))
 
@@ -274,10 +274,10 @@ def read_template(name: str) -> Template:
         If there is none, or it is wrong.
     """
     path = Path(name) if name.endswith(".toml") else PRESETS / f"{name}.toml"
-    if not name.endswith(".toml") and name not in presets():
+    if not name.endswith(".toml") and name not in list_presets():
         found = f"'{name}'"
         raise InputError(
-            f"template: expected a TOML file, or one of {', '.join(presets())}, found {found}"
+            f"template: expected a TOML file, or one of {', '.join(list_presets())}, found {found}"
         )
     what = "a drive's template"
     return as_form(read_toml(path, what), Template, path, what)

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from afferents.devices.base import DeviceError, Drive, DriveLimits, DriveState, Options
 from afferents.devices.drives.guard import Guard
-from afferents.devices.drives.line import ANSWER_S, Line, framed, read_template
+from afferents.devices.drives.line import ANSWER_S, Line, frame_line, read_template
 from afferents.errors import InputError
 
 WINDOW_S = 0.25
@@ -176,7 +176,7 @@ class SerialDrive(Drive):
         try:
             first = template.read[0]
             self._line.ask(first.send, first.reply, tries=1 + round(options.wait_s / ANSWER_S))
-            stop = b"".join(framed(line, template.checksum) for line in template.stop)
+            stop = b"".join(frame_line(line, template.checksum) for line in template.stop)
             self._guard = Guard(self._line.fd, stop)
             self._say(template.open)
             self._say(template.stop)

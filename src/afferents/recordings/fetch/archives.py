@@ -15,9 +15,9 @@ from afferents.errors import InputError, reason_of
 # ``sha256sum`` writes it, ``SHA-256  PATH``. Lines that begin with ``#`` are left out.
 
 UNKNOWN = "-"
-_SHA256 = r"[0-9a-fA-F]{64}"
-_OURS = re.compile(rf"(?P<path>.+?)\s+(?P<sha256>{_SHA256}|-)\s+(?P<bytes>\d+|-)")
-_THEIRS = re.compile(rf"(?P<sha256>{_SHA256})\s+\*?(?P<path>.+)")
+_SHA256 = r"(?P<sha256>[0-9a-fA-F]{64}"
+_OURS = re.compile(rf"(?P<path>.+?)\s+{_SHA256}|-)\s+(?P<bytes>\d+|-)")
+_THEIRS = re.compile(rf"{_SHA256})\s+\*?(?P<path>.+)")
 
 
 @dataclass(frozen=True)
@@ -63,21 +63,21 @@ def read_manifest(path: Path, url: str) -> list[RemoteFile]:
     found: dict[str, RemoteFile] = {}
     for number, line in enumerate(lines, start=1):
         if line.strip() and not line.startswith("#"):
-            one = _file(line.strip(), base, f"line {number} of {path}")
+            one = _read_line(line.strip(), base, f"line {number} of {path}")
             found[one.path] = one
     if not found:
         raise InputError(f"{path}: expected a list of files, found none in it")
     return list(found.values())
 
 
-def _file(line: str, base: str, where: str) -> RemoteFile:
-    said = _THEIRS.fullmatch(line) or _OURS.fullmatch(line)
-    if said is None:
+def _read_line(line: str, base: str, where: str) -> RemoteFile:
+    found = _THEIRS.fullmatch(line) or _OURS.fullmatch(line)
+    if found is None:
         raise InputError(
             f"{where}: expected PATH SHA-256 BYTES, or '-' for what is not known, found '{line}'"
         )
-    parts = said.groupdict()
-    path, sha256, n_bytes = parts["path"], parts["sha256"], parts.get("bytes") or UNKNOWN
+    parts = found.groupdict(UNKNOWN)
+    path, sha256, n_bytes = parts["path"], parts["sha256"], parts.get("bytes", UNKNOWN)
     return RemoteFile(
         path_within(path, where),
         urljoin(base, quote(path)),
@@ -95,13 +95,13 @@ def path_within(path: str, where: object) -> str:
         If it leads elsewhere, or has a name that begins with a dot.
     """
     parts = PurePosixPath(path).parts
-    bad = not parts or path.startswith("/") or "\\" in path or ":" in path or "\0" in path
+    bad = not parts or path.startswith("/") or any(letter in path for letter in "\\:\0")
     if bad or any(part.startswith(".") for part in parts):
         raise InputError(f"{where}: expected paths of files within the data set, found '{path}'")
     return "/".join(parts)
 
 
-def written(files: Iterable[RemoteFile]) -> str:
+def format_manifest(files: Iterable[RemoteFile]) -> str:
     """Return a list as `read_manifest` reads it."""
     return "".join(
         f"{one.path} {one.sha256 or UNKNOWN} {UNKNOWN if one.n_bytes is None else one.n_bytes}\n"
@@ -132,7 +132,7 @@ class Archive:
         What is asked: a DOI's address or a landing page, or, with a `manifest`, what the paths in
         that count from.
     key
-        Its name on the server; see `landing.files_on`.
+        Its name on the server; see `listing.list_files`.
     manifest
         The list of its files in this package; None where the landing page lists them.
     extent
@@ -176,3 +176,16 @@ _ROWS = (
     ),
 )
 ARCHIVES: Mapping[str, Archive] = MappingProxyType({one.name: one for one in _ROWS})
+
+
+def archive_named(name: str) -> Archive:
+    """Return a data set by its name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in ARCHIVES:
+        raise InputError(f"fetch: expected one of {', '.join(ARCHIVES)}, found '{name}'")
+    return ARCHIVES[name]

@@ -7,25 +7,28 @@ here, and the archive is removed once all of it is in place.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+
+from rich.filesize import decimal
 
 from afferents.errors import InputError
-from afferents.files import Place, checksum, remove, remove_partials
+from afferents.files import Place, checksum, naming, remove, remove_partials
 from afferents.outputs import writing_alone
 from afferents.progress import Mark, Progress
-from afferents.recordings.fetch.archives import ARCHIVES, Archive, RemoteFile, read_manifest
-from afferents.recordings.fetch.packed import is_packed
-from afferents.recordings.fetch.resuming import download, n_bytes_here
-from afferents.recordings.fetch.unpacking import (
-    CHECKSUMS,
-    note,
-    noted_in,
-    require_room,
-    size_in_words,
-    unpack_here,
+from afferents.recordings.fetch.archives import (
+    Archive,
+    RemoteFile,
+    archive_named,
+    format_manifest,
+    read_manifest,
 )
-from afferents.recordings.fetch.web import Listing, files_on, sizes_of, web
+from afferents.recordings.fetch.download import download, part_of, size_here
+from afferents.recordings.fetch.listing import Listing, ask_sizes, import_web, list_files
+from afferents.recordings.fetch.unpack import is_packed, require_room, unpack
+
+CHECKSUMS = "afferents-checksums.txt"
+"""In the folder: a line for each file that is here, as a manifest has it."""
 
 
 @dataclass(frozen=True)
@@ -95,11 +98,11 @@ class Plan:
         said = [
             f"{archive.title} ({archive.page}).",
             f"Licence: {licence}.",
-            f"{count_of(self.files)}, {size_of_all(self.files)}, listed by {self.page}"
+            f"{len(self.files)} file(s), {_in_words(self.files)}, listed by {self.page}"
             + (f": {archive.extent}." if archive.extent and not self.fetching.manifest else "."),
         ]
         if self.here:
-            said.append(f"{len(self.here)} are here; {size_of_all(missing)} to fetch.")
+            said.append(f"{len(self.here)} are here; {_in_words(missing)} to fetch.")
         if self.packed:
             stays = "stays there" if self.fetching.keep_archive else "is removed when all is whole"
             said.append(f"It is one archive, unpacked in {self.fetching.folder}, and {stays}.")
@@ -124,19 +127,6 @@ class Fetched:
     n_bytes: int
 
 
-def archive_named(name: str) -> Archive:
-    """Return a data set by its name.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
-    if name not in ARCHIVES:
-        raise InputError(f"fetch: expected one of {', '.join(ARCHIVES)}, found '{name}'")
-    return ARCHIVES[name]
-
-
 def plan_fetch(fetching: Fetching, progress: Progress) -> Plan:
     """Find out which files there are, and which of them are here; nothing is fetched.
 
@@ -145,80 +135,41 @@ def plan_fetch(fetching: Fetching, progress: Progress) -> Plan:
     InputError
         If nothing answers or lists them, or what is here is something else.
     """
-    web()
-    listing, folder = _listing(fetching), fetching.folder
-    noted = noted_in(folder, fetching.url or fetching.archive.url)
+    import_web()
+    listing, folder = _list(fetching), fetching.folder
+    noted = _read_noted(folder, fetching.url or fetching.archive.url)
     files = _unpacked_before(listing.files, noted, folder) or [
         _with_noted(file, noted.get(file.path), folder) for file in listing.files
     ]
-    sized = list(progress.track(sizes_of(files), "asking for sizes", len(files)))
+    sized = list(progress.track(ask_sizes(files), "asking for sizes", len(files)))
     here = frozenset(file.path for file in sized if (folder / file.path).exists())
     licence = listing.licence or fetching.archive.licence
     return Plan(fetching, tuple(sized), here, licence, listing.page)
 
 
-def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
-    """Check what is here, and fetch what is not.
-
-    Raises
-    ------
-    InputError
-        If a file that is here is another, the disk is too small, or a file can't be had whole and
-        right; what was fetched before stays, and the same command goes on from it.
-    """
-    folder, packed = plan.fetching.folder, plan.packed
-    _require_room(plan)
-    with writing_alone(folder, "fetch"):
-        remove_partials(folder)
-        got, kept = _bring(plan, progress)
-        if packed is not None:
-            archive = (got + kept)[0]
-            got, kept = unpack_here(folder / packed, folder, noted_in(folder, ""), progress)
-            note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
-            if not plan.fetching.keep_archive:
-                remove(folder / packed)
-    n_bytes = sum(file.n_bytes or 0 for file in got + kept)
-    return Fetched(folder, len(got), len(kept), n_bytes)
-
-
-def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
-    """Fetch what is not here, and check what is; return these, with sizes and checksums."""
-    folder = plan.fetching.folder
-    noted = noted_in(folder, plan.page)
-    got: list[RemoteFile] = []
-    kept: list[RemoteFile] = []
-    total = sum(file.n_bytes or 0 for file in plan.files)
-    done = 0
-    with progress.task("fetching", total or len(plan.files)) as mark, web().Session() as server:
-        for file in plan.files:
-            is_here = (folder / file.path).exists()
-            sha256 = _kept(file, folder) if is_here else _got(file, folder, server, mark, done)
-            n_bytes = (folder / file.path).stat().st_size
-            whole = replace(file, sha256=sha256, n_bytes=n_bytes)
-            (kept if is_here else got).append(whole)
-            done += n_bytes
-            mark(done, file.path)
-            if file.path not in noted and plan.packed is None:
-                note(folder, [whole])
-    return got, kept
-
-
-def _listing(fetching: Fetching) -> Listing:
+def _list(fetching: Fetching) -> Listing:
     """Return the files that there are, by a list or by the server."""
     archive = fetching.archive
     manifest = fetching.manifest or archive.manifest
     if manifest is None:
-        return files_on(fetching.url or archive.url, archive.key)
+        return list_files(fetching.url or archive.url, archive.key)
     if archive.manifest is None and fetching.url is None:
         expected = "--url as well, which says what the paths of the list count from"
         raise InputError(f"--manifest: expected {expected}, found none")
     files = read_manifest(manifest, fetching.url or archive.url)
-    where = str(manifest) if fetching.manifest else "this package"
-    return Listing(files, "", where)
+    return Listing(files, "", str(manifest) if fetching.manifest else "this package")
 
 
-def _packed(files: Sequence[RemoteFile]) -> str | None:
-    return files[0].path if len(files) == 1 and is_packed(files[0].path) else None
+def _read_noted(folder: Path, url: str) -> dict[str, RemoteFile]:
+    """Return what is noted of the files in a folder, by path; `url` is what paths count from."""
+    path = folder / CHECKSUMS
+    return {file.path: file for file in read_manifest(path, url)} if path.is_file() else {}
+
+
+def _note(folder: Path, files: Sequence[RemoteFile]) -> None:
+    """Note the checksums of files that are here."""
+    with naming(folder / CHECKSUMS), (folder / CHECKSUMS).open("a", encoding="utf-8") as out:
+        out.write(format_manifest(files))
 
 
 def _unpacked_before(
@@ -232,6 +183,10 @@ def _unpacked_before(
     return held if all((folder / file.path).exists() for file in held) else []
 
 
+def _packed(files: Sequence[RemoteFile]) -> str | None:
+    return files[0].path if len(files) == 1 and is_packed(files[0].path) else None
+
+
 def _with_noted(file: RemoteFile, noted: RemoteFile | None, folder: Path) -> RemoteFile:
     """Return a file with what was noted of it when it came, where its list doesn't say it.
 
@@ -243,47 +198,75 @@ def _with_noted(file: RemoteFile, noted: RemoteFile | None, folder: Path) -> Rem
     return replace(file, sha256=sha256, n_bytes=file.n_bytes or noted.n_bytes)
 
 
-def _kept(file: RemoteFile, folder: Path) -> str:
-    """Return the checksum of a file that is here, if it is the one that is listed."""
-    target = folder / file.path
-    sha256, n_bytes = checksum(target), target.stat().st_size
-    same_size = file.n_bytes is None or file.n_bytes == n_bytes
-    if file.sha256 not in (None, sha256) or not same_size:
-        found = f"another ({n_bytes} bytes, SHA-256 {sha256[:12]}...)"
-        raise InputError(
-            f"{target}: expected the file that is listed, found {found}; move it elsewhere"
-        )
-    return sha256
+def fetch_planned(plan: Plan, progress: Progress) -> Fetched:
+    """Check what is here, and fetch what is not.
 
-
-def _got(file: RemoteFile, folder: Path, server: Any, mark: Mark, before: int) -> str:
-    return download(file, folder, server, lambda n: mark(before + n, file.path))
-
-
-def _require_room(plan: Plan) -> None:
-    """Refuse a disk that is too small, before anything is fetched.
-
-    What an archive holds is taken to be as large as the archive: videos can't be packed smaller.
-    Once it is here, its own list of files is asked.
+    Raises
+    ------
+    InputError
+        If a file that is here is another, the disk is too small, or a file can't be had whole and
+        right; what was fetched before stays, and the same command goes on from it.
     """
+    folder, packed = plan.fetching.folder, plan.packed
+    # What an archive holds is as large as the archive: videos can't be packed smaller.
+    needed = sum((f.n_bytes or 0) - size_here(part_of(f, folder)) for f in plan.missing)
+    held = sum(file.n_bytes or 0 for file in plan.files) if packed else 0
+    require_room(folder, needed + held, ", the archive and what is in it" if packed else "")
+    with writing_alone(folder, "fetch"):
+        remove_partials(folder)
+        got, kept = _bring(plan, progress)
+        if packed is not None:
+            archive = (got + kept)[0]
+            got, kept = unpack(folder / packed, folder, _read_noted(folder, ""), progress)
+            _note(folder, [*got, *kept, archive])  # it comes last: noted is what was unpacked whole
+            if not plan.fetching.keep_archive:
+                remove(folder / packed)
+    n_bytes = sum(file.n_bytes or 0 for file in got + kept)
+    return Fetched(folder, len(got), len(kept), n_bytes)
+
+
+def _bring(plan: Plan, progress: Progress) -> tuple[list[RemoteFile], list[RemoteFile]]:
+    """Fetch what is not here, and check what is; return these, with sizes and checksums."""
     folder = plan.fetching.folder
-    needed = sum((file.n_bytes or 0) - n_bytes_here(file, folder) for file in plan.missing)
-    what = ""
-    if plan.packed:
-        needed += sum(file.n_bytes or 0 for file in plan.files)
-        what = ", the archive and what is in it"
-    require_room(folder, needed, what)
+    noted = _read_noted(folder, plan.page)
+    got: list[RemoteFile] = []
+    kept: list[RemoteFile] = []
+    total = sum(file.n_bytes or 0 for file in plan.files)
+    done = 0
+    with progress.task("fetching", total or len(plan.files)) as mark, import_web().Session() as web:
+        for file in plan.files:
+            if (folder / file.path).exists():
+                whole = _check(file, folder / file.path)
+                kept.append(whole)
+            else:
+                whole = download(file, folder, web, partial(_mark_more, mark, done, file.path))
+                got.append(whole)
+            done += whole.n_bytes or 0
+            mark(done, file.path)
+            if file.path not in noted and plan.packed is None:
+                _note(folder, [whole])
+    return got, kept
 
 
-def count_of(files: Sequence[RemoteFile]) -> str:
-    """Say how many files there are."""
-    return "1 file" if len(files) == 1 else f"{len(files)} files"
+def _mark_more(mark: Mark, before: int, text: str, n_bytes: int) -> None:
+    mark(before + n_bytes, text)
 
 
-def size_of_all(files: Sequence[RemoteFile]) -> str:
+def _check(file: RemoteFile, target: Path) -> RemoteFile:
+    """Return a file that is here with its checksum, if it is the one that is listed."""
+    sha256, n_bytes = checksum(target), target.stat().st_size
+    if file.sha256 not in (None, sha256) or file.n_bytes not in (None, n_bytes):
+        raise InputError(
+            f"{target}: expected the file that is listed, found another ({n_bytes} bytes, SHA-256 "
+            f"{sha256[:12]}...); move it elsewhere"
+        )
+    return replace(file, sha256=sha256, n_bytes=n_bytes)
+
+
+def _in_words(files: Sequence[RemoteFile]) -> str:
     """Say how large files are together, as far as it is known."""
     unknown = sum(file.n_bytes is None for file in files)
-    known = size_in_words(sum(file.n_bytes or 0 for file in files))
+    known = decimal(sum(file.n_bytes or 0 for file in files))
     if unknown == 0:
         return known
     return "of unknown size" if unknown == len(files) else f"at least {known}"
@@ -330,8 +313,6 @@ def fetch(
         If the server or its list is not what it should be, a file has another checksum, or there
         is no room.
     """
-    from pathlib import Path
-
     given = None if manifest is None else Path(manifest)
     fetching = Fetching(archive_named(name), Path(folder), url, given, keep_archive)
     with Progress(quiet) as progress:

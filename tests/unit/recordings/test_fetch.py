@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
+from afferents.recordings.fetch import download as downloading
 from afferents.recordings.fetch import fetch as fetching
-from afferents.recordings.fetch import resuming
-from afferents.recordings.fetch.archives import ARCHIVES, read_manifest, written
+from afferents.recordings.fetch.archives import ARCHIVES, format_manifest, read_manifest
 
 from .served_files import files_no_larger_than, go, here, serving
 
@@ -33,7 +33,7 @@ LICENCE = '<a rel="license" href="http://www.nationalarchives.gov.uk/doc/x">Non-
 
 @pytest.fixture
 def site(monkeypatch):
-    monkeypatch.setattr(resuming, "WAIT_S", 0.0)
+    monkeypatch.setattr(downloading, "WAIT_S", 0.0)
     with serving() as found:
         found.files = {BASE + name: content for name, content in FILES.items()}
         found.moved = {"/doi": f"/data/dataset/{KEY}"}
@@ -53,7 +53,7 @@ def test_from_a_doi_to_its_files(site, archive, tmp_path):
     assert found.n_bytes == sum(map(len, FILES.values()))
     said = " ".join(plan.describe())
     assert "Licence: Non-commercial." in said
-    assert f"5 files, 335 kB, listed by {site.url}/data/dataset/{KEY}." in said
+    assert f"5 file(s), 335.0 kB, listed by {site.url}/data/dataset/{KEY}." in said
     assert "not been tried against the real server" in said
     listed = read_manifest(tmp_path / "d" / fetching.CHECKSUMS, "http://x/")
     assert {f.path: f.sha256 for f in listed} == {
@@ -117,7 +117,7 @@ def test_a_broken_connection_is_gone_on_with(site, archive, tmp_path, validators
 
 
 def test_another_run_goes_on_from_what_is_there(site, archive, tmp_path):
-    site.breaks = {BASE + VIDEO: [PIECE, *[0] * resuming.TRIES]}
+    site.breaks = {BASE + VIDEO: [PIECE, *[0] * downloading.TRIES]}
     with pytest.raises(InputError, match=r"breaks after 65536 bytes; run the same command again"):
         go(archive, tmp_path)
     assert (tmp_path / f"{VIDEO}.part").stat().st_size == PIECE
@@ -128,7 +128,7 @@ def test_another_run_goes_on_from_what_is_there(site, archive, tmp_path):
 
 
 def test_a_file_that_changed_meanwhile_begins_anew(site, archive, tmp_path):
-    site.breaks = {BASE + VIDEO: [PIECE, *[0] * resuming.TRIES]}
+    site.breaks = {BASE + VIDEO: [PIECE, *[0] * downloading.TRIES]}
     with pytest.raises(InputError, match="breaks after"):
         go(archive, tmp_path)
     site.breaks.clear()
@@ -148,7 +148,7 @@ def test_where_nothing_can_be_gone_on_with_it_begins_anew(
 
 
 def test_a_part_that_is_whole_already(site, archive, tmp_path):
-    site.breaks = {BASE + VIDEO: [299_999, *[0] * resuming.TRIES]}
+    site.breaks = {BASE + VIDEO: [299_999, *[0] * downloading.TRIES]}
     with pytest.raises(InputError, match="breaks after"):
         go(archive, tmp_path)
     (tmp_path / f"{VIDEO}.part").write_bytes(FILES[VIDEO])
@@ -172,7 +172,9 @@ def test_a_wrong_checksum_leaves_nothing(site, archive, tmp_path):
 def test_a_disk_that_is_too_small_is_told_before_it_begins(site, archive, tmp_path, monkeypatch):
     usage = namedtuple("usage", "free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(300_000))
-    with pytest.raises(InputError, match=r"expected room for 335 kB, found 300 kB on that disk"):
+    with pytest.raises(
+        InputError, match=r"expected room for 335.0 kB, found 300.0 kB on that disk"
+    ):
         go(archive, tmp_path / "d")
     assert not any(site.bytes_sent(BASE + name) for name in FILES)
     assert not (tmp_path / "d").exists()
@@ -226,7 +228,7 @@ def test_the_list_of_fabricslide_is_whole():
     assert {f.path.split("/")[1] for f in files} == {"board", "fabric"}
     assert all(f.sha256 and f.n_bytes for f in files)
     assert files[0].url == archive.url + files[0].path
-    assert written(files) == "".join(
+    assert format_manifest(files) == "".join(
         line for line in archive.manifest.read_text().splitlines(True) if line[0] != "#"
     )
 

@@ -1,4 +1,4 @@
-"""Asking a server which files a page of a data set lists."""
+"""Which files a data set has: asked of its landing page, or of folders that a web server shows."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -9,18 +9,20 @@ from urllib.parse import unquote, urldefrag, urljoin, urlsplit
 from afferents.errors import InputError
 from afferents.plugins import import_extra
 from afferents.recordings.fetch.archives import RemoteFile, path_within
-from afferents.recordings.fetch.packed import archive_among, is_packed
+from afferents.recordings.fetch.unpack import ENDINGS, is_packed
 
 TIMEOUT_S = (10.0, 60.0)
 """To connect, and between two pieces of an answer."""
 ANY_WAY_ROUND = (
     "see whether a browser opens it; --url names another place, and --manifest a list of files"
 )
+MOST_PAGES = 1000
+"""So many pages of folders are read at most."""
 _PLAIN = {"Accept-Encoding": "identity", "User-Agent": "afferents (fetch)"}
-_ERRORS = 400
+_LICENCES = ("creativecommons.org/", "nationalarchives.gov.uk/", "opendatacommons.org/")
 
 
-def web() -> Any:
+def import_web() -> Any:
     """Return the library `requests`.
 
     Raises
@@ -31,42 +33,30 @@ def web() -> Any:
     return import_extra("fetch", "fetch", "requests", "pooch")
 
 
-def opened(session: Any, url: str, how: str = "get", **options: Any) -> Any:
-    """Ask for something; return the answer, after redirections.
+def ask(session: Any, url: str, how: str = "get", **options: Any) -> Any:
+    """Ask a server for something; return the answer, after redirections.
 
     Raises
     ------
     InputError
         If there is no answer, or one that says that there is no such thing.
     """
+    requests = import_web()
     headers = _PLAIN | options.pop("headers", {})
     try:
         answer = session.request(
             how, url, timeout=TIMEOUT_S, headers=headers, allow_redirects=True, **options
         )
-    except web().RequestException as error:
-        raise InputError(
-            f"{url}: expected an answer, found {_short(error)}; {ANY_WAY_ROUND}"
-        ) from error
-    if answer.status_code >= _ERRORS and answer.status_code != web().codes.range_not_satisfiable:
-        found = f"{answer.status_code} {answer.reason}".strip()
-        answer.close()
-        raise InputError(f"{url}: expected an answer, found {found}; {ANY_WAY_ROUND}")
+        if answer.status_code != requests.codes.range_not_satisfiable:
+            answer.raise_for_status()
+    except requests.HTTPError as error:
+        found = f"{error.response.status_code} {error.response.reason}".strip()
+        raise InputError(f"{url}: expected an answer, found {found}; {ANY_WAY_ROUND}") from error
+    except requests.RequestException as error:  # its own words are long
+        words = {"ConnectionError": "no connection", "SSLError": "a certificate that does not hold"}
+        found = words.get(type(error).__name__, type(error).__name__)
+        raise InputError(f"{url}: expected an answer, found {found}; {ANY_WAY_ROUND}") from error
     return answer
-
-
-def _short(error: Exception) -> str:
-    """Return the kind of what went wrong: the libraries' own words are long."""
-    words = {"ConnectionError": "no connection", "ConnectTimeout": "no answer in time"}
-    words |= {"ReadTimeout": "no answer in time", "SSLError": "a certificate that does not hold"}
-    return words.get(type(error).__name__, type(error).__name__)
-
-
-# The files that a page of a data set lists: folders as web servers show them, and their links.
-
-MOST_PAGES = 1000
-"""So many pages of folders are read at most."""
-_LICENCES = ("creativecommons.org/", "nationalarchives.gov.uk/", "opendatacommons.org/")
 
 
 class Listing(NamedTuple):
@@ -88,7 +78,7 @@ class Listing(NamedTuple):
 
 
 class _Links(HTMLParser):
-    """Collects links with their text, and says which of them name a licence."""
+    """Collects links, and the text of the first that names a licence."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -100,25 +90,19 @@ class _Links(HTMLParser):
         """Take a link's target."""
         given = dict(attrs)
         target = given.get("href")
-        if tag != "a" or not target:
-            return
-        self.links.append(target.strip())
-        is_licence = "license" in (given.get("rel") or "") or any(
-            name in target for name in _LICENCES
-        )
-        self._in_licence = is_licence and not self.licence
+        if tag == "a" and target:
+            self.links.append(target.strip())
+            named = "license" in (given.get("rel") or "") or any(one in target for one in _LICENCES)
+            self._in_licence = named and not self.licence
 
     def handle_data(self, data: str) -> None:
         """Take the text of a licence's link."""
         if self._in_licence and data.strip():
             self.licence = " ".join(data.split())
-
-    def handle_endtag(self, tag: str) -> None:
-        """End a link."""
-        self._in_licence = self._in_licence and tag != "a"
+            self._in_licence = False
 
 
-def files_on(url: str, name: str) -> Listing:
+def list_files(url: str, name: str) -> Listing:
     """Find the files of a data set on its landing page, or in a folder that a web server shows.
 
     Parameters
@@ -126,10 +110,10 @@ def files_on(url: str, name: str) -> Listing:
     url
         A DOI's address, the landing page that it leads to, the folder itself, or one archive.
     name
-        The data set's name on the server: files lie below ``.../datasets/NAME/``. Where the page
-        links to nothing there, that folder of the same server is asked; and what lies below `url`
-        itself counts too. Where none of these has files, but the page links to one archive of all
-        of it, as data.bris does below ``/datasets/tar/``, that archive is the one file.
+        The data set's name on the server: files lie below ``.../datasets/NAME/``, or below `url`
+        itself. Where the page links to none of them, but to one archive of all, as data.bris does
+        below ``/datasets/tar/``, that archive is the one file; else the folder of that name on the
+        same server is asked.
 
     Raises
     ------
@@ -138,42 +122,38 @@ def files_on(url: str, name: str) -> Listing:
     """
     if is_packed(urlsplit(url).path):
         return Listing([_named(url)], "", url)
-    with web().Session() as session:
-        page = opened(session, url)
+    with import_web().Session() as session:
+        page = ask(session, url)
         landing, found = page.url, _links_in(page)
-        files = _files_below(session, _folder_of(landing, found.links, name), found.links, landing)
-    return Listing(files or _one_archive(found.links, name, landing), found.licence, landing)
-
-
-def _files_below(session: Any, base: str, links: list[str], landing: str) -> list[RemoteFile]:
-    """Return the files that lie below a folder; none where a folder that no link names isn't."""
-    listed = {link for link in links if link.startswith(base)}
-    if not any(map(_is_file, listed)):
-        is_guess = not listed and any(map(is_packed, links))
-        if is_guess and not _answers(session, base):
-            return []
-        listed |= {base}
-    files = sorted(_below(session, base, listed))
-    paths = [(path_within(unquote(file.removeprefix(base)), landing), file) for file in files]
-    return [RemoteFile(path, file) for path, file in paths]
-
-
-def _answers(session: Any, url: str) -> bool:
-    try:
-        opened(session, url, "head").close()
-    except InputError:
-        return False
-    return True
-
-
-def _one_archive(links: list[str], name: str, landing: str) -> list[RemoteFile]:
-    archive = archive_among(links, name)
-    if archive is None:
-        n_others = sum(map(is_packed, links))
-        found = f"{n_others} archives of other names" if n_others else "none"
+        base = _folder_of(landing, found.links, name)
+        listed = {link for link in found.links if link.startswith(base)}
+        archive = _archive_among(found.links, name)
+        if not listed and archive:
+            return Listing([_named(archive)], found.licence, landing)
+        # A page may link to the folder, or to some of what is in it.
+        begin = listed if any(map(_is_file, listed)) else {*listed, base}
+        is_guess = not listed and any(map(is_packed, found.links))
+        files = [] if is_guess else sorted(_crawl(session, base, begin))
+    if not files:
+        n_others = sum(map(is_packed, found.links))
+        there = f"{n_others} archives of other names" if n_others else "none"
         expected = "links to the data set's files, or to one archive of them"
-        raise InputError(f"{landing}: expected {expected}, found {found}; {ANY_WAY_ROUND}")
-    return [_named(archive)]
+        raise InputError(f"{landing}: expected {expected}, found {there}; {ANY_WAY_ROUND}")
+    paths = [(path_within(unquote(file.removeprefix(base)), landing), file) for file in files]
+    return Listing([RemoteFile(*one) for one in paths], found.licence, landing)
+
+
+def _archive_among(links: list[str], name: str) -> str | None:
+    """Return the one link to an archive of a whole data set; one of its name before others."""
+    archives = [link for link in links if is_packed(link)]
+    archives = [link for link in archives if name in link] or archives
+    endings = {
+        link: next(end for end in ENDINGS if link.lower().endswith(end)) for link in archives
+    }
+    stems = {link[: -len(end)].rpartition("/")[2] for link, end in endings.items()}
+    if len(stems) != 1:
+        return None
+    return min(archives, key=lambda link: ENDINGS.index(endings[link]))
 
 
 def _named(url: str) -> RemoteFile:
@@ -193,10 +173,9 @@ def _folder_of(landing: str, links: list[str], name: str) -> str:
     return urljoin(landing, marker)
 
 
-def _below(session: Any, base: str, listed: set[str]) -> Iterator[str]:
+def _crawl(session: Any, base: str, listed: set[str]) -> Iterator[str]:
     """Yield the files that links lead to, below a folder, and in its folders."""
-    waiting, seen = sorted(listed), set(listed)
-    n_pages = 0
+    waiting, seen, n_pages = sorted(listed), set(listed), 0
     while waiting:
         link = waiting.pop()
         if _is_file(link):
@@ -207,7 +186,7 @@ def _below(session: Any, base: str, listed: set[str]) -> Iterator[str]:
             raise InputError(
                 f"{base}: expected at most {MOST_PAGES} folders, found more; {ANY_WAY_ROUND}"
             )
-        links = _links_in(opened(session, link)).links
+        links = _links_in(ask(session, link)).links
         new = {one for one in links if one.startswith(link) and one != link} - seen
         waiting += sorted(new)
         seen |= new
@@ -228,14 +207,12 @@ def _links_in(page: Any) -> _Links:
     return found
 
 
-def sizes_of(files: Iterable[RemoteFile]) -> Iterator[RemoteFile]:
+def ask_sizes(files: Iterable[RemoteFile]) -> Iterator[RemoteFile]:
     """Yield files with their sizes, as far as the server says them."""
-    with web().Session() as session:
+    with import_web().Session() as session:
         for file in files:
-            yield file if file.n_bytes is not None else _sized(session, file)
-
-
-def _sized(session: Any, file: RemoteFile) -> RemoteFile:
-    answer = opened(session, file.url, "head")
-    said = answer.headers.get("Content-Length", "")
-    return replace(file, n_bytes=int(said)) if said.isdigit() else file
+            if file.n_bytes is not None:
+                yield file
+                continue
+            length = ask(session, file.url, "head").headers.get("Content-Length", "")
+            yield replace(file, n_bytes=int(length)) if length.isdigit() else file

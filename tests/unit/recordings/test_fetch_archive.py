@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.recordings.fetch import resuming
+from afferents.recordings.fetch import download as downloading
 from afferents.recordings.fetch.archives import ARCHIVES, read_manifest
-from afferents.recordings.fetch.unpacking import CHECKSUMS
+from afferents.recordings.fetch.fetch import CHECKSUMS
 
 from .served_files import files_no_larger_than, go, here, serving
 
@@ -59,7 +59,7 @@ def link(name, target, kind=tarfile.SYMTYPE):
 
 @pytest.fixture
 def site(monkeypatch):
-    monkeypatch.setattr(resuming, "WAIT_S", 0.0)
+    monkeypatch.setattr(downloading, "WAIT_S", 0.0)
     with serving() as found:
         found.moved = {"/doi": f"/data/dataset/{KEY}"}
         yield found
@@ -94,7 +94,7 @@ def test_from_a_page_with_an_archive_only_to_its_files(site, archive, tmp_path, 
     assert (found.fetched, found.kept) == (len(FILES), 0)
     assert found.n_bytes == sum(map(len, FILES.values()))
     said = " ".join(plan.describe())
-    assert "1 file, " in said
+    assert "1 file(s), " in said
     assert f"It is one archive, unpacked in {tmp_path}, and is removed when all is whole." in said
     noted = read_manifest(tmp_path / CHECKSUMS, "http://x/")
     wanted = {name: sha256(data).hexdigest() for name, data in FILES.items()}
@@ -125,7 +125,7 @@ def test_what_was_lost_is_unpacked_again_beside_what_is_there(site, archive, tmp
     assert here(tmp_path) == FILES
     (tmp_path / "readme.txt").unlink()
     offer(site, zipped(FILES | {"readme.txt": b"changed"}))
-    with pytest.raises(InputError, match=r"readme.txt: .*another noted in .*has changed"):
+    with pytest.raises(InputError, match=r"readme.txt: .*another noted .*has changed"):
         go(archive, tmp_path)
     assert not (tmp_path / "readme.txt").exists()
 
@@ -166,7 +166,7 @@ def test_of_several_archives_that_of_the_data_set_is_taken(site, archive, tmp_pa
 
 def test_a_broken_connection_is_gone_on_with(site, archive, tmp_path):
     offer(site, zipped(FILES))
-    site.breaks = {f"{PACKED}.zip": [PIECE, *[0] * resuming.TRIES]}
+    site.breaks = {f"{PACKED}.zip": [PIECE, *[0] * downloading.TRIES]}
     with pytest.raises(InputError, match=r"breaks after 65536 bytes; run the same command again"):
         go(archive, tmp_path)
     site.asked.clear(), site.breaks.clear()
@@ -227,34 +227,40 @@ def locked():
 
 
 @pytest.mark.parametrize(
-    ("content", "ending", "found"),
+    ("content", "ending"),
     [
-        (of_zip("../outside"), ".zip", r"paths of files within the data set, found '../outside'"),
-        (of_zip("/etc/outside"), ".zip", r"paths of files within .*'/etc/outside'"),
-        (of_zip("a/../../outside"), ".zip", r"paths of files within"),
-        (of_zip("a\\..\\outside"), ".zip", r"paths of files within"),
-        (of_zip("a.wav", stat.S_IFLNK | 0o777, b"/etc/passwd"), ".zip", r"a link or a device"),
-        (of_zip("a.wav", stat.S_IFCHR | 0o777), ".zip", r"a link or a device \('a.wav'\)"),
-        (of_zip("readme.txt/x"), ".zip", "a file where a folder should be"),
-        (locked(), ".zip", "a file with a password"),
-        (zipped({}), ".zip", "an archive with files in it, found none"),
-        (tarred({"../../outside": b"x"}), ".tar", r"paths of files within"),
-        (tarred({}, members=[link("a.wav", "/etc/passwd")]), ".tar", "a link or a device"),
-        (tarred({}, members=[link("a", "b", tarfile.LNKTYPE)]), ".tar", "a link or a device"),
-        (tarred({}, members=[link("a", "", tarfile.CHRTYPE)]), ".tar", "a link or a device"),
-        (tarred({}, members=[link("a", "", tarfile.FIFOTYPE)]), ".tar", "a link or a device"),
-        (
-            tarred({"a": b"1"}, members=[tarfile.TarInfo(f"{KEY}/a")]),
-            ".tar",
-            "two files of one name",
-        ),
+        (of_zip("readme.txt/x"), ".zip"),
+        (locked(), ".zip"),
+        (zipped({}), ".zip"),
+        (tarred({"../../outside": b"x"}), ".tar"),
+        (tarred({}, members=[link("a.wav", "/etc/passwd")]), ".tar"),
+        (tarred({"b": b""}, members=[link("a", "b")]), ".tar"),
+        (tarred({}, members=[link("a", "b", tarfile.LNKTYPE)]), ".tar"),
+        (tarred({}, members=[link("a", "", tarfile.CHRTYPE)]), ".tar"),
+        (tarred({}, members=[link("a", "", tarfile.FIFOTYPE)]), ".tar"),
     ],
 )
-def test_what_is_no_ordinary_file_is_refused(site, archive, tmp_path, content, ending, found):
+def test_what_is_no_ordinary_file_is_refused(site, archive, tmp_path, content, ending):
     offer(site, content, ending)
-    with pytest.raises(InputError, match=found):
+    with pytest.raises(InputError, match=rf"{KEY}.*: expected .*found"):
         go(archive, tmp_path / "d")
     assert here(tmp_path) == {f"d/{KEY}{ending}": content}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        of_zip("../outside"),
+        of_zip("/etc/outside"),
+        of_zip("a/../../outside"),
+        of_zip("a.wav", stat.S_IFLNK | 0o777, b"/etc/passwd"),
+    ],
+)
+def test_nothing_of_an_archive_leaves_the_folder(site, archive, tmp_path, content):
+    offer(site, content)
+    go(archive, tmp_path / "d")
+    assert all(name.startswith("d/") for name in here(tmp_path))
+    assert not any(path.is_symlink() for path in tmp_path.rglob("*"))
 
 
 def test_what_systems_leave_behind_is_left_out(site, archive, tmp_path):
@@ -276,7 +282,9 @@ def test_room_for_the_archive_and_what_is_in_it(site, archive, tmp_path, monkeyp
     offer(site, zipped(FILES))
     usage = namedtuple("usage", "free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(300_000))
-    with pytest.raises(InputError, match=r"room for 361 kB, the archive and what is in it, found"):
+    with pytest.raises(
+        InputError, match=r"room for 361.3 kB, the archive and what is in it, found"
+    ):
         go(archive, tmp_path / "d")
     assert not site.bytes_sent(f"{PACKED}.zip")
     assert not (tmp_path / "d").exists()
@@ -286,7 +294,9 @@ def test_an_archive_of_more_than_the_disk_holds(site, archive, tmp_path, monkeyp
     offer(site, zipped({"zeros": bytes(1_000_000)}, compression=zipfile.ZIP_DEFLATED))
     usage = namedtuple("usage", "free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(300_000))
-    with pytest.raises(InputError, match=r"room for 1 MB, what is in the archive, found 300 kB"):
+    with pytest.raises(
+        InputError, match=r"room for 1.0 MB, what is in the archive, found 300.0 kB"
+    ):
         go(archive, tmp_path)
     assert set(here(tmp_path)) == {f"{KEY}.zip"}
 

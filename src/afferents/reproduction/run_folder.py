@@ -2,13 +2,15 @@
 
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import Field
+
 from afferents.choices import Like
-from afferents.documents import read_checked
+from afferents.documents import as_form, read_json
 from afferents.evaluation.fold_files import PLAN
 from afferents.evaluation.job_status import (
     JobStatus,
@@ -20,19 +22,19 @@ from afferents.evaluation.job_status import (
 from afferents.evaluation.schemas import Schema
 from afferents.files import require_same_config, write_json
 from afferents.outputs import is_locked
-from afferents.reproduction.presets import written
+from afferents.reproduction.presets import format_choice
 from afferents.store.zarr_store import recordings_there
 
 REPORT = "report.html"
 """In the results."""
-BEGUN = "reproduction.json"
+STATE_FILE = "reproduction.json"
 """In its folder: what was chosen, and how long it was taken to need."""
 _WHAT, _AGAIN = "what a reproduction began with", "choose another folder"
 _FREE = frozenset({"protocol", "models"})
 """Choices that one folder may hold several of: trainings are added."""
 
 
-class Begun(Schema):
+class RunState(Schema):
     """`reproduction.json`: what a folder's reproduction began with."""
 
     like: Like
@@ -41,11 +43,11 @@ class Begun(Schema):
     differs: tuple[str, ...]
     recordings: int
     estimated_s: float | None
-    since: float
+    since: float = Field(default_factory=time.time)
 
 
 @dataclass(frozen=True)
-class Places:
+class RunFolder:
     """Where a reproduction puts what.
 
     Attributes
@@ -67,59 +69,40 @@ class Places:
         return self.out / "results"
 
     @property
-    def begun(self) -> Path:
+    def state_file(self) -> Path:
         """What it began with."""
-        return self.out / BEGUN
+        return self.out / STATE_FILE
 
+    def write_state(self, state: RunState) -> None:
+        """Write down what it begins with, for `status` and for whoever reads it later."""
+        write_json(self.state_file, state.model_dump())
 
-def require_same(places: Places, like: Like, choices: Mapping[str, Any]) -> None:
-    """Refuse to go on with a reproduction of other choices.
+    def read_state(self) -> RunState:
+        """Return what it began with.
 
-    Raises
-    ------
-    InputError
-        Naming the first that differs.
-    """
-    if places.begun.is_file():
-        found = read_begun(places)
-        earlier, wanted = (
-            {"like": of, **{n: written(v) for n, v in its.items() if n not in _FREE}}
-            for of, its in ((found.like, found.choices), (like, choices))
-        )
-        require_same_config(places.out, "a reproduction", earlier, wanted)
+        Raises
+        ------
+        InputError
+            If the file is damaged.
+        """
+        content = read_json(self.state_file, _WHAT, _AGAIN)
+        return as_form(content, RunState, self.state_file, _WHAT, _AGAIN)
 
+    def require_same(self, like: Like, choices: Mapping[str, Any]) -> None:
+        """Refuse to go on with a reproduction of other choices.
 
-def write_begun(
-    places: Places,
-    like: Like,
-    choices: Mapping[str, Any],
-    otherwise: Sequence[str],
-    differs: Sequence[str],
-    n_recordings: int,
-    estimated_s: float | None,
-) -> None:
-    """Write down what a reproduction begins with, for `status` and for whoever reads it later."""
-    content = {
-        "like": like,
-        "choices": {name: written(value) for name, value in choices.items()},
-        "otherwise": list(otherwise),
-        "differs": list(differs),
-        "recordings": n_recordings,
-        "estimated_s": estimated_s,
-        "since": time.time(),
-    }
-    write_json(places.begun, content)
-
-
-def read_begun(places: Places) -> Begun:
-    """Return what a reproduction began with.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged.
-    """
-    return Begun.model_validate(read_checked(places.begun, Begun, _WHAT, _AGAIN))
+        Raises
+        ------
+        InputError
+            Naming the first that differs.
+        """
+        if self.state_file.is_file():
+            found = self.read_state()
+            earlier, wanted = (
+                {"like": of, **{n: format_choice(v) for n, v in its.items() if n not in _FREE}}
+                for of, its in ((found.like, found.choices), (like, choices))
+            )
+            require_same_config(self.out, "a reproduction", earlier, wanted)
 
 
 # What an evaluation, or a reproduction, has done so far, in words and as a table.
@@ -144,31 +127,31 @@ def status(folder: Path) -> Status:
     InputError
         If none was begun there.
     """
-    places = Places(folder)
-    return _of_reproduction(places) if places.begun.is_file() else _of_results(folder)
+    run = RunFolder(folder)
+    return _of_reproduction(run) if run.state_file.is_file() else _of_results(folder)
 
 
-def _of_reproduction(places: Places) -> Status:
+def _of_reproduction(run: RunFolder) -> Status:
     """Return how far extraction, trainings and report are."""
-    begun = read_begun(places)
-    there = recordings_there(places.store)
-    begins = f"{there} of {begun.recordings} recordings are extracted"
-    said = [f"{begins}{', and more are being' if is_locked(places.store) else ''}."]
-    trained = _of_results(places.results) if (places.results / PLAN).is_file() else None
+    state = run.read_state()
+    there = recordings_there(run.store)
+    begins = f"{there} of {state.recordings} recordings are extracted"
+    said = [f"{begins}{', and more are being' if is_locked(run.store) else ''}."]
+    trained = _of_results(run.results) if (run.results / PLAN).is_file() else None
     said += trained.sentences if trained else ["No training has begun."]
-    page = places.results / REPORT
+    page = run.results / REPORT
     if page.is_file():
         said.append(f"Report: {page}")
-    elif begun.estimated_s is not None:
-        end = _clock(begun.since + begun.estimated_s)
-        took = _duration(begun.estimated_s)
+    elif state.estimated_s is not None:
+        end = _clock(state.since + state.estimated_s)
+        took = duration(state.estimated_s)
         said.append(f"Estimated before it began: {took}, until {end} if nothing stopped it.")
     facts = {
-        "like": begun.like,
-        "recordings": begun.recordings,
+        "like": state.like,
+        "recordings": state.recordings,
         "extracted": there,
         "report": str(page) if page.is_file() else None,
-        "estimated_s": begun.estimated_s,
+        "estimated_s": state.estimated_s,
         "trainings": trained.facts if trained else None,
     }
     return Status(trained.rows if trained else [], said, facts)
@@ -200,7 +183,7 @@ def _sentences(
     found: list[JobStatus], counts: Counter[State], left: float | None, cluster: str | None
 ) -> list[str]:
     said = [f"{counts['done']} of {len(found)} trainings are done."]
-    said += [f"Running: {s.key}, for {_duration(s.seconds or 0)}." for s in found
+    said += [f"Running: {s.key}, for {duration(s.seconds or 0)}." for s in found
              if s.state == "running"]  # fmt: skip
     said += [f"Failed: {s.key}: {s.why}" for s in found if s.state == "failed"]
     if counts["stopped"]:
@@ -213,7 +196,7 @@ def _sentences(
         return [*said, "Nothing is running; the same command goes on where it stopped."]
     if left is not None:
         end = _clock(time.time() + left)
-        said.append(f"Expected end: {end}, in {_duration(left)}{_unless(found)}.")
+        said.append(f"Expected end: {end}, in {duration(left)}{_unless(found)}.")
     return said
 
 
@@ -230,8 +213,9 @@ def _unless(found: list[JobStatus]) -> str:
     return f", taking {', '.join(unknown)} (none ended yet) to be like the others"
 
 
-def _duration(seconds: float) -> str:
-    minutes = round(seconds / 60)
+def duration(seconds: float) -> str:
+    """Return a time in words: ``0.4 s``, ``40 s``, ``12 min``, ``3 h 20 min``, ``52 h 00 min``."""
     if seconds < 90:
-        return f"{seconds:.0f} s"
+        return f"{seconds:.0f} s" if seconds >= 9.5 else f"{seconds:.1f} s"
+    minutes = round(seconds / 60)
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"

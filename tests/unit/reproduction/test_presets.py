@@ -5,7 +5,7 @@ from typing import get_args
 from afferents import choices
 from afferents.choices import Cut
 from afferents.folds.protocol import PROTOCOLS
-from afferents.reproduction.presets import CHOICES, chosen, otherwise
+from afferents.reproduction.presets import CHOICES, choose, list_changes
 
 MAY_BE = {
     "method": get_args(choices.Method),
@@ -28,12 +28,12 @@ def test_every_choice_is_a_value_that_its_option_takes():
 
 def test_what_is_given_overrules_and_is_named():
     given = {"cut": "all", "preset": "paper", "workers": 3}
-    assert chosen("published", given) == {
+    assert choose("published", given) == {
         "method": "published", "rest": "own", "fps_hz": 90.0, "cut": "all", "protocol": "published",
         "models": "all", "preset": "paper", "statistics": "keras", "precision": "float32",
     }  # fmt: skip
-    assert otherwise("published", given) == ["--cut all (published: published)"]
-    assert otherwise("recommended", given, ["--held-out 50"]) == [
+    assert list_changes("published", given) == ["--cut all (published: published)"]
+    assert list_changes("recommended", given, ["--held-out 50"]) == [
         "--preset paper (recommended: fast)",
         "--held-out 50",
     ]

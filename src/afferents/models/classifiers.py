@@ -1,7 +1,6 @@
-"""Classifiers of a user's own: scikit-learn estimators, and functions that make torch modules."""
+"""The classifiers by name, and a user's own: scikit-learn estimators, and torch modules."""
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -9,8 +8,17 @@ import torch
 from torch import Tensor, nn
 
 from afferents.errors import AfferentsError, InputError, raised
-from afferents.models.base import Classifier, FitData, Network, Solved, Task
-from afferents.plugins import imported, reference_of
+from afferents.models.base import Classifier, FitData, Network, Solved, Task, build_for
+from afferents.models.networks import CnnLstm, SpatialNet, ThreeStems, VibrationNet
+from afferents.models.orders import OrderSearch
+from afferents.models.solved import (
+    Discriminant,
+    JointFusion,
+    LateFusion,
+    MeanFusion,
+    Ridge,
+    SearchedRidge,
+)
 
 _TRIAL = 2
 """Samples that a module of somebody's is tried with before it is trained."""
@@ -19,8 +27,71 @@ _LEAST = 1e-12
 _TOLERANCE = 1e-3
 """How far a row of probabilities may be from a sum of 1."""
 
+CLASSIFIERS: dict[str, type[Classifier]] = {
+    kind.name: kind
+    for kind in (
+        SpatialNet, CnnLstm, VibrationNet, Ridge, SearchedRidge, OrderSearch, LateFusion,
+        JointFusion, Discriminant, MeanFusion, ThreeStems,
+    )
+}  # fmt: skip
+"""The paper's three networks, then ours."""
 
-def own_classifier(wanted: Any) -> type[Classifier]:
+
+def classifier_of(wanted: Any) -> type[Classifier]:
+    """Return the classifier of that name, or one that wraps what is given.
+
+    Parameters
+    ----------
+    wanted
+        A name; a `Classifier`; a scikit-learn estimator with `predict_proba`; or a function from
+        the number of textures and the shape of a sample to a torch module.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    if isinstance(wanted, type) and issubclass(wanted, Classifier):
+        return wanted
+    if isinstance(wanted, str):
+        if wanted not in CLASSIFIERS:
+            known = f"one of {', '.join(CLASSIFIERS)}, or an object"
+            raise InputError(f"classifier: expected {known}, found '{wanted}'")
+        return CLASSIFIERS[wanted]
+    return _wrapped(wanted)
+
+
+def build(
+    classifier: Any, n_classes: int, sample_shape: tuple[int, ...], seed: int = 0
+) -> Classifier:
+    """Return a classifier for samples of a shape, nothing learnt yet.
+
+    Parameters
+    ----------
+    classifier
+        See `classifier_of`.
+    n_classes
+        Number of textures, at least 2.
+    sample_shape
+        Of one sample: (row, column), (frame, row, column), (channel, frequency), whatever it takes.
+    seed
+        Of the first weights; the caller's random state is left as it was.
+
+    Raises
+    ------
+    InputError
+        If the samples have another number of dims or are too small, or there is nothing to tell
+        apart.
+    """
+    kind = classifier_of(classifier)
+    dims = kind.takes or tuple(f"dim_{i}" for i in range(len(sample_shape)))
+    return build_for(kind, Task(n_classes, sample_shape, dims, seed=seed))
+
+
+# Classifiers of a user's own.
+
+
+def _wrapped(wanted: Any) -> type[Classifier]:
     """Return a classifier that wraps an estimator, or a function that makes a module.
 
     Raises
@@ -124,7 +195,7 @@ class OwnEstimator(Solved):
     @classmethod
     def of_fitted(cls, fitted: Any, task: Task) -> Self:
         """Return one with an estimator that has learnt already."""
-        made: type[Self] = own_classifier(fitted)  # type: ignore[assignment]
+        made: type[Self] = _wrapped(fitted)  # type: ignore[assignment]
         classifier = made.built_for(task)
         classifier.fitted = fitted
         return classifier
@@ -181,114 +252,3 @@ class OwnEstimator(Solved):
         every = np.zeros((len(values), self.n_classes))
         every[:, classes] = given
         return torch.from_numpy(np.log(np.maximum(every, _LEAST))).float()
-
-
-# A fitted scikit-learn estimator on disk, as skops stores it: never as a pickle.
-#
-# A pickle runs whatever it holds when it is read. A file of skops names the types in it, and is
-# read only if all of them are trusted: those that skops itself trusts, classes of scikit-learn,
-# and estimator classes of a user's own that the model's card names, which are imported.
-
-_WHAT = "an estimator whose types are scikit-learn's, or estimators of a module of one's own"
-
-
-def save_estimator(fitted: Any, path: Path) -> None:
-    """Write a fitted estimator; see `own_types` for what can be written."""
-    path.write_bytes(_stored(fitted))
-
-
-def own_types(classifier: Classifier) -> tuple[str, ...] | None:
-    """Return the classes of a user's own in a fitted estimator, each as ``module:NAME``.
-
-    None if the classifier is no estimator.
-
-    Raises
-    ------
-    InputError
-        If it can't be stored, or holds what could not be trusted when it is read: a function, or a
-        class of a script or a notebook.
-    """
-    if not isinstance(classifier, OwnEstimator):
-        return None
-    content = _stored(classifier.fitted)
-    own = [name for name in _untrusted(content) if not name.startswith("sklearn.")]
-    found = [_of_name(name) for name in own]
-    references = tuple(reference_of(one) for one in found)
-    _load(content, references, "classifier")
-    return references
-
-
-def load_estimator(path: Path, own: Sequence[str]) -> Any:
-    """Read a fitted estimator.
-
-    Parameters
-    ----------
-    own
-        Classes of a user's own that may be in it, each as ``module:NAME``; they are imported.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or holds anything else.
-    """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"{path}: expected an estimator that can be read, found {raised(error)}"
-        ) from error
-    return _load(content, own, path)
-
-
-def _stored(fitted: Any) -> bytes:
-    from skops.io import dumps
-
-    try:
-        return bytes(dumps(fitted))
-    except Exception as error:
-        raise InputError(
-            f"classifier: expected an estimator that skops can store, found {raised(error)}"
-        ) from error
-
-
-def _load(content: bytes, own: Sequence[str], where: object) -> Any:
-    from sklearn.base import BaseEstimator
-    from skops.io import loads
-
-    trusted = [imported(reference) for reference in own]
-    for one, reference in zip(trusted, own, strict=True):
-        if not (isinstance(one, type) and issubclass(one, BaseEstimator)):
-            raise InputError(f"{where}: expected {_WHAT}, found {reference}")
-    try:
-        trusted += [
-            _of_sklearn(name) for name in _untrusted(content) if name.startswith("sklearn.")
-        ]
-        found = loads(content, trusted=trusted)
-    except AfferentsError:
-        raise
-    except Exception as error:
-        raise InputError(f"{where}: expected {_WHAT}, found {raised(error)}") from error
-    if not (hasattr(found, "predict_proba") and hasattr(found, "classes_")):
-        raise InputError(
-            f"{where}: expected a fitted estimator with predict_proba, found {type(found).__name__}"
-        )
-    return found
-
-
-def _of_sklearn(name: str) -> type:
-    """Return a class of scikit-learn by its name, not one that it has imported from elsewhere."""
-    found = _of_name(name)
-    if not isinstance(found, type) or not found.__module__.startswith("sklearn."):
-        raise InputError(f"estimator: expected {_WHAT}, found {name}")
-    return found
-
-
-def _of_name(name: str) -> Any:
-    """Return what skops names ``module.NAME``."""
-    return imported(":".join(name.rpartition(".")[::2]))
-
-
-def _untrusted(content: bytes) -> list[str]:
-    from skops.io import get_untrusted_types
-
-    return list(get_untrusted_types(data=content))

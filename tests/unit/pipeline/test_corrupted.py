@@ -1,4 +1,4 @@
-"""Disturbed recordings: every channel of them, and evaluations that test or learn from them."""
+"""Corrupted recordings: every channel of them, and evaluations that test or learn from them."""
 
 import json
 
@@ -12,7 +12,7 @@ from afferents import dims
 from afferents.channels import CHANNELS, ra1, sa1
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
-from afferents.folds.corruption import Disturbance, disturbed, in_variants
+from afferents.folds.corruption import Corruption, corrupted, in_variants
 from afferents.models.learning_set import mean_within
 from afferents.store.integrity import sealed
 
@@ -42,7 +42,7 @@ def recording():
 
 
 def test_noise_of_positions_reaches_every_channel(recording):
-    noisy = disturbed(recording, False, Disturbance(markers=0.1))
+    noisy = corrupted(recording, False, Corruption(markers=0.1))
     after = slice(REST + 2, None)
     clean = {name: c.response(recording)[after] for name, c in CHANNELS.items() if name != "ra2"}
     error = {
@@ -65,7 +65,7 @@ def test_a_gap_in_the_frames_is_a_longer_step(recording):
     moving[REST + 1 :] += np.arange(N_FRAMES - REST - 1)[:, None, None]
     attrs = {k: v for k, v in recording[dims.POSITION].attrs.items() if k != "sha256"}
     found = recording.assign({dims.POSITION: (recording[dims.POSITION].dims, moving, attrs)})
-    gaps = disturbed(found, False, Disturbance(frames=0.2))
+    gaps = corrupted(found, False, Corruption(frames=0.2))
     assert gaps.sizes[dims.TIME] == pytest.approx(0.8 * N_FRAMES, rel=0.1)
     np.testing.assert_array_equal(gaps[dims.TIME][: REST + 1], found[dims.TIME][: REST + 1])
     step = CHANNELS["ra1_vector"].response(gaps)[REST + 2 :]
@@ -75,20 +75,20 @@ def test_a_gap_in_the_frames_is_a_longer_step(recording):
 
 
 def test_lost_markers_are_nan_and_not_detected(recording):
-    dark = disturbed(recording, False, Disturbance(lost=0.25))
+    dark = corrupted(recording, False, Corruption(lost=0.25))
     assert dark[dims.DETECTED][: REST + 1].all()
     assert float(dark[dims.DETECTED][REST + 1 :].mean()) == pytest.approx(0.75)
     np.testing.assert_array_equal(np.isnan(dark[dims.SA1]), ~dark[dims.DETECTED])
 
 
-def test_vibration_is_disturbed_alone(recording):
-    loud = disturbed(recording, True, Disturbance(markers=1, sound=0.5))
+def test_vibration_is_corrupted_alone(recording):
+    loud = corrupted(recording, True, Corruption(markers=1, sound=0.5))
     noise = (loud[dims.RA2] - recording[dims.RA2]).values
     assert noise.std() == pytest.approx(0.5 * np.sqrt(0.5), rel=0.02)
     xr.testing.assert_equal(loud[dims.POSITION], recording[dims.POSITION])
-    assert disturbed(recording, True, Disturbance(markers=1)) is recording
+    assert corrupted(recording, True, Corruption(markers=1)) is recording
     with pytest.raises(InputError, match="expected recordings with the positions of markers"):
-        disturbed(recording[[dims.RA2]], False, Disturbance(markers=1))
+        corrupted(recording[[dims.RA2]], False, Corruption(markers=1))
 
 
 def test_windows_are_paired_within_their_variant():
@@ -106,7 +106,7 @@ def test_windows_are_paired_within_their_variant():
 OPTIONS = {"frames": 5, "window_s": 0.25, "stride_s": 0.05, "workers": 1, "quiet": True}
 
 
-def test_disturbed_at_test_only_learns_the_same_and_says_so(stores, tmp_path, run):
+def test_corrupted_at_test_only_learns_the_same_and_says_so(stores, tmp_path, run):
     models = ["ra-wave-vector", "fusion-joint"]
     clean = afferents.evaluate(stores["video"], tmp_path / "clean", models, **OPTIONS)
     noisy = afferents.evaluate(
@@ -131,7 +131,7 @@ def test_disturbed_at_test_only_learns_the_same_and_says_so(stores, tmp_path, ru
     assert "clean" in err
 
 
-def test_learning_from_what_is_disturbed_is_another_switch(stores, tmp_path, run):
+def test_learning_from_what_is_corrupted_is_another_switch(stores, tmp_path, run):
     code, out, err = run(
         "evaluate", stores["video"], "--out", tmp_path / "r", "--models", "ra-wave-vector",
         "--frames", 5, "--workers", 1, "--held-out", 40, "--json",
@@ -152,7 +152,7 @@ def test_learning_from_what_is_disturbed_is_another_switch(stores, tmp_path, run
         (("--split", "texture", "--disturb", "markers=1"), "--disturb: expected none with --split"),
     ],
 )
-def test_disturbances_that_do_nothing_are_refused(options, said, stores, tmp_path, run):
+def test_corruptions_that_do_nothing_are_refused(options, said, stores, tmp_path, run):
     code, _, err = run("evaluate", stores["video"], "--out", tmp_path / "r", "--models",
                        "ra-wave-vector", "--frames", 5, *options)  # fmt: skip
     assert code == 2

@@ -5,8 +5,6 @@ import json
 import pytest
 
 import afferents
-from afferents.models import rate
-from afferents.reproduction import measure
 from afferents.reproduction import reproduce as reproducing
 from afferents.rig.simulation import simulation_of
 
@@ -17,15 +15,6 @@ pytestmark = pytest.mark.system
 FEW = {"textures": ("a", "g"), "speeds_mm_s": (50.0, 70.0, 100.0), "seconds": 3.0}
 SOME = ("ra-ste", "vib-te-aug")
 """Enough to see that all are asked for; every model goes its whole way in `test_whole_way`."""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _measured_briefly():
-    with pytest.MonkeyPatch.context() as patch:
-        for name, less in (("MEASURED_S", 0.01), ("_BATCHES", 1), ("_FEW", 1), ("_MORE", 2)):
-            patch.setattr(rate, name, less)
-        patch.setattr(measure, "TRACKED_S", 0.0)
-        yield
 
 
 def reproduce(out, session):
@@ -120,7 +109,7 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
     ):
         assert line in lines
     assert "an estimate" in error
-    assert "tracking 225 frames of 6 recordings" in error
+    assert "tracking 225 frames of 6 recordings, and 2 trainings" in error
     assert "Table 1" in printed
 
     config = json.loads((out / "results" / "config.json").read_text())
@@ -141,9 +130,13 @@ def test_like_published_says_its_choices_and_goes_the_whole_way(as_published, tm
 
 
 def test_status_says_what_was_estimated_before_anything_is_done(as_published, tmp_path, run):
-    from afferents.reproduction.folder import Places, write_begun
+    from afferents.reproduction.run_folder import RunFolder, RunState
 
-    write_begun(Places(tmp_path), "published", {"cut": "all"}, [], [], 6, 7200.0)
+    state = RunState(
+        like="published", choices={"cut": "all"}, otherwise=(), differs=(), recordings=6,
+        estimated_s=7200.0,
+    )  # fmt: skip
+    RunFolder(tmp_path).write_state(state)
     code, printed, _ = run("status", tmp_path)
     assert code == 0
     assert "0 of 6 recordings are extracted." in printed
