@@ -324,7 +324,7 @@ class ImageEncoding(Encoding):
         return dims.ROW in responses.coords if self.of_pixels else dims.REST_POSITION in responses
 
     def of_runs(self, runs: Floats, lookback: int) -> Floats:
-        """Return the samples that runs of frames become, (n, *sample_shape).
+        """Return the samples that runs of frames become, `(n, *sample_shape)`.
 
         Parameters
         ----------

@@ -22,10 +22,10 @@ _TRIALS = 8
 
 
 def export(model: Place, out: Place, force: bool = False) -> Path:
-    """Write a trained model as one ONNX file, with its card, to be felt live with.
+    """Write a trained model as one ONNX file, with its card, to classify with live.
 
     It is written whole or not at all, once it is seen to say the same. The input is `sample`, one
-    as the encoding makes it, not scaled, of shape (1, *shape). Outputs are `probabilities` (1,
+    as the encoding makes it, not scaled, of shape `(1, *shape)`. Outputs are `probabilities` (1,
     texture) and `novelty` (1,), above 1 for what nothing learnt fits. A CNN-LSTM goes frame by
     frame: its inputs are `image` (1, row, column) and `past` (1, frames - 1, feature), zeros at
     first, and it has the further output `next_past` to give back with the next image; before the

@@ -1,5 +1,6 @@
 """The documentation site: nothing is missing from it, and what it prints can be run."""
 
+import importlib
 import re
 import shlex
 import sys
@@ -49,6 +50,16 @@ def test_the_reference_lists_every_public_name():
     assert drawn <= listed
     for room in ROOMS & set(dir(afferents)):
         assert any(name.startswith(f"afferents.{room}.") for name in listed), room
+
+
+def test_every_name_of_the_reference_is_there():
+    listed = re.findall(r"^   (afferents\.[\w.]+)$", *reference())
+    assert [name for name in listed if not hasattr(*found_by(name))] == []
+
+
+def found_by(name):
+    place, _, attribute = name.rpartition(".")
+    return importlib.import_module(place), attribute
 
 
 def reference():
