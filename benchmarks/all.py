@@ -29,6 +29,7 @@ SHORT = {
     "devices": [],
     "taps": ["4"],
     "cost": [],
+    "calls": [],
 }
 """Arguments that make each short."""
 LEFT_OUT = {

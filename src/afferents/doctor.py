@@ -60,7 +60,7 @@ def _computing(missing: list[str]) -> list[tuple[str, str]]:
         ("accelerator", torch.cuda.get_device_name() if cuda else "none that torch can use"),
         ("torch build", torch.__version__ + (" (CUDA)" if torch.version.cuda else " (CPU only)")),
     ]
-    hardware = _imported("afferents.models.config", missing)
+    hardware = _imported("afferents.models.hardware", missing)
     if hardware is not None:
         there = hardware.has_bfloat16(torch.device("cuda" if cuda else "cpu"))
         rows.append(("bfloat16", "in hardware" if there else "not in hardware, float32 is used"))

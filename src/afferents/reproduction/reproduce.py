@@ -214,7 +214,7 @@ def _said(
         yield "Asked for otherwise:"
         yield from (f"  {line}" for line in differs)
     if remaining:
-        yield f"Where this still differs from the authors' code ({len(remaining)} run):"
+        yield f"Where this still differs from the authors' code ({len(remaining)} places):"
         yield from (f"  {line}" for line in remaining)
         yield "All discrepancies of paper and code: afferents reproduce --discrepancies"
 

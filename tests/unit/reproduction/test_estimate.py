@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from afferents.encodings.settings import Encodings
+from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Recipe
 from afferents.folds.protocol import PROTOCOLS
 from afferents.markers.sensor import sensors_of
@@ -39,7 +40,7 @@ def test_epochs_are_those_of_the_logs_where_training_stops_early():
 def recipe(tmp_path):
     models = [MODELS[name] for name in NAMES]
     encodings = Encodings().changed(frames=5, window_s=0.1)
-    return Recipe(tmp_path, (), models, "quick", "all", encodings)
+    return Recipe(tmp_path, (), models, encodings, EvaluationOptions(preset="quick"))
 
 
 def test_the_first_frames_and_batches_are_timed(small_session, recipe, tmp_path, monkeypatch):
