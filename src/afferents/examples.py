@@ -1,12 +1,11 @@
 """One short recording of the simulated rig for newcomers, made once and kept."""
 
-import fcntl
 import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+
+from filelock import FileLock
 
 from afferents import dims
 from afferents.extraction.extract import extract_session
@@ -83,7 +82,10 @@ def example(folder: str | Path | None = None, quiet: bool = False) -> Responses:
     place = (Path(folder) if folder is not None else _cache()).resolve() / _FOLDER
     kept = place / _KEPT
     if not _is_whole(kept):
-        with _alone(place):  # of two that ask at once, the second finds what the first has made
+        with naming(place / _LOCK):
+            place.mkdir(parents=True, exist_ok=True)
+            lock = FileLock(place / _LOCK).acquire()
+        with lock:  # of two that ask at once, the second finds what the first has made
             if not _is_whole(kept):
                 remove_partials(place)
                 _make(kept, quiet)
@@ -129,18 +131,6 @@ def _about(kept: Path) -> dict[str, Any]:
         "files": [path.relative_to(kept).as_posix() for path in files],
         "checksum": checksum(*files),
     }
-
-
-@contextmanager
-def _alone(place: Path) -> Iterator[None]:
-    """Let one process at a time make the example; others wait, and one that dies lets go."""
-    with naming(place / _LOCK):
-        place.mkdir(parents=True, exist_ok=True)
-        file = (place / _LOCK).open("w")
-    with file:
-        with suppress(OSError):  # some network file systems have no such locks
-            fcntl.flock(file, fcntl.LOCK_EX)
-        yield
 
 
 def _make(kept: Path, quiet: bool) -> None:

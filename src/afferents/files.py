@@ -1,100 +1,20 @@
-"""Who writes: a process on a host. A process number alone says nothing on another host."""
+"""Writing so that a file or folder is either whole or absent, and checksums."""
 
 import errno
 import hashlib
 import json
 import os
-import re
 import shutil
-import socket
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from uuid import uuid4
 
 from afferents.errors import InputError
 
-
-class Owner(NamedTuple):
-    """A process: its host, its number there, and when it started (0 where nothing says so).
-
-    The start tells it from a later process of the same number.
-    """
-
-    host: str
-    pid: int
-    started: int
-
-    @property
-    def is_here(self) -> bool:
-        """Whether it runs, or ran, where this process does, so that its end can be seen."""
-        return self.host == host_here()
-
-    @property
-    def is_alive(self) -> bool:
-        """Whether it runs still; to be asked of processes that are here."""
-        try:
-            os.kill(self.pid, 0)
-        except ProcessLookupError:
-            return False
-        except PermissionError:  # another user's
-            return True
-        return self.started == _started(self.pid)
-
-    def tag(self) -> str:
-        """Return it as part of a file's name."""
-        return f"{_short(self.host)}-{self.pid}.{self.started}"
-
-
-_TAG = re.compile(r"(?P<host>[0-9a-f]{8})-(?P<pid>\d+)\.(?P<started>\d+)")
-
-
-def this_process() -> Owner:
-    """Return who asks."""
-    return Owner(host_here(), os.getpid(), _started(os.getpid()))
-
-
-def tagged(name: str) -> Owner | None:
-    """Return whose tag a file's name has; None where it has none. Of other hosts the host is ''."""
-    found = _TAG.search(name)
-    if found is None:
-        return None
-    host = host_here() if found["host"] == _short(host_here()) else ""
-    return Owner(host, int(found["pid"]), int(found["started"]))
-
-
-@lru_cache(maxsize=1)
-def host_here() -> str:
-    """Return the host's name; containers of one name that don't see each other differ."""
-    processes = ""
-    with suppress(OSError):
-        processes = os.readlink("/proc/self/ns/pid").strip("pid:[]")  # noqa: PTH115 (no real path)
-    return f"{socket.gethostname()}{f' ({processes})' if processes else ''}"
-
-
-def _short(host: str) -> str:
-    return sha256(host.encode()).hexdigest()[:8]
-
-
-def _started(pid: int) -> int:
-    """Return when a process started, in ticks since the host did; 0 where /proc does not say."""
-    try:
-        # The second field, the program's name, may hold blanks and brackets itself.
-        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
-    except (OSError, ValueError, IndexError):
-        return 0
-
-
-# Writing so that a file or folder is either whole or absent, and checksums.
-
 PARTIAL_PREFIX = ".partial-"
 """Names that start like this are unfinished work of a run; never data."""
-ABANDONED_S = 600.0
-"""Unfinished work of another host is left alone until nothing of it has changed for so long."""
-
 _NAME_KEPT = 80
 """Characters of a target's name that its temporary name begins with: names have an end."""
 _SYSTEM = {
@@ -221,7 +141,7 @@ def _rename(partial: Path, target: Path) -> None:
 
 
 def _partial_name(name: str) -> str:
-    return f"{PARTIAL_PREFIX}{name[:_NAME_KEPT]}-{this_process().tag()}-{uuid4().hex[:8]}"
+    return f"{PARTIAL_PREFIX}{name[:_NAME_KEPT]}-{os.getpid()}-{uuid4().hex[:8]}"
 
 
 def _not_written(target: Path, error: OSError) -> InputError:
@@ -244,36 +164,10 @@ def remove(path: Path) -> None:
 def remove_partials(folder: Path) -> None:
     """Remove what a run that was killed left unfinished anywhere below `folder`.
 
-    What a process that lives is writing is left alone: another host's as long as something of it
-    has changed within `ABANDONED_S`.
+    To be called by who has the folder's lock (`outputs.writing_alone`): nobody else writes there.
     """
     for partial in sorted(folder.rglob(f"{PARTIAL_PREFIX}*")):
-        if _is_abandoned(partial):
-            remove(partial)
-
-
-def _is_abandoned(partial: Path) -> bool:
-    writer = tagged(partial.name)
-    if writer is None:
-        return True
-    return not writer.is_alive if writer.is_here else unchanged_s(partial) > ABANDONED_S
-
-
-def unchanged_s(path: Path) -> float:
-    """Return how long nothing of a file or folder has changed, s; 0 if it has just gone.
-
-    By the clock of its own file system: of a network's that is another host's, minutes from this
-    one's perhaps.
-    """
-    probe = path.parent / _partial_name("clock")
-    try:
-        probe.touch()
-        now = probe.stat().st_mtime
-        return now - max(one.stat().st_mtime for one in (path, *path.rglob("*")))
-    except OSError:
-        return 0.0
-    finally:
-        probe.unlink(missing_ok=True)
+        remove(partial)
 
 
 def write_json(target: Path, content: Any) -> None:

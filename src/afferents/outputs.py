@@ -1,196 +1,83 @@
 """Outputs: one command at a time writes each, and only where nothing of a user's is lost."""
 
-import fcntl
-import json
 import os
-import threading
+import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, TextIO
-from uuid import uuid4
+
+from filelock import FileLock, Timeout
 
 from afferents.errors import InputError
-from afferents.files import Owner, naming, this_process, unchanged_s
+from afferents.files import naming
 
-# One command at a time writes an output: a lock in its folder, with a heartbeat.
-#
-# The lock is a file that names its owner, and its time of change moves on while the owner lives.
-# One whose process has ended is taken over at once; one of another host, where nobody here can see
-# processes, when its heart has not beaten for `SILENT_S`.
+# One command at a time writes an output: a lock in its folder, which the system lets go of when
+# the process that has it ends, whatever ends it.
 
 LOCK = ".afferents-lock"
-BEAT_S, SILENT_S = 5.0, 60.0
 
 
 @contextmanager
-def writing_alone(folder: Path, command: str, beat_s: float = BEAT_S) -> Iterator[str]:
+def writing_alone(folder: Path, command: str) -> Iterator[None]:
     """Let no other command write `folder` while the block runs; it is made if it is not there.
 
     If nothing has been written into a folder that was made here, it is removed again.
-
-    Yields
-    ------
-    The lock's token: who finds it in a folder, on whatever machine, sees this very folder.
 
     Raises
     ------
     InputError
         If another command is writing there, or the folder can't be written.
     """
-    lock = folder / LOCK
-    token = uuid4().hex
-    made = _made(folder)
+    is_new = not folder.exists()
+    lock = FileLock(folder / LOCK)
     try:
-        _take(lock, command, token)
-    except BaseException:
-        _tidy(folder, made)
-        raise
-    ended = threading.Event()
-    heart = threading.Thread(target=_beat, args=(lock, ended, beat_s), daemon=True)
-    heart.start()
-    try:
-        yield token
+        with naming(folder / LOCK):
+            _take(lock, folder, command)
+        yield
     finally:
-        ended.set()
-        heart.join()
-        if is_locked_by(folder, token):  # not taken over while this machine slept
+        if lock.is_locked:
             with suppress(OSError):
-                lock.unlink()
-        _tidy(folder, made)
+                (folder / LOCK).unlink()  # while it is held: who waits for it sees that it is gone
+            lock.release()
+        if is_new:
+            with suppress(OSError):  # what was written stays
+                folder.rmdir()
+
+
+def _take(lock: FileLock, folder: Path, command: str) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise _taken(folder, "a folder to write", "something else of that name")
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise InputError(
+            f"{folder}: expected an output that no other command is writing, found "
+            f"{lock_text(folder) or 'one'} at work there; wait until it has ended, or choose "
+            "another name"
+        ) from None
+    who = f"process {os.getpid()} on {socket.gethostname()}"
+    (folder / LOCK).write_text(f"'{command}' since {time.strftime('%H:%M:%S')} ({who})")
+
+
+def lock_text(folder: Path) -> str:
+    """Return who is writing a folder, in words; empty where nobody is known to."""
+    with suppress(OSError, UnicodeDecodeError):
+        return (folder / LOCK).read_text()
+    return ""
 
 
 def is_locked(folder: Path) -> bool:
     """Tell whether a command that is alive is writing there."""
-    lock = folder / LOCK
-    return lock.is_file() and not _is_stale(lock, _content(lock))
-
-
-def is_locked_by(folder: Path, token: str) -> bool:
-    """Tell whether the lock there is the one of this token, and so the folder the one it locks."""
-    return bool(_content(folder / LOCK).get("token") == token)
-
-
-def _made(folder: Path) -> bool:
-    """Make the folder; say whether it was not there."""
-    if folder.is_dir():
-        return False
-    if folder.exists():
-        raise InputError(
-            f"{folder}: expected a folder to write, found something else of that name; choose "
-            "another name"
-        )
-    with naming(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    return True
-
-
-def _tidy(folder: Path, made: bool) -> None:
-    if made:
-        with suppress(OSError):  # what was written stays
-            folder.rmdir()
-
-
-def _take(lock: Path, command: str, token: str) -> None:
-    """Make the lock, or take over one that is stale."""
-    mine = json.dumps(
-        {**this_process()._asdict(), "command": command, "since": time.time(), "token": token}
-    )
-    with naming(lock):
-        while True:
-            try:
-                _write_new(lock, mine)
-                return
-            except FileNotFoundError:  # its folder was empty, and its maker has removed it
-                lock.parent.mkdir(parents=True, exist_ok=True)
-            except FileExistsError:
-                if _taken_over(lock, mine):
-                    return
-
-
-def _write_new(lock: Path, text: str) -> None:
-    """Write a lock that is not there yet; none is left if the disk is full.
-
-    Raises
-    ------
-    FileExistsError
-        If it is there.
-    """
-    file = lock.open("x", encoding="utf-8")
+    path = folder / LOCK
     try:
-        with file:
-            file.write(text)
-    except OSError:
-        lock.unlink()
-        raise
-
-
-def _taken_over(lock: Path, mine: str) -> bool:
-    """Write `mine` into a stale lock; False if it has gone meanwhile.
-
-    Two that take over at once are kept apart by the system's lock on the file: the second finds
-    the first one's name in it. Renaming or removing it could hit a lock that is alive.
-    """
-    try:
-        with lock.open("r+", encoding="utf-8") as file:
-            _hold(file)
-            content = _content(lock)
-            if not _is_stale(lock, content):
-                raise _busy(lock.parent, content)
-            if not _is_same_file(file, lock):
+        if path.is_file():
+            with FileLock(path, timeout=0):
                 return False
-            file.seek(0)
-            file.truncate()
-            file.write(mine)
-    except FileNotFoundError:
-        return False
-    return True
-
-
-def _hold(file: TextIO) -> None:
-    with suppress(OSError):  # some network file systems have no such locks
-        fcntl.flock(file, fcntl.LOCK_EX)
-
-
-def _is_same_file(file: TextIO, path: Path) -> bool:
-    with suppress(FileNotFoundError):
-        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except (Timeout, OSError):
+        return True
     return False
-
-
-def _content(lock: Path) -> dict[str, Any]:
-    """Return what a lock says; nothing where it has gone, or is being written."""
-    try:
-        content = json.loads(lock.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
-def _is_stale(lock: Path, content: dict[str, Any]) -> bool:
-    try:
-        owner = Owner(str(content["host"]), int(content["pid"]), int(content["started"]))
-    except (KeyError, TypeError, ValueError):
-        return unchanged_s(lock) > SILENT_S
-    return not owner.is_alive if owner.is_here else unchanged_s(lock) > SILENT_S
-
-
-def _beat(lock: Path, ended: threading.Event, beat_s: float) -> None:
-    while not ended.wait(beat_s):
-        with suppress(OSError):
-            os.utime(lock)
-
-
-def _busy(folder: Path, content: dict[str, Any]) -> InputError:
-    since = content.get("since")
-    begun = time.strftime("%H:%M:%S", time.localtime(since)) if isinstance(since, float) else "?"
-    who = f"process {content.get('pid', '?')} on {content.get('host', '?')}"
-    return InputError(
-        f"{folder}: expected an output that no other command is writing, found "
-        f"'{content.get('command', '?')}' at work there since {begun} ({who}); wait until it has "
-        "ended, or choose another name"
-    )
 
 
 # Whether what a command is asked to write may be written: one rule for every output.

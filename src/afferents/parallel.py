@@ -5,16 +5,14 @@ import os
 import re
 import select
 import signal
+import socket
 import sys
 import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext, suppress
-from dataclasses import dataclass
-from functools import lru_cache
 from importlib.metadata import version
-from itertools import islice
 from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -24,9 +22,8 @@ from joblib.externals.loky import process_executor
 from joblib.externals.loky.backend import resource_tracker as loky_resource_tracker
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from afferents.errors import AfferentsError, InputError, then
-from afferents.files import host_here, size_of
-from afferents.outputs import is_locked_by
+from afferents.errors import AfferentsError, InputError
+from afferents.outputs import lock_text
 from afferents.stopping import stop_later
 
 if TYPE_CHECKING:
@@ -177,7 +174,9 @@ def keep_freed_memory() -> None:
         mallopt(_MMAP_THRESHOLD, 2**30)
 
 
-# Jobs on a Dask cluster: any machines whose workers have this package and can read the data.
+# Jobs on a Dask cluster: any machines whose workers have this package, and see the same files.
+#
+# Not by joblib's Dask backend: a worker that is killed again and again would leave it waiting.
 
 ANSWER_S = 10
 """A scheduler that does not answer for so long is not there."""
@@ -187,36 +186,14 @@ SAME = ("afferents", "torch")
 """Packages whose versions decide the numbers."""
 OF_RECORDINGS = ("av", "numba", "numpy", "opencv-python-headless", "scipy")
 """Further ones that decide what is recorded and extracted, to the last byte."""
-AHEAD = 4
-"""So many jobs a worker are with the scheduler at a time: none of them waits for the next, and
-neither the jobs of a million recordings nor what comes back of them pile up anywhere."""
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://.+:\d+")
-_ONE_THREAD = "start it with --nthreads 1, and as many workers as there are cores"
-
-
-@dataclass(frozen=True)
-class Output:
-    """A folder that a command is writing, told from any other of the same path.
-
-    Attributes
-    ----------
-    token
-        Of the lock in it, which no other folder has; see `outputs.writing_alone`.
-    """
-
-    folder: Path
-    token: str
-
-    @property
-    def is_seen(self) -> bool:
-        """Whether this process sees it too, and can write there itself."""
-        return is_locked_by(self.folder, self.token) and os.access(self.folder, os.W_OK)
 
 
 def on_cluster(
     function: Callable[..., Result],
-    jobs: Iterable[tuple[Any, ...]],
+    jobs: Iterable[Job],
     address: str,
+    output: Path,
     packages: tuple[str, ...] = SAME,
 ) -> Iterator[Result]:
     """Call `function(*job)` for every job on some worker; yield the results as they come.
@@ -226,48 +203,36 @@ def on_cluster(
     Parameters
     ----------
     jobs
-        Light: they are sent as they are, `AHEAD` a worker. What is large is read by the workers
-        themselves.
+        Light: they are sent as they are. What is large is read by the workers themselves.
     address
         Of the scheduler, such as ``tcp://scheduler:8786``.
+    output
+        Folder that this process is writing alone (`outputs.writing_alone`), and workers too.
     packages
         That workers must have in the version that is here.
 
     Raises
     ------
     InputError
-        If there is no scheduler, no worker, or a worker with more than one thread, without this
-        package, or with another version of it; also if such a one joins later.
+        If there is no scheduler or no worker, or a worker with more than one thread, with another
+        version of a package, or that does not see `output`.
     AfferentsError
-        If a job killed several workers, the cluster went away, or a worker that joined later
-        lacks a package. Errors of `function` pass through, and stop the jobs that wait.
+        If a job killed several workers, the cluster went away, or a worker lacks a package. Errors
+        of `function` pass through, and stop the jobs that wait.
     """
     with _client(address) as client:
         from distributed import as_completed
 
-        _require_workers(client, address, packages)
-        here = {package: _installed(package) for package in packages}
-        left = iter(jobs)
-        # And nothing else keeps a future: what has come back is let go.
-        waiting = as_completed(loop=client.loop)  # type: ignore[no-untyped-call]
-
-        def hand_out() -> None:
-            for job in islice(left, _room(client, waiting.count())):  # type: ignore[no-untyped-call]
-                waiting.add(client.submit(_as_here, here, function, *job, pure=False))  # type: ignore[no-untyped-call]
-
-        hand_out()
+        here = {package: version(package) for package in packages}
+        seen = output.resolve(), lock_text(output)
+        waiting = as_completed(
+            [client.submit(_as_here, here, *seen, function, *job, pure=False) for job in jobs],
+            loop=client.loop,
+        )  # type: ignore[no-untyped-call]
         for future in waiting:
             result = _result(future)
-            del future
-            hand_out()
+            del future  # a job whose future is kept is done anew when its worker dies
             yield result
-            del result
-
-
-def _room(client: "Client", waiting: int) -> int:
-    """Return how many more jobs the workers that are there now should have; one if none waits."""
-    workers = int(client.scheduler_info(n_workers=0)["n_workers"])
-    return max(AHEAD * workers - waiting, 0 if waiting else 1)
 
 
 def workers_at(address: str) -> int:
@@ -276,48 +241,49 @@ def workers_at(address: str) -> int:
     Raises
     ------
     InputError
-        As `on_cluster`.
+        If there is no scheduler, or no worker.
     """
     with _client(address) as client:
-        return _require_workers(client, address, SAME)
+        return len(client.nthreads())  # type: ignore[no-untyped-call]
 
 
-def require_same_file(path: Path, size: int) -> None:
-    """Refuse to go on, on a worker, where a file is not as it is where the command runs.
+def _as_here(
+    versions: Mapping[str, str],
+    output: Path,
+    lock: str,
+    function: Callable[..., Result],
+    *job: Any,
+) -> Result:
+    """Do a job on a worker that would compute the same.
 
-    Raises
-    ------
-    InputError
-        If it is not there, or of another size in bytes.
+    Of two trainings in one process each would draw from the other's random numbers.
     """
-    found = size_of(path) if path.exists() else None
-    if found != size:
-        raise InputError(
-            f"worker on {host_here()}: expected {path} as it is where the command runs ({size} "
-            f"bytes), found {'none' if found is None else f'{found} bytes'}; let all workers see "
-            "the same files at the same paths"
-        )
-
-
-def _as_here(versions: Mapping[str, str], function: Callable[..., Result], *job: Any) -> Result:
-    """Do a job on a worker, after checking it: it may have joined after all others were."""
     from distributed import get_worker
 
     worker = get_worker()
-    _require_one_thread(worker.address, worker.state.nthreads)
+    who = f"worker {worker.address} on {socket.gethostname()}"
+    if worker.state.nthreads != 1:
+        raise InputError(
+            f"{who}: expected one thread, found {worker.state.nthreads}; start it with --nthreads "
+            "1, and as many workers as there are cores"
+        )
     for package, expected in versions.items():
-        _require_version(worker.address, package, expected, _there(package))
+        if version(package) != expected:
+            raise InputError(
+                f"{who}: expected {package} {expected}, as where the command runs, found "
+                f"{version(package)}; install the same version there"
+            )
+    if lock_text(output) != lock:
+        raise InputError(
+            f"{who}: expected to see {output} as it is where the command runs; let all workers see "
+            "the same files at the same paths"
+        )
     return function(*job)
-
-
-@lru_cache
-def _there(package: str) -> str:
-    """Return a package's version, which every job asks for and which does not change."""
-    return version(package)
 
 
 @contextmanager
 def _client(address: str) -> Iterator["Client"]:
+    """Yield a cluster's client, once there is a worker."""
     try:
         from distributed import Client
     except ImportError:
@@ -336,50 +302,15 @@ def _client(address: str) -> Iterator["Client"]:
             "one with 'dask scheduler', and workers with 'dask worker ADDRESS --nthreads 1'"
         ) from error
     try:
+        client.wait_for_workers(1, timeout=WORKERS_S)
         yield client
+    except TimeoutError as error:
+        raise InputError(
+            f"--cluster: expected at least one worker at {address}, found none; start some with "
+            f"'dask worker {address} --nthreads 1'"
+        ) from error
     finally:
         client.close()  # type: ignore[no-untyped-call]
-
-
-def _require_workers(client: "Client", address: str, packages: tuple[str, ...]) -> int:
-    """Count the workers; refuse none, and those that would not compute the same.
-
-    Of two trainings in one process each would draw from the other's random numbers.
-    """
-    with suppress(TimeoutError):
-        client.wait_for_workers(1, timeout=WORKERS_S)
-    threads_of = client.nthreads()  # type: ignore[no-untyped-call]
-    for worker, threads in threads_of.items():
-        _require_one_thread(worker, threads)
-    for package in packages:
-        here = _installed(package)
-        found = client.run(version, package, on_error="return")
-        if not found:
-            expected = f"at least one worker at {address}"
-            hint = f"start some with 'dask worker {address} --nthreads 1'"
-            raise InputError(f"--cluster: expected {expected}, found none{then(hint)}")
-        for worker, there in found.items():
-            _require_version(worker, package, here, there)
-    return len(threads_of)
-
-
-def _require_one_thread(worker: str, threads: int) -> None:
-    if threads != 1:
-        raise InputError(f"worker {worker}: expected one thread, found {threads}; {_ONE_THREAD}")
-
-
-def _require_version(worker: str, package: str, here: str, there: str | Exception) -> None:
-    """Refuse a worker with another version of a package; an error stands for none at all."""
-    if there != here:
-        raise InputError(
-            f"worker {worker}: expected {package} {here}, as here, found "
-            f"{'none' if isinstance(there, Exception) else f'{there}'}; install the same version "
-            "there"
-        )
-
-
-def _installed(package: str) -> str:
-    return version(package)
 
 
 def _result(future: Any) -> Any:
@@ -395,8 +326,8 @@ def _result(future: Any) -> Any:
         ) from error
     except ImportError as error:
         raise AfferentsError(
-            f"a worker that joined late lacks a package ({error}); what is finished is kept: "
-            "install there what is here, and run the same command again"
+            f"a worker lacks a package ({error}); what is finished is kept: install there what is "
+            "here, and run the same command again"
         ) from error
     except CancelledError as error:
         raise AfferentsError(

@@ -3,7 +3,7 @@
 import pickle
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -18,7 +18,6 @@ from afferents.errors import AfferentsError, InputError, LeakageError
 from afferents.evaluation.data import OpenedData, open_data
 from afferents.evaluation.encode import Source, encode_variants, sources_of
 from afferents.evaluation.fold_files import (
-    PLAN,
     FoldKey,
     claim_results_folder,
     digest_of,
@@ -66,16 +65,12 @@ def run_job(recipe: Recipe, key: FoldKey, samples: Sequence[Samples]) -> FoldKey
     return key
 
 
-def run_far_job(packed: bytes, key: FoldKey) -> Outcome:
-    """Do the same on another machine, which reads the data itself and sends the outcome back.
-
-    Where it sees the results folder, the training leaves its mark and checkpoints in it as ever.
-    """
+def run_far_job(packed: bytes, key: FoldKey) -> FoldKey:
+    """Do the same on another machine, which reads the data itself."""
     recipe = _unpacked(packed)
-    seen = (recipe.out / PLAN).is_file()
-    with _naming(key), at_work(recipe.out, key) if seen else nullcontext():
+    with _naming(key):
         samples = samples_of(recipe, sources_of(recipe.model(key.model), recipe.encodings))
-        return train_and_test(recipe, key, samples, checkpoint_of(recipe, key) if seen else None)
+    return run_job(recipe, key, samples)
 
 
 @lru_cache(maxsize=1)

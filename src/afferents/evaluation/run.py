@@ -22,7 +22,7 @@ from afferents.evaluation.encode import (
     sources_of,
 )
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
-from afferents.evaluation.job import encoded, keep, opened_again, run_far_job, run_job
+from afferents.evaluation.job import encoded, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
 from afferents.evaluation.results import CONFIG
@@ -265,11 +265,8 @@ def run_jobs(
     recipe = evaluation.recipe.located()
     if evaluation.options.cluster is not None:
         sent = recipe.packed()
-        for outcome in on_cluster(
-            run_far_job, [(sent, key) for key in keys], evaluation.options.cluster
-        ):
-            keep(recipe, outcome)
-            yield outcome.key
+        far = [(sent, key) for key in keys]
+        yield from on_cluster(run_far_job, far, evaluation.options.cluster, recipe.out)
         return
     samples = encoded(recipe, sources_of(model, recipe.encodings), recordings, progress)
     opened_again(recipe)  # hours may have gone by: samples of changed data are refused

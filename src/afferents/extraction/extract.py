@@ -1,8 +1,10 @@
 """What is wrong with a recording whose files decode well: found as it is extracted or inspected."""
 
+import socket
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -13,21 +15,14 @@ from afferents.channels import ra1, ra2, sa1
 from afferents.choices import Method, Rest
 from afferents.errors import AfferentsError, InputError
 from afferents.extraction.copies import notes_of, with_fingerprint
-from afferents.extraction.options import Extraction, declared_of, origin_of, relabel
-from afferents.files import Place, remove_partials, size_of
+from afferents.extraction.options import Extraction, origin_of, relabel
+from afferents.files import Place, remove_partials
 from afferents.markers.detect import Positions, undistorted
 from afferents.markers.quality import find_hidden_markers
 from afferents.markers.sensor import Sensor, Sensors, sensor_in, sensors_of
 from afferents.markers.track import ordered_rest, rest_positions, track_markers
 from afferents.outputs import writing_alone
-from afferents.parallel import (
-    OF_RECORDINGS,
-    SAME,
-    Output,
-    on_cluster,
-    require_same_file,
-    side_by_side,
-)
+from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.quality.issues import QualityIssue, parse_kinds, require_accepted
 from afferents.quality.sound import find_overload
@@ -43,10 +38,8 @@ from afferents.store.zarr_store import (
     create_parents,
     create_store,
     has_responses,
-    is_of_same_files,
     open_responses,
     require_no_store,
-    responses_there,
     store_config,
     write_responses,
 )
@@ -126,15 +119,11 @@ def extract_session(extraction: Extraction, progress: Progress) -> dict[str, str
     require_own_files(session)
     require_rates_that_agree(session, session.declared)
     require_no_store(extraction.out)
-    with writing_alone(extraction.out, "extract") as token:
+    with writing_alone(extraction.out, "extract"):
         create_store(extraction.out, extraction.config(session, sensors))
         create_parents(extraction.out, [recording.name for recording in session.recordings])
         remove_partials(extraction.out)
-        outcomes = (
-            _outcomes_here(session, sensors, reference, extraction, progress)
-            if extraction.cluster is None
-            else _outcomes_there(session, sensors, reference, extraction, token)
-        )
+        outcomes = _outcomes(session, sensors, reference, extraction, progress)
         return _failures(session, outcomes, extraction, progress)
 
 
@@ -157,65 +146,28 @@ def _failures(
     return failed
 
 
-def _outcomes_here(
+def _outcomes(
     session: Session,
     sensors: Sensors,
     reference: Positions | None,
     extraction: Extraction,
     progress: Progress,
 ) -> Iterator[tuple[str, str | None]]:
-    """Extract on this machine; yield each recording's name, and what is wrong with it."""
-    jobs = (
-        (recording, session.declared.of(recording.name), reference, one)
-        for recording, one in _jobs(session, sensors, extraction)
-    )
-    return side_by_side(_try_one, jobs, extraction.workers, progress.note)
-
-
-def _jobs(
-    session: Session, sensors: Sensors, extraction: Extraction
-) -> Iterator[tuple[Recording, Extraction]]:
-    """Yield each recording, and how it is extracted: with its own sensor."""
+    """Extract here or on a cluster; yield each recording's name, and what is wrong with it."""
     light = replace(extraction, session=session.root)  # what goes to each process
-    for recording in session.recordings:
-        yield recording, replace(light, sensor=sensors.of(recording))
-
-
-def _outcomes_there(
-    session: Session,
-    sensors: Sensors,
-    reference: Positions | None,
-    extraction: Extraction,
-    token: str,
-) -> Iterator[tuple[str, str | None]]:
-    """Extract on a cluster; write what comes back from workers that don't see the store."""
-    output = Output(extraction.out, token)
     jobs = (
         (
             recording,
-            {path: size_of(path) for path in recording.files},
             session.declared.of(recording.name),
             reference,
-            one,
-            output,
-            responses_there(extraction.out, recording.name),
+            replace(light, sensor=sensors.of(recording)),
         )
-        for recording, one in _jobs(session, sensors, extraction)
+        for recording in session.recordings
     )
+    if extraction.cluster is None:
+        return side_by_side(_try_one, jobs, extraction.workers, progress.note)
     packages = SAME + OF_RECORDINGS
-    declared = {
-        recording.name: (
-            recording,
-            declared_of(recording, session.declared.of(recording.name), one),
-        )
-        for recording, one in _jobs(session, sensors, extraction)
-    }
-    for name, fault, found in on_cluster(_try_far, jobs, extraction.cluster or "", packages):
-        if found is not None:
-            write_responses(extraction.out, found)
-        elif fault is None:
-            relabel(extraction.out, *declared[name])
-        yield name, fault
+    return on_cluster(_try_far, jobs, extraction.cluster, extraction.out, packages)
 
 
 def _reference(session: Session, sensor: Sensor, extraction: Extraction) -> Positions | None:
@@ -248,50 +200,27 @@ def _try_one(
     """Return the recording's name, and what is wrong with it."""
     cv2.setNumThreads(1)
     try:
-        doubts = check_recording(recording, declared, extraction.accept)
-        _extract_one(recording, declared, reference, extraction, doubts)
+        _extract_one(recording, declared, reference, extraction)
     except AfferentsError as error:
         return recording.name, str(error)
     return recording.name, None
 
 
-def _try_far(
-    recording: Recording,
-    sizes: Mapping[Path, int],
-    declared: SessionFile,
-    reference: Positions | None,
-    extraction: Extraction,
-    output: Output,
-    there: tuple[str, str] | None,
-) -> tuple[str, str | None, Responses | None]:
-    """Do the same on a worker; one that doesn't see the store returns the responses as well.
-
-    Parameters
-    ----------
-    sizes
-        Of the recording's files, in bytes, where the command runs.
-    there
-        From which files the store has the recording already, and how these were declared.
+def _try_far(recording: Recording, *others: Any) -> tuple[str, str | None]:
+    """Do the same on a worker.
 
     Raises
     ------
     InputError
-        If the worker doesn't see the recording as it is.
+        If the worker doesn't see the recording, which is no fault of the recording's.
     """
-    for path, size in sizes.items():
-        require_same_file(path, size)
-    if output.is_seen:
-        return *_try_one(recording, declared, reference, extraction), None
-    cv2.setNumThreads(1)
-    try:
-        doubts = check_recording(recording, declared, extraction.accept)
-        made_of = origin_of(recording, declared, extraction)
-        if there is not None and is_of_same_files(output.folder / recording.name, there, made_of):
-            return recording.name, None, None
-        found = _new_responses(recording, made_of, reference, extraction, doubts)
-        return recording.name, None, found
-    except AfferentsError as error:
-        return recording.name, str(error), None
+    for path in recording.files:
+        if not path.exists():
+            raise InputError(
+                f"worker on {socket.gethostname()}: expected {path} as it is where the command "
+                "runs, found none; let all workers see the same files at the same paths"
+            )
+    return _try_one(recording, *others)
 
 
 def _extract_one(
@@ -299,24 +228,13 @@ def _extract_one(
     declared: SessionFile,
     reference: Positions | None,
     extraction: Extraction,
-    doubts: list[QualityIssue],
 ) -> None:
-    made_of = origin_of(recording, declared, extraction)
-    if has_responses(extraction.out, recording.name, *made_of):
-        relabel(extraction.out, recording, made_of[1])
+    """Extract a recording that the store doesn't hold; say what was made of what, and accepted."""
+    doubts = check_recording(recording, declared, extraction.accept)
+    checksum, matters = origin_of(recording, declared, extraction)
+    if has_responses(extraction.out, recording.name, checksum, matters):
+        relabel(extraction.out, recording, matters)
         return
-    found = _new_responses(recording, made_of, reference, extraction, doubts)
-    write_responses(extraction.out, found)
-
-
-def _new_responses(
-    recording: Recording,
-    made_of: tuple[str, str],
-    reference: Positions | None,
-    extraction: Extraction,
-    doubts: list[QualityIssue],
-) -> Responses:
-    """Extract a recording; its responses say what they were made of, and what was accepted."""
     if not extraction.vibration:
         if recording.video is None:
             raise InputError(f"{recording.name}: expected a video to track, found none")
@@ -329,8 +247,8 @@ def _new_responses(
         found = found.assign({dims.DRUM_POSITION: way.variable()})
     doubts = doubts + require_accepted(doubts_of(recording, found), extraction.accept)
     found = with_doubts(with_fingerprint(found), doubts)
-    checksum, matters = made_of
-    return found.assign_attrs(checksum=checksum, declared=matters)
+    found = found.assign_attrs(checksum=checksum, declared=matters)
+    write_responses(extraction.out, found)
 
 
 def responses_of(

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from afferents.choices import Nodules, Remount, Size
@@ -16,17 +15,16 @@ from afferents.files import (
     checksum,
     remove_partials,
     require_same_config,
-    write_aside,
     write_json,
 )
 from afferents.markers.sensor import sensor_in
 from afferents.outputs import require_new_folder, writing_alone
-from afferents.parallel import OF_RECORDINGS, SAME, Output, on_cluster, side_by_side
+from afferents.parallel import OF_RECORDINGS, SAME, on_cluster, side_by_side
 from afferents.progress import Progress
 from afferents.recordings.layouts import NOT_TEXTURES
 from afferents.recordings.session_file import SESSION_FILE
 from afferents.rig.drive import STEADY_S
-from afferents.rig.record import AUDIO, RECORDED, TRUTH, VIDEO, record
+from afferents.rig.record import AUDIO, TRUTH, VIDEO, record
 from afferents.rig.simulation import RUNS, Simulation, run_name, simulation_of
 from afferents.rig.surface import Drum, Surface, bumped_surface
 from afferents.store.recording import RecordingSet, require_distinct
@@ -62,14 +60,14 @@ def simulate_session(
     _check(simulation)
     if not (simulation.session / SESSION_FILE).is_file():
         require_new_folder(simulation.session, "a new session")
-    with writing_alone(simulation.session, "simulate") as token:
+    with writing_alone(simulation.session, "simulate"):
         _claim(simulation)
         remove_partials(simulation.session)
         missing = [run for run in simulation.names if not _is_recorded(simulation, *run)]
         names = (
             _record_here(simulation, missing, workers, progress)
             if cluster is None
-            else _record_there(simulation, missing, cluster, token)
+            else _record_there(simulation, missing, cluster)
         )
         _record_missing(simulation, len(missing), names, progress)
     return simulation.session
@@ -103,13 +101,11 @@ def _record_here(
 
 
 def _record_there(
-    simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str, token: str
+    simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str
 ) -> Iterator[str]:
-    """Record runs on a cluster; write the files that workers send which don't see the session."""
-    first = simulation.names[0]
-    output = Output(simulation.session.resolve(), token)
-    sent = replace(simulation, session=output.folder, textures=(), speeds_mm_s=())
-    maps = simulation.height_maps
+    """Record runs on a cluster; yield the names of those that are done."""
+    first, session, maps = simulation.names[0], simulation.session.resolve(), simulation.height_maps
+    sent = replace(simulation, session=session, textures=(), speeds_mm_s=())
     jobs = (
         (
             replace(
@@ -119,17 +115,10 @@ def _record_there(
             ),
             *run,
             run == first,
-            output,
         )
         for run in missing
     )
-    for run, files in on_cluster(_record_far, jobs, cluster, SAME + OF_RECORDINGS):
-        if files:
-            with write_aside(_folder(simulation, *run), RECORDED) as partial:
-                partial.mkdir()
-                for name, content in files.items():
-                    (partial / name).write_bytes(content)
-        yield run_name(*run)
+    return on_cluster(_record_one, jobs, cluster, session, SAME + OF_RECORDINGS)
 
 
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
@@ -198,24 +187,6 @@ def _record_one(simulation: Simulation, texture: str, speed_mm_s: float, referen
 def _drum_of(texture: str, drum: Drum) -> Surface:
     """Return a drum's surface, once for its runs in a row."""
     return bumped_surface(float(texture), drum)
-
-
-def _record_far(
-    simulation: Simulation,
-    texture: str,
-    speed_mm_s: float,
-    reference: bool,
-    output: Output,
-) -> tuple[tuple[str, float], dict[str, bytes]]:
-    """Record a run on a worker; return which, and its files if the session isn't seen there."""
-    run = (texture, speed_mm_s)
-    if output.is_seen:
-        _record_one(simulation, *run, reference)
-        return run, {}
-    with TemporaryDirectory() as folder:
-        here = replace(simulation, session=Path(folder))
-        _record_one(here, *run, reference)
-        return run, {path.name: path.read_bytes() for path in _folder(here, *run).iterdir()}
 
 
 def _seal(simulation: Simulation) -> None:

@@ -1,16 +1,12 @@
 import errno
 import os
-import time
 
 import pytest
 
 from afferents.errors import InputError
 from afferents.files import (
-    ABANDONED_S,
-    PARTIAL_PREFIX,
     holds_only,
     remove_partials,
-    this_process,
     write_aside,
     write_json,
 )
@@ -43,22 +39,6 @@ def test_partials_of_a_killed_run_are_removed(tmp_path):
     (tmp_path / ".partial-summary").write_text("x")
     remove_partials(tmp_path)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["3", "50"]
-
-
-def test_a_living_writers_partials_are_left_alone(tmp_path):
-    mine = this_process()
-    gone = mine._replace(started=mine.started + 1)
-    elsewhere = mine._replace(host="elsewhere")
-    for name, owner in {"mine": mine, "gone": gone, "far": elsewhere, "far-old": elsewhere}.items():
-        folder = tmp_path / f"{PARTIAL_PREFIX}{name}-{owner.tag()}-0123abcd"
-        folder.mkdir()
-        (folder / "half").write_text("x")
-        if name == "far-old":
-            for path in (folder / "half", folder):
-                os.utime(path, (time.time() - 2 * ABANDONED_S,) * 2)
-    remove_partials(tmp_path)
-    kept = {p.name.removeprefix(PARTIAL_PREFIX).rsplit("-", 3)[0] for p in tmp_path.iterdir()}
-    assert kept == {"mine", "far"}
 
 
 def test_a_folder_is_replaced_only_by_what_it_holds(tmp_path):

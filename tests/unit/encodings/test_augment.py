@@ -76,6 +76,13 @@ def test_six_copies_of_every_sample_carry_their_origin():
     assert factors.max() <= 2.02
 
 
+def test_the_input_is_left_alone():
+    spectrum = line(40)
+    before = spectrum.copy()
+    stretch_spectrum(spectrum, 1.3)
+    np.testing.assert_array_equal(spectrum, before)
+
+
 @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan])
 def test_a_factor_that_is_none_is_refused(factor):
     with pytest.raises(InputError, match="a stretch above 0"):

@@ -31,20 +31,18 @@ def test_samples_that_are_no_numbers(run, stores, tmp_path, monkeypatch):
     assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said
 
 
-def test_far_trainings_write_checkpoints_where_the_folder_is_seen(
-    run, stores, tmp_path, monkeypatch
-):
-    store, waits = stores["audio"], []
+def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
+    store, waits, kept = stores["audio"], [], job.keep
 
     def keep(recipe, outcome):
         waits.append(outcome.key.checkpoint(recipe.out).is_file())
-        job.keep(recipe, outcome)
+        kept(recipe, outcome)
         waits.append(outcome.key.checkpoint(recipe.out).is_file())
 
     monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))
-    monkeypatch.setattr(evaluation, "keep", keep)
+    monkeypatch.setattr(job, "keep", keep)
     monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, _: (ask(*job) for job in jobs))
+    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
     ended = run("evaluate", store, "--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
     assert ended[0] == 0, ended
     assert waits
@@ -60,7 +58,7 @@ def test_far_trainings_in_a_row_read_the_data_once(run, stores, tmp_path, monkey
 
     monkeypatch.setattr(job, "open_data", counted)
     monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, _: (ask(*job) for job in jobs))
+    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
     asked = ("--models", "order-te", "--quiet", "--cluster", "tcp://here", "--window-s", "1")
     ended = run("evaluate", stores["audio"], "--out", tmp_path / "results", *asked)
     assert ended[0] == 0, ended

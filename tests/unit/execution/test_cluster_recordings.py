@@ -11,34 +11,11 @@ import pytest
 from distributed import Client
 
 from afferents.extraction import extract as extraction
-from afferents.outputs import LOCK
 from afferents.parallel import on_cluster
 
 pytestmark = pytest.mark.system
 
 SIMULATE = ("--textures", "g", "--speeds", "50,100", "--seconds", "1.6", "--quiet")
-
-
-@pytest.fixture
-def blind(cluster):
-    """Workers that don't see what is written."""
-    with Client(cluster, set_as_default=False) as client:
-        client.run(_close_eyes)
-        yield cluster
-        client.run(_open_eyes)
-
-
-def _close_eyes():
-    from afferents import parallel as cluster
-
-    cluster.is_locked_by = lambda folder, token: False
-
-
-def _open_eyes():
-    from afferents import outputs
-    from afferents import parallel as cluster
-
-    cluster.is_locked_by = outputs.is_locked_by
 
 
 def bytes_of(folder):
@@ -61,35 +38,28 @@ def test_extract_and_track_write_the_same_bytes(run, session, stores, tmp_path, 
         assert bytes_of(there) == bytes_of(here)
 
 
-def test_workers_that_do_not_see_the_store_send_back_what_they_found(
-    run, session, stores, tmp_path, blind, monkeypatch
-):
-    here, there = stores["video"], tmp_path / "there.zarr"
-    sent = []
-    write = extraction.write_responses
+def test_workers_that_do_not_see_the_store_are_refused(run, session, tmp_path, cluster):
+    def see_nothing():
+        from afferents import parallel
 
-    def written(store, responses):
-        sent.append(responses.attrs["name"])
-        write(store, responses)
+        parallel.lock_text, found = lambda folder: "", parallel.lock_text
+        parallel._lock_text = found
 
-    monkeypatch.setattr(extraction, "write_responses", written)
-    shutil.copytree(here / "1" / "20", there / "1" / "20")  # a run that was stopped
-    shutil.copy(here / "zarr.json", there)
-    shutil.copy(here / "1" / "zarr.json", there / "1")
-    code, _, err = run("extract", session, there, *on(blind), "--quiet")
-    assert code == 0, err
-    assert len(sent) == 8, "what the store had is not extracted again"
-    assert bytes_of(there) == bytes_of(here)
+    def see():
+        from afferents import parallel
 
+        parallel.lock_text = parallel._lock_text
 
-def test_a_store_of_the_same_path_elsewhere_is_another(cluster, tmp_path):
-    """The token of the lock tells them apart, not the path."""
-    from afferents.parallel import Output
-
-    (tmp_path / LOCK).write_text('{"token": "theirs"}')
-    assert Output(tmp_path, "theirs").is_seen
-    assert not Output(tmp_path, "mine").is_seen
-    assert not Output(tmp_path / "nowhere", "mine").is_seen
+    there = tmp_path / "there.zarr"
+    with Client(cluster, set_as_default=False) as client:
+        client.run(see_nothing)
+        try:
+            code, _, err = run("extract", session, there, *on(cluster), "--quiet")
+        finally:
+            client.run(see)
+    assert code == 2
+    assert f"expected to see {there} as it is where the command runs; let all workers see" in err
+    assert not list(there.glob("*/*/zarr.json"))
 
 
 def test_a_worker_killed_while_it_extracts_costs_time_alone(
@@ -101,7 +71,7 @@ def test_a_worker_killed_while_it_extracts_costs_time_alone(
     def shoot():
         while not shot:
             for partial in there.glob("*/.partial-*"):
-                pid = int(partial.name.rsplit("-", 2)[1].partition(".")[0])
+                pid = int(partial.name.rsplit("-", 2)[1])
                 os.kill(pid, signal.SIGKILL)
                 shot.append(pid)
                 return
@@ -127,13 +97,13 @@ def test_simulate_writes_the_same_bytes(run, tmp_path, cluster):
     assert bytes_of(there) == bytes_of(here)
 
 
-def test_simulated_files_come_back_from_workers_that_do_not_see_the_session(run, tmp_path, blind):
+def test_a_map_of_heights_is_read_by_workers(run, tmp_path, cluster):
     here, there = tmp_path / "here", tmp_path / "there"
     (tmp_path / "waves.pgm").write_bytes(b"P5 64 8 255 " + bytes(range(64)) * 8)
     waves = ("--height-map", f"waves={tmp_path}/waves.pgm,12,0.5")
     words = ("--textures", "g", "--speeds", "50", "--seconds", "1.6", "--quiet", *waves)
     assert run("simulate", here, *words, "--workers", 1)[0] == 0
-    code, _, err = run("simulate", there, *words, *on(blind))
+    code, _, err = run("simulate", there, *words, *on(cluster))
     assert code == 0, err
     assert bytes_of(there) == bytes_of(here)
 

@@ -16,9 +16,13 @@ from distributed import Client, LocalCluster
 
 from afferents.errors import AfferentsError, InputError
 from afferents.files import write_aside
-from afferents.parallel import _require_version, _result, on_cluster
+from afferents.parallel import on_cluster as submit
 
 pytestmark = pytest.mark.system
+
+
+def on_cluster(function, jobs, address, output=Path("/nowhere")):
+    return submit(function, jobs, address, output)
 
 
 @pytest.fixture
@@ -155,8 +159,8 @@ def complain(where):
 
 
 def test_other_versions_are_refused(cluster, monkeypatch):
-    monkeypatch.setattr("afferents.parallel._installed", lambda package: "0.0.1")
-    with pytest.raises(InputError, match=r"worker tcp://.*: expected afferents 0.0.1, as here"):
+    monkeypatch.setattr("afferents.parallel.version", lambda package: "0.0.1")
+    with pytest.raises(InputError, match=r"worker tcp://.*: expected afferents 0.0.1, as where"):
         list(on_cluster(complain, [("",)], cluster.scheduler_address))
 
 
@@ -185,21 +189,6 @@ def test_a_worker_that_joins_late_is_checked_too(forked_workers):
         finally:
             late.kill()
             late.wait()
-
-
-@pytest.mark.parametrize("there", ["0.0.1", ModuleNotFoundError("No module named 'torch'")])
-def test_what_a_worker_has_is_said(there):
-    with pytest.raises(InputError, match=r"torch 2, as here, found (0|none)"):
-        _require_version("tcp://x:1", "torch", "2", there)
-
-
-def test_a_worker_without_the_package_is_one_sentence():
-    class Failed:
-        def result(self):
-            raise ModuleNotFoundError("No module named 'afferents'")
-
-    with pytest.raises(AfferentsError, match=r"joined late lacks .*'afferents'.*what is finished"):
-        _result(Failed())
 
 
 @pytest.mark.parametrize("address", ["", "scheduler", "tcp://scheduler", "http://scheduler:8786"])
@@ -234,12 +223,12 @@ def test_no_scheduler_and_no_workers_are_named(forked_workers, monkeypatch):
 def test_a_store_that_changed_under_the_run_is_refused(run, store, tmp_path, cluster, monkeypatch):
     from afferents.evaluation import run as module
 
-    def changed(function, jobs, address):
+    def changed(function, jobs, address, output):
         settings = store / "zarr.json"
         content = settings.read_text()
         assert '"windowed"' in content
         settings.write_text(content.replace('"windowed"', '"one-to-one"'))
-        return on_cluster(function, jobs, address)
+        return submit(function, jobs, address, output)
 
     monkeypatch.setattr(module, "on_cluster", changed)
     code, _, err = run("evaluate", store, "--out", tmp_path / "r", "--models", "vib-te", "--quiet",
