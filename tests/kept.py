@@ -50,7 +50,7 @@ def _key():
                 found.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
     installed = {f"{one.name} {one.version}" for one in distributions() if one.name != "afferents"}
     told = {f"{name}={value}" for name, value in os.environ.items() if name.startswith(ROUNDING)}
-    about = [platform.python_version(), *sorted(installed), *sorted(told)]
+    about = [afferents.__version__, platform.python_version(), *sorted(installed), *sorted(told)]
     found.update("\n".join([*about, *_processor()]).encode())
     return found.hexdigest()[:24]
 

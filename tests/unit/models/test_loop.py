@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from afferents.errors import AfferentsError, InputError
-from afferents.models import config as settings
+from afferents.models import hardware as settings
 from afferents.models.classifiers import build
 from afferents.models.hardware import autocast, choose_device, has_bfloat16
 from afferents.models.layers import batch_norm_units, l2_penalty
