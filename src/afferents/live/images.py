@@ -1,7 +1,7 @@
 """Responses as tactile images, frame by frame: the same numbers as offline."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -12,7 +12,7 @@ from afferents import dims
 from afferents.channels import CHANNELS, Channel, Filler, Skin
 from afferents.errors import InputError
 from afferents.markers.calibrate import calibrate_from_clips
-from afferents.markers.detect import Positions, undistort
+from afferents.markers.detect import undistort
 from afferents.markers.grid import Grid
 from afferents.markers.places import images_of
 from afferents.markers.rest import N_FRAMES, check_size
@@ -85,6 +85,9 @@ class FrameByFrame(Protocol):
     def feed(self, frame: Frame) -> FrameImages | None:
         """Take in the next frame; None before there is a rest frame."""
 
+    def show(self, images: FrameImages) -> FrameImages:
+        """Add what only the page shows to the images that `feed` returned last."""
+
     def describe(self) -> str:
         """Say in a sentence which sensor is followed, and how that is known."""
 
@@ -98,7 +101,7 @@ class Images:
         Which says where its markers are; the frame `sensor.rest_frame` is taken for the skin at
         rest.
     channels
-        Whose images are wanted.
+        That `feed` gives; `SHOWN` are added by `show`, for which no prediction waits.
 
     Raises
     ------
@@ -124,11 +127,12 @@ class Images:
         self._tracker: Tracker | None = None
         self._n = 0
         self._fillers: dict[str, Filler] = {}
+        self._now: Skin | None = None
         self._before: Skin | None = None
 
     def skip(self) -> None:
         """Frames are missing before the next one: it has no RA-I."""
-        self._before = None
+        self._now = None
 
     def describe(self) -> str:
         """Say in a sentence which sensor is followed."""
@@ -153,18 +157,22 @@ class Images:
         position, detected = self._tracker.step(frame.luma)
         grid = self._tracker.grid
         assert grid is not None
-        responses = self._responses(position, self._tracker.rest_position)
-        markers = {c.name: self._filled(c, response, grid) for c, response in responses.items()}
-        return FrameImages(markers, position, detected, grid)
-
-    def _responses(self, position: Positions, rest: Positions) -> dict[Channel, Response]:
-        """Return the responses of a frame, computed as offline; without those that lack one."""
+        now, rest = position, self._tracker.rest_position
         if (lens := self._sensor.lens) is not None:
-            position, rest = undistort(position, lens), undistort(rest, lens)
-        now, before = Skin(position, rest), self._before
-        self._before = now
-        found = {channel: channel.step(now, before) for channel in self._channels}
-        return {channel: response for channel, response in found.items() if response is not None}
+            now, rest = undistort(now, lens), undistort(rest, lens)
+        self._before, self._now = self._now, Skin(now, rest)
+        return FrameImages(self._responses(self._channels, grid), position, detected, grid)
+
+    def show(self, images: FrameImages) -> FrameImages:
+        """Add what only the page shows to the images that `feed` returned last."""
+        more = [channel for channel in SHOWN if channel not in self._channels]
+        return replace(images, markers={**images.markers, **self._responses(more, images.grid)})
+
+    def _responses(self, channels: Collection[Channel], grid: Grid) -> dict[str, Image]:
+        """Return responses to the last frame, filled as offline; without those that lack one."""
+        assert self._now is not None
+        found = {channel: channel.step(self._now, self._before) for channel in channels}
+        return {c.name: self._filled(c, r, grid) for c, r in found.items() if r is not None}
 
     def _filled(self, channel: Channel, response: Response, grid: Grid) -> Image:
         """Return a response without NaN, (component, marker), filled as offline."""
@@ -249,6 +257,10 @@ class FoundImages:
             self.sensor = found_in(_Clip(first))
             self._images = Images(self.sensor)
         return None
+
+    def show(self, images: FrameImages) -> FrameImages:
+        """Return them as they are: `feed` gives all that is shown."""
+        return images
 
 
 def found_in(clip: Video) -> Sensor:

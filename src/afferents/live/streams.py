@@ -14,7 +14,7 @@ from afferents.encodings.base import Ready, VibrationEncoding
 from afferents.encodings.spectra import SpectralEncoding
 from afferents.errors import InputError
 from afferents.live.events import Begin, CameraFrame, Channel, Event, Sound, Trouble
-from afferents.live.images import SHOWN, FrameByFrame, FrameImages, Images
+from afferents.live.images import FrameByFrame, FrameImages, Images
 from afferents.live.network import Network
 from afferents.live.prediction import Counters, Prediction, State
 from afferents.live.quality import AudioQuality, Quality, VideoQuality
@@ -304,7 +304,7 @@ class VideoStream(SensorStream):
         sensor = networks[0].part(Sensor, card.sensor, "a sensor file")
         learnt_from = {network.channel for network in networks}
         assert card.fps_hz is not None
-        return cls(Images(sensor, {*SHOWN, *learnt_from}), card.fps_hz, networks)
+        return cls(Images(sensor, learnt_from), card.fps_hz, networks)
 
     def begin(self, event: Begin) -> None:
         """Wait for the rest frame of another recording."""
@@ -331,31 +331,34 @@ class VideoStream(SensorStream):
         if self._comes_twice(event.time_s):
             self.counters.doubled += 1
             return
-        yield from self._predict(event)
+        images, predictions = self._predict(event)
+        yield from predictions
+        self.picture = event
+        self.newest = None if images is None else self.images.show(images)
         self.quality.add(event, self.newest)
         if self.raster is not None and self.newest is not None:
             self.raster.take(event.time_s, self.newest)
 
-    def _predict(self, picture: CameraFrame) -> list[Prediction]:
+    def _predict(self, picture: CameraFrame) -> tuple[FrameImages | None, list[Prediction]]:
+        """Return what a frame shows, None before the rest frame, and what is predicted."""
         self.now_s = picture.time_s + 1 / self.rate_hz
-        self.picture = picture
         try:
-            newest = self.newest = self.images.feed(picture.frame)
+            images = self.images.feed(picture.frame)
         except InputError as error:
             self.images.begin()
-            self.newest = None
-            return self.interrupt(Trouble("video", picture.time_s, str(error)), "waiting")
+            trouble = Trouble("video", picture.time_s, str(error))
+            return None, self.interrupt(trouble, "waiting")
         late = self.is_late(picture.time_s, picture.arrived_s)
-        if newest is None:
-            return []
+        if images is None:
+            return None, []
         if late:
             super().skip()  # the networks have not seen it; RA-I has
-            return self.report_nothing("stalled")
+            return images, self.report_nothing("stalled")
         predictions = [
-            reporter.report_frame(newest, self.now_s, self.every_s, picture.arrived_s)
+            reporter.report_frame(images, self.now_s, self.every_s, picture.arrived_s)
             for reporter in self.reporters
         ]
-        return [prediction for prediction in predictions if prediction]
+        return images, [prediction for prediction in predictions if prediction]
 
     def _comes_twice(self, time_s: float) -> bool:
         """Tell whether a frame is the last once more; count those missing before it."""

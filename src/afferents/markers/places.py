@@ -175,7 +175,7 @@ def covered(row: Places, column: Places) -> NDArray[np.bool_]:
 
 
 def _is_grid(row: Places) -> bool:
-    return np.issubdtype(row.dtype, np.integer)
+    return row.dtype.kind in "iu"
 
 
 @lru_cache(maxsize=8)
