@@ -161,24 +161,30 @@ def simulate_run(
         random_of(seed, texture, speed_mm_s, _DRIVE),
     )
     time = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA))
-    skin = press(rig, drawn, surface, turning, time)
+    rng = random_of(seed, texture, speed_mm_s, _SOUND)
+    return _recorded(rig, drawn, surface, turning, time, seconds, rng)
+
+
+def _recorded(
+    rig: Rig,
+    drawn: Drawn,
+    surface: Surface,
+    turning: Turning,
+    frames_s: NDArray[np.float64],
+    seconds: float,
+    rng: np.random.Generator,
+) -> Simulated:
+    """Return what camera and microphone take of a drum that turns so."""
+    skin = press(rig, drawn, surface, turning, frames_s)
     if not np.isfinite(skin.displacement_mm).all():
         raise InputError(
             "the rig's constants: expected a skin that stays in one piece, found infinite "
             "displacements; soften it, or press less deep"
         )
-    rng = random_of(seed, texture, speed_mm_s, _SOUND)
-    sensor, room = listen(rig, skin, turning, speed_mm_s, seconds, drawn.clock_offset_s, rng)
-    at = np.clip(np.searchsorted(turning.time_s, time), 0, len(turning.time_s) - 1)
-    return Simulated(
-        time,
-        seen(rig, skin),
-        skin.pressure_mn,
-        turning.angle_rad[at],
-        turning.speed_mm_s[at],
-        sensor,
-        room,
-    )
+    sensor, room = listen(rig, skin, turning, seconds, drawn.clock_offset_s, rng)
+    at = np.clip(np.searchsorted(turning.time_s, frames_s), 0, len(turning.time_s) - 1)
+    angle, speed = turning.angle_rad[at], turning.speed_mm_s[at]
+    return Simulated(frames_s, seen(rig, skin), skin.pressure_mn, angle, speed, sensor, room)
 
 
 def check_step(rig: Rig) -> None:
@@ -270,7 +276,6 @@ def listen(
     rig: Rig,
     skin: SkinResponse,
     turning: Turning,
-    speed_mm_s: float,
     seconds: float,
     offset_s: float,
     rng: np.random.Generator,
@@ -319,7 +324,8 @@ def tap(
     # Where the microphone is: the rim is pressed late, or not at all, by what meets the middle.
     towards = -rig.microphone.y_mm / rig.skin.tip_radius_mm
     sooner_mm = rig.microphone.y_mm**2 / (2 * rig.skin.tip_radius_mm)  # than the middle is met
-    drawn = draw(rig, texture, speed_mm_s, seed)._replace(tilt_rad=(0.0, towards))
+    drawn = draw(rig, texture, speed_mm_s, seed)
+    drawn = drawn._replace(tilt_rad=(0.0, towards), clock_offset_s=0.0)
     rng = random_of(seed, texture, speed_mm_s, TAPS)
     time = (np.arange(round((seconds + 0.25) * PHYSICS_RATE_HZ)) + 1) / PHYSICS_RATE_HZ
     pressed = np.full(len(time), -_OFF_MM)
@@ -331,15 +337,5 @@ def tap(
     still = np.zeros(len(time))
     turning = Turning(time, still + drawn.start_rad, still, pressed)
     frames = frame_times(rig, seconds, random_of(seed, texture, speed_mm_s, CAMERA))
-    skin = press(rig, drawn, bumped_surface(0.0, rig.drum), turning, frames)
-    sensor, room = listen(rig, skin, turning, speed_mm_s, seconds, 0.0, rng)
-    standing = np.zeros(len(frames))
-    return Simulated(
-        frames,
-        seen(rig, skin),
-        skin.pressure_mn,
-        standing + drawn.start_rad,
-        standing,
-        sensor,
-        room,
-    )
+    smooth = bumped_surface(0.0, rig.drum)
+    return _recorded(rig, drawn, smooth, turning, frames, seconds, rng)
