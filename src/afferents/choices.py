@@ -39,6 +39,11 @@ Cut = Literal["published", "all"]
 """Which part of a recording is used; see `store.trimming`."""
 
 
+def flag_of(name: str) -> str:
+    """Return an option, by its name in Python, as the command line has it."""
+    return f"--{name.replace('_', '-')}"
+
+
 def conditions_in(pairs: Iterable[str], option: str) -> dict[str, str]:
     """Return conditions of recordings, each given as ``NAME=VALUE``.
 

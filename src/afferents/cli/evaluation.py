@@ -15,21 +15,14 @@ from afferents.models.model import TABLE1
 if TYPE_CHECKING:
     import pandas as pd
 
-    from afferents.evaluation.options import EvaluationOptions
     from afferents.evaluation.schemas import Summary
-
-
-def _options() -> type["EvaluationOptions"]:
-    from afferents.evaluation.options import EvaluationOptions
-
-    return EvaluationOptions
 
 
 @shows(
     "data", "out", "models", "protocol", "preset", "split", "held_out", "seeds", "workers", "quiet"
 )  # fmt: skip
 @takes_encodings
-@takes_fields(_options)
+@takes_fields("EvaluationOptions")
 def evaluate(
     data: Annotated[
         list[str],

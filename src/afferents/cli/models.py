@@ -1,7 +1,7 @@
 """Commands of single models: train one, explain it, export it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -9,19 +9,10 @@ from afferents.cli.options import shows, takes_encodings, takes_fields
 from afferents.cli.printing import say
 from afferents.cli.shared import SEED, CutName, Data, Force, Json, ModelFolder, Quiet
 
-if TYPE_CHECKING:
-    from afferents.evaluation.options import TrainingOptions
-
-
-def _options() -> type["TrainingOptions"]:
-    from afferents.evaluation.options import TrainingOptions
-
-    return TrainingOptions
-
 
 @shows("data", "out", "model", "preset", "results", "split", "seed", "force", "quiet")
 @takes_encodings
-@takes_fields(_options)
+@takes_fields("TrainingOptions")
 def train(
     data: Data,
     out: Annotated[Path, typer.Argument(help="Folder to write the model to.")],

@@ -18,11 +18,11 @@ import typer
 from typer.core import TyperGroup
 from typer.models import OptionInfo
 
+from afferents.choices import flag_of
 from afferents.documents import read_json, read_toml
 from afferents.errors import InputError
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
     from pydantic.fields import FieldInfo
 
     from afferents.encodings.base import Option
@@ -56,26 +56,25 @@ def shows(*names: str) -> Callable[[Command], Command]:
 
 
 def takes_fields(
-    of: Callable[[], "type[BaseModel]"], own: Sequence[str] = (), values: Mapping[str, str] = {}
+    of: Literal["EvaluationOptions", "TrainingOptions"], values: Mapping[str, str] = {}
 ) -> Callable[[Command], Command]:
-    """Give a command that ends in ``**options`` the fields of a pydantic model, None if not given.
+    """Give a command that ends in ``**options`` all that is chosen so, None if not given.
 
     Parameters
     ----------
     of
-        Returns the model; called when the command is.
-    own
-        Fields that the command sets itself.
+        A class of `evaluation.options`.
     values
         By field: what it is unless given, for its help.
     """
 
     def make(command: Command, arguments: Sequence[str]) -> Command:
-        fields = of().model_fields.items()
-        return _with_options(command, {
-            name: _option_of(name, field, values.get(name))
-            for name, field in fields if name not in own
-        })  # fmt: skip
+        from afferents.evaluation import options
+
+        fields = getattr(options, of).model_fields.items()
+        return _with_options(
+            command, {name: _option_of(name, field, values.get(name)) for name, field in fields}
+        )
 
     return lambda command: _later(command, make)
 
@@ -159,7 +158,7 @@ def _option_of(name: str, field: "FieldInfo", value: str | None) -> tuple[Any, O
     said, usual = " ".join(first.split()), value or field.default
     if isinstance(usual, str | int | float) and usual is not False and "(default" not in said:
         said = f"{said} (default: {usual})"
-    return _kind(field.annotation), typer.Option(f"--{name.replace('_', '-')}", help=said)
+    return _kind(field.annotation), typer.Option(flag_of(name), help=said)
 
 
 def _kind(annotation: Any) -> Any:

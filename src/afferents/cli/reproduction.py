@@ -1,7 +1,7 @@
 """The command that looks at this machine."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -13,9 +13,6 @@ from afferents.cli.printing import say
 from afferents.cli.recordings import extract
 from afferents.cli.shared import Json, Quiet
 from afferents.reproduction.presets import CHOICES, Choice, format_choice
-
-if TYPE_CHECKING:
-    from afferents.evaluation.options import EvaluationOptions
 
 
 def doctor(as_json: Json = False) -> None:
@@ -55,18 +52,12 @@ def _default_of(choice: Choice) -> str:
 _PUBLISHED = {one.name: _default_of(one) for one in CHOICES}
 
 
-def _options() -> type["EvaluationOptions"]:
-    from afferents.evaluation.options import EvaluationOptions
-
-    return EvaluationOptions
-
-
 @shows(
     "out", "session", "like", "size", "sensor", "models", "held_out", "workers", "discrepancies",
     "quiet",
 )  # fmt: skip
 @takes_encodings
-@takes_fields(_options, values=_PUBLISHED)
+@takes_fields("EvaluationOptions", values=_PUBLISHED)
 @takes_options_of(extract, own=("session", "out", "as_json", "quiet"), values=_PUBLISHED)
 def reproduce(
     out: Annotated[

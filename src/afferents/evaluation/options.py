@@ -30,6 +30,7 @@ from afferents.choices import (
     Preset,
     Statistics,
     conditions_in,
+    flag_of,
 )
 from afferents.errors import InputError
 from afferents.folds.ablation import Ablation, parse_speeds
@@ -78,9 +79,6 @@ def _named(models: Any) -> str:
     return ",".join(one.name if isinstance(one, Model) else one for one in several)
 
 
-Described = PlainSerializer(lambda disturbance: disturbance.describe())
-
-
 class TrainingOptions(BaseModel):
     """What can be chosen of every training; `EvaluationOptions` has more.
 
@@ -114,9 +112,9 @@ class TrainingOptions(BaseModel):
     steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
     says, else all but 2.5 s at each end)."""
-    disturb_training: Annotated[
-        Corruption, BeforeValidator(_corruption("--disturb-training")), Described
-    ] = Field(default_factory=Corruption)
+    disturb_training: Annotated[Corruption, BeforeValidator(_corruption("--disturb-training"))] = (
+        Corruption()
+    )
     """Corrupt the recordings that are learnt from: markers=0.1 (noise, px), sound=-20dB (noise, by
     the sound's own level), frames=0.05 and lost=0.1 (share of the frames dropped, of the markers
     lost), seed=0."""
@@ -253,9 +251,7 @@ class EvaluationOptions(TrainingOptions):
     penalty: Penalty = "fixed"
     """Penalty of ridges (all models beyond the paper's): the usual one ('fixed'), or chosen inside
     each fold by leaving out its training speeds in turn ('searched')."""
-    disturb: Annotated[Corruption, BeforeValidator(_corruption("--disturb")), Described] = Field(
-        default_factory=Corruption
-    )
+    disturb: Annotated[Corruption, BeforeValidator(_corruption("--disturb"))] = Corruption()
     """Corrupt the recordings that are tested, in the words of --disturb-training."""
     keep_going: bool = False
     """Skip recordings that fail, name them, and exit with code 3."""
@@ -316,11 +312,6 @@ class EvaluationOptions(TrainingOptions):
     def may_leave_out(self) -> bool:
         """Whether models that the data don't support are left out instead of refused."""
         return "all" in names_in(self.models)
-
-
-def flag_of(name: str) -> str:
-    """Return a field as the command line has it."""
-    return f"--{name.replace('_', '-')}"
 
 
 def _texts(name: str, value: Any) -> Iterator[str]:

@@ -53,7 +53,7 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
         If anything of a held-out speed is seen under the nested protocol.
     """
     recipe, options, everything = evaluation.recipe, evaluation.options, evaluation.recordings
-    able = require_support(recipe.models, everything, evaluation.options.may_leave_out)
+    able = require_support(recipe.models, everything, options.may_leave_out)
     left_out = [model.name for model in recipe.models if model not in able]
     if left_out:
         progress.note(f"left out, since these data don't support them: {', '.join(left_out)}")

@@ -10,14 +10,14 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from afferents.choices import Cut, Like, Size
+from afferents.choices import Cut, Like, Size, flag_of
 from afferents.encodings.base import Encoding
 from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.encodings.settings import options as options_of_encodings
 from afferents.errors import InputError
 from afferents.evaluation.data import open_data
 from afferents.evaluation.evaluate import evaluate
-from afferents.evaluation.options import EvaluationOptions, flag_of
+from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Recipe
 from afferents.evaluation.results import Results, load_results
 from afferents.evaluation.train import Training, train_model
