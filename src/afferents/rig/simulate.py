@@ -1,20 +1,24 @@
 """A whole session of the simulated rig, in the published layout."""
 
 import math
+import pickle
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+from uuid import uuid4
 
 from afferents.choices import Nodules, Remount, Size
 from afferents.documents import read_json
 from afferents.errors import InputError
 from afferents.files import (
+    PARTIAL_PREFIX,
     Place,
     checksum,
     remove_partials,
     require_same_config,
+    write_aside,
     write_json,
 )
 from afferents.markers.sensor import sensor_in
@@ -103,22 +107,32 @@ def _record_here(
 def _record_there(
     simulation: Simulation, missing: Sequence[tuple[str, float]], cluster: str
 ) -> Iterator[str]:
-    """Record runs on a cluster; yield the names of those that are done."""
-    first, session, maps = simulation.names[0], simulation.session.resolve(), simulation.height_maps
-    sent = replace(simulation, session=session, textures=(), speeds_mm_s=())
-    jobs = (
-        (
-            replace(
-                sent,
-                rig=simulation.rig_in(*run),
-                height_maps={name: maps[name] for name in run[:1] if name in maps},
-            ),
-            *run,
-            run == first,
-        )
-        for run in missing
-    )
-    return on_cluster(_record_one, jobs, cluster, session, SAME + OF_RECORDINGS)
+    """Record runs on a cluster; yield the names of those that are done.
+
+    Maps of heights are large: workers read the whole simulation, once each, in its own folder.
+    """
+    first, session = simulation.names[0], simulation.session.resolve()
+    told = session / f"{PARTIAL_PREFIX}simulation-{uuid4().hex}"
+    with write_aside(told) as partial:
+        partial.write_bytes(pickle.dumps(replace(simulation, session=session)))
+    jobs = ((told, *run, run == first) for run in missing)
+    try:
+        yield from on_cluster(_record_far, jobs, cluster, session, SAME + OF_RECORDINGS)
+    finally:
+        told.unlink(missing_ok=True)
+
+
+def _record_far(told: Path, texture: str, speed_mm_s: float, reference: bool) -> str:
+    """Record a run on a worker; return its name."""
+    simulation = _told(told)
+    rig = simulation.rig_in(texture, speed_mm_s)
+    return _record_one(replace(simulation, rig=rig), texture, speed_mm_s, reference)
+
+
+@lru_cache(maxsize=1)
+def _told(path: Path) -> Simulation:
+    simulation: Simulation = pickle.loads(path.read_bytes())
+    return simulation
 
 
 def _is_recorded(simulation: Simulation, texture: str, speed_mm_s: float) -> bool:
