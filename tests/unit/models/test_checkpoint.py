@@ -63,30 +63,19 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
     with pytest.raises(StoppedHereError):
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(3), checkpoint)
     assert checkpoint.path.is_file()
-    seen = []
+
+    def first_epoch():
+        seen = []
+        see = lambda e: seen.append(e.number)  # noqa: E731
+        train(copy.deepcopy(small_net), LearningSet(*problem), config, 1, see, checkpoint)
+        return seen[0]
+
     elsewhere = Checkpoint(checkpoint.path, of="other data", every_s=0)
     with pytest.raises(StoppedHereError):
         train(copy.deepcopy(small_net), LearningSet(*problem), config, 0, stop_after(1), elsewhere)
-    train(
-        copy.deepcopy(small_net),
-        LearningSet(*problem),
-        config,
-        1,
-        lambda e: seen.append(e.number),
-        checkpoint,
-    )
-    assert seen[0] == 1
+    assert first_epoch() == 1
     checkpoint.path.write_bytes(checkpoint.path.read_bytes()[:1000])
-    seen.clear()
-    train(
-        copy.deepcopy(small_net),
-        LearningSet(*problem),
-        config,
-        1,
-        lambda e: seen.append(e.number),
-        checkpoint,
-    )
-    assert seen[0] == 1
+    assert first_epoch() == 1
 
 
 def test_short_trainings_write_no_checkpoint(problem, small_net, config, tmp_path):

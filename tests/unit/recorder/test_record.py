@@ -2,9 +2,7 @@
 
 import json
 import re
-import resource
 import shutil
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +28,8 @@ from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
 from afferents.store.drum_path import MARK, Drum, logged_way, way_in
 from afferents.store.responses import steady_s
+
+from ...limits import files_no_larger_than
 
 pytestmark = pytest.mark.system  # devices keep real time
 
@@ -312,20 +312,9 @@ def test_a_person_changes_drums_once_and_turns_them_where_no_motor_does(begin):
     assert "turn it at 60 mm/s until 2 s are over" in asked[1]
 
 
-@contextmanager
-def largest_file(n_bytes):
-    """Let no file grow beyond this, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
 def test_a_full_disk_is_one_sentence_and_what_there_is_is_kept(begin, bench, tmp_path):
     session = tmp_path / "S"
-    with largest_file(1 << 20), pytest.raises(InputError, match="make room on the disk"):
+    with files_no_larger_than(1 << 20), pytest.raises(InputError, match="make room on the disk"):
         made(begin(), session)
     assert bench.set_mm_s == 0
     assert (session / ".aside/4~60/1/frames.parquet").is_file()

@@ -1,6 +1,5 @@
 """A web server of this machine that shows a folder as Apache does, and can be made to fail."""
 
-import resource
 import threading
 from collections import Counter
 from contextlib import contextmanager
@@ -148,13 +147,3 @@ def here(folder):
     }
     files.pop(fetching.CHECKSUMS, None)
     return files
-
-
-@contextmanager
-def files_no_larger_than(n_bytes):
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

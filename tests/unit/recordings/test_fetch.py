@@ -14,7 +14,8 @@ from afferents.recordings.fetch import download as downloading
 from afferents.recordings.fetch import fetch as fetching
 from afferents.recordings.fetch.archives import ARCHIVES, format_manifest, read_manifest
 
-from .served_files import files_no_larger_than, go, here, serving
+from ...limits import files_no_larger_than
+from .served_files import go, here, serving
 
 KEY = ARCHIVES["pestell2022"].key
 BASE = f"/datasets/{KEY}/"

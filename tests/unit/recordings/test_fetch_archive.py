@@ -17,7 +17,8 @@ from afferents.recordings.fetch import download as downloading
 from afferents.recordings.fetch.archives import ARCHIVES, read_manifest
 from afferents.recordings.fetch.fetch import CHECKSUMS
 
-from .served_files import files_no_larger_than, go, here, serving
+from ...limits import files_no_larger_than
+from .served_files import go, here, serving
 
 KEY = ARCHIVES["pestell2022"].key
 PACKED = f"/datasets/tar/{KEY}"
