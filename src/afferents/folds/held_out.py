@@ -7,7 +7,7 @@ was touched, which goes through every recording.
 """
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -418,11 +418,6 @@ def split_named(name: str) -> Split:
         expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
         raise InputError(f"{OPTION}: expected {expected}, found '{name}'")
     return Split(name)
-
-
-def split_of(document: Mapping[str, Any]) -> Split:
-    """Return the split that a configuration or a summary is of; earlier ones name none."""
-    return split_named(document.get("split", SPEED.name))
 
 
 def column_of(table: Any) -> str:

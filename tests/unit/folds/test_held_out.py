@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
-from afferents.folds.held_out import SPEED, column_of, folder_name, order, split_named, split_of
+from afferents.evaluation.schemas import Config, Summary
+from afferents.folds.held_out import SPEED, column_of, folder_name, order, split_named
 
 
 def recording(name, speed=20.0, **conditions):
@@ -76,9 +77,10 @@ def test_samples_are_labelled_by_their_recording():
     assert SPEED.labelled(samples, both) is samples
 
 
-def test_results_of_before_are_of_speeds():
-    assert split_of({}) == SPEED
-    assert split_of({"split": "trial"}) == split_named("trial") != split_named("day")
+def test_results_that_name_no_split_are_of_speeds():
+    fields = Config.model_fields["split"], Summary.model_fields["split_name"]
+    assert [split_named(field.default) for field in fields] == [SPEED, SPEED]
+    assert split_named("trial") == split_named("trial") != split_named("day")
     assert column_of({"held_out_speed_mm_s": [1]}) == "held_out_speed_mm_s"
     assert column_of({"held_out_group": ["1"]}) == "held_out_group"
 

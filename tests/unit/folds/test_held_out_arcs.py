@@ -8,7 +8,7 @@ import xarray as xr
 
 from afferents.encodings.samples import concatenate, make_samples
 from afferents.errors import InputError
-from afferents.folds.held_out import split_named, split_of
+from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneGroupOut, find_leaks, refuse_leaks
 from afferents.store.drum_path import CONTACT_MM, MARK, Drum, Way
@@ -91,8 +91,8 @@ def test_a_mark_on_the_drum_is_at_the_same_place_however_often_it_turned():
 
 
 def test_a_name_says_how_many_arcs():
-    eight = split_of({"split": "angle-8"})
-    assert eight == split_named("angle-8") != ANGLE
+    eight = split_named("angle-8")
+    assert eight != ANGLE
     assert eight.groups_of([recording("1/50", 50)]) == list("12345678")
     assert (eight.printed("2"), eight.at(["2", "3"])) == ("arc 2 of 8", "in arc 2, 3 of 8")
 
