@@ -39,7 +39,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.recipe import Evaluation, Recipe
 from afferents.evaluation.run import planned
 from afferents.files import write_aside, write_text
-from afferents.folds.corruption import Corruption, Corruptions
+from afferents.folds.corruption import Corruption
 from afferents.models.model import models_in
 from afferents.parallel import side_by_side
 from afferents.progress import Progress
@@ -138,7 +138,7 @@ def session_counts(
         recipe = replace(usual, models=list(of_group))
         tests = tests_of(recipe, amounts)
         each = tuple(Corruption.of({n: a} if n else None, "the amounts") for n, a in tests)
-        recipe = replace(recipe, corruptions=Corruptions(each, usual.options.disturb_training))
+        recipe = replace(recipe, tests=each)
         keys = planned(Evaluation(recipe, opened), recipe.models, recordings)
         missing = [key for key in keys if not part_of(recipe, key).is_file()]
         if missing:

@@ -133,5 +133,5 @@ def open_evaluation(
         models = models if best in models else [*models, best]
     models = by_length(models, lengths, encodings) if lengths else models
     say_choice(opened, models, encodings, progress)
-    recipe = Recipe(Path(out), origins_of(opened), models, encodings, options, options.corruptions)
+    recipe = Recipe(Path(out), origins_of(opened), models, encodings, options)
     return Evaluation(recipe, opened)

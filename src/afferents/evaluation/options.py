@@ -34,7 +34,7 @@ from afferents.choices import (
 )
 from afferents.errors import InputError
 from afferents.folds.ablation import Ablation, parse_speeds
-from afferents.folds.corruption import Corruption, Corruptions
+from afferents.folds.corruption import Corruption
 from afferents.folds.held_out import SPEED, Group, Split, split_named
 from afferents.folds.protocol import Protocol, protocols
 from afferents.models.config import Compute, Hyperparameters, TrainingConfig
@@ -297,11 +297,6 @@ class EvaluationOptions(TrainingOptions):
     def ablation(self) -> Ablation:
         """What of the data is used."""
         return Ablation(self.textures, self.speeds, self.markers, self.train_speeds, self.test_only)
-
-    @property
-    def corruptions(self) -> Corruptions:
-        """What corrupts the recordings that are tested, and those that are learnt from."""
-        return Corruptions((self.disturb,), self.disturb_training)
 
     @property
     def protocols(self) -> Sequence[Protocol]:

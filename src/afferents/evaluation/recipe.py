@@ -20,7 +20,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
 from afferents.files import write_json
-from afferents.folds.corruption import Corruptions
+from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
 from afferents.models.model import MODELS, Model, own_of
@@ -184,8 +184,8 @@ class Recipe:
         How samples are made, as suits the data and as asked for.
     options
         What was chosen.
-    corruptions
-        What corrupts recordings: that of the options, or several tests of one training.
+    tests
+        Corruptions that one training is tested under, one after the other; none for the options'.
     skipped
         Recordings that no model uses, and why; found out when the evaluation begins.
     tested
@@ -197,7 +197,7 @@ class Recipe:
     models: Sequence[Model]
     encodings: Encodings
     options: EvaluationOptions = field(default_factory=EvaluationOptions)
-    corruptions: Corruptions = field(default_factory=Corruptions)
+    tests: tuple[Corruption, ...] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     tested: frozenset[str] = frozenset()
 
@@ -235,6 +235,11 @@ class Recipe:
             "recipe": options.recipe.describe(),
         }
         return {name: v for name, v in found.items() if v} | self.corruptions.describe()
+
+    @property
+    def corruptions(self) -> Corruptions:
+        """What corrupts the recordings that are tested, and those that are learnt from."""
+        return Corruptions(self.tests or (self.options.disturb,), self.options.disturb_training)
 
     @property
     def split(self) -> Split:
