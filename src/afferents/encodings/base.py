@@ -1,4 +1,4 @@
-"""What is known of vibration before it is encoded, for encodings to choose their options by."""
+"""What every encoding is: a class whose fields are its options, from a response to samples."""
 
 import math
 from abc import ABC, abstractmethod
@@ -122,9 +122,14 @@ class Option(NamedTuple):
 class Encoding(BaseModel, ABC):
     """From the response of a channel to samples; its fields are its options.
 
-    To add one, subclass `ImageEncoding` (of markers) or `VibrationEncoding`, say the dims of a
-    sample, and write `of_runs`, or `samples` of vibration. Give it as ``encoding=`` to
-    `afferents.Model`, or name its class in `encodings.settings.ENCODINGS`.
+    To add one, subclass
+
+    - `ImageEncoding`, of markers, and write `of_runs`;
+    - `WindowEncoding` (`encodings.windows`), of windows of vibration, and write `features`;
+    - or `VibrationEncoding`, of any other vibration, and write `require` and `samples`;
+
+    and say its `name` and the dims of a sample. Give it as ``encoding=`` to `afferents.Model`, or
+    name its class in `encodings.settings.ENCODINGS` and give a row of `models.model` to it.
 
     >>> class Mean(ImageEncoding):
     ...     '''Every marker's mean over runs of frames.'''

@@ -1,5 +1,6 @@
 """Windows of vibration, with no more samples than the highest frequency needs."""
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
@@ -112,6 +113,7 @@ class WindowEncoding(VibrationEncoding):
             expected = f"at least one window of {seconds:g} s"
             raise InputError(f"{where}: expected {expected}, found {n / rate_hz:.2f} s")
 
+    @abstractmethod
     def features(
         self, windows: "Windows", speed_mm_s: float, rate_hz: float
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -124,7 +126,6 @@ class WindowEncoding(VibrationEncoding):
         rate_hz
             Sample rate of the recording; see `Windows` for the one that was kept.
         """
-        raise NotImplementedError(f"{self.name}: features of windows")
 
     def samples(self, response: xr.DataArray, kept: slice, lookback: int = 0) -> Samples:
         """Return samples `(sample, *sample_dims)` of the windows of one recording.

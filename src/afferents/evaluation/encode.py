@@ -142,10 +142,10 @@ def require_speeds_known(
     unknown = [str(r.attrs["name"]) for r in recordings if speed_of(r) is None]
     for model in models if unknown else ():
         if any(source.encoding.needs_speed for source in sources_of(model, encodings)):
-            found, do = f"none of {unknown[0]}", "leave out the lines in /mm"
+            do = "leave the model out, or lines in /mm of its --mask"
             raise InputError(
-                f"--mask: expected the speed of every recording for {model.name}, found "
-                f"{found}{then(do)}"
+                f"{model.name}: expected the speed of every recording, which its encoding needs, "
+                f"found none of {unknown[0]}{then(do)}"
             )
 
 

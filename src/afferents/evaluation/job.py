@@ -129,7 +129,7 @@ def train_and_test(
     def check(number: int, learnt_from: Indices) -> None:
         part = parts[number]
         leaks[number] = find_leaks(part.samples, part.fold, learnt_from)
-        if protocol.name == "nested":
+        if protocol.refuses_leaks:
             refuse_leaks(leaks[number], part.fold)
 
     for number, part in enumerate(parts):

@@ -136,7 +136,7 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
         raise InputError(f"the data: expected at least 2 textures to tell apart, found {found}")
     split = evaluation.recipe.split
     groups = split.groups_of(recordings)
-    nested = any(protocol.name == "nested" for protocol in evaluation.options.protocols)
+    nested = any(p.validation == "training-speed" for p in evaluation.options.protocols)
     solved = not all(learns_in_a_loop(model) for model in evaluation.recipe.models)
     needed = 3 if nested or solved else 2
     if len(groups) < needed:

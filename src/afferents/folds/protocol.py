@@ -57,6 +57,10 @@ class Protocol(BaseModel):
         ``rebinned`` (keeps the level, no ringing) or ``fourier`` (resampling as published).
     keep_originals
         Whether the unstretched spectra stay in an augmented training set.
+    solved_models_learn_from_validation
+        Whether models that stop and pick nothing by it learn from the validation samples too.
+    refuses_leaks
+        Whether a fold that sees anything of the held-out speed is refused, not only recorded.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -66,10 +70,12 @@ class Protocol(BaseModel):
     scale_from: Literal["training", "everything"]
     stretch: Literal["rebinned", "fourier"]
     keep_originals: bool
+    solved_models_learn_from_validation: bool
+    refuses_leaks: bool
 
     @model_validator(mode="after")
     def _nested_sees_nothing_held_out(self) -> Self:
-        if self.name == "nested" and (self.validation, self.scale_from) != (
+        if self.refuses_leaks and (self.validation, self.scale_from) != (
             "training-speed",
             "training",
         ):
@@ -114,6 +120,8 @@ PROTOCOLS: dict[str, Protocol] = {
         scale_from="training",
         stretch="rebinned",
         keep_originals=True,
+        solved_models_learn_from_validation=True,
+        refuses_leaks=True,
     ),
     "published": Protocol(
         name="published",
@@ -121,6 +129,8 @@ PROTOCOLS: dict[str, Protocol] = {
         scale_from="everything",
         stretch="fourier",
         keep_originals=False,
+        solved_models_learn_from_validation=False,
+        refuses_leaks=False,
     ),
 }
 

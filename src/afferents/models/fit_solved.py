@@ -16,7 +16,7 @@ from afferents import dims
 from afferents.encodings.samples import Samples, labels_of, textures_of
 from afferents.errors import InputError
 from afferents.folds.held_out import SPEED, Split
-from afferents.folds.protocol import Fold, Indices
+from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.base import Classifier, FitData, Solved
 from afferents.models.classifiers import classifier_of
 from afferents.models.confidence import best_weights, cross_entropy, fit_temperature, weighted
@@ -122,7 +122,7 @@ def fit_solved(task: Fitting) -> Fitted:
     half of the group held out, and is not touched.
     """
     model, parts = task.model, task.parts
-    learnt_from = [_learnt_from(part.fold, task.protocol.name == "nested") for part in parts]
+    learnt_from = [_learnt_from(part.fold, task.protocol) for part in parts]
     kind = classifier_of(model.classifier)
     if kind is LateFusion:
         for number, index in enumerate(learnt_from):
@@ -144,8 +144,10 @@ def fit_solved(task: Fitting) -> Fitted:
     return Fitted(classifier, np.exp(fused).astype(np.float32), speed, facts)
 
 
-def _learnt_from(fold: Fold, nested: bool) -> Indices:
-    return np.sort(np.concatenate([fold.train, fold.validation])) if nested else fold.train
+def _learnt_from(fold: Fold, protocol: Protocol) -> Indices:
+    if not protocol.solved_models_learn_from_validation:
+        return fold.train
+    return np.sort(np.concatenate([fold.train, fold.validation]))
 
 
 def _learnt(model: Model, part: Part, learnt_from: Indices, seed: int, searched: bool) -> Learnt:

@@ -51,7 +51,7 @@ PAGE, FIRST_TABLE = "report.html", "table1.md"
 TEXTURES, BESIDE = "textures.md", "beside_paper.md"
 SHOWN_FRAMES, SETTLING_FRAMES = 12, 90
 """Frames from the middle of each recording for Figures 8 and 10, and how many before them are
-read so that a lost marker can be held at its last value."""
+read, so that a marker that can't be filled from those round it has a last value to keep."""
 FIRST_SHOWN = 2521
 """Video frame with which the paper's Figures 8 and 10 begin (figures.ipynb, cells 7 to 25)."""
 _UNREADABLE = (AfferentsError, OSError, ValueError, RuntimeError)

@@ -124,7 +124,9 @@ def what_was_lost(lost: Lost | None) -> str:
     )
     return (
         f"Of the marker positions {percent(lost.median)}% were lost ({whose} {lost.recording}): "
-        "models are given values filled in from the markers round them."
+        "models are given the mean of the markers round a lost one. Where that can't be, the last "
+        "value is kept: with the published tracker, without a known layout, and of the skin as a "
+        "whole."
     )
 
 
