@@ -24,6 +24,7 @@ from afferents.evaluation.recipe import Recipe
 from afferents.folds.protocol import PROTOCOLS
 from afferents.markers.sensor import sensors_of
 from afferents.models.model import TABLE1
+from afferents.recordings.session import read_session
 from afferents.reporting.published import published_costs
 from afferents.reproduction.estimate import Estimate, time_fold, track_first_frames
 from afferents.reproduction.run_folder import duration
@@ -35,9 +36,9 @@ PROCESSES = (2, 16, 20)
 def main() -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as folder:
-        session = afferents.simulate(
-            Path(folder) / "s", textures="g", speeds_mm_s=[50], seconds=8, workers=1, quiet=True
-        )
+        root = Path(folder) / "s"
+        afferents.simulate(root, textures="g", speeds_mm_s=[50], seconds=8, workers=1, quiet=True)
+        session = read_session(root)
         first, sensors = session.recordings[0], sensors_of(session, None)
         responses, frame_s = track_first_frames(first, sensors, "published")
     responses = at_full_length(responses)

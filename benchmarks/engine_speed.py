@@ -10,14 +10,17 @@ before the clock starts. The ways take turns. Prints a table in Markdown.
 
 import argparse
 import statistics
+import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 from distributed import LocalCluster
 from joblib import cpu_count
 from training_speed import CASES, loop_rate, machine
 
+from afferents.outputs import writing_alone
 from afferents.parallel import on_cluster, side_by_side
 
 Job = tuple[object, ...]
@@ -68,9 +71,10 @@ def dask_seconds(jobs: list[Job], cores: int) -> float:
     with LocalCluster(
         n_workers=cores, threads_per_worker=1, processes=True, protocol="tcp",
         dashboard_address=":0",
-    ) as cluster:  # fmt: skip
-        address = cluster.scheduler_address
-        return warm_seconds(lambda some: on_cluster(loop_rate, some, address), jobs, cores)
+    ) as cluster, tempfile.TemporaryDirectory() as folder:  # fmt: skip
+        there = cluster.scheduler_address, Path(folder)
+        with writing_alone(Path(folder), "benchmark"):
+            return warm_seconds(lambda some: on_cluster(loop_rate, some, *there), jobs, cores)
 
 
 if __name__ == "__main__":

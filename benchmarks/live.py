@@ -78,8 +78,8 @@ def main() -> None:
     arguments = parser.parse_args()
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
     if arguments.session:
-        session, store, *models = map(Path, arguments.session)
-        confusion(session, store, models)
+        session, store, *trained = map(Path, arguments.session)
+        confusion(session, store, trained)
         return
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "3" / "50"
@@ -120,11 +120,11 @@ def untrained(name: str, folder: Path) -> Path:
         data=(),
         versions={"afferents": __version__},
     )
-    model = folder / name
-    model.mkdir()
-    (model / CARD).write_text(card.model_dump_json())
-    save_weights(Deployed(network, 13, 1.0), model / WEIGHTS)
-    export(model, folder / f"{name}.onnx")
+    trained = folder / name
+    trained.mkdir()
+    (trained / CARD).write_text(card.model_dump_json())
+    save_weights(Deployed(network, 13, 1.0), trained / WEIGHTS)
+    export(trained, folder / f"{name}.onnx")
     return folder / f"{name}.onnx"
 
 

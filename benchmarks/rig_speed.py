@@ -57,8 +57,8 @@ def measure(spacing_mm: float, speed_mm_s: float, seed: int, folder: Path) -> di
     whole, run = timed(simulate_run, rig, *run_of)
     drawn = draw_run(rig, name, speed_mm_s, seed)
     turning = turn(
-        speed_mm_s, SECONDS, rig.drive, rig.drum.diameter_mm / 2, 0.0, False, PHYSICS_RATE_HZ,
-        np.random.default_rng(seed),
+        speed_mm_s, SECONDS, rig.drive, rig.drum.diameter_mm / 2, 0.0, drawn.run_out_mm, False,
+        PHYSICS_RATE_HZ, np.random.default_rng(seed),
     )  # fmt: skip
     physics, _ = timed(press, rig, drawn, surface, turning, run.time_s)
     place, renderer = project(run.position_mm, rig.camera), Renderer(rig.camera, seed)

@@ -31,6 +31,7 @@ from afferents.models.classifiers import build
 from afferents.models.config import TrainingConfig
 from afferents.models.hardware import has_bfloat16, to_channels_last
 from afferents.models.layers import l2_penalty
+from afferents.models.learning_set import LearningSet
 from afferents.models.loop import train
 from afferents.parallel import keep_freed_memory, side_by_side
 
@@ -114,7 +115,7 @@ def loop_rate(case: Case, precision: Precision, n_validation: int | None = None)
     )  # fmt: skip
     model = build(case.encoding, TEXTURES, case.shape)
     training, validation = np.arange(n), np.arange(n, n + n_validation)
-    trained = train(model, values, labels, training, validation, 1.0, config, seed=0)
+    trained = train(model, LearningSet(values, labels, training, validation), config, seed=0)
     return n / statistics.median(epoch.seconds for epoch in trained.history[1:])
 
 

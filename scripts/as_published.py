@@ -135,7 +135,7 @@ def write_video(path: Path, frames: Iterator[Picture]) -> None:
     for frame in frames:
         if writer is None:
             size = (frame.shape[1], frame.shape[0])
-            codec = cv2.VideoWriter_fourcc(*"mp4v")
+            codec = cv2.VideoWriter.fourcc(*"mp4v")
             writer = cv2.VideoWriter(str(path), codec, CONTAINER_HZ, size)
             if not writer.isOpened():
                 raise SystemExit(f"{path}: OpenCV was built without a writer of mp4v")

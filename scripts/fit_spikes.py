@@ -28,10 +28,10 @@ EVERY = 8
 """So many units apart are those that are fitted on; of the PC units all."""
 
 
-def mean_rate(afferent: AfferentClass, model: str, felt: list, gain: float) -> float:
+def mean_rate(afferent: AfferentClass, model: str, inputs: list, gain: float) -> float:
     """Return spikes/s of a unit, mean over recordings and units."""
     rates = []
-    for one in felt:
+    for one in inputs:
         every = 1 if afferent.bands_hz else EVERY
         current = afferent.current(one.response, gain, seed=0)[:, ::every].copy()
         fired = UNIT_MODELS[model].fire(Drive(current, one.row, one.weight), afferent.values(model))
@@ -39,11 +39,11 @@ def mean_rate(afferent: AfferentClass, model: str, felt: list, gain: float) -> f
     return float(np.mean(rates))
 
 
-def fitted_gain(afferent: AfferentClass, model: str, felt: list) -> float:
+def fitted_gain(afferent: AfferentClass, model: str, inputs: list) -> float:
     """Return the gain at which the mean rate is as aimed."""
 
     def missing(log_gain: float) -> float:
-        return mean_rate(afferent, model, felt, np.exp(log_gain)) - AIMED[afferent.name]
+        return mean_rate(afferent, model, inputs, np.exp(log_gain)) - AIMED[afferent.name]
 
     return float(np.exp(brentq(missing, np.log(0.5), np.log(200), xtol=0.01)))
 
@@ -52,12 +52,12 @@ def main(store: str) -> None:
     """Print the gains."""
     recordings = open_responses(store)
     for afferent in afferent_classes().values():
-        felt = []
+        inputs = []
         for recording in recordings:
             start_s, _ = stretch_of(recording)
-            felt.append(afferent.felt(recording, start_s, start_s + SECONDS))
+            inputs.append(afferent.input_of(recording, start_s, start_s + SECONDS))
         for model in UNIT_MODELS:
-            print(f"{afferent.name} {model}: gain {fitted_gain(afferent, model, felt):.2f}")
+            print(f"{afferent.name} {model}: gain {fitted_gain(afferent, model, inputs):.2f}")
 
 
 if __name__ == "__main__":
