@@ -103,10 +103,15 @@ def status(
 
 def _tables(summary: "Summary") -> list["pd.DataFrame"]:
     """Return Table 1 where some of its models were evaluated, and what our own came to."""
-    from afferents.reporting.tables import by_touch_table, lengths_table, table1, touches_table
+    from afferents.reporting.tables import (
+        by_touch_table,
+        lengths_table,
+        short_table1,
+        touches_table,
+    )
 
     evaluated = set(summary.models)
-    tables = [table1(summary)] if evaluated & set(TABLE1) else []
+    tables = [short_table1(summary)] if evaluated & set(TABLE1) else []
     tables += [touches_table(summary)] if evaluated - set(TABLE1) else []
     others = (lengths_table(summary), by_touch_table(summary))
     return tables + [table for table in others if table is not None]

@@ -1,6 +1,7 @@
 """The command that looks at this machine."""
 
 from pathlib import Path
+from textwrap import indent
 from typing import Annotated, Any
 
 import typer
@@ -105,8 +106,8 @@ def reproduce(
     """
     import afferents
     from afferents.evaluation.results import Results
-    from afferents.reporting.summary_text import headline
-    from afferents.reporting.tables import table1
+    from afferents.reporting.summary_text import headline, next_steps
+    from afferents.reporting.tables import short_table1
 
     results = afferents.reproduce(out, session, like, size, estimate, quiet or as_json, **options)
     if not isinstance(results, Results):
@@ -114,7 +115,9 @@ def reproduce(
             say(True, results.describe())
         return
     page = results.root / "report.html"
-    said = ("", headline(results.found), f"Report: {page.resolve()}")
-    say(as_json, results.summary, table1(results.found), *said)
+    commands = [step for step in next_steps(results.found) if step.command]
+    said = [headline(results.found), "", f"Report: {page.resolve()}"]
+    said += ["Next:", *(indent(step.command, "  ") for step in commands[-1:])] if commands else []
+    say(as_json, results.summary, short_table1(results.found), *said)
     skipped = results.summary["skipped"]
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})

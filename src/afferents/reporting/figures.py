@@ -187,7 +187,7 @@ def _speed_picture(results: Results) -> Iterator[ReportFigure]:
             + "Crosses: the paper, measured on its own recordings. " * _has_crosses(results)
             + "The dashed line is chance.",
             f"Line chart of accuracy in percent against held-out {split.name}, a panel for each "
-            "model. The same numbers stand in the table above.",
+            "model. The same numbers stand in a table below.",
             speed_figure(results.found),
         )
 

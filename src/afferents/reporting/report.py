@@ -40,7 +40,7 @@ from afferents.reporting.figures import FigureData, draw_pictures, save_pictures
 from afferents.reporting.images import N_FRAMES, SPACINGS, FrameRow
 from afferents.reporting.labels import are_published, texture_labels, texture_letter
 from afferents.reporting.page import render_report
-from afferents.reporting.tables import by_texture_table, table1, to_markdown
+from afferents.reporting.tables import by_texture_table, short_table1, table1, to_markdown
 from afferents.reporting.unseen import texture_tables, write_texture_page
 from afferents.rig.surface import bumped_surface
 from afferents.store.recording import spacing_mm
@@ -124,7 +124,7 @@ def compare_runs(folders: Sequence[Path]) -> tuple[pd.DataFrame, Path]:
             "RESULTS: expected folders of different names, found one name twice; rename one"
         )
     if len(folders) == 1:
-        return table1(*runs.values()), folders[0] / FIRST_TABLE
+        return short_table1(*runs.values()), folders[0] / FIRST_TABLE
     table, path = runs_side_by_side(runs), folders[0] / "runs.md"
     _write_tables(path, table)
     return table, path

@@ -163,6 +163,22 @@ def table1(summary: Summary) -> pd.DataFrame:
     )
 
 
+def short_table1(summary: Summary) -> pd.DataFrame:
+    """Return Table 1 for a terminal of 80 columns: short heads, and no column that is empty."""
+    whole = table1(summary)
+    kept = [name for name in whole if not (whole[name] == ABSENT).all()]
+    both = all(f"Here, {title}" in kept for title in PROTOCOL_TITLES.values())
+    heads: dict[str, str] = {
+        PAPER_COLUMN: "Paper",
+        **{f"Here, {title}": f"Here, {name}" for name, title in PROTOCOL_TITLES.items()},
+        f"Worst {summary.split.name} here": "Worst",
+    }
+    table = whole[[name for name in kept if not (both and heads.get(str(name)) == "Worst")]]
+    table = table.rename(columns=heads)
+    table.attrs = whole.attrs
+    return table
+
+
 def _missing_note(summary: Summary) -> str:
     """Say how many recordings the numbers are without, and which; empty where none is missing."""
     missing = [entry.recording for entry in summary.skipped]

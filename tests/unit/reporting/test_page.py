@@ -80,7 +80,7 @@ def test_the_page_is_well_formed_with_one_h1_and_needs_no_network(results, rende
 
 def test_the_page_begins_with_what_came_out_and_holds_the_tables(rendered):
     text = rendered()
-    assert text.index("In short") < text.index("What was evaluated") < text.index("Table 1.")
+    assert text.index("Table 1.") < text.index("In short") < text.index("What was evaluated")
     for said in (
         "50.0 [40.2, 60.3]",
         "no reproduction",
