@@ -169,9 +169,3 @@ def test_samples_that_were_lost_without_a_word_are_a_gap():
     steps = np.diff(read)
     assert steps[29] == pytest.approx(0.06, abs=2e-3)
     np.testing.assert_allclose(np.delete(steps, 29), 0.01, atol=1e-3)
-
-
-def test_a_converter_without_a_clock_is_counted():
-    clock = SampleClock(44_100)
-    read = np.array([clock.read(441, 0.0, 5 + 0.01 * i) for i in range(100)])
-    np.testing.assert_allclose(np.diff(read), 0.01)

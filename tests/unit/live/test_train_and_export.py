@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afferents
-from afferents.encodings.wavenumbers import log_waves, wave_spectra
 from afferents.errors import InputError
 from afferents.live import Network
 from afferents.models.calibrate import best_evidence
@@ -17,7 +16,7 @@ from afferents.models.card import read_card
 from afferents.models.classifiers import build
 from afferents.models.confidence import fit_temperature
 from afferents.models.evidence import MEMORY_S, EvidenceAccumulator
-from afferents.models.folder import Deployed, load_model
+from afferents.models.folder import Deployed
 
 
 def test_the_card_says_what_it_learnt_from(models):
@@ -34,25 +33,6 @@ def test_the_card_says_what_it_learnt_from(models):
     assert (sound.sample_rate_hz, sound.shape, sound.sensor) == (8000, (1, 200), None)
     folder = models["ra-ste"].with_suffix("")
     assert read_card(folder / "model.json") == card
-
-
-def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
-    path = models["ra-wave-vector"]
-    card, deployed = load_model(path.with_suffix(""))
-    network, images = Network(path), rng.normal(size=(13, 2, 19, 19)).astype(np.float32)
-    assert card.encoding == {"name": "wavenumbers", "frames": 10, "every": 1}
-    for i, image in enumerate(images):
-        if i == 11:
-            network.skip()
-        outcome = network.predict(image)
-        if i not in (9, 10):
-            assert outcome is None
-            continue
-        with torch.no_grad():
-            waves = torch.from_numpy(log_waves(wave_spectra(images[i - 9 : i + 1]), memory=1))
-            probabilities, novelty = deployed(waves[None])
-        np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
-        assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4)
 
 
 def test_from_python_a_model_says_what_its_file_says(models, stores):
@@ -82,26 +62,6 @@ def test_the_best_is_trained_where_nothing_is_asked_for(run, stores, tmp_path, k
     assert code == 0
     best = {"video": "sa-wave-vector", "audio": "vib-te-aug"}[kind]
     assert json.loads(out)["model"] == best
-
-
-def test_the_file_says_what_the_folder_says(models, rng):
-    for name in ("sa-se", "ra-ste", "vib-te-aug"):
-        path = models[name]
-        card, deployed = load_model(path.with_suffix(""))
-        network = Network(path)
-        frames, shape = (card.shape[0], card.shape[1:]) if name == "ra-ste" else (1, card.shape)
-        size = (frames + 3, *shape)
-        samples = rng.exponential(0.2 * card.scale, size=size).astype(np.float32)
-        for i, sample in enumerate(samples):
-            outcome = network.predict(sample)
-            if i + 1 < frames:
-                assert outcome is None
-                continue
-            run = samples[i + 1 - frames : i + 1] if frames > 1 else sample
-            with torch.no_grad():
-                probabilities, novelty = deployed(torch.from_numpy(run[None]))
-            np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
-            assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4), name
 
 
 def scores_on_the_card(run, store, folder, *part):
@@ -140,22 +100,20 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
         assert code == 2
         return said
 
-    store = stores["audio"]
-    assert "--model: expected 'best' or one model" in refused(
-        store, tmp_path / "m", "--model", "all"
-    )
-    assert "others can be evaluated, not deployed" in refused(
-        store, tmp_path / "m", "--model", "order-te"
-    )
-    assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
-    said = refused(stores["video"], tmp_path / "m", "--model", "sa-se", "--frames", 5)
-    assert "--frames: expected models that it is for (sa-ste, ra-ste, sa-ste-aug" in said
-    assert "found sa-se; leave it out" in said
+    store, out = stores["audio"], tmp_path / "m"
     (tmp_path / "taken").mkdir()
-    said = refused(store, tmp_path / "taken", "--model", "vib-te")
-    assert "a name that is free, for a model" in said
-    said = refused(store, tmp_path / "m", "--model", "vib-te", "--results", tmp_path / "taken")
-    assert "a results folder" in said
+    for asked, sentence in (
+        ((store, out, "--model", "all"), "--model: expected 'best' or one model"),
+        ((store, out, "--model", "order-te"), "others can be evaluated, not deployed"),
+        ((store, out, "--model", "ra-se"), "some that these data support"),
+        (
+            (stores["video"], out, "--model", "sa-se", "--frames", 5),
+            "--frames: expected models that it is for (sa-ste, ra-ste, sa-ste-aug",
+        ),
+        ((store, tmp_path / "taken", "--model", "vib-te"), "a name that is free, for a model"),
+        ((store, out, "--model", "vib-te", "--results", tmp_path / "taken"), "a results folder"),
+    ):
+        assert sentence in refused(*asked)
     one = make_session(tmp_path / "one", speeds=(20,), seconds=3.0, video=False)
     assert run("extract", one, tmp_path / "one.zarr", "--quiet", "--workers", 1)[0] == 0
     said = refused(tmp_path / "one.zarr", tmp_path / "m", "--model", "vib-te")
