@@ -30,15 +30,6 @@ def test_lost_bytes_never_become_wrong_numbers():
         assert len(drum.lines) > 41  # what was lost was sent again
 
 
-def test_a_drum_that_stalls_is_seen_in_its_speed():
-    with SimulatedDrum(Drum(watchdog_s=30)) as drum, drive_at(drum) as drive:
-        drive.start(50.0)
-        assert until(lambda: drive.read().speed_mm_s > 40)
-        drum.stall()
-        assert until(lambda: drive.read().speed_mm_s < 5)
-        assert drive.read().fault is None
-
-
 @pytest.mark.parametrize("template", ["arduino", "arduino-duty"])
 def test_a_fault_is_named_and_stays_until_the_next_start(template):
     with SimulatedDrum() as drum, drive_at(drum, template) as drive:

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,10 +12,8 @@ from afferents.errors import InputError
 from afferents.live import Network
 from afferents.models.calibrate import best_evidence
 from afferents.models.card import read_card
-from afferents.models.classifiers import build
 from afferents.models.confidence import fit_temperature
 from afferents.models.evidence import MEMORY_S, EvidenceAccumulator
-from afferents.models.folder import Deployed
 
 
 def test_the_card_says_what_it_learnt_from(models):
@@ -197,16 +194,3 @@ def test_evidence_fades_and_is_sure_in_time():
     evidence.reset()
     assert evidence.probabilities.tolist() == [0.5, 0.5]
     assert evidence.sure_after_s is None
-
-
-def test_strange_is_what_lies_far_from_all_that_was_learnt(rng):
-    network = build("spatial-net", 4, (19, 19), seed=0).eval()
-    deployed = Deployed(network, 4, 1.0).eval()
-    labels = torch.arange(800) % 4
-    means = 6 * torch.eye(16)[:4]
-    known = means[labels] + torch.randn(800, 16, generator=torch.manual_seed(0))
-    deployed.fit_novelty(known[:400], labels[:400], known[400:])
-    novelty = deployed.outcome(known[400:])[1]
-    assert float((novelty > 1).float().mean()) == pytest.approx(0.05, abs=0.005)
-    far = torch.full((1, 16), 9.0)
-    assert float(deployed.outcome(far)[1]) > 2
