@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.errors import InputError
-from afferents.rig import NUISANCES, Drum, Rig, bumped_surface, draw, mapped_surface
-from afferents.rig.run import Drawn, frame_times
+from afferents.rig import NUISANCES, Rig, draw, mapped_surface
+from afferents.rig.run import Drawn
 from afferents.rig.simulation import simulation_of
 
 OFF_BY_DEFAULT = {"wear", "shuffled"}
@@ -25,24 +24,6 @@ def test_one_nuisance_alone_leaves_all_others_off(name):
     rig = Rig().with_nuisances({name: None})
     on = [n for n, (section, field) in NUISANCES.items() if getattr(getattr(rig, section), field)]
     assert on == [name]
-
-
-@pytest.mark.parametrize(
-    ("strengths", "sentence"),
-    [
-        ({"wobble": None}, r"nuisances: expected of indentation, .* found 'wobble'"),
-        ({"tilt": -1.0}, r"nuisances: tilt_rad: expected .*greater than or equal to 0, found -1"),
-    ],
-)
-def test_nuisances_that_do_not_exist_are_refused(strengths, sentence):
-    with pytest.raises(InputError, match=sentence):
-        Rig().with_nuisances(strengths)
-
-
-def test_without_nuisances_all_runs_are_mounted_alike(quiet_rig):
-    drawn = {draw(quiet_rig, texture, speed, 0) for texture in ("0", "3") for speed in (10, 50)}
-    assert len(drawn) == 1
-    assert drawn.pop() == (1.0, (0.0, 0.0), 0.0, 1.0, (0.0, 0.0), 0.0, 0.0)
 
 
 LEVELS = {
@@ -97,12 +78,6 @@ def test_the_material_has_one_friction_and_runs_change_it_a_little():
     assert logs(**{"friction-change": 0.1}).std() == pytest.approx(0.1, rel=0.25)
 
 
-def test_all_drums_with_bumps_rub_alike_and_the_smooth_one_more():
-    factors = [bumped_surface(x / 2).friction_factor for x in range(13)]
-    assert factors[0] == 1
-    np.testing.assert_allclose(factors[1:], (np.pi / 4 * Drum().bump_ratio ** 2) ** (1 / 3))
-
-
 def test_a_map_of_heights_rubs_by_the_share_that_it_carries_on():
     ridges = np.zeros((100, 100), np.float32)
     ridges[:25] = 0.4
@@ -122,8 +97,3 @@ def test_wear_goes_by_the_order_of_runs():
     assert friction("all,wear=0.01") == pytest.approx([new * 0.99**n for n in range(4)])
     shuffled = friction("all,wear=0.01,shuffled=1")
     assert sorted(shuffled) == sorted(friction("all,wear=0.01"))
-
-
-def test_without_jitter_frames_are_evenly_spaced(quiet_rig, rng):
-    np.testing.assert_allclose(np.diff(frame_times(quiet_rig, 2.0, rng)), 1 / 90)
-    assert np.diff(frame_times(Rig(), 2.0, rng)).std() == pytest.approx(0.0003 * 2**0.5, rel=0.2)

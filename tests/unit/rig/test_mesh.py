@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from afferents.rig import Skin, bumped_surface, felt
 from afferents.rig.skin import PHYSICS_RATE_HZ, mesh_of
@@ -80,12 +79,3 @@ def test_pins_where_the_lattice_has_them_move_as_the_lattice_does():
     np.testing.assert_allclose(*(one.displacement_mm for one in found), atol=1e-3)
     np.testing.assert_allclose(*(one.pressure_mn for one in found), atol=1e-3)
     assert np.sqrt((found[0].displacement_mm[-1] ** 2).mean()) > 0.05
-
-
-def test_constants_of_the_lattice_stand_alone_where_there_are_no_other_pins():
-    assert "pins_mm" not in Skin().model_dump()
-
-
-def test_pins_beside_the_drum_are_refused():
-    with pytest.raises(ValidationError, match="within 14 mm"):
-        Skin(pins_mm=((0, 0), (1, 0), (0, 1), (0, 15)))

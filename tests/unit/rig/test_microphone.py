@@ -51,17 +51,6 @@ def test_the_motor_hums_at_its_turns_and_louder_at_speed(rng):
     assert slow.std() == pytest.approx(fast.std() / 4, rel=1e-3)
 
 
-def test_mains_hum_at_50_hz(rng):
-    only_mains = SILENT.model_copy(update={"mains": 0.1})
-    hum = disturbances(np.zeros(SAMPLE_RATE_HZ), np.zeros(SAMPLE_RATE_HZ), only_mains, rng)
-    assert np.argmax(np.abs(np.fft.rfft(hum))) == 50
-    assert np.abs(hum).max() == pytest.approx(0.1, rel=1e-3)
-
-
-def test_nothing_is_heard_with_everything_off(rng):
-    assert not disturbances(np.arange(100.0), np.ones(100), SILENT, rng).any()
-
-
 def test_the_wav_is_16_bit_stereo_with_the_sensor_second(tmp_path):
     room, sensor = np.zeros(100), np.linspace(-0.5, 0.5, 100)
     write_wav(tmp_path / "a.wav", room, sensor)
