@@ -78,18 +78,6 @@ def test_one_to_one_never_shares_a_blob(video, rest, tip_b):
         assert len(np.unique(seen, axis=0)) == len(seen)
 
 
-def test_published_keeps_a_stale_position(video, rest, tip_b):
-    """A covered marker with no other blob within 10 px stays where it was, and is not found."""
-    shown = np.repeat(rest[None], REST + 4, axis=0)
-    shown[REST + 1 :, 180] = np.nan
-    tracks = track_markers(video(shown), tip_b, "published", reference=rest)
-    position = tracks[dims.POSITION].values[:, 180]
-    np.testing.assert_array_equal(
-        position[REST + 1 :], np.repeat(position[REST : REST + 1], 3, axis=0)
-    )
-    assert tracks[dims.DETECTED].values[REST:, 180].tolist() == [True, False, False, False]
-
-
 def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
     """A marker is covered while the skin shifts by 14 px, so its neighbour comes within 10 px.
 

@@ -46,11 +46,6 @@ def test_holes_are_filled_from_the_edge_inwards_and_by_the_last_value_where_noth
     assert (fill(response_of(values[2:])).values == 0).all()
 
 
-def test_responses_without_places_are_held():
-    alone = response_of(np.array([[1.0] * 361, [np.nan] * 361])).drop_vars([dims.ROW, dims.COLUMN])
-    np.testing.assert_array_equal(fill(alone), hold(alone))
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 999),

@@ -5,7 +5,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.channels import ra1, ra1_circumferential, ra1_signed, ra1_vector, sa1, sa1_vector
+from afferents.channels import ra1, ra1_circumferential, ra1_signed, sa1, sa1_vector
 
 
 def path(places):
@@ -32,10 +32,3 @@ def test_a_circle_is_felt_by_the_part_that_goes_round_alone():
     np.testing.assert_allclose(ra1(sa1(circle, REST))[1:], 0, atol=1e-12)
     np.testing.assert_allclose(around[1:], 3 * np.sin(0.1))
     assert np.isnan(around[0]).all()
-
-
-def test_a_straight_way_out_is_not():
-    out = path([[1, 0], [2, 0], [4, 0]])
-    np.testing.assert_allclose(ra1_circumferential(sa1_vector(out, REST))[1:], 0)
-    np.testing.assert_allclose(ra1_signed(sa1(out, REST))[1:, 0], [1, 2])
-    np.testing.assert_allclose(ra1_vector(out)[1:, 0], [[1, 0], [2, 0]])

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from afferents.live import Begin, LivePipeline, Sound
 from afferents.live.events import Trouble
@@ -13,6 +12,8 @@ from afferents.live.images import FrameImages
 from afferents.live.raster import MarkerRaster, VibrationRaster
 from afferents.live.web.snapshot import Snapshots
 from afferents.spikes.artificial import artificial_spikes
+
+from ..spikes.conftest import recording_of
 
 FPS, MARKERS, RATE_HZ = 90, 127, 8000.0
 LOST = 8
@@ -25,13 +26,7 @@ def recording():
     time = 0.1 + np.arange(2 * FPS) / FPS
     sa1 = np.abs(0.2 * np.cumsum(rng.standard_normal((len(time), MARKERS)), axis=0))
     sa1[60:, LOST] = np.nan
-    ra1 = np.abs(np.diff(sa1, axis=0, prepend=np.nan))
-    variables = {
-        name: (("time", "marker"), values.astype(np.float32))
-        for name, values in {"sa1": sa1, "ra1": ra1}.items()
-    }
-    attrs = {"name": "g/50", "texture": "g", "speed_mm_s": 50.0, "steady_s": "null"}
-    return xr.Dataset(variables, {"time": time}, attrs=attrs)
+    return recording_of(time, sa1)
 
 
 def frames(recording):
