@@ -9,6 +9,8 @@ import pytest
 
 from afferents.recordings.session import read_session
 
+from ..markers.conftest import draw_discs
+
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 
 PLAN = """
@@ -43,10 +45,8 @@ with SimulatedDrum() as drum, Progress(quiet=True) as progress:
 def film(tmp_path):
     """Four pictures of 19 x 19 discs, noisy, so that no two are the same."""
     rng = np.random.default_rng(0)
-    image = np.zeros((480, 640), np.uint8)
-    for x in 320 + 22.0 * (np.arange(19) - 9):
-        for y in 240 + 22.0 * (np.arange(19) - 9):
-            cv2.circle(image, (round(x * 256), round(y * 256)), 1664, 210, -1, cv2.LINE_AA, 8)
+    places = np.stack(np.meshgrid(np.arange(-9, 10), np.arange(-9, 10)), axis=-1).reshape(-1, 2)
+    image = draw_discs(320 + 22.0 * places - (0, 80), (480, 640), skin=0, marker=210)
     out = tmp_path / "discs"
     pictures = [cv2.subtract(image, rng.integers(0, 9, image.shape, np.uint8)) for _ in range(4)]
     coded = [bytes(cv2.imencode(".jpg", picture)[1]) for picture in pictures]

@@ -6,8 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from afferents.live.web import snapshot
-
 from .page_alone import hello, opened, state
 
 MODELS = ("SA-I vector waves", "vib-TE augmented")
@@ -116,34 +114,3 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(show, tmp_path):
         for share, (_, _, top, _, bottom, _) in zip((0, 0.5, 1), places, strict=True):
             at = bar["y"] + (1 - share) * bar["height"]
             assert top - 1 <= at <= bottom + 1, "a number lies beside its colour"
-
-
-@pytest.mark.system
-def test_a_scale_does_not_flicker(show):
-    """It grows at once, stays where the largest value varies a little, and shrinks later."""
-    page = show(hello())
-    ends = page.evaluate(
-        """async largest => {
-          const { drawMap } = await import("/page/maps.js");
-          const canvas = document.createElement("canvas");
-          return largest.map(value => drawMap(canvas, [[0, value], [0, 0]]));
-        }""",
-        [0.1, 1.9, *[2.1, 1.8] * 10, *[0.7] * 200],
-    )
-    assert ends[:3] == [0.5, 2, 3]
-    assert set(ends[2:22]) == {3}
-    assert ends[-1] == 1
-    assert sorted(set(ends[22:]), reverse=True) == [3, 2, 1]
-
-
-def test_rates_do_not_flicker(monkeypatch):
-    """Blocks of sound come early and late; asked twenty times a second, the rate stays."""
-    clock = [100.0]
-    monkeypatch.setattr(snapshot.time, "monotonic", lambda: clock[0])
-    rate, rng, shown = snapshot.Rate(), np.random.default_rng(0), []
-    for i in range(1200):  # the source begins after 20 s, and is asked for 40 s more
-        clock[0] = 100 + 0.05 * i
-        heard_s = max(0.0, clock[0] - 120 - rng.uniform(0, 0.03))
-        shown.append(f"{rate.seen(441 * int(100 * heard_s)) / 1000:.1f}")
-    assert set(shown[:400]) == {"0.0"}
-    assert set(shown[-500:]) == {"44.1"}, "over 25 s"

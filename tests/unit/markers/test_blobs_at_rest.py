@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 from afferents import dims
 from afferents.channels import sa1
 from afferents.errors import InputError
-from afferents.markers.estimate import recognise_sensor
 from afferents.markers.rest import rest_sentences
 from afferents.markers.sensor import load_sensor
 from afferents.markers.suspects import without_false_markers
@@ -120,14 +119,6 @@ def test_rest_positions_beyond_10_px_are_the_references_under_published(clip, re
     assert theirs > 10 > 10 * ours
     assert mean_sa1(tracks) == pytest.approx(theirs, abs=0.1)
     assert mean_sa1(track_markers(shifted, TIP)) == pytest.approx(ours, abs=0.1)
-
-
-@pytest.mark.parametrize("n", [362, 360])
-def test_a_video_of_the_published_sensor_is_recognised_all_the_same(clip, n):
-    blobs = np.vstack([pins(), SPECK]) if n == 362 else np.delete(pins(), 100, axis=0)
-    sensor, why = recognise_sensor(clip(blobs))
-    assert sensor == TIP
-    assert why.endswith(f"finds {n} blobs for its 361 markers; they form its grid.")
 
 
 @settings(max_examples=25, deadline=None)

@@ -64,14 +64,6 @@ def test_a_free_layout_keeps_its_names_in_another_recording(draw, video, rings, 
     np.testing.assert_allclose(tracks[dims.REST_POSITION].values, expected, atol=1.0)
 
 
-def test_a_missing_pin_is_lost_and_the_others_keep_their_names(draw, video, rings, tmp_path):
-    sensor = written(calibrate_from_clips(video([draw(rings)] * 9), "mine"), tmp_path)
-    tracks = track_markers(video([draw(np.delete(rings, 25, axis=0))] * 3), sensor)
-    lost = np.flatnonzero(~tracks[dims.DETECTED].values.any(axis=0))
-    assert len(lost) == 1
-    np.testing.assert_allclose(np.array(sensor.markers)[lost[0]], rings[25], atol=0.5)
-
-
 @pytest.mark.parametrize(
     ("images", "sentence"),
     [

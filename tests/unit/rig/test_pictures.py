@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.recordings.video import open_video
 from afferents.rig import Camera, project
 from afferents.rig.camera import Renderer
-from afferents.rig.record import write_film
 
 PLAIN = Camera(roll_deg=0, barrel=0, noise_grey=0, blur_px=0, falloff=0)
 
@@ -67,31 +65,3 @@ def test_discs_come_out_where_they_are_at_any_place_within_a_pixel(rng):
     off = centroids(Renderer(camera, 0).draw(place), place) - place
     assert np.sqrt((off**2).mean()) < 0.015
     assert np.abs(off.mean(axis=0)).max() < 0.003
-
-
-def test_coding_hides_no_motion_of_a_disc(rng, tmp_path):
-    """Every frame shows its own places, however little they differ from those before."""
-    camera, place = Camera(), scattered(rng)
-    moved = place + rng.normal(0, 0.15, (6, *place.shape))
-    renderer = Renderer(camera, 0)
-    write_film(
-        tmp_path / "a.mp4", ((i / 90, renderer.draw(p)) for i, p in enumerate(moved)), camera
-    )
-    frames = open_video(tmp_path / "a.mp4").frames()
-    found = np.array([centroids(f.image, p) for f, p in zip(frames, moved, strict=True)])
-    error = (found - found.mean(axis=0)) - (moved - moved.mean(axis=0))
-    assert np.sqrt((error**2).mean()) < 0.05
-
-
-def test_a_film_keeps_frames_and_times(tmp_path):
-    camera, rng = Camera(), np.random.default_rng(0)
-    time = np.cumsum(1 / 90 + rng.normal(0, 3e-4, 20))
-    renderer = Renderer(camera, 0)
-    place = np.array([[300.0, 200.0]]) + np.arange(20)[:, None, None]
-    images = [renderer.draw(p) for p in place]
-    write_film(tmp_path / "a.mp4", zip(time, images, strict=True), camera)
-    video = open_video(tmp_path / "a.mp4")
-    frames = list(video.frames())
-    np.testing.assert_allclose([f.time_s for f in frames], time, atol=1 / 90000)
-    for frame, image in zip(frames, images, strict=True):
-        assert np.abs(frame.image.astype(float) - image).mean() < 4
