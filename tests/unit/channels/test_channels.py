@@ -17,17 +17,13 @@ def _position(values, time_s=None):
     values = np.asarray(values, dtype=np.float64)
     time_s = np.arange(len(values)) if time_s is None else time_s
     return xr.DataArray(
-        values,
-        dims=("time", "marker", "space"),
-        coords={"time": time_s, "space": ["x", "y"]},
+        values, dims=("time", "marker", "space"), coords={"time": time_s, "space": ["x", "y"]}
     )
 
 
 def _rest(values):
     return xr.DataArray(
-        np.asarray(values, dtype=np.float64),
-        dims=("marker", "space"),
-        coords={"space": ["x", "y"]},
+        np.asarray(values, dtype=np.float64), dims=("marker", "space"), coords={"space": ["x", "y"]}
     )
 
 

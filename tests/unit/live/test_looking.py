@@ -11,16 +11,7 @@ import pytest
 import soundfile
 from rich.console import Console
 
-from afferents.errors import InputError
-from afferents.live import (
-    CameraFrame,
-    FoundImages,
-    Images,
-    LivePipeline,
-    Sound,
-    images_of,
-    run,
-)
+from afferents.live import CameraFrame, FoundImages, Images, LivePipeline, Sound, images_of, run
 from afferents.live.terminal import Screen
 from afferents.live.web.snapshot import Snapshots
 from afferents.markers.sensor import load_sensor
@@ -278,12 +269,6 @@ n_markers = 361
 [detector]
 radius_px = 6.5
 """
-
-
-def test_a_sensor_file_without_places_is_refused():
-    sensor = load_sensor("hex127").model_copy(update={"markers": None, "layout": "free"})
-    with pytest.raises(InputError, match="sensor 'hex127': expected a sensor file that says where"):
-        Images(sensor)
 
 
 def test_the_rig_s_own_fingertip_is_known():

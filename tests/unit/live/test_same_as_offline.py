@@ -95,10 +95,7 @@ def test_spectra_are_those_of_the_encoding_for_any_chunks(
     rate = 1000.0
     signal = np.random.default_rng(n).normal(size=(n, n_channels)).astype(np.float32)
     encoding = SpectralEncoding(
-        window_s=window / rate,
-        stride_s=stride / rate,
-        fft_points=points,
-        remove_mean=remove_mean,
+        window_s=window / rate, stride_s=stride / rate, fft_points=points, remove_mean=remove_mean
     )
     labels = {dims.TEXTURE: "a", dims.SPEED: 1.0, "name": "a/1", dims.SAMPLE_RATE: rate}
     vibration = xr.DataArray(signal, dims=(dims.AUDIO_TIME, dims.CHANNEL), attrs=labels)

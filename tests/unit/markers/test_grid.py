@@ -46,11 +46,7 @@ def test_the_grid_is_found_through_roll_lens_and_displacement(
     assert grid.roll_deg == pytest.approx(roll_deg, abs=tolerance)
 
 
-@given(
-    roll_deg=st.floats(-30, 30),
-    n_missing=st.integers(1, 30),
-    seed=st.integers(0, 1000),
-)
+@given(roll_deg=st.floats(-30, 30), n_missing=st.integers(1, 30), seed=st.integers(0, 1000))
 @settings(max_examples=30, deadline=None)
 def test_missing_markers_leave_their_places_empty(roll_deg, n_missing, seed):
     position, row, column = lattice(19, 19, roll_deg=roll_deg, jitter=1.5)

@@ -1,5 +1,7 @@
 """What `track` returns, refuses and says of itself."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from afferents.errors import InputError
 from afferents.markers.quality import describe, measure_quality
 from afferents.markers.track import Tracker, rest_positions, track_markers
 from afferents.store.recording import Frame
+
+from .conftest import MemoryVideo
 
 
 def grid_3x4(shift=(0.0, 0.0)):
@@ -137,23 +141,18 @@ def test_the_description_names_only_what_occurred(draw, video, free, square):
     assert not any("nan" in s for s in dark)
 
 
+@dataclass
+class Limited(MemoryVideo):
+    """The same as decoded: limited range squeezes grey levels to 16..235."""
+
+    def frames(self):
+        levels = np.clip(np.round((np.arange(256) - 16) * 255 / 219), 0, 255).astype(np.uint8)
+        for time_s, image in (frame[:2] for frame in super().frames()):
+            yield Frame(time_s, np.round(image * (219 / 255) + 16).astype(np.uint8), levels)
+
+
 def test_frames_as_decoded_are_tracked_as_grey_ones(draw, video, free):
-    """Limited range squeezes grey levels to 16..235; positions don't care."""
-
-    class Limited:
-        def __init__(self, images):
-            self.images, plain = images, video(images)
-            self.path, self.fps_hz = plain.path, plain.fps_hz
-            self.width, self.height = plain.width, plain.height
-
-        def frames(self):
-            levels = np.clip(np.round((np.arange(256) - 16) * 255 / 219), 0, 255).astype(np.uint8)
-            for index, image in enumerate(self.images):
-                luma = np.round(image * (219 / 255) + 16).astype(np.uint8)
-                yield Frame(index / 90, luma, levels)
-
-    places = [grid_3x4((1.5 * t, 0.7 * t)) for t in range(5)]
-    images = [draw(place) for place in places]
+    images = [draw(grid_3x4((1.5 * t, 0.7 * t))) for t in range(5)]
     images.insert(3, draw([]))  # all lost, and found again in the whole picture
     grey, decoded = track_markers(video(images), free), track_markers(Limited(images), free)
     np.testing.assert_array_equal(grey[dims.DETECTED], decoded[dims.DETECTED])

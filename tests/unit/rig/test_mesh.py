@@ -23,18 +23,6 @@ def scattered():
     return hexagon() + np.random.default_rng(0).normal(0, 0.2, (61, 2))
 
 
-def test_the_mesh_of_a_square_lattice_is_the_lattice():
-    mesh = mesh_of(LATTICE.rest_mm(), LATTICE.pitch_mm)
-    inner = np.zeros((19, 19), bool)
-    inner[1:-1, 1:-1] = True
-    inner = inner.ravel()
-    near = mesh.coupling[inner]
-    assert ((near > 0).sum(axis=1) == 4).all()
-    np.testing.assert_allclose(near[near > 0], 1, rtol=1e-5)
-    np.testing.assert_allclose(mesh.share[inner], 1, rtol=1e-9)
-    np.testing.assert_allclose(np.abs(mesh.push[inner]).sum(axis=(1, 2)), 4, rtol=1e-5)
-
-
 @pytest.mark.parametrize("pins", [hexagon(), scattered()], ids=["hexagon", "scattered"])
 def test_what_a_pin_does_to_another_comes_back(pins):
     """Times the mass that goes with its share, each coupling is the other's too."""

@@ -31,29 +31,6 @@ def test_off_the_drum_the_rest_frames_are_at_rest(lifted_run):
     assert not lifted_run.pressure_mn[still].any()
 
 
-def test_friction_holds_what_is_left_of_the_run_before(quiet_rig):
-    """The farther the drum goes back when it stops, the less shear is in the rest frames."""
-
-    def left(back_mm):
-        drive = quiet_rig.drive.model_copy(update={"back_mm": back_mm})
-        rig = pressed(quiet_rig.model_copy(update={"drive": drive}))
-        run = simulate_run(rig, "0", bumped_surface(0.0, rig.drum), 50.0, 1.5, 0)
-        return run.position_mm[0, :, 0].mean() - rig.skin.rest_mm()[:, 0].mean()
-
-    held = [left(mm) for mm in (0.0, 0.2, 0.4)]
-    assert held[0] > held[1] > held[2]
-    assert held[0] > 0.01
-
-
-def test_pushed_in_skin_comes_nearer_to_the_camera(lifted_run):
-    """At the end where friction can't reach, the outermost pins show perspective alone."""
-    moved = lifted_run.position_mm[-1] - lifted_run.position_mm[0]
-    rest = lifted_run.position_mm[0]
-    outwards = (moved[:, 1] * np.sign(rest[:, 1])).reshape(19, 19)
-    assert outwards[:9].mean() > 0
-    assert outwards[10:].mean() > 0
-
-
 def test_an_undisturbed_run_is_free_of_noise(quiet_run, quiet_rig):
     again = simulate_run(quiet_rig, "3", bumped_surface(3.0, quiet_rig.drum), 50.0, 2.0, seed=7)
     for name, value in quiet_run._asdict().items():

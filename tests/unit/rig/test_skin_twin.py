@@ -25,12 +25,7 @@ def height(surface: Surface, along_mm: np.ndarray, across_mm: np.ndarray):
 
 
 def numpy_run(
-    skin: Skin,
-    surface: Surface,
-    motion: Motion,
-    tilt=(0.0, 0.0),
-    lateral_mm=0.0,
-    rate_hz=8820.0,
+    skin: Skin, surface: Surface, motion: Motion, tilt=(0.0, 0.0), lateral_mm=0.0, rate_hz=8820.0
 ):
     """Return displacement (step, node, 2), depth and pressure (step, node)."""
     dt, rest = 1 / rate_hz, skin.rest_mm()

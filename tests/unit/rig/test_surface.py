@@ -50,11 +50,7 @@ def test_another_set_of_drums_has_other_bumps_of_the_same_pattern():
     assert difference.std() == pytest.approx(expected, rel=0.25)
 
 
-@given(
-    mean=st.floats(0, 1),
-    bridging=st.floats(0.5, 20),
-    texture=st.sampled_from([1.0, 3.0, 6.0]),
-)
+@given(mean=st.floats(0, 1), bridging=st.floats(0.5, 20), texture=st.sampled_from([1.0, 3.0, 6.0]))
 @settings(max_examples=10, deadline=None)
 def test_what_is_felt_lies_between_the_mean_and_the_highest_point(mean, bridging, texture):
     surface = bumped_surface(texture, NOMINAL)
