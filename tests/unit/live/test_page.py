@@ -1,6 +1,7 @@
 """The page and the command line, as programs and as people meet them."""
 
 import json
+import signal
 import socket
 import time
 import urllib.error
@@ -65,49 +66,6 @@ def running(launch, recording, models):
     page = Running(launch, recording, "--model", models["sa-se"], "--model", models["vib-te-aug"])
     yield page
     page.stop()
-
-
-def states(visitor, enough):
-    """What comes until `enough` is true of it: states and pictures."""
-    found, pictures, end_s = [], [], time.monotonic() + PATIENCE_S
-    while not enough(found, pictures):
-        assert time.monotonic() < end_s, f"it did not come to that: {found[-1:]}"
-        message = visitor.recv(timeout=PATIENCE_S)
-        if isinstance(message, bytes):
-            pictures.append(message)
-        elif (message := json.loads(message))["type"] == "state":
-            found.append(message)
-    return found, pictures
-
-
-def fresh(state):
-    """Return the models that feel something now."""
-    return {percept["model"] for percept in state["percepts"] if percept["fresh"]}
-
-
-def felt_and_heard(found, pictures):
-    """Tell whether both models felt, and a picture and a whole second of sound came."""
-    models = set().union(*map(fresh, found[-10:]))
-    heard = [state["audio"] for state in found if (state["audio"] or {}).get("amplitude")]
-    return pictures and models == {"sa-se", "vib-te-aug"} and heard and "sa1" in found[-1]["video"]
-
-
-def test_a_visitor_gets_models_states_and_pictures(running):
-    with running.socket() as visitor:
-        hello = json.loads(visitor.recv(timeout=PATIENCE_S))
-        assert [m["model"] for m in hello["models"]] == ["sa-se", "vib-te-aug"]
-        assert hello["models"][0]["textures"] == ["1", "2", "3"]
-        found, pictures = states(visitor, felt_and_heard)
-    # Not always: a busy processor is late for some.
-    images = [p for state in found for p in state["percepts"] if p["model"] == "sa-se"]
-    felt = next(p for p in reversed(images) if p["fresh"])
-    assert sum(felt["probabilities"].values()) == pytest.approx(1)
-    assert np.array(found[-1]["video"]["sa1"]).shape == (19, 19)
-    assert len(found[-1]["video"]["markers"]) == 361
-    spectrum = next(s["audio"] for s in reversed(found) if (s["audio"] or {}).get("amplitude"))
-    assert np.argmax(spectrum["amplitude"]) * spectrum["step_hz"] == pytest.approx(20)
-    image = cv2.imdecode(np.frombuffer(pictures[-1], np.uint8), cv2.IMREAD_GRAYSCALE)
-    assert image.shape == (480, 640)
 
 
 def status_of(url, host=None):
@@ -244,3 +202,18 @@ def test_the_page_of_who_only_looks(launch, browser, recording):
         page.close()
     finally:
         running.stop()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("outlet", ["--json", "--web"])
+def test_a_signal_ends_it(launch, models, session, outlet, number):
+    command = ["live", "--model", models["sa-se"], outlet]
+    source = ["--video", "rig"] if outlet == "--json" else ["--video", f"replay:{session}/1/20"]
+    running = launch([*command, *source, "--port", "0"], imports=LIVE)
+    begun, sign = (running.stdout, "{") if outlet == "--json" else (running.stderr, "Page: ")
+    next(line for line in iter(begun.readline, "") if line.startswith(sign))
+    running.send_signal(number)
+    _, said = running.communicate(timeout=60)
+    assert said.splitlines()[-1] == "afferents: stopped; what is finished is kept"
+    assert "Warning" not in said
+    assert running.returncode == 128 + number
