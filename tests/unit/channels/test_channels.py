@@ -161,16 +161,6 @@ def test_ra1_is_positive_and_below_the_markers_step(track):
     assert (response[seen] <= step[seen] + 1e-8).all()
 
 
-@given(track=TRACKS)
-def test_lost_stays_lost_until_held(track):
-    response = sa1(_position(track), _rest(np.nan_to_num(track[0], nan=7.0)))
-    lost = np.isnan(track).any(axis=-1)
-    np.testing.assert_array_equal(np.isnan(response), lost)
-    held = hold(response)
-    assert not np.isnan(held).any()
-    np.testing.assert_array_equal(held.values[~lost], response.values[~lost])
-
-
 def path(places):
     values = np.asarray(places, dtype=np.float64)[:, None, :]
     return xr.DataArray(values, dims=("time", "marker", "space"), coords={"space": ["x", "y"]})

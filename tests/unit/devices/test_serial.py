@@ -30,17 +30,6 @@ def test_lost_bytes_never_become_wrong_numbers():
         assert len(drum.lines) > 41  # what was lost was sent again
 
 
-@pytest.mark.parametrize("template", ["arduino", "arduino-duty"])
-def test_a_fault_is_named_and_stays_until_the_next_start(template):
-    with SimulatedDrum() as drum, drive_at(drum, template) as drive:
-        drive.start(50.0)
-        drive.read()
-        drum.fail("overload")
-        assert [drive.read().fault for _ in range(3)] == ["overload"] * 3
-        drive.start(50.0)
-        assert drive.read().fault is None
-
-
 def test_a_port_is_ours_alone():
     with SimulatedDrum() as drum, drive_at(drum), pytest.raises(InputError, match="and free"):
         drive_at(drum).open()
