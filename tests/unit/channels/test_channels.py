@@ -20,6 +20,9 @@ from afferents.channels import (
 from afferents.errors import InputError
 
 NAN = np.nan
+AUDIO = xr.DataArray(
+    [[0.5], [NAN], [-1.0]], dims=("audio_time", "channel"), attrs={"sample_rate_hz": 44100.0}
+)
 
 
 def _position(values, time_s=None):
@@ -111,6 +114,12 @@ def test_holding_by_hand(position, rest):
     np.testing.assert_array_equal(hold(late), [[0, 0], [2, 0], [2, 0]])
 
 
+def test_ra2_is_the_vibration():
+    assert ra2(AUDIO).dtype == np.float32
+    assert ra2(AUDIO).attrs == AUDIO.attrs
+    np.testing.assert_array_equal(ra2(AUDIO), AUDIO)
+
+
 def test_float32_stays_float32(position, rest):
     response = sa1(position.astype(np.float32), rest.astype(np.float32))
     assert response.dtype == ra1(response).dtype == hold(response).dtype == np.float32
@@ -128,6 +137,7 @@ def test_order_of_dims_is_free(position, rest):
         (lambda p, r: sa1(p, r.isel(space=0)), r"rest_position: .*\(space missing\)"),
         (lambda p, r: ra1(p), r"sa1: .*\(too many\)"),
         (lambda p, r: ra2(r), r"audio: .*\(.*audio_time"),
+        (lambda p, r: ra2(AUDIO.drop_attrs()), "'sample_rate_hz'"),
         (lambda p, r: sa1(p, r.isel(marker=[0, 1])), "expected 3 markers as in position, found 2"),
         (
             lambda p, r: sa1(p.assign_coords(marker=[0, 1, 2]), r.assign_coords(marker=[2, 1, 0])),

@@ -41,6 +41,8 @@ def test_holes_are_filled_from_the_edge_inwards_and_by_the_last_value_where_noth
     filled = fill(response_of(values)).values
     np.testing.assert_allclose(filled, 7)
     assert (fill(response_of(values[2:])).values == 0).all()
+    placeless = response_of(values).drop_vars([dims.ROW, dims.COLUMN])
+    np.testing.assert_array_equal(fill(placeless), hold(placeless))
 
 
 @settings(max_examples=60, deadline=None)

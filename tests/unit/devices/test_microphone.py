@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afferents.devices import DeviceError, PortAudioMicrophone
+from afferents.devices import MICROPHONES, DeviceError, PortAudioMicrophone, device_of
 from afferents.errors import InputError
 from afferents.live import Microphone, Sound, Trouble
 
@@ -158,6 +158,8 @@ def test_one_that_gives_nothing_is_lost(opened, monkeypatch):
 def test_a_rate_that_it_has_not_is_refused(opened):
     with pytest.raises(InputError, match=r"48000 Hz with 2 channel.*there are: Gel microphone"):
         opened(PortAudio(), rate_hz=48_000.0)
+    with pytest.raises(InputError, match=r"kind = one of portaudio, found 'alsa'"):
+        device_of(MICROPHONES, {"kind": "alsa"}, "[microphone]")
 
 
 def test_live_hears_by_the_same_source(monkeypatch):

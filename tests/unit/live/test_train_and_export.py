@@ -85,6 +85,9 @@ def test_scores_are_those_of_the_results_and_of_another_task_not_called_the_same
     summary = json.loads((tmp_path / "results" / "summary.json").read_text())
     assert score["mean_accuracy"] == summary["models"]["vib-te"]["nested"]["mean_accuracy"]
     assert score["same_data"] is (part == ())
+    code, out, _ = run("export", tmp_path / "m", tmp_path / "m.onnx")
+    told = "at speeds held out (nested, quick)" in out.replace("\n", " ")
+    assert (code, told) == (0, part == ())
 
 
 def test_what_can_not_be_trained(run, stores, make_session, tmp_path):

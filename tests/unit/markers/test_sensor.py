@@ -47,6 +47,8 @@ def test_an_unknown_name_lists_those_there_are():
         ("n_markers = 3", "n_markers = = 3", "TOML"),
         ("n_markers = 3", "n_pins = 3", "unknown key 'n_pins'"),
         ("min_threshold = 50", "min_treshold = 50", "the key 'detector.min_threshold'"),
+        ("max_area_px2 = 180", "max_area_px2 = 90", "min_area_px2 must be less"),
+        ('layout = "free"', 'layout = "free"\nrows = 3', "has no rows and columns"),
         ("max_threshold = 150", "max_threshold = 55", "min_repeatability steps"),
         ("n_markers = 3", "n_markers = 3\ngate_px = -1", "gate_px: greater than 0, found -1"),
         ('layout = "free"', 'layout = "oval"', "layout: 'square', 'hexagonal', 'radial' or 'free'"),

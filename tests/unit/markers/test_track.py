@@ -77,6 +77,12 @@ def test_the_published_tracker_keeps_a_lost_marker_where_it_was(draw, video, squ
     assert filled.values[5, 5] == pytest.approx(3, abs=0.1)
 
 
+def test_a_single_marker_is_tracked(draw, video, free):
+    images = [draw([[100 + t, 100]]) for t in range(3)] + [draw([]), draw([[103, 100]])]
+    tracks = track_markers(video(images), free)
+    assert tracks[dims.DETECTED].values.ravel().tolist() == [True, True, True, False, True]
+
+
 def test_bad_videos_are_refused_in_one_sentence(draw, video, square):
     blank = draw(np.zeros((0, 2)))
     cases = {

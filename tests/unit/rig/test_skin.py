@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from afferents.rig import Skin, bumped_surface, felt
 from afferents.rig.kernel import SPAN
@@ -66,6 +67,11 @@ def test_skin_let_go_returns_to_rest(smooth):
     moved = np.abs(slid(smooth, lifted, every=98).displacement_mm).max(axis=(1, 2))
     assert moved[pulled // 98] > 0.05
     assert moved[-1] < 1e-3 * moved.max()
+
+
+def test_friction_that_makes_no_sense_is_refused():
+    with pytest.raises(ValidationError, match="static_friction"):
+        Skin(static_friction=0.3, kinetic_friction=0.5)
 
 
 def test_friction_stays_within_its_law(smooth):

@@ -83,6 +83,7 @@ def test_windows_and_stretches():
         ([([100.0, 250.0], [300.0], [])], UNITS, "if times are in ms, divide them by 1000"),
         ([([0.1, 0.2, 1.5], [0.3], [])], UNITS, "1 spikes lie beyond"),
         ([([0.1], [0.3])], UNITS, "trains of 1 trials of 3 units"),
+        ([([], [], [])], {"name": ["a", "b", "c"]}, "a column 'class'"),
         ([([], [], [])], {"name": ["a", "a", "b"], "class": ["SA"] * 3}, "two of the name 'a'"),
         ([([], [], [])], {"name": ["a", "b", "c"], "class": ["SA", "RA", "SAI"]}, "'SAI'"),
     ],
