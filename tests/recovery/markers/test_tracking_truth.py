@@ -8,6 +8,8 @@ from afferents.markers.detect import detect
 from afferents.markers.sensor import load_sensor
 from afferents.markers.track import track_markers
 
+from ...unit.markers.conftest import MemoryVideo
+
 REST = 1
 """Rest frame; that of `tip_b` would only make the drawings longer."""
 N_FRAMES = REST + 14
@@ -78,18 +80,6 @@ def test_one_to_one_never_shares_a_blob(video, rest, tip_b):
         assert len(np.unique(seen, axis=0)) == len(seen)
 
 
-def test_published_keeps_a_stale_position(video, rest, tip_b):
-    """A covered marker with no other blob within 10 px stays where it was, and is not found."""
-    shown = np.repeat(rest[None], REST + 4, axis=0)
-    shown[REST + 1 :, 180] = np.nan
-    tracks = track_markers(video(shown), tip_b, "published", reference=rest)
-    position = tracks[dims.POSITION].values[:, 180]
-    np.testing.assert_array_equal(
-        position[REST + 1 :], np.repeat(position[REST : REST + 1], 3, axis=0)
-    )
-    assert tracks[dims.DETECTED].values[REST:, 180].tolist() == [True, False, False, False]
-
-
 def test_published_lets_two_markers_share_a_blob_for_good(video, rest, tip_b):
     """A marker is covered while the skin shifts by 14 px, so its neighbour comes within 10 px.
 
@@ -137,17 +127,9 @@ def test_markers_dropped_at_random_in_jerks_cost_no_identity(video, rest, tip_b)
     assert not detected[hidden].any()
 
 
-def test_failing_light_costs_no_marker(draw, video, rest, tip_b):
-    from afferents.store.recording import Frame
-
-    class Dimming:
-        path, fps_hz, width, height = video(rest[None]).path, 90.0, 640, 480
-
-        def frames(self):
-            image = draw(rest).astype(float)
-            for index, light in enumerate(np.linspace(1, 0.35, 60)):
-                yield Frame(index / 90, np.rint(light * image).astype(np.uint8))
-
-    tracks = track_markers(Dimming(), tip_b)
+def test_failing_light_costs_no_marker(draw, rest, tip_b):
+    image = draw(rest).astype(float)
+    dimming = [np.rint(light * image).astype(np.uint8) for light in np.linspace(1, 0.35, 60)]
+    tracks = track_markers(MemoryVideo(dimming), tip_b)
     assert tracks[dims.DETECTED].values[REST:].all()
     assert np.abs(tracks[dims.POSITION].values[REST:] - rest).max() < 0.3

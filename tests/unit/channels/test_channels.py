@@ -3,41 +3,49 @@
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from afferents.channels import hold, marker_speed, ra1, ra2, sa1
+from afferents.channels import (
+    hold,
+    marker_speed,
+    ra1,
+    ra1_circumferential,
+    ra1_signed,
+    ra2,
+    sa1,
+    sa1_vector,
+)
 from afferents.errors import InputError
 
 NAN = np.nan
+AUDIO = xr.DataArray(
+    [[0.5], [NAN], [-1.0]], dims=("audio_time", "channel"), attrs={"sample_rate_hz": 44100.0}
+)
 
 
-def _position(values: object, time_s: object = None) -> xr.DataArray:
+def _position(values, time_s=None):
     values = np.asarray(values, dtype=np.float64)
     time_s = np.arange(len(values)) if time_s is None else time_s
     return xr.DataArray(
-        values,
-        dims=("time", "marker", "space"),
-        coords={"time": time_s, "space": ["x", "y"]},
+        values, dims=("time", "marker", "space"), coords={"time": time_s, "space": ["x", "y"]}
     )
 
 
-def _rest(values: object) -> xr.DataArray:
+def _rest(values):
     return xr.DataArray(
-        np.asarray(values, dtype=np.float64),
-        dims=("marker", "space"),
-        coords={"space": ["x", "y"]},
+        np.asarray(values, dtype=np.float64), dims=("marker", "space"), coords={"space": ["x", "y"]}
     )
 
 
 @pytest.fixture
-def rest() -> xr.DataArray:
+def rest():
     return _rest([[0, 0], [10, 0], [20, 5]])
 
 
 @pytest.fixture
-def position() -> xr.DataArray:
+def position():
     """Three markers in five frames, at 0, 0.1, 0.2, 0.4 and 0.5 s (one step is twice as long).
 
     ======  =========  =========  =========
@@ -62,7 +70,7 @@ def position() -> xr.DataArray:
     )
 
 
-def test_by_hand(position: xr.DataArray, rest: xr.DataArray) -> None:
+def test_by_hand(position, rest):
     """The distances are 3-4-5 triangles and whole numbers.
 
     ======  =================  =====================  =========================
@@ -93,7 +101,7 @@ def test_by_hand(position: xr.DataArray, rest: xr.DataArray) -> None:
     np.testing.assert_allclose(marker_speed(position), expected_speed)
 
 
-def test_holding_by_hand(position: xr.DataArray, rest: xr.DataArray) -> None:
+def test_holding_by_hand(position, rest):
     response = sa1(position, rest)
     np.testing.assert_allclose(
         hold(response), [[0, 0, 0], [5, 5, 1], [10, 5, 2], [10, 3, 2], [0, 4, 2]]
@@ -102,104 +110,60 @@ def test_holding_by_hand(position: xr.DataArray, rest: xr.DataArray) -> None:
         hold(ra1(response)), [[0, 0, 0], [5, 5, 1], [5, 5, 1], [0, 5, 0], [10, 1, 0]]
     )
     assert np.isnan(response.values[2, 1])  # the input is left as it was
-    assert hold(response).attrs == response.attrs
+    late = xr.DataArray([[NAN, NAN], [2, NAN], [NAN, NAN]], dims=("time", "marker"), name="sa1")
+    np.testing.assert_array_equal(hold(late), [[0, 0], [2, 0], [2, 0]])
 
 
-def test_holding_before_first_seen_and_never_seen() -> None:
-    response = xr.DataArray([[NAN, NAN], [2, NAN], [NAN, NAN]], dims=("time", "marker"), name="sa1")
-    np.testing.assert_array_equal(hold(response), [[0, 0], [2, 0], [2, 0]])
+def test_ra2_is_the_vibration():
+    assert ra2(AUDIO).dtype == np.float32
+    assert ra2(AUDIO).attrs == AUDIO.attrs
+    np.testing.assert_array_equal(ra2(AUDIO), AUDIO)
 
 
-def test_labels(position: xr.DataArray, rest: xr.DataArray) -> None:
-    response = sa1(position, rest)
-    for array, name, units in (
-        (response, "sa1", "px"),
-        (ra1(response), "ra1", "px/frame"),
-        (marker_speed(position), "marker_speed", "px/s"),
-    ):
-        assert array.name == name
-        assert array.dims == ("time", "marker")
-        assert array.attrs["units"] == units
-        np.testing.assert_array_equal(array["time"], position["time"])
-
-
-def test_float32_stays_float32(position: xr.DataArray, rest: xr.DataArray) -> None:
+def test_float32_stays_float32(position, rest):
     response = sa1(position.astype(np.float32), rest.astype(np.float32))
     assert response.dtype == ra1(response).dtype == hold(response).dtype == np.float32
 
 
-def test_order_of_dims_is_free(position: xr.DataArray, rest: xr.DataArray) -> None:
+def test_order_of_dims_is_free(position, rest):
     turned = sa1(position.transpose("space", "marker", "time"), rest.transpose())
     xr.testing.assert_identical(turned, sa1(position, rest))
 
 
-def test_missing_dims_are_named(position: xr.DataArray, rest: xr.DataArray) -> None:
-    with pytest.raises(InputError, match=r"position: .*\(marker missing\)"):
-        sa1(position.isel(marker=0), rest)
-    with pytest.raises(InputError, match=r"rest_position: .*\(space missing\)"):
-        sa1(position, rest.isel(space=0))
-    with pytest.raises(InputError, match=r"sa1: .*\(too many\)"):
-        ra1(position)
-    with pytest.raises(InputError, match=r"audio: .*\(audio_time missing\)"):
-        ra2(xr.DataArray(np.zeros((2, 1)), dims=("time", "channel")))
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (lambda p, r: sa1(p.isel(marker=0), r), r"position: .*\(marker missing\)"),
+        (lambda p, r: sa1(p, r.isel(space=0)), r"rest_position: .*\(space missing\)"),
+        (lambda p, r: ra1(p), r"sa1: .*\(too many\)"),
+        (lambda p, r: ra2(r), r"audio: .*\(.*audio_time"),
+        (lambda p, r: ra2(AUDIO.drop_attrs()), "'sample_rate_hz'"),
+        (lambda p, r: sa1(p, r.isel(marker=[0, 1])), "expected 3 markers as in position, found 2"),
+        (
+            lambda p, r: sa1(p.assign_coords(marker=[0, 1, 2]), r.assign_coords(marker=[2, 1, 0])),
+            "the marker labels of position",
+        ),
+        (lambda p, r: marker_speed(p.drop_vars("time")), "'time'"),
+        (
+            lambda p, r: marker_speed(p.assign_coords(time=[0, 0.1, 0.1, 0.2, 0.3])),
+            r"found 0\.1 s at frame 2 after 0\.1 s",
+        ),
+    ],
+)
+def test_what_does_not_go_together_is_refused(position, rest, asked, said):
+    with pytest.raises(InputError, match=said):
+        asked(position, rest)
 
 
-def test_other_markers_are_refused(position: xr.DataArray, rest: xr.DataArray) -> None:
-    with pytest.raises(InputError, match="expected 3 markers as in position, found 2"):
-        sa1(position, rest.isel(marker=[0, 1]))
-    with pytest.raises(InputError, match="the marker labels of position"):
-        sa1(position.assign_coords(marker=[0, 1, 2]), rest.assign_coords(marker=[2, 1, 0]))
-
-
-def test_speed_needs_times_that_rise(position: xr.DataArray) -> None:
-    with pytest.raises(InputError, match="'time'"):
-        marker_speed(position.drop_vars("time"))
-    with pytest.raises(InputError, match=r"found 0\.1 s at frame 2 after 0\.1 s"):
-        marker_speed(position.assign_coords(time=[0, 0.1, 0.1, 0.2, 0.3]))
-
-
-def test_ra2_is_the_vibration() -> None:
-    audio = xr.DataArray(
-        np.array([[0.5], [NAN], [-1.0]]),
-        dims=("audio_time", "channel"),
-        coords={"channel": ["sensor"]},
-        attrs={"sample_rate_hz": 44100.0, "units": "full scale"},
-    )
-    response = ra2(audio)
-    assert response.name == "ra2"
-    assert response.dtype == np.float32
-    assert response.attrs == audio.attrs
-    np.testing.assert_array_equal(response, audio)
-    with pytest.raises(InputError, match="'sample_rate_hz'"):
-        ra2(audio.drop_attrs())
-
-
-UNTIMED = settings(deadline=None, max_examples=50)
 PIXELS = st.floats(-1000, 1000, allow_subnormal=False)
 TRACKS = st.tuples(st.integers(1, 6), st.integers(1, 4)).flatmap(
     lambda n: hnp.arrays(np.float64, (*n, 2), elements=PIXELS | st.just(NAN))
 )
 
 
-def _at_rest(track: np.ndarray) -> np.ndarray:
-    return np.nan_to_num(track[0], nan=7.0)
-
-
-@UNTIMED
-@given(track=TRACKS, shift=st.tuples(PIXELS, PIXELS))
-def test_sa1_does_not_see_where_the_image_begins(
-    track: np.ndarray, shift: tuple[float, float]
-) -> None:
-    rest = _at_rest(track)
-    here = sa1(_position(track), _rest(rest))
-    there = sa1(_position(track + shift), _rest(rest + np.asarray(shift)))
-    np.testing.assert_allclose(here, there, atol=1e-8)
-
-
-@UNTIMED
 @given(track=TRACKS)
-def test_ra1_is_positive_and_below_the_markers_step(track: np.ndarray) -> None:
-    response = ra1(sa1(_position(track), _rest(_at_rest(track)))).values
+def test_ra1_is_positive_and_below_the_markers_step(track):
+    response = ra1(sa1(_position(track), _rest(np.nan_to_num(track[0], nan=7.0)))).values
     step = marker_speed(_position(track)).values  # one frame a second: px/s is px/frame
     np.testing.assert_array_equal(np.isnan(response), np.isnan(step))
     seen = ~np.isnan(response)
@@ -207,12 +171,27 @@ def test_ra1_is_positive_and_below_the_markers_step(track: np.ndarray) -> None:
     assert (response[seen] <= step[seen] + 1e-8).all()
 
 
-@UNTIMED
-@given(track=TRACKS)
-def test_lost_stays_lost_until_held(track: np.ndarray) -> None:
-    response = sa1(_position(track), _rest(_at_rest(track)))
-    lost = np.isnan(track).any(axis=-1)
-    np.testing.assert_array_equal(np.isnan(response), lost)
-    held = hold(response)
-    assert not np.isnan(held).any()
-    np.testing.assert_array_equal(held.values[~lost], response.values[~lost])
+def path(places):
+    values = np.asarray(places, dtype=np.float64)[:, None, :]
+    return xr.DataArray(values, dims=("time", "marker", "space"), coords={"space": ["x", "y"]})
+
+
+REST = xr.DataArray([[0.0, 0.0]], dims=("marker", "space"), coords={"space": ["x", "y"]})
+
+
+@given(st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=2, max_size=6))
+def test_their_lengths_are_sa1_and_ra1(places):
+    position = path(places)
+    length = (sa1_vector(position, REST) ** 2).sum("space") ** 0.5
+    np.testing.assert_allclose(length, sa1(position, REST), atol=1e-12)
+    signed = ra1_signed(sa1(position, REST))
+    np.testing.assert_allclose(abs(signed), ra1(sa1(position, REST)), equal_nan=True)
+
+
+def test_a_circle_is_felt_by_the_part_that_goes_round_alone():
+    angle = np.arange(5) * 0.1
+    circle = path(np.stack([3 * np.cos(angle), 3 * np.sin(angle)], axis=1))
+    around = ra1_circumferential(sa1_vector(circle, REST))
+    np.testing.assert_allclose(ra1(sa1(circle, REST))[1:], 0, atol=1e-12)
+    np.testing.assert_allclose(around[1:], 3 * np.sin(0.1))
+    assert np.isnan(around[0]).all()

@@ -6,7 +6,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.channels import CHANNELS, PARTS, Skin, global_shear, hold, sa1_local, sa1_vector
+from afferents.channels import CHANNELS, PARTS, global_shear, hold, sa1_local, sa1_vector
 
 SQUARE = np.stack([i.ravel() for i in np.indices((19, 19))], axis=1) * 22.0 + [120, 40]
 ANGLE = np.arange(60) * 2.4
@@ -94,15 +94,3 @@ def test_what_is_left_has_no_shear_and_adds_up():
     whole = sa1_vector(found.position, found.rest_position)
     power = (whole**2).sum("space").mean("marker") - (local**2).sum("space").mean("marker")
     np.testing.assert_allclose((shear_of(found) ** 2).sum("shear"), power)
-
-
-@pytest.mark.parametrize("name", ["shear", "sa1_local"])
-def test_frame_by_frame_is_the_same(name):
-    rng = np.random.default_rng(0)
-    found = recording(SPIRAL, rng.normal(size=(3, 60, 2)))
-    found.position[2, 7] = np.nan
-    channel = CHANNELS[name]
-    whole = channel.response(found)
-    for frame, expected in enumerate(whole.values):
-        skin = Skin(found.position.values[frame], SPIRAL)
-        np.testing.assert_allclose(channel.step(skin, None), expected, atol=2e-5)

@@ -9,6 +9,8 @@ import pytest
 
 from afferents.recordings.session import read_session
 
+from ..markers.conftest import draw_discs
+
 pytest.importorskip("serial", reason="pyserial (extra 'record') is not there")
 
 PLAN = """
@@ -16,10 +18,9 @@ textures = ["4"]
 speeds_mm_s = [40, 60]
 seconds = 0.8
 settle_s = 0.8
-redo = {redo}
 [camera]
 kind = "v4l2"
-device = "/x/fakecam/video0?paced=1&fps=15&film={film}{faults}"
+device = "/x/fakecam/video0?paced=1&fps=15&film={film}"
 fps_hz = 15  # a busy machine may look away for half a second
 [drive]
 kind = "serial"
@@ -31,53 +32,37 @@ from pathlib import Path
 from afferents.progress import Progress
 from simulated_drum import SimulatedDrum
 from afferents.recorder.record import make_recorder
-found = {{}}
-for name in {names!r}:
-    asked, path = [], Path({folder!r}, name + ".toml")
-    with SimulatedDrum() as drum, Progress(quiet=True) as progress:
-        path.write_text(path.read_text().replace("PORT", drum.port))
-        recorder = make_recorder(path, False, asked.append)
-        done = recorder.record(path.with_suffix(""), progress)
-        drum.drum.advance()
-        found[name] = [asked, done.recorded, done.kept_aside, drum.drum.aim_mm_s]
-print(json.dumps(found))
+asked, path = [], Path({path!r})
+with SimulatedDrum() as drum, Progress(quiet=True) as progress:
+    path.write_text(path.read_text().replace("PORT", drum.port))
+    done = make_recorder(path, False, asked.append).record(path.with_suffix(""), progress)
+    drum.drum.advance()
+    print(json.dumps([asked, sorted(done.recorded), done.kept_aside, drum.drum.aim_mm_s]))
 """
-FAULTS = {"good": "", "faulty": "&drop=30-31&damaged=35"}
 
 
-@pytest.fixture(scope="module")
-def film(tmp_path_factory):
+@pytest.fixture
+def film(tmp_path):
     """Four pictures of 19 x 19 discs, noisy, so that no two are the same."""
     rng = np.random.default_rng(0)
-    image = np.zeros((480, 640), np.uint8)
-    for x in 320 + 22.0 * (np.arange(19) - 9):
-        for y in 240 + 22.0 * (np.arange(19) - 9):
-            cv2.circle(image, (round(x * 256), round(y * 256)), 1664, 210, -1, cv2.LINE_AA, 8)
-    out = tmp_path_factory.mktemp("film") / "discs"
+    places = np.stack(np.meshgrid(np.arange(-9, 10), np.arange(-9, 10)), axis=-1).reshape(-1, 2)
+    image = draw_discs(320 + 22.0 * places - (0, 80), (480, 640), skin=0, marker=210)
+    out = tmp_path / "discs"
     pictures = [cv2.subtract(image, rng.integers(0, 9, image.shape, np.uint8)) for _ in range(4)]
     coded = [bytes(cv2.imencode(".jpg", picture)[1]) for picture in pictures]
     out.write_bytes(b"".join(struct.pack("I", len(data)) + data for data in coded))
     return out
 
 
-@pytest.fixture(scope="module")
-def recorded(with_driver, film, tmp_path_factory):
-    """Two sessions, of a good camera and of a faulty one; one process for both."""
-    folder = tmp_path_factory.mktemp("sessions")
-    for name, faults in FAULTS.items():
-        plan = PLAN.format(film=film, faults=faults, redo=0)
-        (folder / f"{name}.toml").write_text(plan)
-    return folder, with_driver(RECORD.format(names=list(FAULTS), folder=str(folder)))
-
-
-def test_camera_and_drum_as_real_ones(recorded):
-    folder, found = recorded
-    asked, names, aside, aim_mm_s = found["good"]
+def test_camera_and_drum_as_real_ones(with_driver, film, tmp_path):
+    plan = tmp_path / "plan.toml"
+    plan.write_text(PLAN.format(film=film))
+    asked, names, aside, aim_mm_s = with_driver(RECORD.format(path=str(plan)))
     assert aside == {}
     assert asked == ["change the drum to 4, then press enter"]
-    assert sorted(names) == ["4/40", "4/60"]
+    assert names == ["4/40", "4/60"]
     assert aim_mm_s == 0
-    for recording in read_session(folder / "good").recordings:
+    for recording in read_session(tmp_path / "plan").recordings:
         frames = pd.read_parquet(recording.source / "frames.parquet")
         assert (np.diff(frames.sequence) == 1).all()
         assert len(list(recording.video.frames())) == len(frames)
@@ -87,11 +72,3 @@ def test_camera_and_drum_as_real_ones(recorded):
         assert steady.speed_mm_s.mean() == pytest.approx(recording.speed_mm_s, rel=0.03)
         way_mm = np.ptp(steady.position_mm) / np.ptp(steady.time_s)
         assert way_mm == pytest.approx(recording.speed_mm_s, rel=0.05)
-
-
-def test_frames_that_the_driver_lost_are_named(recorded):
-    _, names, aside, aim_mm_s = recorded[1]["faulty"]
-    assert names == []
-    assert aim_mm_s == 0
-    for why in aside.values():
-        assert "2 lost (the first is number 30), 1 damaged (the first is number 35)" in why

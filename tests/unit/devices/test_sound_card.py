@@ -9,13 +9,13 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from ctypes.util import find_library
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
+from simulated_drum import until
 
 from afferents.recordings.run_log import BlockRow, sound_clock
 
@@ -86,21 +86,17 @@ def sink(tmp_path_factory):
             stdout=log, stderr=log,
         )  # fmt: skip
     try:
-        wait_for(server, environment, folder / "log")
+        assert until(lambda: told(environment, "info")), (folder / "log").read_text()
         yield environment
     finally:
         server.kill()
         server.wait()
 
 
-def wait_for(server, environment, log):
-    for _ in range(300):
-        answer = subprocess.run(["pactl", "info"], env=environment, capture_output=True)
-        if answer.returncode == 0:
-            return
-        assert server.poll() is None, log.read_text()
-        time.sleep(0.1)
-    raise AssertionError(log.read_text())
+def told(environment, *asked):
+    """Return what the server says, nothing if it does not answer."""
+    answer = subprocess.run(["pactl", *asked], env=environment, capture_output=True)
+    return answer.stdout.strip() if answer.returncode == 0 else b""
 
 
 def test_a_tone_played_is_the_tone_recorded(sink, tmp_path):
@@ -111,7 +107,7 @@ def test_a_tone_played_is_the_tone_recorded(sink, tmp_path):
     player = ["paplay", "--device=gel", "--latency-msec=2000", tmp_path / "tone.wav"]
     playing = subprocess.Popen(player, env={**sink, "PULSE_LATENCY_MSEC": "2000"})
     try:
-        wait_until_played(sink)
+        assert until(lambda: told(sink, "list", "short", "sink-inputs"))
         command = [sys.executable, "-c", HEAR, tmp_path / "heard.npz", str(SECONDS + 0.5)]
         subprocess.run(command, env=sink, check=True, timeout=120, capture_output=True)
     finally:
@@ -137,13 +133,3 @@ def test_a_tone_played_is_the_tone_recorded(sink, tmp_path):
     near = np.abs(hz - TONE_HZ) < 5
     assert ((spectrum[near] ** 2).sum(axis=0) > 0.99 * (spectrum**2).sum(axis=0)).all()
     assert sound.std(axis=0) == pytest.approx(32767 * np.array([0.1, 0.5]) / 2**0.5, rel=0.05)
-
-
-def wait_until_played(environment):
-    """Wait until the sink has a stream to play."""
-    for _ in range(300):
-        asked = ["pactl", "list", "short", "sink-inputs"]
-        if subprocess.run(asked, env=environment, capture_output=True).stdout.strip():
-            return
-        time.sleep(0.1)
-    raise AssertionError("nothing is played")

@@ -51,12 +51,28 @@ def test_every_frame_has_the_driver_s_number_and_time(seen):
     assert size.min() > 10
 
 
-def test_jpeg_size_and_rate_are_read_back(seen):
-    settings = seen["good"]["settings"]
-    assert (settings["format"], settings["width"], settings["height"]) == ("MJPG", 640, 480)
-    assert settings["fps_hz"] == 90
-    assert settings["name"] == "A camera that is none"
-    assert settings["unknown"] == []
+@pytest.mark.parametrize(
+    ("camera", "expected"),
+    [
+        ("good", {"format": "MJPG", "width": 640, "height": 480, "fps_hz": 90, "unknown": []}),
+        ("noclock", {"unknown": ["when a frame was captured (the time is that of its arrival)"]}),
+        ("slower", {"fps_hz": 30}),
+        ("own", {"format": "MJPG", "width": 640, "height": 480, "fps_hz": 30}),
+        ("auto", {"format": "GREY"}),
+        ("unset", {"controls": {}}),
+    ],
+)
+def test_what_a_camera_took_is_read_back(seen, camera, expected):
+    settings = seen[camera]["settings"]
+    assert {name: settings[name] for name in expected} == expected
+
+
+def test_controls_are_set_and_what_a_camera_does_by_itself_is_switched_off(seen):
+    by_itself = {"auto_exposure": 1, "exposure_dynamic_framerate": 0, "white_balance_automatic": 0}
+    assert by_itself.items() <= seen["good"]["settings"]["controls"].items()
+    asked = {"exposure_time_absolute": 50, "gain": 40, "white_balance_temperature": 5000}
+    assert asked.items() <= seen["set"]["settings"]["controls"].items()
+    assert np.isnan(seen["no rates"]["settings"]["fps_hz"])
 
 
 def test_faults_are_found_at_the_frames_where_they_are(seen):
@@ -94,69 +110,12 @@ print(json.dumps([all(whole), {one["kind"] for one in gone} == {"DeviceError"}, 
     assert before == after
 
 
-def test_a_driver_without_the_monotonic_clock_is_said(seen):
-    settings = seen["noclock"]["settings"]
-    assert settings["unknown"] == ["when a frame was captured (the time is that of its arrival)"]
-
-
-def test_another_rate_than_asked_for_is_read_back(seen):
-    assert seen["slower"]["settings"]["fps_hz"] == 30
-    assert np.diff([frame[1] for frame in seen["slower"]["frames"]]) == pytest.approx(
-        1 / 30, rel=1e-3
-    )
-
-
-def test_what_a_camera_does_by_itself_is_switched_off(seen):
-    found = seen["good"]["settings"]["controls"]
-    assert found["auto_exposure"] == 1  # manual
-    assert found["exposure_dynamic_framerate"] == 0
-    assert found["white_balance_automatic"] == 0
-    assert seen["unset"]["settings"]["controls"] == {}
-
-
-def test_what_is_asked_for_is_set_and_read_back(seen):
-    found = seen["set"]["settings"]["controls"]
-    assert found["exposure_time_absolute"] == 50
-    assert found["gain"] == 40
-    assert found["white_balance_temperature"] == 5000
-
-
-def test_a_camera_that_is_asked_for_nothing_keeps_its_own(seen):
-    settings = seen["own"]["settings"]
-    found = (settings["format"], settings["width"], settings["height"], settings["fps_hz"])
-    assert found == ("MJPG", 640, 480, 30)
-    assert np.isnan(seen["no rates"]["settings"]["fps_hz"])
-
-
-def test_auto_takes_the_best_format_that_there_is(seen):
-    assert seen["auto"]["settings"]["format"] == "GREY"
-
-
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_cannot_be_is_refused_in_a_sentence(seen, name):
     assert seen[name]["kind"] == "InputError"
     assert seen[name]["frames"] == []
     assert REFUSED[name][2] in seen[name]["error"]
     assert "\n" not in seen[name]["error"]
-
-
-def test_a_reader_that_is_slow_loses_frames_and_knows_which(with_driver):
-    """Eight buffers at 200 frames/s hold 40 ms; who looks away for 150 ms misses about 22."""
-    found = with_driver("""
-import time
-from afferents.devices import V4l2Camera
-path = "/x/fakecam/video0?paced=1"
-numbers = []
-with V4l2Camera(V4l2Camera.Options(device=path, fps_hz=200)) as camera:
-    for frame in camera.frames():
-        numbers.append(frame.sequence)
-        if len(numbers) == 5:
-            time.sleep(0.15)
-        if len(numbers) == 20:
-            camera.end()
-print(json.dumps(numbers))
-""")
-    assert np.diff(found).max() - 1 >= 15
 
 
 def test_it_ends_when_told_from_another_thread_and_streams_again(with_driver):

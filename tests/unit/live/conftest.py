@@ -1,4 +1,7 @@
-"""Small models, trained and exported once."""
+"""Small models, trained and exported once, and a browser."""
+
+import os
+import shutil
 
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from afferents.progress import Progress
 from ...conftest import few_epochs
 from ...kept import kept
 
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = Progress(quiet=True)
 LIVE = ["afferents.cli", "afferents.live.web.server", "afferents.live.replay"]
 """What `live` imports, but for ONNX Runtime, whose threads no fork outlives."""
@@ -44,6 +48,20 @@ def models(stores):
 
     with kept("models", train_all) as folder:
         yield {name: folder / f"{name}.onnx" for name in sources}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if CHROMIUM is None:
+        if os.environ.get("AFFERENTS_REQUIRE_BROWSER"):
+            pytest.fail("no chromium on this machine, and AFFERENTS_REQUIRE_BROWSER is set")
+        pytest.skip("no chromium on this machine: apt-get install chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield opened
+        opened.close()
 
 
 @pytest.fixture

@@ -9,18 +9,17 @@ import numpy as np
 from afferents.live.web.server import PAGE
 
 TEXTURES = [f"{i / 2:g}" for i in range(13)]
-EVIDENCE = {texture: 0.7 if texture == "3" else 0.025 for texture in TEXTURES}
 
 
-def hello(*models, named_by_spacing=True, most_sure=1.0):
-    """A greeting: models by name, each of the paper's 13 textures, or none."""
+def hello(*models, textures=TEXTURES, named_by_spacing=True, most_sure=1.0):
+    """A greeting: models by name, each of the paper's 13 textures unless others are given."""
     return {
         "type": "hello",
         "models": [
             {
                 "model": m,
                 "title": m,
-                "textures": TEXTURES,
+                "textures": textures,
                 "description": ["It is a test."],
                 "named_by_spacing": named_by_spacing,
                 "most_sure": most_sure,
@@ -30,16 +29,18 @@ def hello(*models, named_by_spacing=True, most_sure=1.0):
     }
 
 
-def percept(model):
+def percept(model, textures):
+    rest = 0.3 / (len(textures) - 1)
+    evidence = {texture: 0.7 if texture == "3" else rest for texture in textures}
     return {
-        "model": model, "state": "texture", "fresh": True, "age_s": 0.0, "evidence": EVIDENCE,
-        "probabilities": EVIDENCE, "sure_after_s": 1.2, "latency_ms": 3.1, "markers_found": 0.99,
+        "model": model, "state": "texture", "fresh": True, "age_s": 0.0, "evidence": evidence,
+        "probabilities": evidence, "sure_after_s": 1.2, "latency_ms": 3.1, "markers_found": 0.99,
         "counters": {"frames": 900, "samples": 0, "dropped": 3}, "troubles": [],
         "truth": "3 mm at 50 mm/s",
     }  # fmt: skip
 
 
-def state(*models, sa1=None, ra1=None):
+def state(*models, textures=TEXTURES, sa1=None, ra1=None):
     """A state with everything in it, as the server sends it."""
     rng = np.random.default_rng(0)
     figures = [{"name": f"figure {i}", "value": f"{i} px", "doubt": ""} for i in range(10)]
@@ -48,7 +49,7 @@ def state(*models, sa1=None, ra1=None):
     return {
         "type": "state",
         "ended": None,
-        "percepts": [percept(model) for model in models],
+        "percepts": [percept(model, textures) for model in models],
         "video": {
             "rate_hz": 90, "sensor": "Sensor 'tip_b': square layout, 361 markers.",
             "quality": figures[:7], "size": [640, 480], "ring_px": 8.0, "sa1": sa1.tolist(),

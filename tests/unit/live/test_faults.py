@@ -56,6 +56,10 @@ def fed(pipeline, events):
     return [prediction for event in events for prediction in pipeline.feed(event)]
 
 
+def frames_of(predictions):
+    return {round(p.time_s * 90) - 1 for p in predictions}
+
+
 FIRST = 10 + 1 + 9
 """Rest frame, one before RA-I, nine before a run of ten is full."""
 
@@ -64,12 +68,13 @@ AHEAD_S = 3600
 would soon have waited here as well."""
 
 
-def test_a_run_of_ten_never_spans_a_missing_frame(seeing, pictures):
+@pytest.mark.parametrize("fault", ["dropped", "torn"])
+def test_a_run_of_ten_never_spans_a_missing_or_torn_frame(seeing, pictures, fault):
     lost = 30
-    predictions = fed(seeing, pictures[:lost] + pictures[lost + 1 :])
-    times = {round(p.time_s * 90) - 1 for p in predictions}
-    assert times == {*range(FIRST, lost), *range(lost + 11, 45)}
-    assert predictions[-1].counters.dropped == 1
+    between = [pictures[lost]._replace(torn=True)] if fault == "torn" else []
+    predictions = fed(seeing, [*pictures[:lost], *between, *pictures[lost + 1 :]])
+    assert frames_of(predictions) == {*range(FIRST, lost), *range(lost + 11, 45)}
+    assert getattr(predictions[-1].counters, fault) == 1
 
 
 def test_doubled_frames_change_nothing(seeing, models, pictures):
@@ -81,50 +86,42 @@ def test_doubled_frames_change_nothing(seeing, models, pictures):
     assert doubled[-1].counters.doubled == len(pictures) - 1
 
 
-def test_torn_frames_are_not_felt(seeing, pictures):
-    pictures[25] = pictures[25]._replace(torn=True)
-    predictions = fed(seeing, pictures)
-    assert predictions[-1].counters.torn == 1
-    assert {round(p.time_s * 90) - 1 for p in predictions} == {*range(FIRST, 25), *range(36, 45)}
-
-
 def test_no_window_spans_lost_sound(hearing, chunks):
     predictions = fed(hearing, chunks[:120] + chunks[130:])
     assert [round(p.time_s, 3) for p in predictions] == [1.0, 2.3, 2.8]
     assert predictions[-1].counters.lost_samples == 800
 
 
-def test_what_comes_late_is_not_fresh(models, pictures):
-    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
+@pytest.fixture
+def arriving(models, pictures):
+    """Feed pictures that arrive when a function of their number and time says."""
+
+    def predictions(arrives_s):
+        pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
+        events = [p._replace(arrived_s=arrives_s(i, p.time_s)) for i, p in enumerate(pictures)]
+        return fed(pipeline, events)
+
+    return predictions
+
+
+@pytest.mark.parametrize(
+    ("late", "fresh"),
+    [
+        (lambda i: i >= 30, range(FIRST, 30)),
+        (lambda i: i in (24, 25), [*range(FIRST, 24), *range(35, 45)]),
+        (lambda i: 0.0004 * i / 90, range(FIRST, 45)),  # a clock that drifts
+    ],
+)
+def test_what_comes_late_is_not_fresh_and_no_run_of_ten_spans_it(arriving, late, fresh):
     now_s = time.monotonic() + AHEAD_S
-    arrivals = [now_s + p.time_s + (0.5 if i >= 30 else 0) for i, p in enumerate(pictures)]
-    late = [p._replace(arrived_s=at) for p, at in zip(pictures, arrivals, strict=True)]
-    predictions = fed(pipeline, late)
-    assert [p.fresh for p in predictions] == [round(p.time_s * 90) - 1 < 30 for p in predictions]
-    assert predictions[-1].state == "stalled"
-    assert predictions[-1].probabilities == {}
+    predictions = arriving(lambda i, time_s: now_s + time_s + 0.5 * late(i))
+    assert frames_of(p for p in predictions if p.fresh) == set(fresh)
+    assert all(p.fresh or (p.state, p.probabilities) == ("stalled", {}) for p in predictions)
 
 
-def test_what_has_waited_here_is_not_fresh(models, pictures):
-    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
-    waited = [p._replace(arrived_s=time.monotonic() - 0.2 + p.time_s / 1e6) for p in pictures]
-    assert {p.state for p in fed(pipeline, waited)} == {"stalled"}
-
-
-def test_a_run_of_ten_never_spans_a_late_frame(models, pictures):
-    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
-    now_s = time.monotonic() + AHEAD_S
-    late = [now_s + p.time_s + (0.5 if i in (24, 25) else 0) for i, p in enumerate(pictures)]
-    events = [p._replace(arrived_s=at) for p, at in zip(pictures, late, strict=True)]
-    fresh = {round(p.time_s * 90) - 1 for p in fed(pipeline, events) if p.fresh}
-    assert fresh == {*range(FIRST, 24), *range(35, 45)}
-
-
-def test_clocks_that_drift_are_not_late(models, pictures):
-    pipeline = LivePipeline.with_models([Network(models["ra-ste"])])
-    now_s = time.monotonic() + AHEAD_S
-    drifting = [p._replace(arrived_s=now_s + 1.0002 * p.time_s) for p in pictures]
-    assert all(p.fresh for p in fed(pipeline, drifting))
+def test_what_has_waited_here_is_not_fresh(arriving):
+    waited = arriving(lambda _, time_s: time.monotonic() - 0.2 + time_s / 1e6)
+    assert {p.state for p in waited} == {"stalled"}
 
 
 def test_a_picture_without_markers_is_said_until_they_are_there(seeing, pictures):
@@ -240,11 +237,3 @@ def test_a_camera_that_is_slow_vanishes_and_comes_back():
     steps = np.diff([p.time_s for p in pictures[:15]])
     assert np.median(steps) == pytest.approx(1 / 15, abs=0.03)  # single ones may come late
     assert pictures[-1].frame.luma.shape == (480, 640)
-
-
-def test_a_camera_that_is_asked_for_nothing_gives_what_it_has():
-    camera = Camera("testsrc2=size=320x240:rate=25:duration=0.2", driver="lavfi")
-    assert camera.rate_hz == 25
-    picture = next(camera.events())
-    camera.close()
-    assert picture.frame.luma.shape == (240, 320)

@@ -1,13 +1,12 @@
 """What the page shows without scrolling, and what its colours mean, in a browser."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
 
-from afferents.live.web import snapshot
-
 from .page_alone import hello, opened, state
-from .test_page import browser  # noqa: F401
 
 MODELS = ("SA-I vector waves", "vib-TE augmented")
 SENSED = ["#camera canvas", "#sa1", "#ra1", "#sa1-scale", "#ra1-scale", "#sound canvas"]
@@ -19,15 +18,32 @@ BOXES = """names => names.flatMap(name => [...document.querySelectorAll(name)].m
   const hidden = element.scrollHeight - element.clientHeight;
   return [name, box.left, box.top, box.right, box.bottom, hidden];
 }))"""
-WIDE = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+
+
+@pytest.fixture
+def show(browser):
+    """Open pages that have been sent messages; none may have a fault."""
+    pages = []
+
+    def show(*messages, size=(1280, 800)):
+        pages.append(opened(browser, size, *messages))
+        return pages[-1]
+
+    yield show
+    for page in pages:
+        assert page.faults == []
+        page.close()
 
 
 @pytest.mark.system
 @pytest.mark.parametrize("models", [MODELS, ()], ids=["models", "looking"])
-@pytest.mark.parametrize("size", [(1280, 800), (1440, 900), (1280, 680)], ids=str)
-def test_all_is_seen_without_scrolling(browser, size, models):  # noqa: F811
-    """Thirteen textures of two models; the last size is a screen of 800 lines in a window."""
-    page = opened(browser, size, hello(*models), state(*models))
+@pytest.mark.parametrize("size", [(1280, 800), (1280, 680), (390, 844)], ids=str)
+def test_all_is_seen_without_scrolling(show, size, models):
+    """Thirteen textures of two models; a screen of 800 lines, in a window, and a telephone."""
+    page = show(hello(*models), state(*models), size=size)
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    if size[0] < 1000:
+        return  # it scrolls down, and down only
     boxes = page.evaluate(BOXES, SENSED + RASTER + (FELT if models else []))
     assert len(boxes) == len(SENSED) + 1 + len(FELT) * len(models)
     for name, left, top, right, bottom, hidden in boxes:
@@ -42,49 +58,40 @@ def test_all_is_seen_without_scrolling(browser, size, models):  # noqa: F811
         for other, x, y, until_x, until_y, _ in boxes[:i]:
             apart = left >= until_x or right <= x or top >= until_y or bottom <= y
             assert apart or "article" in (name, other), f"{name} lies on {other}"
-    assert page.faults == []
-    page.close()
-
-
-@pytest.mark.system
-@pytest.mark.parametrize("size", [(390, 844), (800, 600), (1024, 700)], ids=str)
-@pytest.mark.parametrize("models", [MODELS, ()], ids=["models", "looking"])
-def test_a_narrow_window_scrolls_down_only(browser, size, models):  # noqa: F811
-    page = opened(browser, size, hello(*models), state(*models))
-    assert not page.evaluate(WIDE)
-    for name, left, _, right, _, _ in page.evaluate(BOXES, SENSED + RASTER):
-        assert left >= 0, name
-        assert right <= size[0], name
-        page.locator(name).scroll_into_view_if_needed()
-        assert page.locator(name).is_visible()
-    assert page.faults == []
-    page.close()
 
 
 @pytest.mark.system
 @pytest.mark.parametrize(("named", "name"), [(True, "3 mm"), (False, "3")])
-def test_numbers_are_spacings_only_where_a_model_says_so(browser, named, name):  # noqa: F811
-    page = opened(browser, (1280, 800), hello("m", named_by_spacing=named), state("m"))
+def test_numbers_are_spacings_only_where_a_model_says_so(show, named, name):
+    page = show(hello("m", named_by_spacing=named), state("m"))
     assert page.locator(".felt").text_content() == f"{name} 70%, sure after 1.2 s"
     assert name in page.locator(".bars span").all_text_contents()
-    page.close()
 
 
 @pytest.mark.system
-def test_no_bar_is_longer_than_a_model_was_found_right(browser):  # noqa: F811
+def test_no_bar_is_longer_than_a_model_was_found_right(show):
     """Here one sample says 70%; what the touch says comes capped (`ModelSession`)."""
-    page = opened(browser, (1280, 800), hello("m", most_sure=0.6), state("m"))
+    page = show(hello("m", most_sure=0.6), state("m"))
     widths = page.evaluate("[...document.querySelectorAll('.now')].map(e => e.style.width)")
     assert max(float(width.removesuffix("%")) for width in widths) == pytest.approx(60)
-    page.close()
 
 
 @pytest.mark.system
-def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  # noqa: F811
+def test_of_a_hundred_textures_twenty_are_shown_until_all_are_asked_for(show):
+    hundred = [str(i) for i in range(100)]
+    page = show(hello("m", textures=hundred), state("m", textures=hundred))
+    assert page.locator(".bars .track").count() == 20
+    page.get_by_role("button", name="All 100").click()
+    page.visitor.send(json.dumps(state("m", textures=hundred)))
+    page.wait_for_function("document.querySelectorAll('.bars .track').length === 100")
+
+
+@pytest.mark.system
+def test_the_numbers_on_the_bars_are_those_of_the_colours(show, tmp_path):
     """A column of the image holds one value; the bar shows its colour where its numbers say."""
     sa1 = np.tile(np.linspace(0, 6.4, 19), (15, 1))  # a layout that is wider than high
     ra1 = np.tile(np.linspace(0, 1.9, 19), (25, 1))
-    page = opened(browser, (1280, 800), hello(), state(sa1=sa1, ra1=ra1))
+    page = show(hello(), state(sa1=sa1, ra1=ra1))
     page.screenshot(path=tmp_path / "page.png")
     picture = cv2.imread(str(tmp_path / "page.png")).astype(int)
     for name, image, said in (("sa1", sa1, ["0", "4", "8 px"]), ("ra1", ra1, ["0", "1", "2 px"])):
@@ -107,36 +114,3 @@ def test_the_numbers_on_the_bars_are_those_of_the_colours(browser, tmp_path):  #
         for share, (_, _, top, _, bottom, _) in zip((0, 0.5, 1), places, strict=True):
             at = bar["y"] + (1 - share) * bar["height"]
             assert top - 1 <= at <= bottom + 1, "a number lies beside its colour"
-    page.close()
-
-
-@pytest.mark.system
-def test_a_scale_does_not_flicker(browser):  # noqa: F811
-    """It grows at once, stays where the largest value varies a little, and shrinks later."""
-    page = opened(browser, (1280, 800), hello())
-    ends = page.evaluate(
-        """async largest => {
-          const { drawMap } = await import("/page/maps.js");
-          const canvas = document.createElement("canvas");
-          return largest.map(value => drawMap(canvas, [[0, value], [0, 0]]));
-        }""",
-        [0.1, 1.9, *[2.1, 1.8] * 10, *[0.7] * 200],
-    )
-    assert ends[:3] == [0.5, 2, 3]
-    assert set(ends[2:22]) == {3}
-    assert ends[-1] == 1
-    assert sorted(set(ends[22:]), reverse=True) == [3, 2, 1]
-    page.close()
-
-
-def test_rates_do_not_flicker(monkeypatch):
-    """Blocks of sound come early and late; asked twenty times a second, the rate stays."""
-    clock = [100.0]
-    monkeypatch.setattr(snapshot.time, "monotonic", lambda: clock[0])
-    rate, rng, shown = snapshot.Rate(), np.random.default_rng(0), []
-    for i in range(1200):  # the source begins after 20 s, and is asked for 40 s more
-        clock[0] = 100 + 0.05 * i
-        heard_s = max(0.0, clock[0] - 120 - rng.uniform(0, 0.03))
-        shown.append(f"{rate.seen(441 * int(100 * heard_s)) / 1000:.1f}")
-    assert set(shown[:400]) == {"0.0"}
-    assert set(shown[-500:]) == {"44.1"}, "over 25 s"

@@ -95,10 +95,7 @@ def test_spectra_are_those_of_the_encoding_for_any_chunks(
     rate = 1000.0
     signal = np.random.default_rng(n).normal(size=(n, n_channels)).astype(np.float32)
     encoding = SpectralEncoding(
-        window_s=window / rate,
-        stride_s=stride / rate,
-        fft_points=points,
-        remove_mean=remove_mean,
+        window_s=window / rate, stride_s=stride / rate, fft_points=points, remove_mean=remove_mean
     )
     labels = {dims.TEXTURE: "a", dims.SPEED: 1.0, "name": "a/1", dims.SAMPLE_RATE: rate}
     vibration = xr.DataArray(signal, dims=(dims.AUDIO_TIME, dims.CHANNEL), attrs=labels)
@@ -146,26 +143,23 @@ def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name)
     recording = read_session(session).recordings[5]
     source = ReplayedVideo(recording.video, Pace(math.inf))
     live = felt_live(afferents.live.stream([source], models[name]), name)
-    responses = next(
-        r for r in open_responses(stores["video"]) if r.attrs["name"] == recording.name
-    )
-    offline = felt_offline(models[name], responses, MODELS[name], cut_s=0)
+    offline = felt_offline(models[name], stored(stores["video"], recording), MODELS[name], cut_s=0)
     assert set(offline) <= set(live)
     assert len(offline) == (35 if name == "sa-se" else 3)
-    for stop, expected in offline.items():
-        np.testing.assert_allclose(live[stop], expected, rtol=1e-5, atol=1e-5)
+    require_alike(live, offline)
 
 
 def test_percepts_of_sound_are_the_offline_ones(sounds, stores, models):
-    recording = read_session(sounds).recordings[7]
+    name, recording = "vib-te-aug", read_session(sounds).recordings[7]
     source = ReplayedSound(WavFile(recording.audio.path), Pace(math.inf))
-    live = felt_live(stream([source], [models["vib-te-aug"]]), "vib-te-aug")
-    responses = next(
-        r for r in open_responses(stores["audio"]) if r.attrs["name"] == recording.name
-    )
-    offline = felt_offline(models["vib-te-aug"], responses, MODELS["vib-te-aug"], 0)
+    live = felt_live(stream([source], [models[name]]), name)
+    offline = felt_offline(models[name], stored(stores["audio"], recording), MODELS[name], cut_s=0)
     assert set(offline) == set(live)
     assert len(offline) == 5
+    require_alike(live, offline)
+
+
+def require_alike(live, offline):
     for stop, expected in offline.items():
         np.testing.assert_allclose(live[stop], expected, rtol=1e-5, atol=1e-5)
 
@@ -177,12 +171,8 @@ def test_percepts_do_not_depend_on_the_chunks(sounds, models, sizes):
     signal = audio.read().values
 
     def felt(sizes):
-        pipeline, done, turn, predictions = (
-            LivePipeline.with_models([Network(models["vib-te-aug"])]),
-            0,
-            0,
-            [],
-        )
+        pipeline = LivePipeline.with_models([Network(models["vib-te-aug"])])
+        done, turn, predictions = 0, 0, []
         pipeline.audio.speed = math.inf
         while done < len(signal):
             part = signal[done : done + sizes[turn % len(sizes)]]

@@ -1,58 +1,39 @@
 """A model's card says what it is, its probabilities are calibrated, and the file says the same."""
 
+import io
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 import afferents
-from afferents.encodings.wavenumbers import log_waves, wave_spectra
 from afferents.errors import InputError
 from afferents.live import Network
-from afferents.models.calibrate import best_evidence
+from afferents.live.network import Outcome
+from afferents.live.prediction import Counters
+from afferents.live.quality import AudioQuality
+from afferents.live.reporters import ModelReporter, limit_confidence
+from afferents.live.terminal import Screen
+from afferents.models.calibrate import best_evidence, interval_of
 from afferents.models.card import read_card
-from afferents.models.classifiers import build
 from afferents.models.confidence import fit_temperature
 from afferents.models.evidence import MEMORY_S, EvidenceAccumulator
-from afferents.models.folder import Deployed, load_model
 
 
 def test_the_card_says_what_it_learnt_from(models):
     card = Network(models["ra-ste"]).card
-    assert (card.model, card.textures, card.channel, card.shape) == (
-        "ra-ste", ("1", "2", "3"), "ra1", (10, 19, 19),
-    )  # fmt: skip
-    assert card.learnt_from_mm_s == (20, 60)
-    assert card.validated_on_mm_s == 40
+    assert (card.learnt_from_mm_s, card.validated_on_mm_s) == ((20, 60), 40)
     assert (card.fps_hz, card.sample_rate_hz, card.simulated) == (90, None, True)
-    assert card.sensor["name"] == "tip_b"
+    assert (card.textures, card.sensor["name"]) == (("1", "2", "3"), "tip_b")
     assert card.describe()[-1] == "Not evaluated at speeds held out."
     sound = Network(models["vib-te-aug"]).card
     assert (sound.sample_rate_hz, sound.shape, sound.sensor) == (8000, (1, 200), None)
     folder = models["ra-ste"].with_suffix("")
     assert read_card(folder / "model.json") == card
-
-
-def test_a_wave_model_says_what_its_folder_says_of_each_run(models, rng):
-    path = models["ra-wave-vector"]
-    card, deployed = load_model(path.with_suffix(""))
-    network, images = Network(path), rng.normal(size=(13, 2, 19, 19)).astype(np.float32)
-    assert card.encoding == {"name": "wavenumbers", "frames": 10, "every": 1}
-    for i, image in enumerate(images):
-        if i == 11:
-            network.skip()
-        outcome = network.predict(image)
-        if i not in (9, 10):
-            assert outcome is None
-            continue
-        with torch.no_grad():
-            waves = torch.from_numpy(log_waves(wave_spectra(images[i - 9 : i + 1]), memory=1))
-            probabilities, novelty = deployed(waves[None])
-        np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
-        assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4)
 
 
 def test_from_python_a_model_says_what_its_file_says(models, stores):
@@ -84,26 +65,6 @@ def test_the_best_is_trained_where_nothing_is_asked_for(run, stores, tmp_path, k
     assert json.loads(out)["model"] == best
 
 
-def test_the_file_says_what_the_folder_says(models, rng):
-    for name in ("sa-se", "ra-ste", "vib-te-aug"):
-        path = models[name]
-        card, deployed = load_model(path.with_suffix(""))
-        network = Network(path)
-        frames, shape = (card.shape[0], card.shape[1:]) if name == "ra-ste" else (1, card.shape)
-        size = (frames + 3, *shape)
-        samples = rng.exponential(0.2 * card.scale, size=size).astype(np.float32)
-        for i, sample in enumerate(samples):
-            outcome = network.predict(sample)
-            if i + 1 < frames:
-                assert outcome is None
-                continue
-            run = samples[i + 1 - frames : i + 1] if frames > 1 else sample
-            with torch.no_grad():
-                probabilities, novelty = deployed(torch.from_numpy(run[None]))
-            np.testing.assert_allclose(outcome.probabilities, probabilities[0], atol=1e-5)
-            assert outcome.novelty == pytest.approx(float(novelty[0]), rel=1e-4), name
-
-
 def scores_on_the_card(run, store, folder, *part):
     """Evaluate in `folder`, on a part of the data; return the scores of a model trained on all."""
     asked = ("--models", "vib-te", "--workers", 1, "--quiet", *part)
@@ -116,22 +77,17 @@ def scores_on_the_card(run, store, folder, *part):
     return json.loads(out)["scores"]
 
 
-def test_scores_are_those_of_the_results(run, stores, tmp_path):
-    (score,) = scores_on_the_card(run, stores["audio"], tmp_path)
-    entry = json.loads((tmp_path / "results" / "summary.json").read_text())["models"]["vib-te"][
-        "nested"
-    ]
-    assert score["mean_accuracy"] == entry["mean_accuracy"]
-    assert score["same_data"] is True
+@pytest.mark.parametrize("part", [(), ("--textures", "1,2"), ("--stride-s", 0.25)])
+def test_scores_are_those_of_the_results_and_of_another_task_not_called_the_same(
+    run, stores, tmp_path, part
+):
+    (score,) = scores_on_the_card(run, stores["audio"], tmp_path, *part)
+    summary = json.loads((tmp_path / "results" / "summary.json").read_text())
+    assert score["mean_accuracy"] == summary["models"]["vib-te"]["nested"]["mean_accuracy"]
+    assert score["same_data"] is (part == ())
     code, out, _ = run("export", tmp_path / "m", tmp_path / "m.onnx")
-    assert code == 0
-    assert "at speeds held out (nested, quick)" in out.replace("\n", " ")
-
-
-@pytest.mark.parametrize("part", [("--textures", "1,2"), ("--stride-s", 0.25)])
-def test_scores_of_another_task_are_not_called_the_same(run, stores, tmp_path, part):
-    scores = scores_on_the_card(run, stores["audio"], tmp_path, *part)
-    assert [score["same_data"] for score in scores] == [False]
+    told = "at speeds held out (nested, quick)" in out.replace("\n", " ")
+    assert (code, told) == (0, part == ())
 
 
 def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
@@ -140,22 +96,20 @@ def test_what_can_not_be_trained(run, stores, make_session, tmp_path):
         assert code == 2
         return said
 
-    store = stores["audio"]
-    assert "--model: expected 'best' or one model" in refused(
-        store, tmp_path / "m", "--model", "all"
-    )
-    assert "others can be evaluated, not deployed" in refused(
-        store, tmp_path / "m", "--model", "order-te"
-    )
-    assert "some that these data support" in refused(store, tmp_path / "m", "--model", "ra-se")
-    said = refused(stores["video"], tmp_path / "m", "--model", "sa-se", "--frames", 5)
-    assert "--frames: expected models that it is for (sa-ste, ra-ste, sa-ste-aug" in said
-    assert "found sa-se; leave it out" in said
+    store, out = stores["audio"], tmp_path / "m"
     (tmp_path / "taken").mkdir()
-    said = refused(store, tmp_path / "taken", "--model", "vib-te")
-    assert "a name that is free, for a model" in said
-    said = refused(store, tmp_path / "m", "--model", "vib-te", "--results", tmp_path / "taken")
-    assert "a results folder" in said
+    for asked, sentence in (
+        ((store, out, "--model", "all"), "--model: expected 'best' or one model"),
+        ((store, out, "--model", "order-te"), "others can be evaluated, not deployed"),
+        ((store, out, "--model", "ra-se"), "some that these data support"),
+        (
+            (stores["video"], out, "--model", "sa-se", "--frames", 5),
+            "--frames: expected models that it is for (sa-ste, ra-ste, sa-ste-aug",
+        ),
+        ((store, tmp_path / "taken", "--model", "vib-te"), "a name that is free, for a model"),
+        ((store, out, "--model", "vib-te", "--results", tmp_path / "taken"), "a results folder"),
+    ):
+        assert sentence in refused(*asked)
     one = make_session(tmp_path / "one", speeds=(20,), seconds=3.0, video=False)
     assert run("extract", one, tmp_path / "one.zarr", "--quiet", "--workers", 1)[0] == 0
     said = refused(tmp_path / "one.zarr", tmp_path / "m", "--model", "vib-te")
@@ -241,14 +195,49 @@ def test_evidence_fades_and_is_sure_in_time():
     assert evidence.sure_after_s is None
 
 
-def test_strange_is_what_lies_far_from_all_that_was_learnt(rng):
-    network = build("spatial-net", 4, (19, 19), seed=0).eval()
-    deployed = Deployed(network, 4, 1.0).eval()
-    labels = torch.arange(800) % 4
-    means = 6 * torch.eye(16)[:4]
-    known = means[labels] + torch.randn(800, 16, generator=torch.manual_seed(0))
-    deployed.fit_novelty(known[:400], labels[:400], known[400:])
-    novelty = deployed.outcome(known[400:])[1]
-    assert float((novelty > 1).float().mean()) == pytest.approx(0.05, abs=0.005)
-    far = torch.full((1, 16), 9.0)
-    assert float(deployed.outcome(far)[1]) > 2
+@given(weights=st.lists(st.floats(0.001, 100), min_size=2, max_size=13), most=st.floats(0.51, 1))
+def test_probabilities_are_capped_in_their_order(weights, most):
+    given = np.array(weights) / sum(weights)
+    capped = limit_confidence(given, most)
+    assert capped.max() <= most + 1e-9
+    assert capped.sum() == pytest.approx(1)
+    order = np.argsort(given)
+    assert (np.diff(capped[order]) >= -1e-12).all()
+
+
+@pytest.mark.parametrize(("most", "sure"), [(0.8, False), (0.97, True)])
+def test_a_touch_is_no_surer_however_long_it_lasts(most, sure):
+    """Of two textures each sample says 96%; after a second the sum of them says all but 100."""
+    card = SimpleNamespace(model="m", textures=("a", "b"), evidence_per_s=10.0, most_sure=most)
+    says = Outcome(np.array([0.96, 0.04], np.float32), 0.0)
+    network = SimpleNamespace(card=card, predict=lambda _: says)
+    reporter = ModelReporter(network, Counters(), AudioQuality(44100))
+    predictions = [reporter.report(np.zeros(1, np.float32), 0.1 * n, 0.1, 0.0) for n in range(30)]
+    assert max(p.evidence["a"] for p in predictions) == pytest.approx(most)
+    assert (predictions[-1].sure_after_s is not None) == sure
+    screen = Screen(SimpleNamespace(reporters=[("audio", reporter)]))
+    shown = Console(file=io.StringIO(), width=80)
+    screen.take(predictions[-1])
+    shown.print(screen.draw(shown))
+    assert f"{100 * min(most, 0.96):.0f}% now" in shown.file.getvalue()
+
+
+def test_the_interval_is_wilson_s():
+    assert interval_of(0.5, 13) == pytest.approx((0.2612, 0.7388), abs=1e-3)  # by hand
+    assert interval_of(1.0, 13)[1] == pytest.approx(1.0)
+    assert interval_of(0.0, 13)[1] < 0.25
+
+
+def test_evidence_that_is_sure_and_wrong_is_found_out():
+    """Two textures; all samples of a recording say the same, in half of them what is wrong."""
+    labels = np.repeat([0, 1, 0, 1], 50)
+    says = np.repeat([0, 1, 1, 0], 50)
+    probabilities = np.where(np.eye(2)[says] > 0, 0.99, 0.01)
+    recording = np.repeat(["a", "b", "c", "d"], 50)
+    _, right = best_evidence(probabilities, labels, recording, np.tile(np.arange(50) / 90, 4))
+    assert right in (0.5, 1.0)  # 1 where so little evidence is taken that nothing is ever sure
+    _, alone = best_evidence(
+        np.where(np.eye(2)[labels] > 0, 0.99, 0.01), labels, recording,
+        np.tile(np.arange(50) / 90, 4),
+    )  # fmt: skip
+    assert alone == 1.0

@@ -68,11 +68,6 @@ def test_a_grid_with_broken_pins_is_one():
     np.testing.assert_array_equal(holed.grid.column, np.delete(whole.grid.column, [0, 40, 41]))
 
 
-def test_half_a_grid_is_none():
-    checkered = square()[(np.arange(len(square())) % 2).astype(bool)]
-    assert find_layout(checkered[: len(checkered) // 2 * 2 - 3]).layout != "radial"
-
-
 def test_rays_behind_a_fish_eye_are_radial_still():
     radius, angle = np.meshgrid(np.arange(1, 8) * 18.0 + 10, np.arange(18) * np.pi / 9)
     radius *= 1 - 0.3 * (radius / radius.max()) ** 2
@@ -80,14 +75,15 @@ def test_rays_behind_a_fish_eye_are_radial_still():
     assert find_layout(MIDDLE + rays).layout == "radial"
 
 
-def test_false_blobs_round_a_layout_do_not_turn_it():
-    """Reflections on one side shift the middle of what was found."""
-    template, rng = rings(), np.random.default_rng(1)
-    seen = turned(template, 4)
-    false = np.array(MIDDLE) + np.array([170, 0]) + rng.uniform(-40, 40, (15, 2))
-    position, present = match_layout(np.concatenate([seen, false]), template, "a video")
-    assert present.all()
-    np.testing.assert_allclose(position, seen)
+@pytest.mark.parametrize(("template", "n_missing"), [(rings(), 0), (scattered(), 8)])
+def test_missing_pins_and_false_blobs_on_one_side_cost_no_names(template, n_missing):
+    """Reflections shift the middle of what was found."""
+    seen, rng = turned(template, 4), np.random.default_rng(1)
+    kept = np.sort(rng.permutation(len(template))[n_missing:])
+    false = np.array(MIDDLE) + np.array([170, 0]) + rng.uniform(-40, 40, (15 - n_missing, 2))
+    position, present = match_layout(np.concatenate([seen[kept], false]), template, "a video")
+    assert np.flatnonzero(present).tolist() == kept.tolist()
+    assert np.hypot(*(position - seen).T).max() < 1
 
 
 @given(
@@ -112,16 +108,6 @@ def test_symmetric_layouts_keep_their_names_at_small_turns(layout):
     position, present = match_layout(seen[::-1], layout, "a video")
     assert present.all()
     np.testing.assert_allclose(position, seen)
-
-
-def test_missing_pins_and_false_blobs_cost_no_names():
-    template, rng = scattered(), np.random.default_rng(0)
-    seen = turned(template, 12)
-    kept = np.sort(rng.permutation(64)[:56])
-    false = np.array([[100.0, 100.0], [500.0, 90.0]])
-    position, present = match_layout(np.concatenate([seen[kept], false]), template, "a video")
-    assert np.flatnonzero(present).tolist() == kept.tolist()
-    assert np.hypot(*(position - seen).T).max() < 1
 
 
 def sheared(layout, rng):
@@ -152,11 +138,6 @@ def test_markers_of_skin_drawn_out_of_shape_keep_their_names_or_are_refused(name
             continue
         np.testing.assert_allclose(position[apart], seen[apart])
     assert refused <= 1
-
-
-def test_another_layout_is_refused():
-    with pytest.raises(InputError, match=r"a video: expected the 64 markers .* calibrate"):
-        match_layout(square(5, 5), scattered(), "a video")
 
 
 @pytest.mark.parametrize("name", ["hex127", "hex331", "radial127"])

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from afferents import dims
 from afferents.markers.detect import undistort, undistorted
-from afferents.markers.sensor import Lens, load_sensor
+from afferents.markers.sensor import Lens
 from afferents.markers.track import track_markers
 
 PINHOLE = Lens(
@@ -51,23 +51,6 @@ def test_tracks_are_straightened_after_tracking(draw, video, free):
         straight[dims.REST_POSITION], undistort(tracks[dims.REST_POSITION].values, lens)
     )
     assert undistorted(tracks, None) is tracks
-
-
-def test_a_sensor_file_may_hold_a_lens(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(
-        """name = "mine"
-layout = "free"
-[lens]
-focal_px = [300, 300]
-centre_px = [320, 240]
-distortion = [0.02, -0.01, 0.004, -0.001]
-fish_eye = true
-[detector]
-radius_px = 5
-"""
-    )
-    assert load_sensor(path).lens == FISH_EYE
 
 
 def test_a_lens_without_its_coefficients_is_refused():

@@ -89,20 +89,6 @@ def test_a_slip_of_all_markers_to_the_next_row_is_found_and_put_right(video, den
     assert any("had slipped together" in sentence for sentence in describe(tracks))
 
 
-def test_a_part_that_was_slipped_by_hand_is_put_right(video, dense, sensor):
-    """The upper third is one row off; everything is at rest."""
-    from afferents.markers.track import Tracker
-
-    image = shown(dense)
-    tracker = Tracker(sensor, dense, "windowed", image)
-    upper = dense[:, 1] < 90
-    tracker._windowed._expected[upper] += (PITCH, 0)
-    found = tracker.step(image)
-    assert np.nanmax(np.hypot(*(found.position - dense).T)) < 1
-    assert found.detected.all()
-    assert tracker.audit.slips == 1
-
-
 def test_a_skin_that_truly_moves_by_a_spacing_is_left_alone(video, dense, sensor):
     way = np.stack([np.linspace(0, PITCH, 9), np.zeros(9)], axis=1)
     truth = np.concatenate([dense + way[:, None], [dense + way[-1]] * 4])
@@ -118,15 +104,3 @@ def test_dense_skins_of_small_markers_are_calibrated_whole(video, dense, marker)
     found = calibrate_from_clips(clip, "mine")
     assert (found.sensor.layout, found.sensor.n_markers, found.n_again) == ("hexagonal", 569, 569)
     assert len(found.suspects) == 0
-
-
-def test_a_dense_skin_in_light_that_falls_off_is_calibrated_whole(video, dense):
-    """Markers at the rim stand out by a quarter of what those in the middle do."""
-    light = np.interp(np.hypot(*(dense - dense.mean(axis=0)).T), [0, 105], [1.0, 0.25])
-    bright = shown(dense).astype(float) - 60
-    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
-    away = np.hypot(x - 160, y - 120)
-    fallen = 60 + bright * np.interp(away, [0, 105], [1.0, 0.25])
-    assert light.min() < 0.26
-    found = calibrate_from_clips(video([np.rint(fallen).astype(np.uint8)] * 10), "mine")
-    assert found.sensor.n_markers == 569

@@ -93,7 +93,7 @@ def origin_s(table):
     return float(pq.read_schema(table).metadata[b"origin_s"])
 
 
-def test_lost_frames_are_found_at_exactly_these_frames(faulty):
+def test_lost_frames_are_found_at_exactly_these_and_the_run_is_recorded_again(faulty):
     session, outcome = faulty
     ((place, why),) = outcome.attempts_aside
     assert "3 lost (the first is number 40), 1 damaged (the first is number 70)" in why
@@ -103,6 +103,11 @@ def test_lost_frames_are_found_at_exactly_these_frames(faulty):
     assert frames.index[frames.damaged].tolist() == DAMAGED
     assert (session / ".aside/4~60/1/damaged/70").is_file()
     assert len(list(VideoFile(session / ".aside/4~60/1/video.mp4").frames())) == len(frames) - 1
+    assert (outcome.recorded, outcome.kept_aside, outcome.remaining) == ([RUN], {}, [])
+    said = json.loads((session / "session.json").read_text())
+    assert said["runs"][RUN]["frames"]["lost"] == []
+    assert said["simulated"] is True
+    assert [r.name for r in read_session(session).recordings] == [RUN]
 
 
 @pytest.mark.parametrize(
@@ -110,37 +115,24 @@ def test_lost_frames_are_found_at_exactly_these_frames(faulty):
     [
         ({"sensor_channel": 7}, "sensor_channel below 2"),
         ({"seconds": 86400.0}, "runs of at most 6.8 h"),
+        ({"seconds": 2.0}, "plan.seconds 2.0"),
     ],
 )
-def test_what_the_microphone_cannot_do_is_refused(begin, tmp_path, change, said):
+def test_what_the_microphone_or_the_session_cannot_be_is_refused(
+    begin, faulty, tmp_path, change, said
+):
     recording = begin()
     recording = replace(recording, plan=recording.plan.model_copy(update=change))
     with pytest.raises(InputError, match=said):
-        made(recording, tmp_path / "S")
+        made(recording, faulty[0] if "plan" in said else tmp_path / "S")
 
 
-def test_a_dry_run_is_not_too_long_and_needs_to_be_asked_for(run, tmp_path):
+def test_a_dry_run_is_not_too_long_and_needs_to_be_asked_for(fails, tmp_path):
     plan = tmp_path / "PLAN.toml"
     plan.write_text(PLAN.format(redo=0, camera="", microphone="", drive=""))
-    code, _, said = run("record", plan, tmp_path / "S")
-    assert code == 2
-    assert "give --dry-run" in said
+    assert "give --dry-run" in fails("record", plan, tmp_path / "S")
     plan.write_text(plan.read_text().replace("seconds = 0.5", "seconds = 500.0"))
-    code, _, said = run("record", plan, tmp_path / "S", "--dry-run")
-    assert code == 2
-    assert "at most 120 s in a dry run" in said.replace("\n", " ")
-    assert not (tmp_path / "S").exists()
-
-
-def test_the_run_is_recorded_again_and_the_session_whole(faulty):
-    session, outcome = faulty
-    assert outcome.recorded == [RUN]
-    assert outcome.kept_aside == {}
-    assert outcome.remaining == []
-    said = json.loads((session / "session.json").read_text())
-    assert said["runs"][RUN]["frames"]["lost"] == []
-    assert said["simulated"] is True
-    assert [r.name for r in read_session(session).recordings] == [RUN]
+    assert "at most 120 s in a dry run" in fails("record", plan, tmp_path / "S", "--dry-run")
 
 
 def test_the_sensor_goes_along_with_the_recordings(begin, bench, tmp_path, monkeypatch):
@@ -250,6 +242,9 @@ def test_what_is_finished_is_not_recorded_again(faulty, begin, tmp_path):
 def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, begin, tmp_path):
     shutil.copytree(faulty[0], tmp_path / "S")
     before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
+    refused = made(begin(redo=0, camera="lost = [40, 41, 42]"), tmp_path / "S", again=[RUN])
+    assert (refused.recorded, [*refused.kept_aside]) == ([], [RUN])
+    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() == before
     outcome = made(begin(), tmp_path / "S", again=[RUN])
     assert (outcome.recorded, outcome.remaining, outcome.kept_aside) == ([RUN], [], {})
     ((place, why),) = outcome.attempts_aside
@@ -259,22 +254,6 @@ def test_an_accepted_run_that_is_recorded_again_is_kept_aside_and_named(faulty, 
     assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() != before
     with pytest.raises(InputError, match=r"runs of the plan \(4/60\), found '9/9'"):
         made(begin(), tmp_path / "S", again=["9/9"])
-
-
-def test_an_accepted_run_stays_where_a_new_one_is_refused(faulty, begin, tmp_path):
-    shutil.copytree(faulty[0], tmp_path / "S")
-    before = (tmp_path / "S" / RUN / "frames.parquet").read_bytes()
-    outcome = made(begin(redo=0, camera="lost = [40, 41, 42]"), tmp_path / "S", again=[RUN])
-    assert (outcome.recorded, [*outcome.kept_aside]) == ([], [RUN])
-    assert (tmp_path / "S" / RUN / "frames.parquet").read_bytes() == before
-
-
-def test_another_plan_is_refused(faulty, begin):
-    session, _ = faulty
-    other = begin()
-    other = replace(other, plan=other.plan.model_copy(update={"seconds": 2.0}))
-    with pytest.raises(InputError, match=r"plan.seconds 2.0"):
-        made(other, session)
 
 
 @pytest.mark.parametrize(

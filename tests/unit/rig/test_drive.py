@@ -44,15 +44,6 @@ def test_ripple_has_its_strength_and_no_drift(rng):
     assert steady.mean() == pytest.approx(50, rel=0.005)
 
 
-def test_the_motor_ripples_once_a_turn_of_its_own(rng):
-    drive = calm().model_copy(update={"motor_ripple": 0.01})
-    turning = turned(rng, drive, seconds=31.5)
-    steady = turning.speed_mm_s[turning.time_s > STEADY_S]
-    lines = np.abs(np.fft.rfft(steady - steady.mean()))
-    found_hz = np.argmax(lines) / (len(steady) / RATE_HZ)
-    assert found_hz == pytest.approx(14.4 * 50 / (math.pi * 80), abs=0.04)
-
-
 def test_eccentricity_comes_once_a_turn(rng):
     turning = turned(rng, calm(), speed=100.0, seconds=8.0, run_out=(0.1, -0.2))
     pressed = turning.time_s > PRESSED_S

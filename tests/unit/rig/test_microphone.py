@@ -7,7 +7,7 @@ import pytest
 import soundfile
 
 from afferents.rig import Microphone, Skin
-from afferents.rig.microphone import SAMPLE_RATE_HZ, disturbances, heard, write_wav
+from afferents.rig.microphone import heard, write_wav
 
 RATE_HZ = 8820.0
 SILENT = Microphone(motor=0, mains=0, noise=0, room_noise=0)
@@ -39,27 +39,6 @@ def test_near_pins_are_louder():
     near = np.argmin(np.hypot(*(rest - [microphone.x_mm, microphone.y_mm]).T))
     assert np.argmax(weights) == near
     assert weights[0] < 1e-3 * weights[near]
-
-
-def test_the_motor_hums_at_its_turns_and_louder_at_speed(rng):
-    n = 2 * SAMPLE_RATE_HZ
-    turns = 10 * np.arange(n) / SAMPLE_RATE_HZ
-    only_motor = SILENT.model_copy(update={"motor": 0.1})
-    slow, fast = (disturbances(turns, np.full(n, v), only_motor, rng) for v in (0.5, 1.0))
-    lines = np.abs(np.fft.rfft(fast))
-    assert np.argmax(lines) == 20  # 10 Hz in bins of half a Hz
-    assert slow.std() == pytest.approx(fast.std() / 4, rel=1e-3)
-
-
-def test_mains_hum_at_50_hz(rng):
-    only_mains = SILENT.model_copy(update={"mains": 0.1})
-    hum = disturbances(np.zeros(SAMPLE_RATE_HZ), np.zeros(SAMPLE_RATE_HZ), only_mains, rng)
-    assert np.argmax(np.abs(np.fft.rfft(hum))) == 50
-    assert np.abs(hum).max() == pytest.approx(0.1, rel=1e-3)
-
-
-def test_nothing_is_heard_with_everything_off(rng):
-    assert not disturbances(np.arange(100.0), np.ones(100), SILENT, rng).any()
 
 
 def test_the_wav_is_16_bit_stereo_with_the_sensor_second(tmp_path):

@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.recordings.video import open_video
 from afferents.rig import Camera, project
 from afferents.rig.camera import Renderer
-from afferents.rig.record import write_film
 
 PLAIN = Camera(roll_deg=0, barrel=0, noise_grey=0, blur_px=0, falloff=0)
 
@@ -17,9 +15,6 @@ def test_the_axis_is_in_the_middle_and_x_to_the_right():
     np.testing.assert_allclose(project(np.zeros(2), PLAIN), [319.5, 239.5])
     np.testing.assert_allclose(project(np.array([1.0, 0]), PLAIN), [319.5 + 18.3, 239.5])
     np.testing.assert_allclose(project(np.array([0, 1.0]), PLAIN), [319.5, 239.5 + 18.3])
-
-
-def test_the_roll_turns_x_towards_y():
     turned = project(np.array([1.0, 0]), PLAIN.model_copy(update={"roll_deg": 90.0}))
     np.testing.assert_allclose(turned, [319.5, 239.5 + 18.3])
 
@@ -70,51 +65,3 @@ def test_discs_come_out_where_they_are_at_any_place_within_a_pixel(rng):
     off = centroids(Renderer(camera, 0).draw(place), place) - place
     assert np.sqrt((off**2).mean()) < 0.015
     assert np.abs(off.mean(axis=0)).max() < 0.003
-
-
-def test_coding_hides_no_motion_of_a_disc(rng, tmp_path):
-    """Every frame shows its own places, however little they differ from those before."""
-    camera, place = Camera(), scattered(rng)
-    moved = place + rng.normal(0, 0.15, (6, *place.shape))
-    renderer = Renderer(camera, 0)
-    write_film(
-        tmp_path / "a.mp4", ((i / 90, renderer.draw(p)) for i, p in enumerate(moved)), camera
-    )
-    frames = open_video(tmp_path / "a.mp4").frames()
-    found = np.array([centroids(f.image, p) for f, p in zip(frames, moved, strict=True)])
-    error = (found - found.mean(axis=0)) - (moved - moved.mean(axis=0))
-    assert np.sqrt((error**2).mean()) < 0.05
-
-
-def test_lights_fall_off_towards_the_edge():
-    image = Renderer(PLAIN.model_copy(update={"falloff": 0.5}), 0).draw(np.empty((0, 2)))
-    assert image[240, 320] == 25
-    assert image[240, 40] == pytest.approx(12.5, abs=1)
-
-
-def test_noise_has_its_strength_and_comes_from_the_seed():
-    camera = PLAIN.model_copy(update={"noise_grey": 4.0, "skin_grey": 100.0})
-    frames = [Renderer(camera, seed).draw(np.empty((0, 2))).astype(float) for seed in (0, 0, 1)]
-    assert frames[0].std() == pytest.approx(4, rel=0.02)
-    np.testing.assert_array_equal(frames[0], frames[1])
-    assert (frames[0] != frames[2]).any()
-
-
-def test_discs_at_the_edge_and_outside_are_cut_off():
-    image = Renderer(PLAIN, 0).draw(np.array([[0.0, 0.0], [-50.0, 20.0], [639.0, 479.0]]))
-    assert image[0, 0] > 150
-    assert image[479, 639] > 150
-
-
-def test_a_film_keeps_frames_and_times(tmp_path):
-    camera, rng = Camera(), np.random.default_rng(0)
-    time = np.cumsum(1 / 90 + rng.normal(0, 3e-4, 20))
-    renderer = Renderer(camera, 0)
-    place = np.array([[300.0, 200.0]]) + np.arange(20)[:, None, None]
-    images = [renderer.draw(p) for p in place]
-    write_film(tmp_path / "a.mp4", zip(time, images, strict=True), camera)
-    video = open_video(tmp_path / "a.mp4")
-    frames = list(video.frames())
-    np.testing.assert_allclose([f.time_s for f in frames], time, atol=1 / 90000)
-    for frame, image in zip(frames, images, strict=True):
-        assert np.abs(frame.image.astype(float) - image).mean() < 4

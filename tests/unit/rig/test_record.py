@@ -19,12 +19,9 @@ def folder(tmp_path_factory):
     return target
 
 
-def test_the_folder_holds_what_the_published_one_holds(folder):
+def test_the_truth_has_a_row_for_every_frame(folder):
     assert {path.name for path in folder.iterdir()} == {VIDEO, AUDIO, TRUTH, DRIVE, REFERENCE}
     assert soundfile.info(folder / AUDIO).frames == round(1.6 * 44100)
-
-
-def test_the_truth_has_a_row_for_every_frame(folder):
     truth = np.load(folder / TRUTH)
     frames = list(open_video(folder / VIDEO).frames())
     n = len(frames)

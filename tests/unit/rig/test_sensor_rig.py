@@ -55,8 +55,7 @@ def test_dark_discs_of_a_measured_size_are_drawn_as_such():
 
 def test_another_square_layout_fits_into_its_picture():
     of_ten = {"rows": 10, "columns": 12, "n_markers": 120, "pitch_mm": 2.0, "name": "ten"}
-    sensor = load_sensor("tip_b").model_copy(update=of_ten)
-    rig, camera = straight(sensor)
+    rig, camera = straight(load_sensor("tip_b").model_copy(update=of_ten))
     px = project(rig.skin.rest_mm(), camera).reshape(10, 12, 2)
     assert px.min() > 20
     assert (px[..., 0].max(), px[..., 1].max()) < (620, 460)

@@ -64,8 +64,3 @@ def test_a_bore_that_leaves_no_wall_is_refused(bore, tmp_path):
     with pytest.raises(InputError, match=r"--bore: .*up to 76 mm"):
         write_drum("g", tmp_path / "drum.stl", bore)
     assert not list(tmp_path.iterdir())
-
-
-def test_an_unknown_drum_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"a letter from a to m.*'n'"):
-        write_drum("n", tmp_path / "drum.stl", 8.0)

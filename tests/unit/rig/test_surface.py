@@ -32,40 +32,16 @@ def test_the_surface_repeats_that_often_round_the_drum(spacing):
 
 @pytest.mark.parametrize("spacing", [0.5, 1.5, 3.0, 6.0])
 def test_bumps_cover_the_same_share_of_every_drum(spacing):
+    assert not bumped_surface(0.0).height_mm.any()
     surface = bumped_surface(spacing, NOMINAL)
     covered = surface.height_mm.mean() / NOMINAL.bump_height_mm
     assert covered == pytest.approx(2 * math.pi / 4 * NOMINAL.bump_ratio**2 / 2, rel=0.03)
     assert surface.height_mm.max() == pytest.approx(NOMINAL.bump_height_mm, rel=1e-5)
 
 
-def test_the_second_lattice_lies_between_the_bumps_of_the_first():
-    surface = bumped_surface(6.0, NOMINAL)
-    along, across = surface.pitch_mm
-    half = (
-        round(surface.length_mm / 30 / 2 / along),
-        round(math.sqrt(2) * 6 / 2 / across),
-    )
-    height = surface.height_mm[:, : surface.height_mm.shape[1] - half[1]]
-    shifted = np.roll(surface.height_mm, -half[0], axis=0)[:, half[1] :]
-    assert np.corrcoef(height.ravel(), shifted.ravel())[0, 1] > 0.9
-
-
-def test_the_smooth_drum_is_smooth_and_smaller_round():
-    smooth = bumped_surface(0.0)
-    assert not smooth.height_mm.any()
-    assert smooth.length_mm == pytest.approx(math.pi * 80)
-    assert bumped_surface(3.0).length_mm == pytest.approx(math.pi * 81)
-
-
-def test_the_same_drum_is_printed_alike_and_no_two_bumps_are():
-    first, again = bumped_surface(6.0), bumped_surface(6.0)
-    np.testing.assert_array_equal(first.height_mm, again.height_mm)
-    tops = np.unique(first.height_mm[first.height_mm > 0.3].round(4))
-    assert len(tops) > 100
-
-
 def test_another_set_of_drums_has_other_bumps_of_the_same_pattern():
-    first, other = bumped_surface(3.0), bumped_surface(3.0, Drum(prints=1))
+    first, again, other = (bumped_surface(3.0, Drum(prints=n)) for n in (0, 0, 1))
+    np.testing.assert_array_equal(first.height_mm, again.height_mm)
     bumps = (first.height_mm > 0.05) & (other.height_mm > 0.05)
     # Bumps have slanted edges: a higher one is a little wider.
     assert ((first.height_mm > 0.05) != (other.height_mm > 0.05)).mean() < 0.005
@@ -74,21 +50,7 @@ def test_another_set_of_drums_has_other_bumps_of_the_same_pattern():
     assert difference.std() == pytest.approx(expected, rel=0.25)
 
 
-def test_bumps_that_lie_near_each_other_err_together():
-    warped = Drum(print_sd_mm=0, patch_sd_mm=0.1)
-    tops = bumped_surface(1.0, warped).height_mm
-    rows = tops.reshape(-1, 16, tops.shape[1]).max(axis=1)  # the highest in 0.8 mm
-    middle = rows[:, 300:420].max(axis=1) - 0.5
-    near, far = (np.corrcoef(middle[:-k], middle[k:])[0, 1] for k in (2, 40))
-    assert near > 0.5
-    assert abs(far) < near / 2
-
-
-@given(
-    mean=st.floats(0, 1),
-    bridging=st.floats(0.5, 20),
-    texture=st.sampled_from([1.0, 3.0, 6.0]),
-)
+@given(mean=st.floats(0, 1), bridging=st.floats(0.5, 20), texture=st.sampled_from([1.0, 3.0, 6.0]))
 @settings(max_examples=10, deadline=None)
 def test_what_is_felt_lies_between_the_mean_and_the_highest_point(mean, bridging, texture):
     surface = bumped_surface(texture, NOMINAL)
@@ -96,14 +58,6 @@ def test_what_is_felt_lies_between_the_mean_and_the_highest_point(mean, bridging
     envelope = felt(lifted, 2.0, bridging).height_mm
     assert envelope.max() <= lifted.height_mm.max() + 1e-4
     assert envelope.mean() >= lifted.height_mm.mean() - 1e-4
-
-
-def test_skin_does_not_follow_what_is_narrower_than_a_nodule():
-    ripple = {
-        x: np.ptp(felt(bumped_surface(x, NOMINAL), 2.0, 5.0).height_mm) for x in (0.5, 1.0, 3.0)
-    }
-    assert ripple[0.5] < 0.1 * ripple[3.0]
-    assert ripple[0.5] < ripple[1.0] < ripple[3.0]
 
 
 def test_a_height_map_is_wrapped_a_whole_number_of_times():
@@ -115,37 +69,26 @@ def test_a_height_map_is_wrapped_a_whole_number_of_times():
     assert np.argmax(lines) == round(surface.length_mm / 10)
 
 
-def test_an_image_is_a_height_map_with_bright_as_high(tmp_path):
+def test_an_image_is_a_height_map_with_bright_as_high_and_an_array_one_in_mm(tmp_path):
     image = np.zeros((40, 40), np.uint8)
     image[:20] = 255
     cv2.imwrite(str(tmp_path / "stripes.png"), image)
     surface = read_height_map(tmp_path / "stripes.png", 8.0, 0.4)
     assert_allclose([surface.height_mm.min(), surface.height_mm.max()], [0, 0.4], atol=1e-6)
     assert surface.height_mm.mean() == pytest.approx(0.2, rel=0.03)
-
-
-def test_an_array_is_a_height_map_in_mm(tmp_path):
     np.save(tmp_path / "map.npy", np.random.default_rng(0).random((30, 30)))
     assert read_height_map(tmp_path / "map.npy", 5.0, 1.0).top_mm == pytest.approx(1, abs=0.05)
-
-
-def emptied(folder):
-    (folder / "empty.npy").touch()
-    return folder / "empty.npy"
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
         (lambda _: bumped_surface(-1.0), r"bump spacing of 0 or of 0.3 to 20 mm, found -1"),
-        (lambda _: bumped_surface(0.1), r"found 0.1"),
         (lambda _: mapped_surface(np.zeros(5), 3.0), r"finite heights of shape"),
         (lambda _: mapped_surface(np.full((5, 5), np.nan), 3.0), r"finite heights of shape"),
         (lambda _: mapped_surface(np.zeros((5, 5)), 900.0), r"a length of 0 to 251 mm"),
-        (lambda _: mapped_surface(np.zeros((5, 5)), 0.0), r"found 0 mm"),
         (lambda tmp: read_height_map(tmp / "none.png", 3.0, 1.0), r"none.png: .* neither"),
         (lambda tmp: read_height_map(tmp / "none.npy", 3.0, 1.0), r"none.npy: .*No such file"),
-        (lambda tmp: read_height_map(emptied(tmp), 3.0, 1.0), r"empty.npy: .* found No data"),
     ],
 )
 def test_surfaces_that_can_not_be_made_are_refused(make, sentence, tmp_path):

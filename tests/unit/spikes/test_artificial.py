@@ -2,26 +2,21 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from afferents.errors import InputError
 from afferents.spikes.artificial import artificial_spikes
+
+from .conftest import recording_of
 
 FPS, RATE_HZ, SECONDS = 90, 8000, 2.0
 
 
 def recording(sa1=0.0, ra1=0.0, tone_hz=150.0, loudness=0.0, markers=4, rate_hz=RATE_HZ):
     time = np.arange(round(SECONDS * FPS)) / FPS
-    held = np.ones((len(time), markers), np.float32)
+    held = np.ones((len(time), markers))
     t = np.arange(round(SECONDS * rate_hz)) / rate_hz
-    tone = (loudness * np.sin(2 * np.pi * tone_hz * t)).astype(np.float32)[:, None]
-    variables = {
-        "sa1": (("time", "marker"), sa1 * held),
-        "ra1": (("time", "marker"), ra1 * held),
-        "ra2": (("audio_time", "channel"), tone, {"sample_rate_hz": float(rate_hz)}),
-    }
-    attrs = {"name": "g/50", "texture": "g", "speed_mm_s": 50.0, "steady_s": "null"}
-    return xr.Dataset(variables, {"time": time}, attrs=attrs)
+    tone = loudness * np.sin(2 * np.pi * tone_hz * t)
+    return recording_of(time, sa1 * held, ra1 * held, tone, rate_hz)
 
 
 def rates(*recordings, **options):
@@ -86,6 +81,9 @@ def test_a_recording_has_the_classes_that_it_has_responses_for():
     spikes = artificial_spikes([heard])  # 600 samples/s hold no band that ends at 400 Hz
     assert spikes.rates()[0, [2, 5]].all()
     assert not spikes.rates()[0, [4, 6, 7]].any()
+    slow = recording(rate_hz=100).drop_vars(["sa1", "ra1", "time"])
+    with pytest.raises(InputError, match="vibration of more than 168 samples/s, found 100"):
+        artificial_spikes([slow])
 
 
 @pytest.mark.parametrize(
@@ -99,9 +97,3 @@ def test_a_recording_has_the_classes_that_it_has_responses_for():
 def test_what_cannot_be_is_refused(options, said):
     with pytest.raises(InputError, match=said):
         artificial_spikes([recording()], **options)
-
-
-def test_sound_too_slow_for_any_band_is_refused():
-    slow = recording(rate_hz=100).drop_vars(["sa1", "ra1", "time"])
-    with pytest.raises(InputError, match="vibration of more than 168 samples/s, found 100"):
-        artificial_spikes([slow])

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from afferents.channels import CHANNELS
 from afferents.spikes.artificial import artificial_spikes
+
+from .conftest import recording_of
 
 FPS, RATE_HZ, SECONDS = 90, 4000, 3.0
 
@@ -15,22 +16,18 @@ def recording():
     rng = np.random.default_rng(3)
     time = np.arange(round(SECONDS * FPS)) / FPS + 0.004
     t = np.arange(round(SECONDS * RATE_HZ)) / RATE_HZ
-    tone = (0.02 * np.sin(2 * np.pi * 70 * t)).astype(np.float32)[:, None]
-    sa1 = rng.gamma(4, 0.5, (len(time), 5)).astype(np.float32)
+    tone = 0.02 * np.sin(2 * np.pi * 70 * t)
+    sa1 = rng.gamma(4, 0.5, (len(time), 5))
     sa1[40:60, 2] = np.nan
-    variables = {
-        "sa1": (("time", "marker"), sa1, {"units": "px"}),
-        "ra1": (("time", "marker"), np.abs(np.diff(sa1, axis=0, prepend=np.nan))),
-        "ra2": (("audio_time", "channel"), tone, {"sample_rate_hz": float(RATE_HZ)}),
-    }
-    attrs = {"name": "g/50", "texture": "g", "speed_mm_s": 50.0, "steady_s": "null"}
-    return xr.Dataset(variables, {"time": time}, attrs=attrs)
+    return recording_of(time, sa1, sound=tone, rate_hz=RATE_HZ)
 
 
 @pytest.mark.parametrize(("name", "n"), [("sa1_spikes", 5), ("ra1_spikes", 5), ("ra2_spikes", 8)])
 def test_counts_hold_every_spike_of_their_class(recording, name, n):
     channel = CHANNELS[name]
     counts = channel.response(recording)
+    assert not channel.felt_live
+    assert not np.isnan(counts.values).any()
     assert counts.name == name
     assert counts.dims == recording[channel.made_of].dims
     assert counts.sizes[counts.dims[1]] == n
@@ -48,15 +45,3 @@ def test_counts_hold_every_spike_of_their_class(recording, name, n):
         when = spikes.train(0, unit) + edges[0]
         expected, _ = np.histogram(when, edges)
         np.testing.assert_array_equal(counts.values[:, unit], expected)
-
-
-def test_lost_markers_are_silent_and_frames_keep_their_times(recording):
-    counts = CHANNELS["sa1_spikes"].response(recording)
-    assert not np.isnan(counts.values).any()
-    assert counts.values[42:59, 2].sum() == 0
-    np.testing.assert_array_equal(counts.time, recording.time)
-
-
-@pytest.mark.parametrize("name", ["sa1_spikes", "ra1_spikes", "ra2_spikes"])
-def test_no_model_of_them_is_given_raw_responses_live(name):
-    assert not CHANNELS[name].felt_live

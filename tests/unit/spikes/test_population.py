@@ -75,36 +75,22 @@ def test_windows_and_stretches():
 
 
 @pytest.mark.parametrize(
-    ("trains", "said"),
+    ("trains", "units", "said"),
     [
-        ([([0.3, 0.1], [], [])], "ascending order, found 0.1 s in trial 0 of unit a"),
-        ([([], [-0.1], [])], "times of 0 s or more"),
-        ([([np.nan], [], [])], "finite times"),
-        ([([100.0, 250.0], [300.0], [])], "if times are in ms, divide them by 1000"),
-        ([([0.1, 0.2, 1.5], [0.3], [])], "1 spikes lie beyond"),
-        ([([0.1], [0.3])], "trains of 1 trials of 3 units"),
+        ([([0.3, 0.1], [], [])], UNITS, "ascending order, found 0.1 s in trial 0 of unit a"),
+        ([([], [-0.1], [])], UNITS, "times of 0 s or more"),
+        ([([np.nan], [], [])], UNITS, "finite times"),
+        ([([100.0, 250.0], [300.0], [])], UNITS, "if times are in ms, divide them by 1000"),
+        ([([0.1, 0.2, 1.5], [0.3], [])], UNITS, "1 spikes lie beyond"),
+        ([([0.1], [0.3])], UNITS, "trains of 1 trials of 3 units"),
+        ([([], [], [])], {"name": ["a", "b", "c"]}, "a column 'class'"),
+        ([([], [], [])], {"name": ["a", "a", "b"], "class": ["SA"] * 3}, "two of the name 'a'"),
+        ([([], [], [])], {"name": ["a", "b", "c"], "class": ["SA", "RA", "SAI"]}, "'SAI'"),
     ],
 )
-def test_times_that_cannot_be_are_refused(trains, said):
+def test_spikes_that_cannot_be_are_refused(trains, units, said):
     with pytest.raises(InputError, match=said):
-        population(trains)
-
-
-@pytest.mark.parametrize(
-    ("units", "said"),
-    [
-        ({"name": ["a", "a", "b"], "class": ["SA"] * 3}, "two of the name 'a'"),
-        ({"name": ["a", "b", "c"]}, "a column 'class'"),
-        ({"name": ["a", "b", "c"], "class": ["SA", "RA", "SAI"]}, "'SAI'"),
-    ],
-)
-def test_units_that_cannot_be_are_refused(units, said):
-    with pytest.raises(InputError, match=said):
-        population([([], [], [])], units=units)
-
-
-def test_spikes_of_nobody_are_refused():
+        population(trains, units=units)
     table = pd.DataFrame({"trial": [0], "unit": ["z"], "time_s": [0.1]})
-    trials = {"texture": ["1"], "duration_s": [1.0]}
     with pytest.raises(InputError, match="a spike of unit z in trial 0"):
-        Spikes.from_table(table, UNITS, trials)
+        Spikes.from_table(table, UNITS, {"texture": ["1"], "duration_s": [1.0]})

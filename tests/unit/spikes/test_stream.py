@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from afferents.spikes.afferents import afferent_classes
 from afferents.spikes.artificial import artificial_spikes
 from afferents.spikes.stream import MarkerUnits, VibrationUnits
 from afferents.spikes.units import UNIT_MODELS
+
+from .conftest import recording_of
 
 FPS, RATE_HZ, SECONDS, MARKERS = 90, 8000, 2.0, 12
 
@@ -20,17 +21,7 @@ def recording():
     sound = 0.006 * np.sin(2 * np.pi * 70 * t) * (1 + np.sin(2 * np.pi * 3 * t))
     sound += 0.004 * rng.standard_normal(len(t))
     walk = np.abs(np.cumsum(rng.standard_normal((len(time), MARKERS)), axis=0) * 0.2)
-    variables = {
-        "sa1": (("time", "marker"), walk.astype(np.float32)),
-        "ra1": (("time", "marker"), np.abs(np.diff(walk, axis=0, prepend=0)).astype(np.float32)),
-        "ra2": (
-            ("audio_time", "channel"),
-            sound.astype(np.float32)[:, None],
-            {"sample_rate_hz": float(RATE_HZ)},
-        ),
-    }
-    attrs = {"name": "g/50", "texture": "g", "speed_mm_s": 50.0, "steady_s": "null"}
-    return xr.Dataset(variables, {"time": time}, attrs=attrs)
+    return recording_of(time, walk, np.abs(np.diff(walk, axis=0, prepend=0)), sound)
 
 
 def trains(fed, n_units):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from afferents.spikes.afferents import afferent_classes
-from afferents.spikes.units import RATE_HZ, UNIT_MODELS, Drive, UnitModel, on_steps
+from afferents.spikes.units import RATE_HZ, UNIT_MODELS, Drive, on_steps
 
 SECONDS = 4.0
 
@@ -30,13 +30,6 @@ def test_a_leaky_unit_fires_as_often_as_its_formula_says(tau_ms, refractory_ms):
     expected = np.where(currents > 1, 1e3 / (refractory_ms + charging), 0)
     np.testing.assert_allclose(found, expected, atol=2 / SECONDS)
     assert (found[:2] == 0).all()
-
-
-def test_intervals_of_a_leaky_unit_are_finer_than_a_step():
-    _, fired = rates("lif", [3.0], {"tau_ms": 20.0, "refractory_ms": 2.0})
-    intervals = np.diff(fired.time_s)
-    expected = (2 + 20 * np.log(3 / 2)) / 1e3
-    np.testing.assert_allclose(intervals, expected, atol=0.02e-3)
 
 
 def test_izhikevich_s_kinds_differ_as_published():
@@ -71,20 +64,3 @@ def test_units_do_not_hear_each_other(model):
     for unit in range(7):
         alone = UNIT_MODELS[model].fire(Drive(current[:, [unit]], row, weight), values)
         np.testing.assert_array_equal(together.time_s[together.unit == unit], alone.time_s)
-
-
-def test_every_number_has_a_unit_and_a_source():
-    for afferent in afferent_classes().values():
-        for model in UNIT_MODELS.values():
-            given = getattr(afferent, model.name)
-            assert set(given) == {"gain", *model.parameters}
-            assert all(one.unit and len(one.source) > 10 for one in given.values())
-    assert len(afferent_classes()["PC"].bands_hz) == 8
-
-
-def test_steps_lie_between_frames():
-    row, weight = on_steps(np.array([0.0, 0.01, 0.02]), 0.0, 0.03)
-    at = np.round(row * 0.01 + weight * 0.01, 6)
-    expected = np.minimum(np.arange(60) / RATE_HZ, 0.02)
-    np.testing.assert_allclose(at, expected, atol=1e-6)
-    assert isinstance(UNIT_MODELS["lif"], UnitModel)
