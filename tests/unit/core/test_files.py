@@ -4,12 +4,7 @@ import os
 import pytest
 
 from afferents.errors import InputError
-from afferents.files import (
-    holds_only,
-    remove_partials,
-    write_aside,
-    write_json,
-)
+from afferents.files import holds_only, remove_partials, write_aside, write_json
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path):

@@ -10,7 +10,7 @@ from afferents.store.integrity import sealed
 from afferents.store.zarr_store import create_store, has_responses, open_responses, write_responses
 
 
-def responses(name: str = "3/50", texture: str = "3", speed: float = 50.0) -> xr.Dataset:
+def responses(name="3/50", texture="3", speed=50.0):
     rng = np.random.default_rng(0)
     return xr.Dataset(
         {
@@ -50,12 +50,7 @@ def test_recordings_come_in_order_of_texture_and_speed(tmp_path):
     create_store(store, {})
     for texture, speed in (("10", 20.0), ("2", 100.0), ("2", 20.0), ("wool", 20.0)):
         write_responses(store, responses(f"{texture}/{speed:g}", texture, speed))
-    assert [r.attrs["name"] for r in open_responses(store)] == [
-        "2/20",
-        "2/100",
-        "10/20",
-        "wool/20",
-    ]
+    assert [r.attrs["name"] for r in open_responses(store)] == ["2/20", "2/100", "10/20", "wool/20"]
 
 
 def test_a_recording_that_fails_half_way_is_not_there(tmp_path):

@@ -56,9 +56,7 @@ def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
     assert f"Failed: {key}: no luck" in status(tmp_path / "r").sentences
 
     monkeypatch.setattr(
-        fitting,
-        "learning_set",
-        lambda *a: fail() if a[4].held_out == 20 else learning_set(*a),
+        fitting, "learning_set", lambda *a: fail() if a[4].held_out == 20 else learning_set(*a)
     )
     assert run("evaluate", stores["audio"], "--out", tmp_path / "r", *asked)[0] == 2
     done = [n for n in range(30, 100) if (tmp_path / f"r/folds/vib-te/nested/seed-0/{n}").is_dir()]

@@ -1,6 +1,6 @@
 """Real files, encoded on the spot."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,18 +14,18 @@ WriteSession = Callable[..., Path]
 
 
 def _encode(
-    path: Path,
-    codec: str = "libx264",
-    pixels: str = "yuv420p",
-    size: tuple[int, int] = (64, 48),
-    n_frames: int = 12,
-    rate: int = 90,
-    ticks_ms: Sequence[int] | None = None,
-    colour: bool = False,
-    noise: bool = False,
-    options: dict[str, str] | None = None,
-    container_options: dict[str, str] | None = None,
-) -> Path:
+    path,
+    codec="libx264",
+    pixels="yuv420p",
+    size=(64, 48),
+    n_frames=12,
+    rate=90,
+    ticks_ms=None,
+    colour=False,
+    noise=False,
+    options=None,
+    container_options=None,
+):
     """Encode a grey (or coloured) ramp, or noise, that shifts by 2 px a frame."""
     path.parent.mkdir(parents=True, exist_ok=True)
     width, height = size
@@ -49,13 +49,11 @@ def _encode(
 
 
 @pytest.fixture(scope="session")
-def write_video() -> WriteVideo:
+def write_video():
     return _encode
 
 
-def _write_audio(
-    path: Path, duration_s: float = 0.2, sample_rate_hz: int = 44100, channels: int = 2
-) -> Path:
+def _write_audio(path, duration_s=0.2, sample_rate_hz=44100, channels=2):
     """Write 16-bit noise, another in each channel."""
     path.parent.mkdir(parents=True, exist_ok=True)
     n = round(duration_s * sample_rate_hz)
@@ -65,15 +63,15 @@ def _write_audio(
 
 
 @pytest.fixture(scope="session")
-def write_audio() -> Callable[..., Path]:
+def write_audio():
     return _write_audio
 
 
 @pytest.fixture
-def write_session(tmp_path: Path) -> WriteSession:
+def write_session(tmp_path):
     """Write a session folder of empty files: reading the grid must not open them."""
 
-    def write(*conditions: str) -> Path:
+    def write(*conditions):
         root = tmp_path / "session"
         for condition in conditions:
             folder = root / condition

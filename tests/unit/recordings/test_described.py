@@ -19,19 +19,19 @@ FILES = '[files]\npattern = "{texture}_{speed}.SUFFIX"\n[signal]\n'
 TIMED = 'time = "t"\nchannels = ["left", "right"]\n'
 
 
-def described(folder: Path, text: str, suffix: str = "csv") -> Described:
+def described(folder, text, suffix="csv"):
     (folder / "dataset.toml").write_text(text.replace("SUFFIX", suffix))
     return Described(folder / "dataset.toml")
 
 
-def csv(folder: Path, name: str = "silk_20.csv", frame: pd.DataFrame = FRAME) -> Path:
+def csv(folder, name="silk_20.csv", frame=FRAME):
     path = folder / name
     path.parent.mkdir(parents=True, exist_ok=True)
     frame.to_csv(path, index=False)
     return path
 
 
-def hdf5(path: Path) -> None:
+def hdf5(path):
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
         file["run/time"] = FRAME.t
@@ -162,7 +162,7 @@ def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
         described(tmp_path, text).recordings()
 
 
-def changed(**columns) -> pd.DataFrame:
+def changed(**columns):
     frame = FRAME.copy()
     for name, (row, value) in columns.items():
         frame[name] = frame[name].astype(object)

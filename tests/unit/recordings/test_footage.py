@@ -21,7 +21,7 @@ CODECS = {
 
 
 @pytest.fixture(scope="module")
-def images() -> list[np.ndarray]:
+def images():
     """A skin of blobs that slides at an uneven speed, and a camera's noise."""
     rng = np.random.default_rng(0)
     width, height = SIZE

@@ -1,8 +1,5 @@
 """Videos that FFmpeg just wrote, whole and broken."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -26,9 +23,7 @@ FORMATS = [
 
 
 @pytest.mark.parametrize(("name", "how"), FORMATS)
-def test_grey_is_what_opencv_makes_of_it(
-    tmp_path: Path, write_video: Callable[..., Path], name: str, how: dict[str, object]
-) -> None:
+def test_grey_is_what_opencv_makes_of_it(tmp_path, write_video, name, how):
     path = write_video(tmp_path / name, **how)
     capture = cv2.VideoCapture(str(path))
     for frame in open_video(path).frames():
@@ -39,7 +34,7 @@ def test_grey_is_what_opencv_makes_of_it(
     assert not capture.read()[0]
 
 
-def test_ten_bits_become_eight(tmp_path: Path, write_video: Callable[..., Path]) -> None:
+def test_ten_bits_become_eight(tmp_path, write_video):
     path = write_video(tmp_path / "v.mp4", pixels="yuv420p10le", options={"crf": "4"})
     image = next(open_video(path).frames()).image
     assert image.dtype == np.uint8
@@ -49,34 +44,28 @@ def test_ten_bits_become_eight(tmp_path: Path, write_video: Callable[..., Path])
     assert image.max() >= 253
 
 
-def test_header(tmp_path: Path, write_video: Callable[..., Path]) -> None:
+def test_header(tmp_path, write_video):
     video = open_video(write_video(tmp_path / "v.mp4", n_frames=18))
     assert (video.width, video.height, video.n_frames) == (64, 48, 18)
     assert video.fps_hz == pytest.approx(90)
     assert video.duration_s == pytest.approx(18 / 90)
 
 
-def test_a_container_without_a_frame_count(
-    tmp_path: Path, write_video: Callable[..., Path]
-) -> None:
+def test_a_container_without_a_frame_count(tmp_path, write_video):
     video = open_video(write_video(tmp_path / "v.mkv", n_frames=18))
     assert video.n_frames == pytest.approx(18, abs=1)
     assert len(list(video.frames())) == 18
 
 
 @pytest.mark.parametrize("bframes", ["0", "2"])
-def test_times_are_the_containers(
-    tmp_path: Path, write_video: Callable[..., Path], bframes: str
-) -> None:
+def test_times_are_the_containers(tmp_path, write_video, bframes):
     ticks_ms = [0, 11, 22, 55, 66, 78, 150, 161, 172, 183, 300, 311]
     path = write_video(tmp_path / "v.mp4", ticks_ms=ticks_ms, options={"bf": bframes})
     times = [frame.time_s for frame in open_video(path).frames()]
     np.testing.assert_allclose(times, np.array(ticks_ms) / 1000, atol=1e-4)
 
 
-def test_frames_are_owned_and_can_be_read_twice(
-    tmp_path: Path, write_video: Callable[..., Path]
-) -> None:
+def test_frames_are_owned_and_can_be_read_twice(tmp_path, write_video):
     video = open_video(write_video(tmp_path / "v.avi", codec="mjpeg", pixels="yuvj420p"))
     kept = [frame.image for frame in video.frames()]
     again = [frame.image.copy() for frame in video.frames()]
@@ -84,7 +73,7 @@ def test_frames_are_owned_and_can_be_read_twice(
     assert all(image.flags.owndata and image.flags.c_contiguous for image in kept)
 
 
-def test_decoding_is_lazy(tmp_path: Path, write_video: Callable[..., Path]) -> None:
+def test_decoding_is_lazy(tmp_path, write_video):
     path = write_video(tmp_path / "v.avi", codec="mpeg4", n_frames=60, noise=True)
     video = open_video(path)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
@@ -105,13 +94,7 @@ def test_decoding_is_lazy(tmp_path: Path, write_video: Callable[..., Path]) -> N
     ],
 )
 @pytest.mark.parametrize("part", [0.3, 0.7])
-def test_truncated_video_says_where_it_stops(
-    tmp_path: Path,
-    write_video: Callable[..., Path],
-    name: str,
-    how: dict[str, object],
-    part: float,
-) -> None:
+def test_truncated_video_says_where_it_stops(tmp_path, write_video, name, how, part):
     path = write_video(tmp_path / name, n_frames=90, noise=True, **how)
     path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
     read: list[Frame] = []
@@ -124,9 +107,7 @@ def test_truncated_video_says_where_it_stops(
     assert 10 < len(read) < 80
 
 
-def test_a_damaged_frame_is_never_passed_on(
-    tmp_path: Path, write_video: Callable[..., Path]
-) -> None:
+def test_a_damaged_frame_is_never_passed_on(tmp_path, write_video):
     path = write_video(tmp_path / "v.avi", codec="mpeg4", n_frames=90, noise=True)
     content = path.read_bytes()
     middle = len(content) // 2
@@ -135,9 +116,7 @@ def test_a_damaged_frame_is_never_passed_on(
         list(VideoFile(path).frames())
 
 
-def test_a_single_missing_frame_is_noticed(
-    tmp_path: Path, write_video: Callable[..., Path]
-) -> None:
+def test_a_single_missing_frame_is_noticed(tmp_path, write_video):
     path = write_video(
         tmp_path / "v.mp4",
         noise=True,
@@ -149,7 +128,7 @@ def test_a_single_missing_frame_is_noticed(
         list(VideoFile(path).frames())
 
 
-def test_mp4_that_was_never_finished(tmp_path: Path, write_video: Callable[..., Path]) -> None:
+def test_mp4_that_was_never_finished(tmp_path, write_video):
     path = write_video(tmp_path / "v.mp4", noise=True)
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(InputError, match="expected a readable video"):
@@ -157,19 +136,19 @@ def test_mp4_that_was_never_finished(tmp_path: Path, write_video: Callable[..., 
 
 
 @pytest.mark.parametrize("content", [b"", b"not a video at all" * 100])
-def test_not_a_video(tmp_path: Path, content: bytes) -> None:
+def test_not_a_video(tmp_path, content):
     path = tmp_path / "video.mp4"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"video\.mp4: expected a readable video"):
         open_video(path)
 
 
-def test_sound_is_not_a_video(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
+def test_sound_is_not_a_video(tmp_path, write_audio):
     with pytest.raises(InputError, match="video stream"):
         open_video(write_audio(tmp_path / "audio.wav"))
 
 
-def test_missing_video(tmp_path: Path) -> None:
+def test_missing_video(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         open_video(tmp_path / "video.mp4")
 
