@@ -1,10 +1,46 @@
+"""Which part of a recording is used: the paper's cut, all of it, or what `--steady` says."""
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from afferents.errors import InputError
 from afferents.store.responses import steady_s
-from afferents.store.trimming import parse_steady, require_within, steady_in, with_steady, written
+from afferents.store.trimming import (
+    cut_audio,
+    cut_frames,
+    parse_steady,
+    require_within,
+    steady_in,
+    with_steady,
+    written,
+)
+
+TENTHS_S = np.arange(0, 10.01, 0.1)
+
+
+def test_published_frames_are_510_to_5509_and_sound_is_the_last_minute():
+    assert cut_frames(np.arange(5850) / 90, "published", None, "3/50") == slice(510, 5510)
+    assert cut_audio(6500, 100, "published", None, "3/50") == slice(500, 6500)
+    with pytest.raises(InputError, match=r"3/50: expected at least 5510 .* found 5509"):
+        cut_frames(np.arange(5509) / 90, "published", None, "3/50")
+    with pytest.raises(InputError, match=r"3/50: expected at least 60 s .*, found 59\.90 s"):
+        cut_audio(5990, 100, "published", None, "3/50")
+
+
+def test_all_is_the_constant_speed_or_drops_two_and_a_half_seconds_at_each_end():
+    assert cut_frames(TENTHS_S, "all", None, "x") == slice(25, 75)
+    assert cut_audio(1000, 100, "all", None, "x") == slice(250, 750)
+    assert cut_frames(TENTHS_S, "all", (1.0, 9.0), "x") == slice(10, 90)
+    assert cut_audio(1000, 100, "all", (1.0, 12.0), "x") == slice(100, 1000)
+
+
+def test_what_is_shorter_than_the_ends_says_what_to_declare():
+    with pytest.raises(InputError, match=r"found audio from 0\.00 to 4\.00 s"):
+        cut_audio(400, 100, "all", None, "3/50")
+    with pytest.raises(InputError, match=r"steady_s = \[START, STOP\] in session\.toml, or --stea"):
+        cut_frames(np.arange(0, 3, 0.01), "all", None, "felt/1")
+
 
 ONE = xr.Dataset(
     {

@@ -1,0 +1,104 @@
+"""Data that are not whole: known as such, left out only if told, and said on the first page."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from afferents.errors import InputError
+from afferents.evaluation.data import open_data
+from afferents.evaluation.results import read_summary
+from afferents.evaluation.summary import data_quality
+from afferents.quality.issues import QualityIssue
+from afferents.store.responses import with_doubts
+from afferents.store.zarr_store import open_responses, write_responses
+
+ALONE = ("--quiet", "--workers", 1)
+REPEATED = QualityIssue("repeated", "x/video.mp4", "frames of their own", "49% of them twice")
+
+
+def test_leaving_out_says_what_could_be(stores):
+    with pytest.raises(InputError, match="expected one of direction, found pressure"):
+        open_data([str(stores["audio"])], {"pressure": "F250"})
+    with pytest.raises(InputError, match=r"direction= one of .*, found sideways"):
+        open_data([str(stores["audio"])], {"direction": "sideways"})
+
+
+def test_half_a_store_is_known_as_one_and_evaluated_only_when_told(stores, tmp_path, run, fails):
+    store, results = shutil.copytree(stores["audio"], tmp_path / "s.zarr"), tmp_path / "r"
+    shutil.rmtree(store / "2/30")
+    (data,) = open_data([str(store)], keep_going=True)
+    assert list(data.failed) == ["2/30"]
+    command = ("evaluate", store, "--out", results, "--models", "vib-te", "--held-out", 30, *ALONE)
+    command = (*command, "--preset", "quick")
+    sentence = fails(*command)
+    assert "the 12 recordings of its session, found 11 (2/30 missing); extract again" in sentence
+    assert "skipped 1 of the recordings: 2/30" in fails(*command, "--keep-going", code=3)
+    code, out, err = run("report", results, "--quiet")
+    assert code == 0, err
+    assert "1 recording is missing: 2/30." in " ".join(out.split())
+    assert "1 recording is missing: 2/30." in (results / "table1.md").read_text()
+    assert "1 recording was skipped" in (results / "report.html").read_text()
+    folds = json.loads((results / "summary.json").read_text())["models"]["vib-te"]["nested"]
+    assert folds["n_test"] == 2 * 4  # of the others at that speed
+
+
+def test_a_broken_csv_is_skipped_only_when_told(tmp_path):
+    header = ["timestamp", "proximity1", "proximity2", *(f"channel{i}" for i in range(1, 17))]
+    rows = [",".join(map(str, [28 * n, 0, 0, *range(16)])) for n in range(150)]
+    for speed in (10, 20):
+        path = tmp_path / f"Linen_F120_V{speed}mmps_0.csv"
+        path.write_text("\n".join([",".join(header), *rows]))
+        rows[7] = "rubbish"
+    with pytest.raises(InputError, match=r"V20mmps_0\.csv"):
+        open_data([f"fabricslide:{tmp_path}"])
+    (data,) = open_data([f"fabricslide:{tmp_path}"], keep_going=True)
+    assert len(data.responses) == len(data.failed) == 1
+
+
+@pytest.fixture
+def doubtful(stores, tmp_path):
+    """A store with a recording of which a fifth is lost, and one that was accepted."""
+    found = shutil.copytree(stores["video"], tmp_path / "video.zarr")
+    lost, accepted = (responses.load() for responses in open_responses(found)[:2])
+    detected = np.array(lost["detected"])
+    detected[-len(detected) // 5 :] = False
+    position = np.where(detected[..., None], lost["position"], np.nan).astype(np.float32)
+    lost["detected"].values, lost["position"].values = detected, position
+    for one in (lost, with_doubts(accepted, [REPEATED])):
+        write_responses(found, one)
+    return found
+
+
+def test_shares_are_of_each_recording(doubtful, stores):
+    recordings = open_responses(doubtful)
+    said = data_quality(recordings)
+    at_rest = recordings[0].attrs["rest_frame"]
+    assert at_rest > 0  # before it nothing is looked for, so nothing is lost
+    shares = [1 - float(one["detected"][at_rest:].mean()) for one in recordings]
+    assert shares.index(max(shares)) == 0
+    assert max(shares) > 0.19
+    assert min(shares) == 0
+    assert said["lost"].content() == {
+        "median": pytest.approx(np.median(shares)),
+        "worst": max(shares),
+        "recording": recordings[0].attrs["name"],
+        "n": len(recordings),
+    }
+    assert [(one.recording, one.found) for one in said["accepted"]] == [
+        (recordings[1].attrs["name"], (str(REPEATED),))
+    ]
+    assert data_quality(open_responses(stores["audio"])) == {}
+
+
+def test_it_stands_on_the_first_page(doubtful, tmp_path, run):
+    out = tmp_path / "r"
+    command = ("evaluate", doubtful, "--out", out, "--models", "sa-wave-vector")
+    assert run(*command, *ALONE)[0] == 0
+    assert run("report", out, "--quiet")[0] == 0
+    summary, page = read_summary(out).content(), (out / "report.html").read_text()
+    first = page[: page.index("What came out")]
+    assert "49% of them twice" in first
+    assert "recording was accepted as it is" in first
+    assert f"at most {100 * summary['lost']['worst']:.1f}%, in recording 1/20" in first
