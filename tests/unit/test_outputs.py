@@ -15,7 +15,14 @@ from afferents.errors import InputError
 from afferents.models.card import CARD, WEIGHTS
 from afferents.models.export import _is_exported
 from afferents.models.folder import is_model_folder
-from afferents.outputs import LOCK, is_locked, require_free, require_picture_folder, writing_alone
+from afferents.outputs import (
+    LOCK,
+    is_locked,
+    is_our_picture,
+    require_free,
+    require_picture_folder,
+    writing_alone,
+)
 
 from ..conftest import shift_px
 

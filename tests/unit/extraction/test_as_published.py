@@ -88,15 +88,10 @@ def test_inspect_names_the_cause_and_is_clean_once_it_is_given(folder, tmp_path,
     assert "can't be led by it" not in said
 
 
-def test_times_follow_the_true_rate(extracted):
-    for recordings in extracted.values():
-        for recording in recordings:
-            np.testing.assert_allclose(recording.time, np.arange(N_FRAMES) / 90, atol=1e-6)
-
-
 def test_our_tracker_follows_the_361_through_all_of_it(extracted, simulated):
     for recording in extracted["windowed"]:
         name = recording.attrs["name"]
+        np.testing.assert_allclose(recording.time, np.arange(N_FRAMES) / 90, atol=1e-6)
         off = recording.position.values[10:] - truth_of(simulated, name)[10:]
         lost = np.isnan(off[..., 0])
         assert np.nanmax(np.hypot(*np.moveaxis(off, -1, 0))) < 0.5, name
