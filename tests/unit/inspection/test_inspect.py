@@ -16,39 +16,18 @@ def look(tmp_path):
     return lambda source: inspect_data(str(source), tmp_path / "out", None, Progress(quiet=True))
 
 
-@pytest.fixture
-def fabricslide(tmp_path):
-    """Two sound slides."""
+def test_every_broken_slide_is_named(look, tmp_path):
     folder = tmp_path / "slides"
     folder.mkdir()
     rows = [",".join(map(str, [28 * n, 0, 0, *range(n % 7, n % 7 + 16)])) for n in range(200)]
     for speed in (10, 20):
         path = folder / f"Linen_F120_V{speed}mmps_0.csv"
         path.write_text("\n".join([HEADER, *rows]))
-    return folder
-
-
-def test_sound_slides_have_no_problem(look, fabricslide):
-    found = look(f"fabricslide:{fabricslide}")
-    assert found.problems == []
-    assert len(found.facts["recordings"]) == 2
-    assert len(found.pictures) == 1
-
-
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        ("", "line 1: expected the columns"),
-        (HEADER, "rows of data below the header"),
-        (f"{HEADER}\n0,0,0,abc" + 15 * ",1", "line 2: expected integers, found 'abc'"),
-    ],
-)
-def test_a_broken_slide_is_named(look, fabricslide, content, problem):
-    (fabricslide / "Linen_F120_V20mmps_0.csv").write_text(content)
-    found = look(f"fabricslide:{fabricslide}")
-    assert len(found.problems) == 1
-    assert "V20mmps_0.csv" in found.problems[0]
-    assert problem in found.problems[0]
+    found = look(f"fabricslide:{folder}")
+    assert (found.problems, len(found.facts["recordings"]), len(found.pictures)) == ([], 2, 1)
+    path.write_text(f"{HEADER}\n0,0,0,abc" + 15 * ",1")
+    (problem,) = look(f"fabricslide:{folder}").problems
+    assert "V20mmps_0.csv, line 2: expected integers, found 'abc'" in problem
 
 
 def test_a_wav_that_was_cut_off_is_named(look, sounds, tmp_path):
@@ -63,9 +42,6 @@ def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
     (sentence,) = [line for line in look(sounds).sentences if "too short" in line]
     expected = "12 of 12 vibrations are shorter than 60 s: too short for the cut 'published'."
     assert sentence == expected
-
-
-def test_exactly_long_enough_is_not_too_short():
     enough = {"video": {"n_frames": 5510}, "vibration": {"duration_s": 60.0}}
     short = {"video": {"n_frames": 5509}, "vibration": None}
     assert too_short_sentences([enough]) == []
@@ -75,8 +51,7 @@ def test_exactly_long_enough_is_not_too_short():
 
 def test_a_video_is_described_as_a_sessions_are(look, session):
     found = look(session / "1/20/video.mp4")
-    assert found.facts["video"]["n_frames"] == 45
-    assert found.facts["n_markers"] == 361
+    assert (found.facts["video"]["n_frames"], found.facts["n_markers"]) == (45, 361)
 
 
 def test_a_run_that_does_not_begin_at_rest_is_named_as_extract_does(
