@@ -8,12 +8,33 @@ import pytest
 
 from afferents import doctor
 
+INSTALLED = doctor.version
+
+
+@pytest.fixture
+def without(monkeypatch):
+    """Let a package be one that is not installed."""
+
+    def lack(package):
+        def installed(name):
+            if name == package:
+                raise PackageNotFoundError(name)
+            return INSTALLED(name)
+
+        monkeypatch.setattr(doctor, "version", installed)
+
+    return lack
+
 
 def test_here_nothing_is_missing():
     rows, missing = doctor.diagnose()
     assert missing == []
     found = dict(rows)
     assert {"accelerator", "torch build", "bfloat16", "codec h264", "torch", "av"} <= set(found)
+    named = {what.removeprefix("extra ") for what in found if "extra " in what}
+    commands = {"live", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
+    assert named >= commands
+    assert not named & {"dev", "docs"}
 
 
 @pytest.mark.parametrize(
@@ -33,50 +54,26 @@ def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
 
     monkeypatch.setattr(doctor, "NATIVE", ("soundfile",))
     monkeypatch.setattr(doctor, "import_module", broken)
-    _, missing = doctor.diagnose()
+    monkeypatch.setattr(doctor, "find_library", lambda name: None)
+    monkeypatch.delattr(os, "sysconf")
+    rows, missing = doctor.diagnose()
     assert "soundfile cannot be imported (sndfile library not found)" in missing
+    assert "no PortAudio library" in dict(rows)["extra live"]
+    assert dict(rows)["memory"] == "unknown"
 
 
-def test_a_package_that_is_not_installed_is_named_with_its_remedy(monkeypatch):
-    def installed(name):
-        if name == "torch":
-            raise PackageNotFoundError(name)
-        return real(name)
-
-    real = doctor.version
-    monkeypatch.setattr(doctor, "version", installed)
+def test_a_package_that_is_not_installed_is_named_with_its_remedy(without):
+    without("torch")
     rows, missing = doctor.diagnose()
     assert dict(rows)["torch"] == "missing"
     assert len(missing) == 1
     assert "pip install -c constraints.txt 'torch" in missing[0]
 
 
-def test_every_extra_of_a_command_is_named_and_none_for_developers():
-    named = {what.removeprefix("extra ") for what, _ in doctor.diagnose()[0] if "extra " in what}
-    commands = {"live", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
-    assert named >= commands
-    assert not named & {"dev", "docs"}
-
-
-def test_memory_is_unknown_off_posix(monkeypatch):
-    monkeypatch.delattr(os, "sysconf")
-    assert dict(doctor.diagnose()[0])["memory"] == "unknown"
-
-
-def test_an_extra_that_is_not_there_is_said_but_not_missed(monkeypatch):
-    def installed(name):
-        if name == "onnxruntime":
-            raise PackageNotFoundError(name)
-        return real(name)
-
-    real = doctor.version
-    monkeypatch.setattr(doctor, "version", installed)
+def test_an_extra_that_is_not_there_is_said_but_not_missed(without):
+    without("onnxruntime")
     rows, missing = doctor.diagnose()
-    assert dict(rows)["extra live"].startswith(
-        "not there (onnxruntime); pip install -c constraints.txt 'afferents["
-    )
+    remedy = "not there (onnxruntime); pip install -c constraints.txt 'afferents["
+    assert dict(rows)["extra live"].startswith(remedy)
     assert dict(rows)["extra cluster"] == "there"
     assert missing == []
-    monkeypatch.setattr(doctor, "version", real)
-    monkeypatch.setattr(doctor, "find_library", lambda name: None)
-    assert "no PortAudio library" in dict(doctor.diagnose()[0])["extra live"]

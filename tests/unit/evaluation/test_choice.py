@@ -1,7 +1,6 @@
 """Encodings that are chosen for a data set, and what is refused before anything is trained."""
 
 import importlib.util
-import json
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from afferents.encodings.settings import ENCODINGS, Encodings
 from afferents.errors import InputError
 from afferents.evaluation.choice import encodings_for
 from afferents.evaluation.data import open_data
+from afferents.recordings.described import PACKAGED
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts/simulated_taxels.py"
 PUBLISHED = SignalInfo(44100.0, 60.0, 60.0, 10.0, 100.0, 600.0, 1, True)
@@ -70,75 +70,62 @@ def test_what_is_given_stays_and_the_rest_goes_with_it():
 
 
 def test_fabricslide_keeps_its_encodings(tmp_path):
-    data_set = afferents.DATA_SETS["dataset"]
-    from afferents.recordings.described import PACKAGED
-
-    form = data_set(tmp_path, PACKAGED["fabricslide"]).encodings
+    form = afferents.DATA_SETS["dataset"](tmp_path, PACKAGED["fabricslide"]).encodings
     known = SignalInfo(1000 / 28, 4.5, 40.0, 10.0, 150.0, 400.0, 16, False)
-    assert (
-        Encodings.suiting(form, "data", known).describe()
-        == Encodings.suiting(form, "data").describe()
-    )
+    suiting = Encodings.suiting(form, "data", known)
+    assert suiting.describe() == Encodings.suiting(form, "data").describe()
 
 
 def test_from_a_folder_of_csv_files_to_results(taxels, tmp_path, capsys):
+    looked = afferents.inspect(taxels / "dataset.toml", tmp_path / "looked")
+    assert looked.problems == []
+    assert "24 recordings of 3 textures" in looked.sentences[0]
     found = afferents.evaluate(
         taxels / "dataset.toml", tmp_path / "r", "order-te-speed-known", workers=1
     )
     printed = capsys.readouterr()
     assert "orders: window_s = whole recordings" in printed.out + printed.err
-    assert found.summary["models"]["order-te-speed-known"]["nested"]["mean_accuracy"] > 0.6
-    summary = json.loads((tmp_path / "r/summary.json").read_text())
-    assert summary["data"][0]["kind"] == "dataset"
-    assert summary["data"][0]["simulated"] is True
+    summary = found.summary
+    assert summary["models"]["order-te-speed-known"]["nested"]["mean_accuracy"] > 0.6
+    assert (summary["data"][0]["kind"], summary["data"][0]["simulated"]) == ("dataset", True)
 
 
-def test_inspect_takes_a_description(taxels, tmp_path):
-    found = afferents.inspect(taxels / "dataset.toml", tmp_path)
-    assert found.problems == []
-    assert "24 recordings of 3 textures" in found.sentences[0]
+@pytest.fixture
+def described(taxels):
+    """Write another description of the same files."""
+
+    def write(name, old, new):
+        text = (taxels / "dataset.toml").read_text()
+        assert old in text
+        (taxels / name).write_text(text.replace(old, new))
+        return taxels / name
+
+    return write
 
 
-def test_another_description_of_the_same_files_is_other_data(taxels, tmp_path):
-    other = tmp_path / "other"
-    text = (taxels / "dataset.toml").read_text()
-    other.symlink_to(taxels)
+def test_another_description_of_the_same_files_is_other_data(taxels, described):
     (one,) = open_data([taxels / "dataset.toml"])
-    again = taxels / "two.toml"
-    again.write_text(text.replace("taxel*", "taxel[12]"))
-    (two,) = open_data([again])
+    (two,) = open_data([described("two.toml", "taxel*", "taxel[12]")])
     assert one.origin.fingerprint != two.origin.fingerprint
     assert encodings_for([one], "all", {}).of("orders").bins_per_octave == 8
 
 
-def test_too_few_bins_for_the_network_are_refused_before_training(fails, taxels, tmp_path):
-    sentence = fails(
-        "evaluate", taxels / "dataset.toml", "--out", tmp_path / "r", "--models", "vib-te-aug",
-        "--bins", 100, "--quiet",
-    )  # fmt: skip
-    assert "spectra: expected at least 135 bins for this network, found 100" in sentence
+def test_what_can_not_be_learnt_is_refused_before_training(fails, taxels, described, tmp_path):
+    out = ("--out", tmp_path / "r", "--quiet")
+    few = fails("evaluate", taxels / "dataset.toml", *out, "--models", "vib-te-aug", "--bins", 100)
+    assert "spectra: expected at least 135 bins for this network, found 100" in few
+    one = described("one.toml", "{speed}mmps", "20mmps")
+    one.write_text(one.read_text().replace("[files]", "[files]\nspeed_mm_s = 20"))
+    alone = fails("evaluate", one, *out, "--models", "order-te")
+    assert "with one speed no model can be tested at another" in alone
     assert not (tmp_path / "r").exists()
 
 
-def test_one_speed_is_refused_before_training(fails, taxels, tmp_path):
-    (taxels / "one.toml").write_text(
-        (taxels / "dataset.toml").read_text().replace("{speed}mmps", "20mmps")
-        .replace("[files]", "[files]\nspeed_mm_s = 20")
-    )  # fmt: skip
-    sentence = fails(
-        "evaluate", taxels / "one.toml", "--out", tmp_path / "r", "--models", "order-te", "--quiet"
-    )
-    assert "with one speed no model can be tested at another" in sentence
-    assert not (tmp_path / "r").exists()
-
-
-def test_where_no_speed_is_known_something_else_is_held_out(taxels, tmp_path):
+def test_where_no_speed_is_known_something_else_is_held_out(described, tmp_path):
     """What names call a speed is a condition here."""
-    (taxels / "none.toml").write_text(
-        (taxels / "dataset.toml").read_text().replace("{speed}", "{pace}")
-    )
+    source = described("none.toml", "{speed}", "{pace}")
     options = {"split": "pace", "workers": 1, "quiet": True}
-    found = afferents.evaluate(taxels / "none.toml", tmp_path / "r", "ridge-te", **options)
+    found = afferents.evaluate(source, tmp_path / "r", "ridge-te", **options)
     assert found.summary["groups"] == ["10", "20", "40", "60"]
     with pytest.raises(InputError, match="speed"):
-        afferents.evaluate(taxels / "none.toml", tmp_path / "o", "order-te", **options)
+        afferents.evaluate(source, tmp_path / "o", "order-te", **options)

@@ -1,4 +1,4 @@
-"""A training that goes wrong says which it was, and why."""
+"""What a training does when it goes wrong, and what a run says of itself while it is at work."""
 
 import shutil
 from functools import partial
@@ -11,13 +11,29 @@ from afferents.errors import AfferentsError
 from afferents.evaluation import job
 from afferents.evaluation import run as evaluation
 from afferents.evaluation.fold_files import FoldKey
+from afferents.evaluation.job_status import at_work, plan
+from afferents.files import write_json
 from afferents.models import fitting
 from afferents.models.loop import Checkpoint
+from afferents.reproduction.run_folder import status
 
 ASKED = ("--models", "vib-te", "--quiet", "--workers", 1)
+FIRST = "vib-te, nested, seed 0, 20 mm/s held out"
+SHORT, LONG = (
+    [FoldKey.of(model, "nested", 1, speed) for speed in (10.0, 20.0)]
+    for model in ("vib-te", "ra-se")
+)
 
 
-def test_samples_that_are_no_numbers(run, stores, tmp_path, monkeypatch):
+@pytest.fixture
+def far(monkeypatch):
+    """Do here what is asked of a cluster."""
+    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
+    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
+    return ("--cluster", "tcp://here")
+
+
+def test_samples_that_are_no_numbers(fails, stores, tmp_path, monkeypatch):
     learning_set = fitting.learning_set
 
     def with_a_hole(*arguments):
@@ -26,13 +42,12 @@ def test_samples_that_are_no_numbers(run, stores, tmp_path, monkeypatch):
         return learnt
 
     monkeypatch.setattr(fitting, "learning_set", with_a_hole)
-    code, _, said = run("evaluate", stores["audio"], "--out", tmp_path / "results", *ASKED)
-    assert code == 2
-    assert "vib-te, nested, seed 0, 20 mm/s held out: training: the loss is no longer" in said
+    said = fails("evaluate", stores["audio"], "--out", tmp_path / "results", *ASKED)
+    assert f"{FIRST}: training: the loss is no longer" in said
 
 
-def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
-    store, waits, kept = stores["audio"], [], job.keep
+def test_far_trainings_write_checkpoints(run, far, stores, tmp_path, monkeypatch):
+    waits, kept = [], job.keep
 
     def keep(recipe, outcome):
         waits.append(outcome.key.checkpoint(recipe.out).is_file())
@@ -41,15 +56,12 @@ def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
 
     monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))
     monkeypatch.setattr(job, "keep", keep)
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
-    ended = run("evaluate", store, "--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
+    ended = run("evaluate", stores["audio"], "--out", tmp_path / "results", *ASKED, *far)
     assert ended[0] == 0, ended
-    assert waits
-    assert waits == [True, False] * (len(waits) // 2)
+    assert waits == [True, False] * 4
 
 
-def test_far_trainings_in_a_row_read_the_data_once(run, stores, tmp_path, monkeypatch):
+def test_far_trainings_in_a_row_read_the_data_once(run, far, stores, tmp_path, monkeypatch):
     opened, open_data = [], job.open_data
 
     def counted(sources, *more, **options):
@@ -57,16 +69,14 @@ def test_far_trainings_in_a_row_read_the_data_once(run, stores, tmp_path, monkey
         return open_data(sources, *more, **options)
 
     monkeypatch.setattr(job, "open_data", counted)
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
-    asked = ("--models", "order-te", "--quiet", "--cluster", "tcp://here", "--window-s", "1")
+    asked = ("--models", "order-te", "--quiet", "--window-s", "1", *far)
     ended = run("evaluate", stores["audio"], "--out", tmp_path / "results", *asked)
     assert ended[0] == 0, ended
     assert len(list((tmp_path / "results").rglob("fold.json"))) == 4
     assert len(opened) == 1
 
 
-def test_a_store_that_changed_under_the_run_is_refused(run, stores, tmp_path, monkeypatch):
+def test_a_store_that_changed_under_the_run_is_refused(fails, stores, tmp_path, monkeypatch):
     store = shutil.copytree(stores["audio"], tmp_path / "store")
     encoded = job.encoded
 
@@ -76,26 +86,64 @@ def test_a_store_that_changed_under_the_run_is_refused(run, stores, tmp_path, mo
         return encoded(*arguments)
 
     monkeypatch.setattr(evaluation, "encoded", changed)
-    code, _, said = run("evaluate", store, "--out", tmp_path / "results", *ASKED)
-    assert code == 2
+    said = fails("evaluate", store, "--out", tmp_path / "results", *ASKED)
     assert "expected the data that the evaluation began with, found changed data; bring" in said
     assert not list((tmp_path / "results").rglob("fold.json"))
 
 
 @pytest.mark.parametrize("ask", [lambda: torch.empty(10**15), lambda: np.empty(10**16)])
 def test_memory_that_is_short(ask):
-    """The errors of the real allocators, whatever they are called."""
+    """The errors of the real allocators, whatever they are called; others stay what they are."""
     key = FoldKey.of("ra-se", "nested", 1, 10.0)
-    with (
-        pytest.raises(AfferentsError, match=r"ra-se, nested, seed 1, 10 mm/s .* out of memory"),
-        job._naming(key),
-    ):
+    said = r"ra-se, nested, seed 1, 10 mm/s .* out of memory"
+    with pytest.raises(AfferentsError, match=said), job._naming(key):
         ask()
-
-
-def test_other_errors_stay_what_they_are():
-    with (
-        pytest.raises(RuntimeError, match="ours"),
-        job._naming(FoldKey.of("ra-se", "nested", 1, 10)),
-    ):
+    with pytest.raises(RuntimeError, match="ours"), job._naming(key):
         raise RuntimeError("ours")
+
+
+def finish(results, key, seconds):
+    facts = {"validation_mm_s": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
+    content = {**key.content(), **facts, "seconds": seconds}
+    write_json(key.folder(results) / "fold.json", content)
+
+
+def test_an_expected_end_says_which_models_it_knows_nothing_of(tmp_path):
+    plan(tmp_path, [*SHORT, *LONG], workers=1)
+    with at_work(tmp_path, LONG[0]):
+        assert "Expected end" not in status(tmp_path).sentences[-1]
+        finish(tmp_path, SHORT[0], 9.0)
+        said = status(tmp_path).sentences[-1]
+        assert "taking ra-se (none ended yet) to be like the others" in said
+        finish(tmp_path, LONG[1], 900.0)
+        said = status(tmp_path).sentences[-1]
+        assert ("Expected end" in said, "taking" in said) == (True, False)
+
+
+def test_what_workers_elsewhere_do_is_not_called_nothing(tmp_path):
+    plan(tmp_path, SHORT, workers=2)
+    assert "Nothing is running" in status(tmp_path).sentences[-1]
+    plan(tmp_path, SHORT, workers=2, cluster="tcp://there:1")
+    said = " ".join(status(tmp_path).sentences)
+    assert "Workers at tcp://there:1 that don't see this folder leave no mark" in said
+    assert "Nothing is running" not in said
+
+
+def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):
+    learning_set, results = fitting.learning_set, tmp_path / "r"
+
+    def fail_at(speeds):
+        def maybe(*arguments):
+            if arguments[4].held_out in speeds:
+                raise AfferentsError("no luck")
+            return learning_set(*arguments)
+
+        monkeypatch.setattr(fitting, "learning_set", maybe)
+        return run("evaluate", stores["audio"], "--out", results, *ASKED)
+
+    code, _, error = fail_at({20, 30, 40, 60})
+    assert (code, error) == (2, f"afferents: {FIRST}: no luck\n")
+    assert f"Failed: {FIRST}: no luck" in status(results).sentences
+    assert fail_at({20})[0] == 2
+    done = [n for n in (20, 30, 40, 60) if (results / f"folds/vib-te/nested/seed-0/{n}").is_dir()]
+    assert done == [30, 40, 60], "what failed comes last, so all else is done"

@@ -71,37 +71,15 @@ def test_too_few_textures_are_refused():
 def test_the_command_says_mm_and_leaves_a_table(make_session, tmp_path, run):
     session = make_session(tmp_path / "s", textures=(0, 1, 2, 3, 4), seconds=0.5)
     run("extract", session, tmp_path / "s.zarr", "--quiet", "--workers", 1)
-    code, out, err = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
-        "--models", "sa-wave,order-te-speed-known", "--frames", 5, "--window-s", 0.2, "--json",
-        "--workers", 1,
-    )  # fmt: skip
+    split = ("evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
+             "--frames", 5, "--window-s", 0.2, "--workers", 1)  # fmt: skip
+    models = ("--models", "sa-wave,order-te-speed-known")
+    code, out, err = run(*split, *models, "--json")
     assert code == 0, err
-    summary = json.loads(out)
-    assert summary["roughness"]["models"].keys() == {"sa-wave", "order-te-speed-known"}
+    assert json.loads(out)["roughness"]["models"].keys() == {"sa-wave", "order-te-speed-known"}
     table = pd.read_parquet(tmp_path / "r" / "roughness.parquet")
     assert set(table["spacing_mm"]) == {1, 2, 3, 4}  # the smooth one has no spacing
-    again, text, _ = run(
-        "evaluate", tmp_path / "s.zarr", "--out", tmp_path / "r", "--split", "texture",
-        "--models", "sa-wave", "--frames", 5, "--workers", 1,
-    )  # fmt: skip
-    assert again == 0
-    assert "Bump spacing as a number" in text
-
-
-def test_bad_requests_are_refused(stores, tmp_path, run):
-    split = ("evaluate", stores["audio"], "--out", tmp_path / "r", "--split", "texture")
-    code, _, err = run(*split, "--models", "vib-te")
-    assert code == 2
-    assert "expected some of ridge-te, order-te-speed-known, sa-wave" in err
-    code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1, "--textures", "1,2")
-    assert code == 2
-    assert "expected at least 3 textures and 3 speeds for --split texture, found 2 and 4" in err
-    (tmp_path / "r").mkdir()
-    (tmp_path / "r" / "x").touch()
-    code, _, err = run(*split, "--models", "ridge-te", "--window-s", 1)
-    assert code == 2
-    assert "a new folder, or one of --split texture" in err
+    assert "Bump spacing as a number" in run(*split, *models)[1]
 
 
 def test_fabrics_have_no_spacing():
@@ -111,13 +89,19 @@ def test_fabrics_have_no_spacing():
 
 
 @pytest.mark.parametrize(
-    ("option", "value"),
-    [("--held-out", "20"), ("--train-speeds", 2), ("--cluster", "tcp://nowhere:1")],
+    ("options", "sentence"),
+    [
+        (("--models", "vib-te"), "expected some of ridge-te, order-te-speed-known, sa-wave"),
+        (("--textures", "1,2"), "at least 3 textures and 3 speeds for --split texture, found 2"),
+        (("--protocol", "published"), "--protocol: expected nested with --split texture"),
+        (("--held-out", "20"), "--held-out: expected none with --split texture"),
+        (("--train-speeds", 2), "--train-speeds: expected none with --split texture"),
+        (("--cluster", "tcp://nowhere:1"), "--cluster: expected none with --split texture"),
+        ((), "a new folder, or one of --split texture"),
+    ],
 )
-def test_options_that_it_has_not_are_refused(stores, tmp_path, run, option, value):
-    code, _, err = run(
-        "evaluate", stores["audio"], "--out", tmp_path / "r", "--split", "texture",
-        "--models", "ridge-te", option, value,
-    )  # fmt: skip
-    assert code == 2
-    assert f"{option}: expected none with --split texture" in err
+def test_what_textures_held_out_can_not_be_asked(stores, tmp_path, fails, options, sentence):
+    split = ("evaluate", stores["audio"], "--out", tmp_path, "--split", "texture")
+    if not options:
+        (tmp_path / "x").touch()
+    assert sentence in fails(*split, "--models", "ridge-te", "--window-s", 1, *options)

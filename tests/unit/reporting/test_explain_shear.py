@@ -39,17 +39,23 @@ def test_markers_that_stand_in_no_image_are_asked_one_by_one(stores, tmp_path):
     assert list(found.facts["accuracy"]) == [SHEAR, WITHOUT, BOTH]
 
 
-def test_what_can_not_be_asked(stores, tmp_path, run):
-    def refused(*arguments):
-        code, _, said = run("explain", *arguments, "--out", tmp_path / "why", "--quiet")
-        assert code == 2
-        assert not (tmp_path / "why").exists()
-        return said
-
-    assert "expected recordings of markers, found none in" in refused(stores["audio"], "--shear")
-    said = "--shear: expected DATA alone, without a model"
-    assert said in refused("model", stores["video"], "--shear")
-    assert "DATA: expected a store beside the model, found none" in refused("model")
+@pytest.mark.parametrize(
+    ("command", "sentence"),
+    [
+        (("explain", "AUDIO", "--shear"), "expected recordings of markers, found none in"),
+        (("explain", "model", "VIDEO", "--shear"), "--shear: expected DATA alone, without a model"),
+        (("explain", "model"), "DATA: expected a store beside the model, found none"),
+        (
+            ("evaluate", "VIDEO", "--models", "shear", "--markers", 0.5),
+            "found shear, which learns from their moments",
+        ),
+    ],
+)
+def test_what_can_not_be_asked(stores, tmp_path, fails, command, sentence):
+    places = {"AUDIO": stores["audio"], "VIDEO": stores["video"]}
+    given = [places.get(word, word) for word in command]
+    assert sentence in fails(*given, "--out", tmp_path / "why", "--quiet")
+    assert not (tmp_path / "why").exists()
 
 
 def test_the_models_of_shear_have_their_folds(stores, tmp_path, run):
@@ -64,14 +70,6 @@ def test_the_models_of_shear_have_their_folds(stores, tmp_path, run):
     assert not any(any(one["leaks"].values()) for one in found.values())
     assert found["shear"]["mean_accuracy"] > 0.9
     assert found["fusion-shear"]["mean_accuracy"] > 0.6
-
-
-def test_missing_pins_are_refused_where_all_are_felt_together(stores, tmp_path, run):
-    code, _, err = run(
-        "evaluate", stores["video"], "--out", tmp_path / "r", "--models", "shear", "--markers", 0.5
-    )
-    assert code == 2
-    assert "found shear, which learns from their moments" in err
 
 
 TOLD = dict.fromkeys((SHEAR, WITHOUT, BOTH), (0.5, 0.4, 0.6))
