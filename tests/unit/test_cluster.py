@@ -1,24 +1,29 @@
-"""A real Dask cluster over TCP: the same numbers as here, a killed worker, and what is refused."""
+"""A real Dask cluster over TCP: the same bytes as here, a killed worker, and what is refused."""
 
-import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
+import cloudpickle
 import dask.base
 import pandas as pd
 import pytest
 from distributed import Client, LocalCluster
 
 from afferents.errors import AfferentsError, InputError
+from afferents.extraction import extract as extraction
 from afferents.files import write_aside
 from afferents.parallel import on_cluster as submit
 
 pytestmark = pytest.mark.system
+
+OWN = Path(__file__).parent / "own" / "own_parts.py"
+WAY = ("--textures", "g", "--seconds", "1.6")
 
 
 def on_cluster(function, jobs, address, output=Path("/nowhere")):
@@ -26,80 +31,81 @@ def on_cluster(function, jobs, address, output=Path("/nowhere")):
 
 
 @pytest.fixture
-def store(stores, tmp_path):
-    return shutil.copytree(stores["audio"], tmp_path / "s.zarr")
+def there(run, cluster):
+    """Run a command with the cluster's workers."""
+
+    def command(*words):
+        return run(*words, "--cluster", cluster.scheduler_address, "--quiet")
+
+    return command
 
 
-HELD = ("--held-out", "20,40")
-
-
-def evaluate(run, store, out, *more):
-    options = (
-        "--models",
-        "vib-te,vib-te-aug",
-        "--protocol",
-        "both",
-        "--quiet",
-        "--json",
-        *HELD,
-        *more,
+def local_cluster(n_workers=1, threads=1):
+    return LocalCluster(
+        n_workers=n_workers, threads_per_worker=threads, protocol="tcp", dashboard_address=":0"
     )
-    code, said, err = run("evaluate", store, "--out", out, *options)
-    assert code == 0, err
-    return json.loads(said)
 
 
-def test_a_cluster_gives_the_numbers_that_this_machine_gives(run, store, tmp_path, cluster):
-    here = evaluate(run, store, tmp_path / "here", "--workers", 1)
-    there = evaluate(run, store, tmp_path / "there", "--cluster", cluster.scheduler_address)
-    pd.testing.assert_frame_equal(
-        pd.read_parquet(tmp_path / "here" / "predictions.parquet"),
-        pd.read_parquet(tmp_path / "there" / "predictions.parquet"),
-        rtol=1e-5,
-    )
-    assert (
-        here["models"]["vib-te"]["nested"]["by_speed"]
-        == (there["models"]["vib-te"]["nested"]["by_speed"])
-    )
-    kept = tmp_path / "there" / "folds/vib-te/nested/seed-0/20/weights.safetensors"
-    same = tmp_path / "here" / "folds/vib-te/nested/seed-0/20/weights.safetensors"
-    assert kept.read_bytes() == same.read_bytes()
-    evaluate(run, store, tmp_path / "there", "--cluster", "tcp://127.0.0.1:1")  # nothing to do
+def bytes_of(folder):
+    """Return the content of every file."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
-OWN = Path(__file__).parents[1] / "own" / "own_parts.py"
-
-
-def test_models_of_one_s_own_are_sent_whole(run, stores, tmp_path, cluster):
-    """Workers have neither the file nor its folder in their path."""
-    names = ("logistic", "mine", "second")
-    options = ("--held-out", "40", "--models", ",".join(f"{OWN}:{name}" for name in names))
-    tables = []
-    for where in (("--workers", 1), ("--cluster", cluster.scheduler_address)):
-        out = tmp_path / str(where[0])
-        asked = ("evaluate", stores["video"], "--out", out, *options, *where, "--quiet")
-        code, _, err = run(*asked)
-        assert code == 0, err
-        tables.append(pd.read_parquet(out / "predictions.parquet"))
-    assert set(tables[0]["model"]) == {"logistic", "all-mine", "second-net"}
-    pd.testing.assert_frame_equal(*tables, rtol=1e-4, atol=1e-6)
-
-
-def test_data_of_one_s_own_are_read_by_workers(run, sounds, tmp_path, cluster):
-    """Workers have neither the file of the data set nor its folder in their path."""
-    gloves = tmp_path / "gloves"
-    gloves.mkdir()
+@pytest.fixture
+def gloves(sounds, tmp_path):
+    """Data of a data set of one's own."""
+    folder = tmp_path / "gloves"
+    folder.mkdir()
     for path in sounds.rglob("audio.wav"):
-        shutil.copy(path, gloves / f"{path.parts[-3]}_{path.parts[-2]}.wav")
-    source = f"{OWN.with_name('own_data.py')}:Gloves:{gloves}"
-    asked = ("evaluate", source, "--held-out", "40", "--models", "order-te", "--quiet")
-    tables = []
-    for where in (("--workers", 1), ("--cluster", cluster.scheduler_address)):
-        out = tmp_path / str(where[0])
-        code, _, err = run(*asked, "--out", out, *where)
-        assert code == 0, err
-        tables.append(pd.read_parquet(out / "predictions.parquet"))
+        shutil.copy(path, folder / f"{path.parts[-3]}_{path.parts[-2]}.wav")
+    return f"{OWN.with_name('own_data.py')}:Gloves:{folder}"
+
+
+@pytest.mark.parametrize("case", ["ours", "models of one's own", "data of one's own"])
+def test_a_cluster_gives_the_numbers_that_this_machine_gives(
+    run, there, stores, gloves, tmp_path, case
+):
+    """Workers have neither the file of one's own nor its folder in their path."""
+    own = ",".join(f"{OWN}:{name}" for name in ("logistic", "mine", "second"))
+    source, models, options = {
+        "ours": (stores["audio"], "vib-te,vib-te-aug", ("--protocol", "both")),
+        "models of one's own": (stores["video"], own, ()),
+        "data of one's own": (gloves, "order-te", ()),
+    }[case]
+    asked = ("evaluate", source, "--models", models, "--held-out", "40", *options)
+    code, _, err = run(*asked, "--out", tmp_path / "here", "--workers", 1, "--quiet")
+    assert code == 0, err
+    code, _, err = there(*asked, "--out", tmp_path / "there")
+    assert code == 0, err
+    tables = [pd.read_parquet(tmp_path / at / "predictions.parquet") for at in ("here", "there")]
     pd.testing.assert_frame_equal(*tables, rtol=1e-4, atol=1e-6)
+    if case == "ours":
+        kept = "folds/vib-te/nested/seed-0/40/weights.safetensors"
+        assert (tmp_path / "there" / kept).read_bytes() == (tmp_path / "here" / kept).read_bytes()
+        nowhere = ("--out", tmp_path / "there", "--cluster", "tcp://127.0.0.1:1", "--quiet")
+        assert run(*asked, *nowhere)[0] == 0  # nothing to do
+
+
+def test_extract_and_track_write_the_same_bytes(run, there, session, stores, tmp_path):
+    tracked = tmp_path / "tracked.zarr"
+    assert run("track", session, tracked, "--workers", 1, "--quiet")[0] == 0
+    for command, here in (("extract", stores["video"]), ("track", tracked)):
+        code, _, err = there(command, session, tmp_path / f"{command}.zarr")
+        assert code == 0, err
+        assert bytes_of(tmp_path / f"{command}.zarr") == bytes_of(here)
+
+
+@pytest.mark.parametrize("waves", [False, True])
+def test_simulate_writes_the_same_bytes(run, there, tmp_path, waves):
+    """A map of heights is read by workers."""
+    (tmp_path / "waves.pgm").write_bytes(b"P5 64 8 255 " + bytes(range(64)) * 8)
+    more = ("--height-map", f"waves={tmp_path}/waves.pgm,12,0.5", "--speeds", "50")
+    options = (*WAY, *(more if waves else ("--speeds", "50,100")))
+    assert run("simulate", tmp_path / "here", *options, "--workers", 1, "--quiet")[0] == 0
+    code, _, err = there("simulate", tmp_path / "there", *options)
+    assert code == 0, err
+    assert bytes_of(tmp_path / "there") == bytes_of(tmp_path / "here")
 
 
 def test_a_killed_worker_costs_its_job_alone(cluster, tmp_path):
@@ -138,10 +144,51 @@ def is_first(folder):
     return True
 
 
-def test_what_else_computes_with_dask_is_left_alone(cluster):
+def test_a_worker_killed_while_it_extracts_costs_time_alone(run, there, session, stores, tmp_path):
+    here, store = stores["video"], tmp_path / "there.zarr"
+    shot = []
+
+    def shoot():
+        while not shot:
+            for partial in store.glob("*/.partial-*"):
+                pid = int(partial.name.rsplit("-", 2)[1])
+                os.kill(pid, signal.SIGKILL)
+                shot.append(pid)
+                return
+            time.sleep(0.001)
+
+    hunter = threading.Thread(target=shoot, daemon=True)
+    hunter.start()
+    code, _, err = there("extract", session, store)
+    hunter.join(timeout=5)
+    assert code == 0, err
+    assert shot
+    assert shot[0] != os.getpid()
+    assert {k: v for k, v in bytes_of(store).items() if ".partial-" not in k} == bytes_of(here)
+    assert run("extract", session, store, "--workers", 1, "--quiet")[0] == 0
+    assert bytes_of(store) == bytes_of(here), "the next run clears up"
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_job_that_kills_its_workers_is_named(cluster):
+    with pytest.raises(AfferentsError, match="killed its worker several times"):
+        list(on_cluster(die, [()], cluster.scheduler_address))
+    # A cluster that is closed while its workers are started again fails at closing.
+    with Client(cluster) as client:
+        client.wait_for_workers(2, timeout=60)
+
+
+def complain(where):
+    raise InputError(f"{where}: expected sense, found none")
+
+
+def test_errors_come_back_and_what_else_computes_with_dask_is_left_alone(cluster):
     before = dask.base.get_scheduler()
-    with pytest.raises(InputError):
-        next(on_cluster(complain, [("",)], cluster.scheduler_address))
+    with pytest.raises(InputError, match="a sample: expected sense, found none"):
+        next(on_cluster(complain, [("a sample",)], cluster.scheduler_address))
     running = on_cluster(abs, [(-1,), (-2,)], cluster.scheduler_address)
     assert next(running) in (1, 2)
     assert dask.base.get_scheduler() is before
@@ -149,22 +196,72 @@ def test_what_else_computes_with_dask_is_left_alone(cluster):
     assert dask.base.get_scheduler() is before
 
 
-def test_errors_of_a_job_come_back_as_they_are(cluster):
-    with pytest.raises(InputError, match="a sample: expected sense, found none"):
-        list(on_cluster(complain, [("a sample",)], cluster.scheduler_address))
+def test_what_is_wrong_with_a_recording_comes_back(there, make_session, tmp_path):
+    bad = make_session(tmp_path / "bad", textures=(1, 2), speeds=(20,))
+    (bad / "1" / "20" / "audio.wav").write_bytes(b"no sound")
+    code, _, err = there("extract", bad, tmp_path / "s.zarr")
+    assert code == 2
+    assert "expected a readable sound file" in err
+    assert there("extract", bad, tmp_path / "s.zarr", "--keep-going")[0] == 3
+    assert (tmp_path / "s.zarr/2/20/zarr.json").is_file()
 
 
-def complain(where):
-    raise InputError(f"{where}: expected sense, found none")
+def test_workers_that_do_not_see_the_store_are_refused(there, session, tmp_path, cluster):
+    def see_nothing():
+        from afferents import parallel
+
+        parallel.lock_text, found = lambda folder: "", parallel.lock_text
+        parallel._lock_text = found
+
+    def see():
+        from afferents import parallel
+
+        parallel.lock_text = parallel._lock_text
+
+    store = tmp_path / "there.zarr"
+    with Client(cluster, set_as_default=False) as client:
+        client.run(see_nothing)
+        try:
+            code, _, err = there("extract", session, store)
+        finally:
+            client.run(see)
+    assert code == 2
+    assert f"expected to see {store} as it is where the command runs; let all workers see" in err
+    assert not list(store.glob("*/*/zarr.json"))
 
 
-def test_other_versions_are_refused(cluster, monkeypatch):
-    monkeypatch.setattr("afferents.parallel.version", lambda package: "0.0.1")
-    with pytest.raises(InputError, match=r"worker tcp://.*: expected afferents 0.0.1, as where"):
-        list(on_cluster(complain, [("",)], cluster.scheduler_address))
+def test_a_worker_without_the_session_is_one_sentence(there, session, tmp_path, monkeypatch):
+    mine = shutil.copytree(session, tmp_path / "mine")
+
+    def gone(function, jobs, *more):
+        jobs = list(jobs)
+        (mine / "2" / "40" / "video.mp4").unlink()
+        return submit(function, jobs, *more)
+
+    monkeypatch.setattr(extraction, "on_cluster", gone)
+    code, _, err = there("extract", mine, tmp_path / "s.zarr", "--keep-going")
+    assert code == 2
+    assert "worker on" in err
+    assert "2/40/video.mp4 as it is where the command runs" in err
+    assert err.count("\n") == 1
 
 
-ALONE = ("--no-nanny", "--no-dashboard")
+def test_what_is_sent_of_a_recording_does_not_grow_with_the_session(
+    run, make_session, tmp_path, monkeypatch
+):
+    """Jobs are weighed instead of done."""
+    weights = []
+
+    def weigh(function, jobs, *more):
+        weights.append(max(len(cloudpickle.dumps((function, *job))) for job in jobs))
+        return iter(())
+
+    monkeypatch.setattr(extraction, "on_cluster", weigh)
+    for n, textures in enumerate((range(1, 3), range(1, 13))):
+        root = make_session(tmp_path / f"s{n}", textures, (20,), seconds=0.3, video=False)
+        run("extract", root, tmp_path / f"{n}.zarr", "--cluster", "tcp://x:1", "--quiet")
+    assert weights[1] - weights[0] < 100
+    assert weights[0] < 20_000
 
 
 def slowly(n):
@@ -173,16 +270,15 @@ def slowly(n):
 
 
 def test_a_worker_that_joins_late_is_checked_too(forked_workers):
-    with LocalCluster(
-        n_workers=1, threads_per_worker=1, protocol="tcp", dashboard_address=":0"
-    ) as running:
+    with local_cluster() as running:
         address = running.scheduler_address
         results = on_cluster(slowly, [(n,) for n in range(1000)], address)
         next(results)
         late = subprocess.Popen(
-            [sys.executable, "-m", "dask", "worker", address, "--nthreads", "2", *ALONE],
+            [sys.executable, "-m", "dask", "worker", address, "--nthreads", "2", "--no-nanny",
+             "--no-dashboard"],
             stderr=subprocess.DEVNULL,
-        )
+        )  # fmt: skip
         try:
             with pytest.raises(InputError, match=r"worker tcp://.*: expected one thread, found 2"):
                 list(results)
@@ -197,53 +293,17 @@ def test_what_is_no_address_is_said_at_once(address):
         list(on_cluster(complain, [("",)], address))
 
 
-def test_no_scheduler_and_no_workers_are_named(forked_workers, monkeypatch):
+def test_no_scheduler_no_workers_and_other_versions_are_named(cluster, monkeypatch):
+    def refused(sentence, address, **limits):
+        with monkeypatch.context() as patch, pytest.raises(InputError, match=sentence):
+            for name, value in limits.items():
+                patch.setattr(f"afferents.parallel.{name}", value)
+            list(on_cluster(complain, [("",)], address))
+
     # Short only where nobody comes: on a busy machine an answer takes longer.
-    with monkeypatch.context() as short:
-        short.setattr("afferents.parallel.ANSWER_S", 0.5)
-        with pytest.raises(InputError, match=r"--cluster: expected a Dask scheduler at tcp://"):
-            list(on_cluster(complain, [("",)], "tcp://127.0.0.1:1"))
-        short.setattr("afferents.parallel.ANSWER_S", 10)
-        short.setattr("afferents.parallel.WORKERS_S", 0.5)
-        with (
-            LocalCluster(n_workers=0, protocol="tcp", dashboard_address=":0") as empty,
-            pytest.raises(InputError, match="at least one worker"),
-        ):
-            list(on_cluster(complain, [("",)], empty.scheduler_address))
-    with (
-        LocalCluster(
-            n_workers=1, threads_per_worker=2, protocol="tcp", dashboard_address=":0"
-        ) as threaded,
-        pytest.raises(InputError, match=r"worker tcp://.*: expected one thread, found 2; .*nthr"),
-    ):
-        list(on_cluster(complain, [("",)], threaded.scheduler_address))
+    refused(r"--cluster: expected a Dask scheduler at tcp", "tcp://127.0.0.1:1", ANSWER_S=0.5)
+    with local_cluster(0) as empty:
+        refused("at least one worker", empty.scheduler_address, WORKERS_S=0.5)
+    sentence = r"worker tcp://.*: expected afferents 0.0.1, as where"
+    refused(sentence, cluster.scheduler_address, version=lambda package: "0.0.1")
     assert dask.base.get_scheduler() is None
-
-
-def test_a_store_that_changed_under_the_run_is_refused(run, store, tmp_path, cluster, monkeypatch):
-    from afferents.evaluation import run as module
-
-    def changed(function, jobs, address, output):
-        settings = store / "zarr.json"
-        content = settings.read_text()
-        assert '"windowed"' in content
-        settings.write_text(content.replace('"windowed"', '"one-to-one"'))
-        return submit(function, jobs, address, output)
-
-    monkeypatch.setattr(module, "on_cluster", changed)
-    code, _, err = run("evaluate", store, "--out", tmp_path / "r", "--models", "vib-te", "--quiet",
-                       "--cluster", cluster.scheduler_address)  # fmt: skip
-    assert code == 2
-    assert "the data that the evaluation began with" in err
-
-
-def die():
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def test_a_job_that_kills_its_workers_is_named(cluster):
-    with pytest.raises(AfferentsError, match="killed its worker several times"):
-        list(on_cluster(die, [()], cluster.scheduler_address))
-    # A cluster that is closed while its workers are started again fails at closing.
-    with Client(cluster) as client:
-        client.wait_for_workers(2, timeout=60)
