@@ -295,10 +295,11 @@ def test_what_is_no_address_is_said_at_once(address):
 
 def test_no_scheduler_no_workers_and_other_versions_are_named(cluster, monkeypatch):
     def refused(sentence, address, **limits):
-        with monkeypatch.context() as patch, pytest.raises(InputError, match=sentence):
+        with monkeypatch.context() as patch:
             for name, value in limits.items():
                 patch.setattr(f"afferents.parallel.{name}", value)
-            list(on_cluster(complain, [("",)], address))
+            with pytest.raises(InputError, match=sentence):
+                list(on_cluster(complain, [("",)], address))
 
     # Short only where nobody comes: on a busy machine an answer takes longer.
     refused(r"--cluster: expected a Dask scheduler at tcp", "tcp://127.0.0.1:1", ANSWER_S=0.5)

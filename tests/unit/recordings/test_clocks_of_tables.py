@@ -128,13 +128,13 @@ def test_a_set_of_uneven_rows_needs_a_description_alone(limb, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("signal", "sentence"),
     [
-        ("time = 10\n", "say resample_hz in [signal] if the sensor writes rows unevenly"),
-        ("time = 10\njitter_ms = 80\n", "expected times that go on"),
-        ("time = 10\nsample_rate_hz = 250\njitter_ms = 80\n", "expected times that go on"),
+        ("", "say resample_hz in [signal] if the sensor writes rows unevenly"),
+        ("jitter_ms = 80\n", "expected times that go on"),
+        ("jitter_ms = 80\nsample_rate_hz = 250\n", "expected times that go on"),
     ],
 )
 def test_uneven_rows_are_no_clock(limb, signal, sentence):
-    for recording in described(limb, signal)[:20]:
+    for recording in described(limb, "time = 10\n" + signal)[:20]:
         with pytest.raises(InputError, match=re.escape(sentence)):
             recording.audio.read()
 
@@ -150,12 +150,12 @@ def test_a_rate_is_compared_with_the_whole_time(one, signal):
         recording.audio.read()
 
 
-@pytest.mark.parametrize(("true_hz", "refused"), [(102, True), (100.5, False)])
-def test_a_rate_may_be_off_by_a_hundredth(one, true_hz, refused):
+@pytest.mark.parametrize("true_hz", [102, 100.5])
+def test_a_rate_may_be_off_by_a_hundredth(one, true_hz):
     time = np.arange(100) / true_hz
     signal = "time = 10\nsample_rate_hz = 100\njitter_ms = 30\n"
     (recording,) = described(one(time, time), signal)
-    if not refused:
+    if true_hz == 100.5:
         assert recording.audio.read().sizes["audio_time"] == 100
         return
     with pytest.raises(InputError, match="100 Hz, found 102 Hz over its whole time"):
@@ -206,8 +206,7 @@ def tone_in(signal, rate_hz):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("tone_hz", [12.5, 31.25, 62.5])
-@pytest.mark.parametrize("how", ["linear", "cubic"])
-def test_a_tone_in_uneven_rows_comes_back(one, tone_hz, how, seed):
+def test_a_tone_in_uneven_rows_comes_back(one, tone_hz, seed):
     """Straight lines between rows T apart lower a tone by sinc^2(f T) in the mean over phases.
 
     With T the median step, the longest that is usual, that is a lower bound of the amplitude; and
@@ -215,24 +214,16 @@ def test_a_tone_in_uneven_rows_comes_back(one, tone_hz, how, seed):
     """
     time = uneven_s(2.6, np.random.default_rng(seed))
     folder = one(time, 500 + 100 * np.sin(2 * np.pi * tone_hz * time + 1))
-    signal = f'time = 10\nresample_hz = 300\ninterpolation = "{how}"\n'
-    (recording,) = described(folder, signal)
-    heard = recording.audio.read()
-    assert heard.attrs["sample_rate_hz"] == 300
-    hz, amplitude = tone_in(heard.values[:, 0].astype(float), 300)
-    assert hz == pytest.approx(tone_hz, rel=0.005)
-    step_s = recording.audio.rows.step_ms / 1000
-    assert 100 * np.sinc(tone_hz * step_s) ** 2 - 1 < amplitude < 101
-
-
-def test_a_cubic_keeps_more_than_lines_do(one):
-    time = uneven_s(2.6, np.random.default_rng(0))
-    folder = one(time, np.sin(2 * np.pi * 62.5 * time))
     kept = {}
     for how in ("linear", "cubic"):
         (recording,) = described(folder, f'time = 10\nresample_hz = 300\ninterpolation = "{how}"\n')
-        kept[how] = tone_in(recording.audio.read().values[:, 0].astype(float), 300)[1]
-    assert kept["linear"] + 0.05 < kept["cubic"] < 1.01
+        heard = recording.audio.read()
+        assert heard.attrs["sample_rate_hz"] == 300
+        hz, kept[how] = tone_in(heard.values[:, 0].astype(float), 300)
+        assert hz == pytest.approx(tone_hz, rel=0.005)
+        step_s = recording.audio.rows.step_ms / 1000
+        assert 100 * np.sinc(tone_hz * step_s) ** 2 - 1 < kept[how] < 101
+    assert tone_hz < 60 or kept["linear"] + 5 < kept["cubic"]
 
 
 def test_no_tone_above_the_new_rate_appears_below_it(one):
@@ -244,12 +235,6 @@ def test_no_tone_above_the_new_rate_appears_below_it(one):
     heard = recording.audio.read()[20:-20]
     assert float(np.abs(heard).max()) < 0.02
     assert recording.audio.rows.limit_hz == pytest.approx(42)
-
-
-def test_even_rows_resampled_to_their_own_rate_are_as_they_were(one):
-    time, values = np.arange(200) / 100, np.random.default_rng(0).normal(size=200)
-    (recording,) = described(one(time, values), "time = 10\nresample_hz = 100\n")
-    np.testing.assert_allclose(recording.audio.read().values[:, 0], values, atol=1e-4)
 
 
 def test_a_gap_is_bridged_as_far_as_it_is_said(one):
@@ -294,24 +279,3 @@ def test_rows_out_of_order_are_dropped_up_to_a_share(one):
 def test_what_contradicts_is_refused(tmp_path, signal, sentence):
     with pytest.raises(InputError, match=sentence):
         described(tmp_path, signal)
-
-
-def test_names_with_brackets_scaled_speeds_and_what_is_left_alone(tmp_path):
-    path = tmp_path / "day [1]/x/a/wool (7)[150].csv"
-    path.parent.mkdir(parents=True)
-    pd.DataFrame({"t": np.arange(9) / 100, "x": 1.0}).to_csv(path, index=False)
-    (tmp_path / "dataset.toml").write_text(
-        '[files]\nfolders = ["day [1]/*"]\npattern = "{*}/{texture} ({*})[{speed}].csv"\n'
-        'speed_scale = 0.2\nspeed_unit = "cm/s"\n[signal]\ntime = "t"\n'
-    )
-    (found,) = data_set_of(tmp_path).recordings().recordings
-    assert (found.texture, found.speed_mm_s, dict(found.conditions)) == ("wool", 300.0, {})
-
-
-def test_files_without_a_speed_that_are_one_are_named(tmp_path):
-    for name in ("wool_1", "wool_2"):
-        (tmp_path / f"{name}.csv").write_text("t,x\n0,1\n")
-    text = '[files]\npattern = "{texture}_{*}.csv"\n[signal]\ntime = "t"\n'
-    (tmp_path / "dataset.toml").write_text(text)
-    with pytest.raises(InputError, match=r"wool_1\.csv and wool_2\.csv, both wool;"):
-        data_set_of(tmp_path).recordings()

@@ -76,29 +76,36 @@ def test_every_format_gives_the_same_channels(tmp_path, suffix, write, signal):
     np.testing.assert_array_equal(heard.values * (64 if suffix == "wav" else 1), VALUES)
 
 
-def test_names_say_texture_speed_and_conditions(tmp_path):
-    csv(tmp_path, "day 1/silk/2.5cm_3_down.csv")
-    files = '[files]\npattern = "{day}/{texture}/{speed}cm_{trial}_{way}.csv"\n'
-    files += 'speed_unit = "cm/s"\n[files.words.way]\ndown = "-"\n[signal]\nsteady_s = [0.5, 2.5]\n'
-    (one,) = described(tmp_path, files + TIMED).recordings().recordings
-    assert one.name == "day 1/silk/2.5cm_3_down"
-    assert (one.texture, one.speed_mm_s, one.steady_s) == ("silk", 25.0, (0.5, 2.5))
-    assert one.conditions == {"day": "day 1", "trial": 3, "way": "-"}
-
-
-def test_a_regular_expression_and_what_names_do_not_say(tmp_path):
-    csv(tmp_path, "run7-v10.csv")
+@pytest.mark.parametrize(
+    ("name", "files", "expected"),
+    [
+        (
+            "day 1/silk/2.5cm_3_down.csv",
+            'pattern = "{day}/{texture}/{speed}cm_{trial}_{way}.csv"\nspeed_unit = "cm/s"\n'
+            '[files.words.way]\ndown = "-"\n',
+            ("silk", 25.0, {"day": "day 1", "trial": 3, "way": "-"}),
+        ),
+        (
+            "run7-v10.csv",
+            "regex = 'run(?P<trial>\\d+)-v(?P<speed>\\d+)\\.csv'\ntexture = \"silk\"\n",
+            ("silk", 10.0, {"trial": 7}),
+        ),
+        ("silk_1.csv", 'pattern = "{texture}_{trial}.csv"\n', ("silk", None, {"trial": 1})),
+        (
+            "day [1]/x/a/silk (7)[150].csv",
+            'folders = ["day [1]/*"]\npattern = "{*}/{texture} ({*})[{speed}].csv"\n'
+            'speed_scale = 0.2\nspeed_unit = "cm/s"\n',
+            ("silk", 300.0, {}),
+        ),
+    ],
+)
+def test_names_say_texture_speed_and_conditions(tmp_path, name, files, expected):
+    csv(tmp_path, name)
     csv(tmp_path, "notes.csv")
-    files = "[files]\nregex = 'run(?P<trial>\\d+)-v(?P<speed>\\d+)\\.csv'\ntexture = \"silk\"\n"
-    (one,) = described(tmp_path, files + "[signal]\n" + TIMED).recordings().recordings
-    assert (one.texture, one.speed_mm_s, one.conditions) == ("silk", 10, {"trial": 7})
-
-
-def test_no_speed_need_be_known(tmp_path):
-    csv(tmp_path, "silk_1.csv")
-    files = '[files]\npattern = "{texture}_{trial}.csv"\n[signal]\n'
-    (one,) = described(tmp_path, files + TIMED).recordings().recordings
-    assert (one.texture, one.speed_mm_s, one.conditions) == ("silk", None, {"trial": 1})
+    text = f"[files]\n{files}[signal]\nsteady_s = [0.5, 2.5]\n{TIMED}"
+    (one,) = described(tmp_path, text).recordings().recordings
+    assert (one.texture, one.speed_mm_s, dict(one.conditions)) == expected
+    assert one.steady_s == (0.5, 2.5)
 
 
 def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
@@ -144,11 +151,13 @@ def test_a_pattern_that_matches_nothing_names_what_is_there(tmp_path):
 
 
 def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
-    csv(tmp_path, "a/silk_20.csv")
-    csv(tmp_path, "b/silk_20.csv")
+    for name in ("a/silk_20.csv", "b/silk_20.csv"):
+        csv(tmp_path, name)
     text = FILES.replace("[signal]", 'folders = ["*"]\n[signal]') + TIMED
     with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk at 20 mm/s"):
         described(tmp_path, text).recordings()
+    with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk;"):
+        described(tmp_path, text.replace("{speed}", "{*}")).recordings()
 
 
 def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):

@@ -40,10 +40,7 @@ def test_beyond_full_scale_is_a_doubt_with_its_place(noise):
     assert doubt.kind == "loud"
     assert "found 1 beyond it, up to 3, first at sample 2000 (0.250 s)" in str(doubt)
     assert "--accept loud" in str(doubt.error)
-
-
-def test_full_scale_itself_and_what_conversion_adds_is_none(noise):
-    noise[0], noise[1] = 1, -128 / 127
+    noise[0], noise[2000] = 1, -128 / 127  # full scale itself, and what conversion adds
     assert find_overload(noise, "a.wav", RATE) == []
 
 
@@ -56,10 +53,6 @@ def test_a_clipped_signal_is_so_at_its_own_extremes(full):
     assert measure_clipping(full * wave) == 0
 
 
-def test_the_flat_top_of_a_slow_wave_is_not_clipped():
+def test_the_flat_top_of_a_slow_wave_and_silence_are_not_clipped():
     wave = np.rint(1000 * np.sin(2 * np.pi * 5 * np.arange(RATE) / RATE)) / 32768
-    assert measure_clipping(wave) == 0
-
-
-def test_silence_is_not_clipped():
-    assert measure_clipping(np.zeros(100)) == 0
+    assert measure_clipping(wave) == measure_clipping(np.zeros(100)) == 0
