@@ -50,23 +50,17 @@ def test_taxels_are_vibration_channels(tmp_path):
     np.testing.assert_array_equal(response.sel(channel="channel1")[:5], [10, 20, 30, 40, 50])
     np.testing.assert_array_equal(response.sel(channel="channel16")[:4], [25, 35, 45, 55])
     assert taxels.n_samples == 36
-    assert response.attrs["sample_rate_hz"] == pytest.approx(35.714, abs=5e-4)
-
-
-def test_a_row_written_twice_counts_once(tmp_path):
-    taxels = taxel_file(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
-    assert taxels.n_samples == len(taxels.read()) == 36
+    again = taxel_file(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
+    assert again.n_samples == len(again.read()) == 36  # a row written twice counts once
 
 
 @pytest.mark.parametrize(
     ("line", "row", "found"),
     [
         (3, _row(1028, 20) + ",5", "expected 19 fields, found 20"),
-        (5, "1084,0,65535,1,2", "expected 19 fields, found 5"),
         (4, "", "expected 19 fields, found 1"),
         (3, _row(1028, 20).replace(",25,", ",2.5,"), "expected integers, found '2.5'"),
         (4, _row(1057, 30).replace(",35,", ",1_0,"), "expected integers, found '1_0'"),
-        (4, _row(1057, 30).replace(",35,", ",x,"), "expected integers, found 'x'"),
         (4, _row(1085, 30), "found 57 ms"),
         (4, _row(1028, 30), "found 0 ms"),
     ],
@@ -81,16 +75,9 @@ def test_a_bad_row_is_named(tmp_path, line, row, found):
     assert found in str(caught.value)
 
 
-def test_no_rows_other_header_no_file(tmp_path):
-    few = taxel_file(_write(tmp_path / "few.csv", ROWS[:35]))
+def test_less_than_a_second_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"at least 36 rows of data .* 1 s, found 35"):
-        few.read()
-    with pytest.raises(InputError, match="rows of data"):
-        taxel_file(_write(tmp_path / "a.csv", [])).read()
-    with pytest.raises(InputError, match="line 1: expected the columns timestamp"):
-        taxel_file(_write(tmp_path / "b.csv", ROWS, header="time,value")).read()
-    with pytest.raises(InputError, match="readable CSV file, found no such file"):
-        taxel_file(tmp_path / "absent.csv").read()
+        taxel_file(_write(tmp_path / "few.csv", ROWS[:35])).read()
 
 
 def test_names_say_the_condition(tmp_path):
@@ -108,14 +95,9 @@ def test_names_say_the_condition(tmp_path):
 
 
 @pytest.mark.parametrize("folder", [".", "data/fabric", "some/where/else"])
-def test_found_wherever_it_lies(tmp_path, folder):
-    _write(tmp_path / folder / "Linen_F120_V10mmps_0.csv", ROWS)
-    assert len(read_fabricslide(tmp_path).recordings) == 1
-
-
-def test_a_broken_file_does_not_stop_the_others(tmp_path):
-    _write(tmp_path / "Linen_F120_V10mmps_0.csv", ["nonsense"])
-    _write(tmp_path / "Linen_F120_V20mmps_0.csv", ROWS)
+def test_found_wherever_it_lies_and_broken_files_do_not_stop_the_others(tmp_path, folder):
+    _write(tmp_path / folder / "Linen_F120_V10mmps_0.csv", ["nonsense"])
+    _write(tmp_path / folder / "Linen_F120_V20mmps_0.csv", ROWS)
     broken, whole = read_fabricslide(tmp_path).recordings
     assert whole.audio.read().sizes["audio_time"] == 36
     with pytest.raises(InputError):
