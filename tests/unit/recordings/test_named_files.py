@@ -52,21 +52,6 @@ def names_in(root):
     return [r.name for r in afferents.read_session(root).recordings]
 
 
-@pytest.mark.parametrize(
-    ("end", "codec"),
-    [("avi", "mjpeg"), ("mkv", "libx264"), ("mov", "libx264"), ("webm", "libvpx-vp9")],
-)
-def test_any_container(lab, end, codec):
-    pixels = "yuvj420p" if codec == "mjpeg" else "yuv420p"
-    toml = f'[[recordings]]\nvideo = "felt.{end}"\ntexture = "felt"\n'
-    (recording,) = afferents.read_session(
-        lab([f"felt.{end}"], toml, codec=codec, pixels=pixels)
-    ).recordings
-    times = [frame.time_s for frame in recording.video.frames()]
-    assert np.allclose(times, np.arange(12) / 90, atol=1e-3)
-    assert (recording.name, recording.speed_mm_s) == ("felt", None)
-
-
 def test_a_pattern_gives_ids_speeds_and_conditions(empty):
     toml = 'pattern = "{texture}/{speed}_{trial}.avi"\nsteady_s = [0.5, 2]\n'
     session = afferents.read_session(empty(PAIRS, toml))
@@ -218,29 +203,6 @@ def test_what_is_found_but_is_no_session_is_said(empty):
     (root / "session.toml").write_text('[[recordings]]\nvideo = "lego.avi"\ntexture = "lego"\n')
     said = afferents.recordings.session.PublishedSession(root)
     assert said.describe(said.recordings()) == ["Found but not used: a/b.wav, concrete.avi."]
-
-
-@pytest.mark.parametrize(
-    ("toml", "fps_hz"),
-    [
-        (ONE, 90),
-        (ONE + "fps_hz = 30\n", 30),
-        ("fps_hz = 30\nfps_overrules = true\n" + ONE, 30),
-        ("fps_hz = 30\n" + ONE, None),
-    ],
-)
-def test_a_rate_that_is_overruled_counts(lab, toml, fps_hz):
-    root = lab(["a.avi"], toml, rate=90)
-    (recording,) = afferents.read_session(root).recordings
-    if fps_hz is None:
-        with pytest.raises(InputError, match=r"about 30 frames a second, found 90; .*fps_overrul"):
-            check_recording(recording, session_file(root))
-        return
-    times = [frame.time_s for frame in recording.video.frames()]
-    assert times == pytest.approx([n / fps_hz for n in range(12)])
-    assert recording.fps_hz == fps_hz
-    assert recording.video.duration_s == pytest.approx(12 / fps_hz)
-    assert check_recording(recording, session_file(root)) == []
 
 
 def test_rates_that_contradict_each_other_are_refused(lab, write_video, write_audio):

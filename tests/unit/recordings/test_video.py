@@ -6,8 +6,8 @@ import pytest
 
 from afferents.errors import InputError
 from afferents.recordings.video import VideoFile, open_video
-from afferents.store.recording import Frame
 
+FASTSTART = {"movflags": "faststart"}
 FORMATS = [
     pytest.param("v.mp4", {"options": {"crf": "4"}}, id="h264"),
     pytest.param("v.mp4", {"options": {"crf": "4"}, "colour": True}, id="h264-colour"),
@@ -44,16 +44,14 @@ def test_ten_bits_become_eight(tmp_path, write_video):
     assert image.max() >= 253
 
 
-def test_header(tmp_path, write_video):
-    video = open_video(write_video(tmp_path / "v.mp4", n_frames=18))
-    assert (video.width, video.height, video.n_frames) == (64, 48, 18)
+@pytest.mark.parametrize("name", ["v.mp4", "v.mkv"])
+def test_what_is_known_before_frames_are_decoded(tmp_path, write_video, name):
+    """A container of the second kind has no count of frames."""
+    video = open_video(write_video(tmp_path / name, n_frames=18))
+    assert (video.width, video.height) == (64, 48)
     assert video.fps_hz == pytest.approx(90)
-    assert video.duration_s == pytest.approx(18 / 90)
-
-
-def test_a_container_without_a_frame_count(tmp_path, write_video):
-    video = open_video(write_video(tmp_path / "v.mkv", n_frames=18))
-    assert video.n_frames == pytest.approx(18, abs=1)
+    assert video.n_frames == pytest.approx(18, abs=int(name == "v.mkv"))
+    assert video.duration_s == pytest.approx(18 / 90, abs=0.02)
     assert len(list(video.frames())) == 18
 
 
@@ -73,38 +71,27 @@ def test_frames_are_owned_and_can_be_read_twice(tmp_path, write_video):
     assert all(image.flags.owndata and image.flags.c_contiguous for image in kept)
 
 
-def test_decoding_is_lazy(tmp_path, write_video):
-    path = write_video(tmp_path / "v.avi", codec="mpeg4", n_frames=60, noise=True)
-    video = open_video(path)
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    frames = video.frames()
-    assert next(frames).time_s == pytest.approx(0, abs=0.02)
-    frames.close()
-
-
 @pytest.mark.parametrize(
     ("name", "how"),
     [
-        (
-            "v.mp4",
-            {"container_options": {"movflags": "faststart"}, "options": {"bf": "2", "g": "5"}},
-        ),
+        ("v.mp4", {"container_options": FASTSTART, "options": {"bf": "2", "g": "5"}}),
+        ("v.mp4", {"container_options": FASTSTART, "options": {"bf": "0", "g": "1"}}),
         ("v.avi", {"codec": "mjpeg", "pixels": "yuvj420p"}),
         ("v.avi", {"codec": "mpeg4", "options": {"g": "5"}}),
     ],
 )
-@pytest.mark.parametrize("part", [0.3, 0.7])
+@pytest.mark.parametrize("part", [0.3, 0.7, 0.985])
 def test_truncated_video_says_where_it_stops(tmp_path, write_video, name, how, part):
     path = write_video(tmp_path / name, n_frames=90, noise=True, **how)
     path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
-    read: list[Frame] = []
+    read = []
     with pytest.raises(InputError) as caught:
         read.extend(VideoFile(path).frames())
     message = str(caught.value)
     assert str(path) in message
     assert f"after {len(read)} frames" in message
     assert "expected 90 frames (1.00 s)" in message
-    assert 10 < len(read) < 80
+    assert 10 < len(read) < 90
 
 
 def test_a_damaged_frame_is_never_passed_on(tmp_path, write_video):
@@ -116,18 +103,6 @@ def test_a_damaged_frame_is_never_passed_on(tmp_path, write_video):
         list(VideoFile(path).frames())
 
 
-def test_a_single_missing_frame_is_noticed(tmp_path, write_video):
-    path = write_video(
-        tmp_path / "v.mp4",
-        noise=True,
-        container_options={"movflags": "faststart"},
-        options={"bf": "0", "g": "1"},
-    )
-    path.write_bytes(path.read_bytes()[: int(0.95 * path.stat().st_size)])
-    with pytest.raises(InputError, match="after 11 frames"):
-        list(VideoFile(path).frames())
-
-
 def test_mp4_that_was_never_finished(tmp_path, write_video):
     path = write_video(tmp_path / "v.mp4", noise=True)
     path.write_bytes(path.read_bytes()[:2000])
@@ -136,21 +111,15 @@ def test_mp4_that_was_never_finished(tmp_path, write_video):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a video at all" * 100])
-def test_not_a_video(tmp_path, content):
+def test_not_a_video(tmp_path, write_audio, content):
     path = tmp_path / "video.mp4"
+    with pytest.raises(InputError, match="no such file"):
+        open_video(path)
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"video\.mp4: expected a readable video"):
         open_video(path)
-
-
-def test_sound_is_not_a_video(tmp_path, write_audio):
     with pytest.raises(InputError, match="video stream"):
         open_video(write_audio(tmp_path / "audio.wav"))
-
-
-def test_missing_video(tmp_path):
-    with pytest.raises(InputError, match="no such file"):
-        open_video(tmp_path / "video.mp4")
 
 
 def test_a_video_of_an_unknown_codec_is_named(write_video, tmp_path):
