@@ -39,19 +39,20 @@ def process():
         one.kill()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+ALL = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+WAIT = "say('ready'); time.sleep(60)"
+
+
+@ALL
 def test_a_signal_ends_it_with_its_own_code(process, number):
-    one = process("say('ready'); time.sleep(60)")
+    one = process(WAIT)
     one.send_signal(number)
     assert one.communicate(timeout=30) == ("", "")
     assert one.returncode == 128 + number
 
 
 def test_what_is_ignored_from_the_start_stays_so(process):
-    one = process(
-        "say('ready'); time.sleep(60)",
-        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
-    )
+    one = process(WAIT, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     one.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):
         one.wait(0.5)
@@ -96,7 +97,7 @@ say('not reached')
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@ALL
 def test_what_must_not_be_left_at_any_line_ends_by_itself_first(process, number):
     one = process(LATER)
     one.send_signal(number)
