@@ -10,7 +10,7 @@ set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 constraints=$root/${CONSTRAINTS:-constraints.txt}
-tests=${TESTS:-tests/unit/test_package.py tests/unit/cli tests/unit/store tests/unit/channels \
+tests=${TESTS:-tests/unit/cli tests/unit/store tests/unit/channels \
     tests/unit/encodings tests/unit/models tests/unit/evaluation}
 python=$(command -v "$1")
 away=$(mktemp -d)

@@ -7,12 +7,20 @@ import numpy as np
 
 
 def write_film(
-    path, images, codec="libx264", pixels="yuv420p", rate=90, at_ms=None, options=None, form="gray"
+    path,
+    images,
+    codec="libx264",
+    pixels="yuv420p",
+    rate=90,
+    at_ms=None,
+    options=None,
+    form="gray",
+    container_options=None,
 ):
     """Encode images, one a frame, or at these times (ms); return the path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     images = [np.ascontiguousarray(image) for image in images]
-    with av.open(str(path), "w") as container:
+    with av.open(str(path), "w", options=container_options or {}) as container:
         stream = container.add_stream(codec, rate=rate, options=options or {})
         stream.height, stream.width = images[0].shape[:2]
         stream.pix_fmt = pixels

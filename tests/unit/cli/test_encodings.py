@@ -2,12 +2,10 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
 
 import pytest
 
-from afferents.encodings.base import Option
-from afferents.encodings.settings import ENCODINGS, options
+from afferents.encodings.settings import options
 
 OWN = f"{Path(__file__).with_name('own_encoding.py')}:powers"
 
@@ -20,16 +18,6 @@ def test_all_of_them_are_offered_with_their_help(run, monkeypatch, command):
     for option in options().values():
         assert option.flag in out
         assert option.help in out
-
-
-def test_one_that_is_new_needs_no_word_of_the_command_line(run, monkeypatch):
-    class Louder(ENCODINGS["spatial"]):
-        name = "louder"
-        gain: Annotated[float, Option("--gain", "By how much.")] = 1.0
-
-    monkeypatch.setitem(ENCODINGS, "louder", Louder)
-    code, out, _ = run("train", "--help-all")
-    assert (code, "--gain" in out) == (0, True)
 
 
 def test_one_of_an_encoding_from_outside_goes_all_the_way(run, stores, tmp_path):

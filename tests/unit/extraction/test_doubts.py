@@ -137,8 +137,9 @@ def test_evaluate_names_a_stored_recording_without_numbers(fails, stores, tmp_pa
     command = ("evaluate", store, "--out", tmp_path / "r", "--models", model, "--window-s", "0.5")
     sentence = f"ra2 of 2/30: expected samples that are numbers, found {value:g} at sample 12000"
     assert sentence in fails(*command, "--quiet")
+    (stored,) = (r for r in open_responses(store) if r.attrs["name"] == "2/30")
     with pytest.raises(InputError, match="ra2 of 2/30: expected samples that are numbers"):
-        encode(spoilt, Source(CHANNELS["ra2"], SpectralEncoding()), "all")
+        encode(stored, Source(CHANNELS["ra2"], SpectralEncoding()), "all")
 
 
 def test_covered_markers_are_a_doubt():

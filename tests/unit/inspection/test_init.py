@@ -77,7 +77,7 @@ def test_names_without_a_rule_are_listed_and_short_clips_said(folder):
 
 def test_sound_sensors_and_what_cannot_be_read(folder):
     root = folder("felt.avi", "silk.avi")
-    for name in ("felt", "silk"):
+    for name in ("felt", "silk", "slow"):
         soundfile.write(root / f"{name}.wav", np.zeros(800), 8000)
         sensor = 'name = "s"\nlayout = "free"\n[detector]\nradius_px = 3\nblob_colour = 255\n'
         (root / f"{name}.toml").write_text(sensor)
@@ -88,7 +88,7 @@ def test_sound_sensors_and_what_cannot_be_read(folder):
     writer.release()
     made = afferents.init_session(root)
     assert "Can't be read, and left out: broken.avi." in said(made)
-    assert "Frame rates contradict each other: 90 in felt.avi" in said(made)
+    assert "Frame rates contradict each other: 30 in slow.avi, 90 in felt.avi" in said(made)
     felt, silk, _ = afferents.read_session(root).recordings
     assert felt.audio.path.name == "felt.wav"
     assert silk.sensor == str(root / "silk.toml")

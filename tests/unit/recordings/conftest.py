@@ -1,51 +1,21 @@
 """Real files, encoded on the spot."""
 
-from collections.abc import Callable
-from fractions import Fraction
-from pathlib import Path
-
-import av
 import numpy as np
 import pytest
 import soundfile
 
-WriteVideo = Callable[..., Path]
-WriteSession = Callable[..., Path]
+from ..films import write_film
 
 
-def _encode(
-    path,
-    codec="libx264",
-    pixels="yuv420p",
-    size=(64, 48),
-    n_frames=12,
-    rate=90,
-    ticks_ms=None,
-    colour=False,
-    noise=False,
-    options=None,
-    container_options=None,
-):
+def _encode(path, size=(64, 48), n_frames=12, ticks_ms=None, colour=False, noise=False, **how):
     """Encode a grey (or coloured) ramp, or noise, that shifts by 2 px a frame."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     width, height = size
     ramp = np.tile(np.linspace(0, 255, width).astype(np.uint8), (height, 1))
     if noise:
         ramp = np.random.default_rng(0).integers(0, 256, (height, width), dtype=np.uint8)
-    with av.open(str(path), "w", options=container_options or {}) as container:
-        stream = container.add_stream(codec, rate=rate, options=options or {})
-        stream.width, stream.height, stream.pix_fmt = width, height, pixels
-        if ticks_ms is not None:
-            stream.codec_context.time_base = Fraction(1, 1000)
-        for n in range(n_frames):
-            grey = np.roll(ramp, 2 * n, axis=1)
-            other = grey // 2 + 60 if colour else grey
-            frame = av.VideoFrame.from_ndarray(np.stack([grey, other, grey], -1), format="rgb24")
-            if ticks_ms is not None:
-                frame.pts, frame.time_base = ticks_ms[n], Fraction(1, 1000)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-    return path
+    greys = [np.roll(ramp, 2 * n, axis=1) for n in range(n_frames)]
+    images = [np.stack([grey, grey // 2 + 60 if colour else grey, grey], -1) for grey in greys]
+    return write_film(path, images, at_ms=ticks_ms, form="rgb24", **how)
 
 
 @pytest.fixture(scope="session")

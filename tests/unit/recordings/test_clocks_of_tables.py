@@ -162,18 +162,6 @@ def test_a_rate_may_be_off_by_a_hundredth(one, true_hz):
         recording.audio.read()
 
 
-def test_every_file_is_compared_not_the_first_alone(one):
-    time = np.arange(200) / 100
-    folder = one(time, time)
-    table = np.zeros((200, 12))
-    table[:, 10] = time / 1.03
-    write(folder, 2, 2400, 0.5, table)
-    first, other = described(folder, "time = 10\njitter_ms = 4\n")
-    assert first.audio.read().attrs["sample_rate_hz"] == 100
-    with pytest.raises(InputError, match=r"Texture\(002\).* 100 Hz, found 103 Hz over its whole"):
-        other.audio.read()
-
-
 def test_a_rate_that_nothing_confirms_is_said(one, tmp_path):
     time = np.arange(1, 201) / 320
     folder = one(time, np.sin(9 * time))
@@ -264,18 +252,3 @@ def test_rows_out_of_order_are_dropped_up_to_a_share(one):
         recording.audio.read().values[:, 0], np.sin(np.arange(200) / 100), atol=1e-3
     )
     assert recording.audio.rows.n_dropped == 3
-
-
-@pytest.mark.parametrize(
-    ("signal", "sentence"),
-    [
-        ("resample_hz = 300\n", "resample_hz needs the time column"),
-        ("time = 10\nresample_hz = 300\nperiod_ms = 3\n", "resample_hz or period_ms, not both"),
-        ("time = 10\nresample_hz = 300\njitter_ms = 3\n", "resample_hz or jitter_ms, not both"),
-        ("time = 10\nlongest_gap_ms = 3\n", "longest_gap_ms goes with resample_hz"),
-        ("time = 10\nresample_hz = 300\nout_of_order = 2\n", "out_of_order"),
-    ],
-)
-def test_what_contradicts_is_refused(tmp_path, signal, sentence):
-    with pytest.raises(InputError, match=sentence):
-        described(tmp_path, signal)

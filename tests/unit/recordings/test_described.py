@@ -16,6 +16,7 @@ RATE_HZ = 100
 VALUES = np.random.default_rng(0).integers(-50, 50, (300, 2)).astype(np.float64)
 FRAME = pd.DataFrame({"t": np.arange(300) / RATE_HZ, "left": VALUES[:, 0], "right": VALUES[:, 1]})
 FILES = '[files]\npattern = "{texture}_{speed}.SUFFIX"\n[signal]\n'
+RESAMPLED = 'time = "t"\nresample_hz = 300\n'
 TIMED = 'time = "t"\nchannels = ["left", "right"]\n'
 
 
@@ -132,6 +133,11 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({TIMED: "sample_rate_hz = 5\nperiod_ms = 3\n"}, "sample_rate_hz or period_ms, not both"),
         ({TIMED: "steady_s = [3.0, 2.0]\n"}, "steady_s must start before it stops"),
         ({TIMED: "sample_rate_hz = -5\n"}, "sample_rate_hz"),
+        ({TIMED: "resample_hz = 300\n"}, "resample_hz needs the time column"),
+        ({TIMED: 'time = "t"\nlongest_gap_ms = 3\n'}, "longest_gap_ms goes with resample_hz"),
+        ({TIMED: f"{RESAMPLED}period_ms = 3\n"}, "resample_hz or period_ms, not both"),
+        ({TIMED: f"{RESAMPLED}jitter_ms = 3\n"}, "resample_hz or jitter_ms, not both"),
+        ({TIMED: f"{RESAMPLED}out_of_order = 2\n"}, "out_of_order"),
     ],
 )
 def test_a_wrong_description_is_refused(tmp_path, change, sentence):
@@ -224,16 +230,13 @@ def test_jitter_is_allowed_as_far_as_it_is_said(tmp_path):
         one.audio.read()
 
 
-def test_files_of_another_rate_contradict_the_first(tmp_path):
+def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path):
     csv(tmp_path)
     csv(tmp_path, "silk_40.csv", FRAME.assign(t=FRAME.t / 2))
     first, other = described(tmp_path, FILES + TIMED).recordings().recordings
     assert first.audio.read().attrs["sample_rate_hz"] == 100
     with pytest.raises(InputError, match=r"silk_40\.csv: .* 100 Hz, found 200 Hz"):
         other.audio.read()
-
-
-def test_a_sound_of_another_rate_than_declared(tmp_path):
     soundfile.write(tmp_path / "silk_20.wav", VALUES[:, 0] / 64, 8000)
     text = FILES + "sample_rate_hz = 44100\n"
     (one,) = described(tmp_path, text, "wav").recordings().recordings
