@@ -1,9 +1,6 @@
 """The commands as functions: the way of the README, without a shell."""
 
-import numpy as np
 import pytest
-from sklearn.linear_model import LogisticRegression
-from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 
 import afferents
 from afferents.errors import InputError
@@ -19,18 +16,6 @@ def test_their_names_are_found_and_their_help_is_whole():
         help_text = getattr(afferents, name).__doc__
         assert "Returns\n" in help_text, name
         assert "Parameters\n" in help_text, name
-
-
-def test_samples_go_into_scikit_learn(stores):
-    x = afferents.samples(stores["video"], channel="ra1", encoding="spatial", quiet=True)
-    assert x.dims == ("sample", "row", "column")
-    scores = cross_val_score(
-        LogisticRegression(max_iter=20), x.values.reshape(len(x), -1), x.texture,
-        groups=x.speed_mm_s, cv=LeaveOneGroupOut(),
-    )  # fmt: skip
-    assert len(scores) == len(np.unique(x.speed_mm_s))
-    runs = afferents.samples(stores["video"], "sa1", "spatiotemporal", frames=4, quiet=True)
-    assert runs.sizes["frame"] == 4
 
 
 def test_what_is_wrong_is_said_in_python_s_words(tmp_path, stores):

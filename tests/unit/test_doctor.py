@@ -11,21 +11,6 @@ from afferents import doctor
 INSTALLED = doctor.version
 
 
-@pytest.fixture
-def without(monkeypatch):
-    """Let a package be one that is not installed."""
-
-    def lack(package):
-        def installed(name):
-            if name == package:
-                raise PackageNotFoundError(name)
-            return INSTALLED(name)
-
-        monkeypatch.setattr(doctor, "version", installed)
-
-    return lack
-
-
 def test_here_nothing_is_missing():
     rows, missing = doctor.diagnose()
     assert missing == []
@@ -35,6 +20,29 @@ def test_here_nothing_is_missing():
     commands = {"live", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
     assert named >= commands
     assert not named & {"dev", "docs"}
+
+
+@pytest.mark.parametrize("package", ["torch", "onnxruntime"])
+def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
+    """What only an extra needs is not missed."""
+    installed = doctor.version
+
+    def lacking(name):
+        if name == package:
+            raise PackageNotFoundError(name)
+        return installed(name)
+
+    monkeypatch.setattr(doctor, "version", lacking)
+    rows, missing = doctor.diagnose()
+    said = dict(rows)["torch" if package == "torch" else "extra live"]
+    if package == "torch":
+        assert (said, len(missing)) == ("missing", 1)
+        assert "pip install -c constraints.txt 'torch" in missing[0]
+    else:
+        assert missing == []
+        remedy = "not there (onnxruntime); pip install -c constraints.txt 'afferents["
+        assert said.startswith(remedy)
+        assert dict(rows)["extra cluster"] == "there"
 
 
 @pytest.mark.parametrize(
@@ -60,20 +68,3 @@ def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
     assert "soundfile cannot be imported (sndfile library not found)" in missing
     assert "no PortAudio library" in dict(rows)["extra live"]
     assert dict(rows)["memory"] == "unknown"
-
-
-def test_a_package_that_is_not_installed_is_named_with_its_remedy(without):
-    without("torch")
-    rows, missing = doctor.diagnose()
-    assert dict(rows)["torch"] == "missing"
-    assert len(missing) == 1
-    assert "pip install -c constraints.txt 'torch" in missing[0]
-
-
-def test_an_extra_that_is_not_there_is_said_but_not_missed(without):
-    without("onnxruntime")
-    rows, missing = doctor.diagnose()
-    remedy = "not there (onnxruntime); pip install -c constraints.txt 'afferents["
-    assert dict(rows)["extra live"].startswith(remedy)
-    assert dict(rows)["extra cluster"] == "there"
-    assert missing == []

@@ -5,8 +5,6 @@ import os
 import shutil
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -179,30 +177,6 @@ def test_a_process_that_was_killed_keeps_nobody_out(tmp_path):
     with writing_alone(tmp_path, "extract"):
         assert is_locked(tmp_path)
     assert not (tmp_path / LOCK).exists()
-
-
-def test_of_many_at_once_one_has_it(tmp_path):
-    for _ in range(20):
-        start, held, most, refused = threading.Barrier(8), [], [], []
-
-        def take(start=start, held=held, most=most, refused=refused):
-            start.wait()
-            try:
-                with writing_alone(tmp_path, "extract"):
-                    held.append(1)
-                    most.append(len(held))
-                    time.sleep(0.005)
-                    held.pop()
-            except InputError:
-                refused.append(1)
-
-        threads = [threading.Thread(target=take) for _ in range(8)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        assert max(most) == 1
-        assert len(most) + len(refused) == 8
 
 
 def test_a_file_where_the_folder_should_be(tmp_path):

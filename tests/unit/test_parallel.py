@@ -117,19 +117,3 @@ def wait_for(condition):
             return
         time.sleep(0.1)
     pytest.fail("it did not come within a minute")
-
-
-KEPT = []
-
-
-def grow(n):
-    """Keep 350 MB from the second job on, and take long enough for anybody to look."""
-    KEPT.append(np.ones(44_000_000) if len(KEPT) == 1 else n)
-    time.sleep(1.1)
-    return os.getpid()
-
-
-@pytest.mark.system
-def test_a_process_that_keeps_memory_is_kept():
-    pids = list(side_by_side(grow, [(n,) for n in range(8)], 2))
-    assert len(set(pids)) == 2

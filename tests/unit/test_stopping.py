@@ -66,23 +66,19 @@ finally: say('tidying'); time.sleep({}); say('done')
 """
 
 
-def test_a_signal_that_is_sent_twice_is_one(process):
-    one = process(TIDY.format(0.3))
+@pytest.mark.parametrize(
+    ("tidies_s", "later_s", "code", "said"),
+    [(0.3, 0, 129, "done\n"), (60, 1.2, 130, "")],
+    ids=["one that is sent twice is one", "who insists ends it at once"],
+)
+def test_who_insists_ends_it_at_once(process, tidies_s, later_s, code, said):
+    one = process(TIDY.format(tidies_s))
     one.send_signal(signal.SIGHUP)
     assert one.stdout.readline() == "tidying\n"
-    one.send_signal(signal.SIGHUP)
-    assert one.communicate(timeout=30) == ("done\n", "")
-    assert one.returncode == 129
-
-
-def test_who_insists_ends_it_at_once(process):
-    one = process(TIDY.format(60))
-    one.send_signal(signal.SIGTERM)
-    assert one.stdout.readline() == "tidying\n"
-    time.sleep(1.2)
-    one.send_signal(signal.SIGINT)
-    assert one.communicate(timeout=30) == ("", "")
-    assert one.returncode == 130
+    time.sleep(later_s)
+    one.send_signal(signal.SIGINT if later_s else signal.SIGHUP)
+    assert one.communicate(timeout=30) == (said, "")
+    assert one.returncode == code
 
 
 LATER = """

@@ -66,17 +66,6 @@ def test_data_that_models_can_not_learn_from(fails, stores, tmp_path, options, s
     assert sentence in fails(*given, *options)
 
 
-def test_results_of_another_configuration(fails, stores, tmp_path):
-    source = {"source": "s", "kind": "store", "fingerprint": "f", "n_recordings": 9}
-    config = {"data": [{**source, "simulated": True}], "without": {}, "skipped": [], "spectral": {}}
-    (tmp_path / "config.json").write_text(
-        json.dumps({**config, "cut": "published", "preset": "quick"})
-    )
-    sentence = fails("evaluate", stores["audio"], "--out", tmp_path, "--quiet")
-    assert "choose another place" in sentence
-    assert [p.name for p in tmp_path.iterdir()] == ["config.json"]
-
-
 def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
     (broken / "2/30/audio.wav").write_bytes(b"not a wav")
     sentence = fails("extract", broken, tmp_path / "o.zarr", *ALONE, "--keep-going", code=3)

@@ -8,7 +8,6 @@ import json
 import runpy
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 
@@ -59,17 +58,6 @@ def truth_of(simulated, name):
     """Return where the markers are in the picture, (frame, marker, 2), px."""
     true = np.load(simulated / name / "truth.npz")["position"]
     return true + SHIFT_PX if name == SHIFTED else true
-
-
-def test_nothing_but_the_published_names(folder):
-    there = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
-    conditions = {f"{texture}/{speed}" for texture in (0, 3) for speed in (20, 40)}
-    names = {f"{condition}/{name}" for condition in conditions for name in PUBLISHED}
-    assert there == names | {"0/20/throw_away.mp4"}
-    with av.open(str(folder / "0/20/video.mp4")) as container:
-        stream = container.streams.video[0]
-        assert stream.codec_context.name == "mpeg4"
-        assert (stream.average_rate, stream.frames) == (30, N_FRAMES)
 
 
 def test_inspect_names_the_cause_and_is_clean_once_it_is_given(folder, tmp_path, run):

@@ -46,22 +46,6 @@ def said(made):
     return "\n".join(made.sentences)
 
 
-@pytest.mark.parametrize(
-    ("names", "pattern", "first"),
-    [
-        (["felt/20_1.avi", "silk/20_1.avi"], "{texture}/{speed}_{trial}.avi", "felt/20/1"),
-        (["felt_20.mkv", "silk_20.mkv"], "{texture}_{speed}.mkv", "felt/20"),
-        (["felt-1.avi", "felt-2.avi"], "{texture}-{trial}.avi", "felt/1"),
-    ],
-)
-def test_names_that_follow_a_rule(folder, names, pattern, first):
-    made = afferents.init_session(folder(*names))
-    assert tomllib.loads(made.path.read_text())["pattern"] == pattern
-    assert f"Guessed from the names: {pattern}" in said(made)
-    session = afferents.read_session(made.path.parent)
-    assert (session.recordings[0].name, len(session.recordings)) == (first, 2)
-
-
 def test_names_without_a_rule_are_listed_and_short_clips_said(folder):
     root = folder("concrete.avi", "soft felt.mkv", "silk 30 mm_s.avi")
     made = afferents.init_session(root)
@@ -94,13 +78,15 @@ def test_sound_sensors_and_what_cannot_be_read(folder):
     assert silk.sensor == str(root / "silk.toml")
 
 
-def test_sound_of_a_pattern(folder):
+def test_names_that_follow_a_rule_and_their_sound(folder):
     root = folder("felt_20.avi", "felt_40.avi")
     for speed in (20, 40):
         soundfile.write(root / f"felt_{speed}.wav", np.zeros(800), 8000)
-    afferents.init_session(root)
-    found = [r.audio.path.name for r in afferents.read_session(root).recordings]
-    assert found == ["felt_20.wav", "felt_40.wav"]
+    made = afferents.init_session(root)
+    assert tomllib.loads(made.path.read_text())["pattern"] == "{texture}_{speed}.avi"
+    assert "Guessed from the names: {texture}_{speed}.avi" in said(made)
+    found = [(r.name, r.audio.path.name) for r in afferents.read_session(root).recordings]
+    assert found == [("felt/20", "felt_20.wav"), ("felt/40", "felt_40.wav")]
 
 
 def test_images_are_asked_for_their_rate(tmp_path):

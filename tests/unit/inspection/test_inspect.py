@@ -30,14 +30,6 @@ def test_every_broken_slide_is_named(look, tmp_path):
     assert "V20mmps_0.csv, line 2: expected integers, found 'abc'" in problem
 
 
-def test_a_wav_that_was_cut_off_is_named(look, sounds, tmp_path):
-    session = shutil.copytree(sounds, tmp_path / "session")
-    path = session / "2/30/audio.wav"
-    path.write_bytes(path.read_bytes()[:40_044])
-    (problem,) = look(session).problems
-    assert "2/30/audio.wav: expected 24000 samples as it declares, found 10000" in problem
-
-
 def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
     (sentence,) = [line for line in look(sounds).sentences if "too short" in line]
     expected = "12 of 12 vibrations are shorter than 60 s: too short for the cut 'published'."
@@ -47,11 +39,6 @@ def test_recordings_too_short_for_the_published_cut_are_said(look, sounds):
     assert too_short_sentences([enough]) == []
     (sentence,) = too_short_sentences([enough, short])
     assert sentence.startswith("1 of 2 videos are shorter than 5510 frames")
-
-
-def test_a_video_is_described_as_a_sessions_are(look, session):
-    found = look(session / "1/20/video.mp4")
-    assert (found.facts["video"]["n_frames"], found.facts["n_markers"]) == (45, 361)
 
 
 def test_a_run_that_does_not_begin_at_rest_is_named_as_extract_does(

@@ -1,10 +1,18 @@
 """Real files, encoded on the spot."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import soundfile
 
+from afferents.recordings.fetch import download
+from afferents.recordings.fetch.archives import ARCHIVES
+
 from ..films import write_film
+from .served_files import serving
+
+PESTELL = ARCHIVES["pestell2022"]
 
 
 def _encode(path, size=(64, 48), n_frames=12, ticks_ms=None, colour=False, noise=False, **how):
@@ -51,3 +59,18 @@ def write_session(tmp_path):
         return root
 
     return write
+
+
+@pytest.fixture
+def site(monkeypatch):
+    """A web server with the page of a data set."""
+    monkeypatch.setattr(download, "WAIT_S", 0.0)
+    with serving() as found:
+        found.moved = {"/doi": f"/data/dataset/{PESTELL.key}"}
+        yield found
+
+
+@pytest.fixture
+def archive(site):
+    """The data set of the paper, at that server."""
+    return replace(PESTELL, url=f"{site.url}/doi", page=f"{site.url}/doi")

@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -68,15 +69,6 @@ def write(folder, texture, speed, force, table, trial=1):
     return path
 
 
-def write_set(folder, n_textures=21, speeds=SPEEDS_MM_MIN, forces=FORCES):
-    rng = np.random.default_rng(0)
-    for texture in range(1, n_textures + 1):
-        for speed in speeds:
-            for force in forces:
-                write(folder, texture, speed, force, sliding(texture, speed, force, rng))
-    return folder
-
-
 def described(folder, signal):
     (folder / "dataset.toml").write_text(FILES + CHANNELS + signal)
     return Described(folder / "dataset.toml").recordings().recordings
@@ -85,18 +77,21 @@ def described(folder, signal):
 @pytest.fixture(scope="module")
 def limb(tmp_path_factory):
     """Files as the real set of 21 textures has them: names, columns and clocks."""
-    return write_set(tmp_path_factory.mktemp("limb"))
+    folder, rng = tmp_path_factory.mktemp("limb"), np.random.default_rng(0)
+    for of_one in product(range(1, 22), SPEEDS_MM_MIN, FORCES):
+        write(folder, *of_one, sliding(*of_one, rng))
+    return folder
 
 
 @pytest.fixture
 def one(tmp_path):
-    """Write one file of these times (s) and one taxel's values; return the folder."""
+    """Write one file of these times (s) and one taxel's values; return how to describe it."""
 
     def make(time_s, values):
         table = np.zeros((len(time_s), 12))
         table[:, 0], table[:, 10] = values, time_s
         write(tmp_path, 1, 2400, 0.5, table)
-        return tmp_path
+        return lambda signal: described(tmp_path, "time = 10\n" + signal)[0]
 
     return make
 
@@ -143,37 +138,31 @@ def test_uneven_rows_are_no_clock(limb, signal, sentence):
 def test_a_rate_is_compared_with_the_whole_time(one, signal):
     """No row goes back, and each step is within the jitter: only the whole time tells."""
     time = uneven_s(0.6, np.random.default_rng(0))
-    (recording,) = described(one(time, time), "time = 10\n" + signal)
-    with pytest.raises(
-        InputError, match=r"2(50|49)(\.\d+)? Hz, found 3[12]\d(\.\d+)? Hz over its whole"
-    ):
-        recording.audio.read()
+    expected = r"2(50|49)(\.\d+)? Hz, found 3[12]\d(\.\d+)? Hz over its whole"
+    with pytest.raises(InputError, match=expected):
+        one(time, time)(signal).audio.read()
 
 
-@pytest.mark.parametrize("true_hz", [102, 100.5])
-def test_a_rate_may_be_off_by_a_hundredth(one, true_hz):
-    time = np.arange(100) / true_hz
-    signal = "time = 10\nsample_rate_hz = 100\njitter_ms = 30\n"
-    (recording,) = described(one(time, time), signal)
-    if true_hz == 100.5:
-        assert recording.audio.read().sizes["audio_time"] == 100
-        return
+def test_a_rate_may_be_off_by_a_hundredth(one):
+    signal, rows = "sample_rate_hz = 100\njitter_ms = 30\n", np.arange(100)
+    assert one(rows / 100.5, rows)(signal).audio.read().sizes["audio_time"] == 100
     with pytest.raises(InputError, match="100 Hz, found 102 Hz over its whole time"):
-        recording.audio.read()
+        one(rows / 102, rows)(signal).audio.read()
 
 
 def test_a_rate_that_nothing_confirms_is_said(one, tmp_path):
     time = np.arange(1, 201) / 320
-    folder = one(time, np.sin(9 * time))
     signal = 'sample_rate_hz = 320\nsteady_s = "all"\n'
-    described(folder, signal)
-    found = afferents.inspect(folder / "dataset.toml", tmp_path / "look", quiet=True)
-    said = " ".join(found.sentences)
-    assert "Nothing confirms the 320 Hz declared: no time column is named." in said
-    assert "Column 10 rises from row to row: if it holds times, name it as time." in said
-    described(folder, "time = 10\n" + signal)
-    found = afferents.inspect(folder / "dataset.toml", tmp_path / "look", quiet=True)
-    assert "Nothing confirms" not in " ".join(found.sentences)
+
+    def said():
+        found = afferents.inspect(tmp_path / "dataset.toml", tmp_path / "look", quiet=True)
+        return " ".join(found.sentences)
+
+    one(time, np.sin(9 * time))(signal)
+    assert "Nothing confirms" not in said()
+    described(tmp_path, signal)
+    assert "Nothing confirms the 320 Hz declared: no time column is named." in said()
+    assert "Column 10 rises from row to row: if it holds times, name it as time." in said()
 
 
 def tone_in(signal, rate_hz):
@@ -201,10 +190,10 @@ def test_a_tone_in_uneven_rows_comes_back(one, tone_hz, seed):
     nothing makes it larger. A cubic loses less.
     """
     time = uneven_s(2.6, np.random.default_rng(seed))
-    folder = one(time, 500 + 100 * np.sin(2 * np.pi * tone_hz * time + 1))
+    tone = one(time, 500 + 100 * np.sin(2 * np.pi * tone_hz * time + 1))
     kept = {}
     for how in ("linear", "cubic"):
-        (recording,) = described(folder, f'time = 10\nresample_hz = 300\ninterpolation = "{how}"\n')
+        recording = tone(f'resample_hz = 300\ninterpolation = "{how}"\n')
         heard = recording.audio.read()
         assert heard.attrs["sample_rate_hz"] == 300
         hz, kept[how] = tone_in(heard.values[:, 0].astype(float), 300)
@@ -217,9 +206,7 @@ def test_a_tone_in_uneven_rows_comes_back(one, tone_hz, seed):
 def test_no_tone_above_the_new_rate_appears_below_it(one):
     """70 Hz in rows at 1 kHz would be 30 Hz at 100 Hz."""
     time = np.cumsum(np.random.default_rng(0).uniform(0.8, 1.2, 4000)) / 1000
-    (recording,) = described(
-        one(time, np.sin(2 * np.pi * 70 * time)), "time = 10\nresample_hz = 100\n"
-    )
+    recording = one(time, np.sin(2 * np.pi * 70 * time))("resample_hz = 100\n")
     heard = recording.audio.read()[20:-20]
     assert float(np.abs(heard).max()) < 0.02
     assert recording.audio.rows.limit_hz == pytest.approx(42)
@@ -227,28 +214,26 @@ def test_no_tone_above_the_new_rate_appears_below_it(one):
 
 def test_a_gap_is_bridged_as_far_as_it_is_said(one):
     time = uneven_s(1.0, np.random.default_rng(0), gap_ms=30)
-    folder = one(time, time)
+    gap = one(time, time)
     for signal, allowed in (("", r"\d+(\.\d+)?"), ("longest_gap_ms = 25\n", "25")):
-        (recording,) = described(folder, "time = 10\nresample_hz = 300\n" + signal)
         sentence = rf"line 16\d: expected rows at most {allowed} ms apart .*found 30 ms"
         with pytest.raises(InputError, match=sentence):
-            recording.audio.read()
-    (recording,) = described(folder, "time = 10\nresample_hz = 300\nlongest_gap_ms = 30\n")
-    assert recording.audio.read().sizes["audio_time"] == pytest.approx(300, abs=2)
+            gap("resample_hz = 300\n" + signal).audio.read()
+    bridged = gap("resample_hz = 300\nlongest_gap_ms = 30\n").audio.read()
+    assert bridged.sizes["audio_time"] == pytest.approx(300, abs=2)
 
 
 def test_rows_out_of_order_are_dropped_up_to_a_share(one):
     time = np.arange(200) / 100
     values = np.sin(time)
-    time[[50, 120, 170]] -= 0.015
-    values[[50, 120, 170]] = 99.0  # which must not be seen
-    folder = one(time, values)
-    (recording,) = described(folder, "time = 10\nresample_hz = 100\n")
+    late = [50, 120, 170]
+    disordered, spoilt = time.copy(), values.copy()
+    disordered[late] -= 0.015
+    spoilt[late] = 99.0  # which must not be seen
+    rows = one(disordered, spoilt)
     sentence = r"line 51: expected at most 0.01 of the rows out of order .*found 0.015"
     with pytest.raises(InputError, match=sentence):
-        recording.audio.read()
-    (recording,) = described(folder, "time = 10\nresample_hz = 100\nout_of_order = 0.02\n")
-    np.testing.assert_allclose(
-        recording.audio.read().values[:, 0], np.sin(np.arange(200) / 100), atol=1e-3
-    )
+        rows("resample_hz = 100\n").audio.read()
+    recording = rows("resample_hz = 100\nout_of_order = 0.02\n")
+    np.testing.assert_allclose(recording.audio.read().values[:, 0], values, atol=1e-3)
     assert recording.audio.rows.n_dropped == 3

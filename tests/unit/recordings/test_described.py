@@ -25,6 +25,12 @@ def described(folder, text, suffix="csv"):
     return Described(folder / "dataset.toml")
 
 
+def read(folder, text, suffix="csv"):
+    """Read the one recording that is described."""
+    (one,) = described(folder, text, suffix).recordings().recordings
+    return one.audio.read()
+
+
 def csv(folder, name="silk_20.csv", frame=FRAME):
     path = folder / name
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -124,10 +130,7 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({"{texture}_{speed}": "{texture}_{texture}_{speed}"}, "'{texture}' stands twice"),
         ({"{texture}_{speed}": "{texture}{speed}"}, "two placeholders with nothing between"),
         ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
-        (
-            {"[signal]\n": "speed_mm_s = 20\n[signal]\n"},
-            "speed must be in the pattern, or speed_mm_s",
-        ),
+        ({"[signal]\n": "speed_mm_s = 20\n[signal]\n"}, "speed must be in the pattern, or sp"),
         ({'pattern = "{texture}_{speed}.csv"': ""}, "either a pattern or a regex"),
         ({'pattern = "{texture}_{speed}.csv"': "regex = '(?P<texture>'"}, "no pattern: missing"),
         ({TIMED: "sample_rate_hz = 5\nperiod_ms = 3\n"}, "sample_rate_hz or period_ms, not both"),
@@ -208,26 +211,22 @@ def changed(**columns):
 )
 def test_what_is_wrong_in_a_file_is_named(tmp_path, frame, signal, sentence):
     path = csv(tmp_path, frame=frame)
-    (one,) = described(tmp_path, FILES + signal).recordings().recordings
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
-        one.audio.read()
+        read(tmp_path, FILES + signal)
     assert str(path) in str(caught.value)
 
 
 def test_a_row_that_repeats_the_one_before_may_count_once(tmp_path):
     csv(tmp_path, frame=pd.concat([FRAME[:9], FRAME[8:]]))
-    text = FILES + TIMED + 'duplicates = "once"\n'
-    (one,) = described(tmp_path, text).recordings().recordings
-    np.testing.assert_array_equal(one.audio.read().values, VALUES)
+    found = read(tmp_path, FILES + TIMED + 'duplicates = "once"\n')
+    np.testing.assert_array_equal(found.values, VALUES)
 
 
 def test_jitter_is_allowed_as_far_as_it_is_said(tmp_path):
     csv(tmp_path, frame=changed(t=(10, 0.102)))
-    (one,) = described(tmp_path, FILES + TIMED + "jitter_ms = 2\n").recordings().recordings
-    assert one.audio.n_samples == len(one.audio.read())
-    (one,) = described(tmp_path, FILES + TIMED + "jitter_ms = 1\n").recordings().recordings
+    assert len(read(tmp_path, FILES + TIMED + "jitter_ms = 2\n")) == 300
     with pytest.raises(InputError, match=r"line 12: .* 10 ms .*\(within 1\), found 12 ms"):
-        one.audio.read()
+        read(tmp_path, FILES + TIMED + "jitter_ms = 1\n")
 
 
 def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path):
@@ -238,10 +237,8 @@ def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path)
     with pytest.raises(InputError, match=r"silk_40\.csv: .* 100 Hz, found 200 Hz"):
         other.audio.read()
     soundfile.write(tmp_path / "silk_20.wav", VALUES[:, 0] / 64, 8000)
-    text = FILES + "sample_rate_hz = 44100\n"
-    (one,) = described(tmp_path, text, "wav").recordings().recordings
     with pytest.raises(InputError, match="44100 Hz, found 8000 Hz"):
-        one.audio.read()
+        read(tmp_path, FILES + "sample_rate_hz = 44100\n", "wav")
 
 
 @pytest.mark.parametrize(
@@ -256,18 +253,15 @@ def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path)
 )
 def test_a_file_of_another_format(tmp_path, suffix, content, sentence):
     (tmp_path / f"silk_20.{suffix}").write_bytes(content)
-    text = FILES + "sample_rate_hz = 100\n"
-    (one,) = described(tmp_path, text, suffix).recordings().recordings
     with pytest.raises(InputError, match=sentence):
-        one.audio.read()
+        read(tmp_path, FILES + "sample_rate_hz = 100\n", suffix)
 
 
 def test_hdf5_without_its_package_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     (tmp_path / "silk_20.h5").touch()
-    (one,) = described(tmp_path, FILES + "sample_rate_hz = 9\n", "h5").recordings().recordings
     with pytest.raises(InputError, match=r"pip install 'afferents\[hdf5\]'"):
-        one.audio.read()
+        read(tmp_path, FILES + "sample_rate_hz = 9\n", "h5")
 
 
 def test_what_the_page_shows_is_what_is_read():

@@ -1,7 +1,6 @@
 """Public data sets from a server that answers, breaks off, changes its mind, or is full of lies."""
 
 import json
-from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
@@ -13,7 +12,7 @@ from afferents.recordings.fetch import fetch as fetching
 from afferents.recordings.fetch.archives import ARCHIVES, format_manifest, read_manifest
 
 from ...limits import files_no_larger_than
-from .served_files import go, here, serving
+from .served_files import go, here
 
 KEY = ARCHIVES["pestell2022"].key
 BASE = f"/datasets/{KEY}/"
@@ -30,19 +29,11 @@ PIECE = 1 << 16
 LICENCE = '<a rel="license" href="http://www.nationalarchives.gov.uk/doc/x">Non-commercial</a>'
 
 
-@pytest.fixture
-def site(monkeypatch):
-    monkeypatch.setattr(downloading, "WAIT_S", 0.0)
-    with serving() as found:
-        found.files = {BASE + name: content for name, content in FILES.items()}
-        found.moved = {"/doi": f"/data/dataset/{KEY}"}
-        found.pages = {f"/data/dataset/{KEY}": f'{LICENCE} <a href="{BASE}">All files</a>'}
-        yield found
-
-
-@pytest.fixture
-def archive(site):
-    return replace(ARCHIVES["pestell2022"], url=f"{site.url}/doi", page=f"{site.url}/doi")
+@pytest.fixture(autouse=True)
+def listed(site):
+    """Serve each file, and a page that leads to them."""
+    site.files = {BASE + name: content for name, content in FILES.items()}
+    site.pages = {f"/data/dataset/{KEY}": f'{LICENCE} <a href="{BASE}">All files</a>'}
 
 
 def test_from_a_doi_to_its_files(site, archive, tmp_path):

@@ -6,7 +6,6 @@ import shutil
 import stat
 import tarfile
 import zipfile
-from dataclasses import replace
 from hashlib import sha256
 from types import SimpleNamespace
 
@@ -14,12 +13,11 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.recordings.fetch import download as downloading
 from afferents.recordings.fetch.archives import ARCHIVES, read_manifest
 from afferents.recordings.fetch.fetch import CHECKSUMS
 
 from ...limits import files_no_larger_than
-from .served_files import go, here, serving
+from .served_files import go, here
 
 KEY = ARCHIVES["pestell2022"].key
 PACKED = f"/datasets/tar/{KEY}"
@@ -61,19 +59,6 @@ def link(name, target, kind=tarfile.SYMTYPE):
     return info
 
 
-@pytest.fixture
-def site(monkeypatch):
-    monkeypatch.setattr(downloading, "WAIT_S", 0.0)
-    with serving() as found:
-        found.moved = {"/doi": f"/data/dataset/{KEY}"}
-        yield found
-
-
-@pytest.fixture
-def archive(site):
-    return replace(ARCHIVES["pestell2022"], url=f"{site.url}/doi", page=f"{site.url}/doi")
-
-
 def offer(site, content, ending=".zip"):
     """Serve an archive, and a landing page with a link to it and to nothing else of the data."""
     site.files = {PACKED + ending: content}
@@ -107,48 +92,43 @@ def test_from_a_page_with_an_archive_only_to_its_files(site, archive, tmp_path, 
     }
 
 
-def test_a_second_time_the_archive_is_not_asked_for(site, archive, tmp_path):
+def test_what_was_lost_is_unpacked_again_beside_what_is_there(site, archive, tmp_path):
     offer(site, zipped(FILES))
     go(archive, tmp_path)
     site.asked.clear()
     _, found = go(archive, tmp_path)
     assert (found.fetched, found.kept) == (0, len(FILES))
     assert not site.bytes_sent(f"{PACKED}.zip")
-    (tmp_path / "readme.txt").write_text("another")
-    with pytest.raises(InputError, match=r"readme.txt: expected the file that is listed"):
-        go(archive, tmp_path)
-
-
-def test_what_was_lost_is_unpacked_again_beside_what_is_there(site, archive, tmp_path):
-    offer(site, zipped(FILES))
-    go(archive, tmp_path)
-    (tmp_path / "readme.txt").unlink()
+    lost = tmp_path / "readme.txt"
+    lost.unlink()
     offer(site, zipped(FILES, compression=zipfile.ZIP_DEFLATED))  # packed anew: other bytes
     _, found = go(archive, tmp_path)
     assert (found.fetched, found.kept) == (1, len(FILES) - 1)
     assert here(tmp_path) == FILES
-    (tmp_path / "readme.txt").unlink()
+    lost.unlink()
     offer(site, zipped(FILES | {"readme.txt": b"changed"}))
     with pytest.raises(InputError, match=r"readme.txt: .*another noted .*has changed"):
         go(archive, tmp_path)
-    assert not (tmp_path / "readme.txt").exists()
+    assert not lost.exists()
+    lost.write_text("another")
+    with pytest.raises(InputError, match=r"readme.txt: expected the file that is listed"):
+        go(archive, tmp_path)
 
 
-def test_files_go_before_an_archive_of_them(site, archive, tmp_path):
-    offer(site, zipped(FILES))
-    site.files |= {f"/datasets/{KEY}/{name}": content for name, content in FILES.items()}
-    site.pages[f"/data/dataset/{KEY}"] += f'<a href="/datasets/{KEY}/">Files</a>'
-    go(archive, tmp_path)
-    assert here(tmp_path) == FILES
-    assert not site.bytes_sent(f"{PACKED}.zip")
-
-
-def test_of_several_archives_that_of_the_data_set_is_taken(site, archive, tmp_path):
+def test_of_several_archives_that_of_the_data_set_is_taken_and_files_before_any(
+    site, archive, tmp_path
+):
     offer(site, zipped(FILES))
     page = f"/data/dataset/{KEY}"
     site.pages[page] += '<a href="/tools.zip">Tools</a>'
     go(archive, tmp_path / "d")
     assert here(tmp_path / "d") == FILES
+    site.asked.clear()
+    site.files |= {f"/datasets/{KEY}/{name}": content for name, content in FILES.items()}
+    site.pages[page] += f'<a href="/datasets/{KEY}/">Files</a>'
+    go(archive, tmp_path / "f")
+    assert here(tmp_path / "f") == FILES
+    assert not site.bytes_sent(f"{PACKED}.zip")
     site.pages[page] = '<a href="/a.zip">a</a> <a href="/b.zip">b</a>'
     with pytest.raises(InputError, match=r"one archive of them, found 2 archives of other names"):
         go(archive, tmp_path / "e")

@@ -96,10 +96,8 @@ def test_patterns_that_fit_nothing_or_twice(empty, pattern, sentence):
 
 
 def test_a_hole_among_files_of_a_pattern_is_named_and_may_be_declared(empty):
-    names, toml = (
-        ["felt_20.avi", "felt_40.avi", "silk_20.avi"],
-        'pattern = "{texture}_{speed}.avi"\n',
-    )
+    names = ["felt_20.avi", "felt_40.avi", "silk_20.avi"]
+    toml = 'pattern = "{texture}_{speed}.avi"\n'
     with pytest.raises(InputError, match=r"none in silk/40; .*session\.toml"):
         names_in(empty(names, toml))
     assert len(names_in(empty(names, toml + 'holes = [["silk", 40]]\n'))) == 3

@@ -190,10 +190,3 @@ def test_the_same_recordings_are_no_repetition(run, store, session, tmp_path):
     assert run("extract", session, tmp_path / "other.zarr", *ALONE)[0] == 0
     with pytest.raises(InputError, match="expected a recording of its own, found a copy of 1:"):
         open_data([str(store), str(tmp_path / "other.zarr")])
-
-
-@pytest.mark.parametrize("content", [b'{"attributes": [1]}', b"", b'{"attributes": {"format": 5}}'])
-def test_a_root_that_makes_no_sense(store, content):
-    (store / "zarr.json").write_bytes(content)
-    with pytest.raises(InputError):
-        open_data([str(store)])
