@@ -9,7 +9,6 @@ import threading
 import time
 from pathlib import Path
 
-import cloudpickle
 import dask.base
 import pandas as pd
 import pytest
@@ -195,24 +194,6 @@ def test_a_worker_without_the_session_is_one_sentence(there, session, tmp_path, 
     assert "worker on" in err
     assert "2/40/video.mp4 as it is where the command runs" in err
     assert err.count("\n") == 1
-
-
-def test_what_is_sent_of_a_recording_does_not_grow_with_the_session(
-    run, make_session, tmp_path, monkeypatch
-):
-    """Jobs are weighed instead of done."""
-    weights = []
-
-    def weigh(function, jobs, *more):
-        weights.append(max(len(cloudpickle.dumps((function, *job))) for job in jobs))
-        return iter(())
-
-    monkeypatch.setattr(extraction, "on_cluster", weigh)
-    for n, textures in enumerate((range(1, 3), range(1, 13))):
-        root = make_session(tmp_path / f"s{n}", textures, (20,), seconds=0.3, video=False)
-        run("extract", root, tmp_path / f"{n}.zarr", "--cluster", "tcp://x:1", "--quiet")
-    assert weights[1] - weights[0] < 100
-    assert weights[0] < 20_000
 
 
 def slowly(n):

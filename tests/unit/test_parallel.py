@@ -7,7 +7,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 
@@ -17,11 +16,6 @@ from afferents.parallel import side_by_side
 
 def square(number):
     return number**2
-
-
-def total(values):
-    values += 1  # as its own: nothing of it comes back
-    return float(values.sum())
 
 
 def refuse(number):
@@ -50,12 +44,6 @@ def test_jobs_are_done_in_the_folder_of_the_caller(workers, tmp_path, monkeypatc
     list(side_by_side(folder_here, [()], workers))
     monkeypatch.chdir(tmp_path)
     assert list(side_by_side(folder_here, [()] * 3, workers)) == [tmp_path] * 3
-
-
-def test_large_arrays_are_shared_but_never_changed():
-    values = np.zeros(1_000_000)
-    assert list(side_by_side(total, [(values,)] * 3, 2)) == [1_000_000.0] * 3
-    assert not values.any()
 
 
 @pytest.mark.parametrize("workers", [1, 2])

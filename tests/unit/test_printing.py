@@ -36,13 +36,6 @@ def test_every_letter_can_be_printed(monkeypatch, encoding):
     assert printable("é\udcff") == r"é\udcff"
 
 
-def test_a_closed_stream_is_no_stream(monkeypatch):
-    monkeypatch.setattr(sys, "stdout", None)
-    prepare_streams()
-    assert sys.stdout.write("nobody hears it")
-    sys.stdout.close()
-
-
 def test_what_is_not_taken_is_told_and_progress_is_shown_if_it_can_be(monkeypatch):
     assert flush_streams() is None
     monkeypatch.setattr(sys, "stdout", Full())

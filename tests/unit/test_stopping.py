@@ -164,12 +164,3 @@ def test_a_signal_stops_a_training_and_is_no_failure_of_it(training, number, wor
     assert status(results).facts["counts"]["failed"] == 0
     if workers == 1:  # of others the mark says that its process is gone
         assert not list(results.rglob("*.running"))
-
-
-def test_memory_that_is_short_is_one_sentence_of_any_command(run, monkeypatch, tmp_path):
-    def short(*_):
-        raise MemoryError
-
-    monkeypatch.setattr("afferents.reproduction.run_folder.status", short)
-    code, _, said = run("status", tmp_path)
-    assert (code, said.startswith("afferents: out of memory; ")) == (2, True)

@@ -91,3 +91,11 @@ def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, run, b
 
 def test_debug_shows_the_traceback(run, tmp_path):
     assert "Traceback" in run("--debug", "inspect", tmp_path / "none")[2]
+
+
+def test_memory_that_is_short_is_one_sentence_of_any_command(fails, monkeypatch, tmp_path):
+    def short(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("afferents.reproduction.run_folder.status", short)
+    assert fails("status", tmp_path).startswith("afferents: out of memory; ")

@@ -7,7 +7,7 @@ import pytest
 
 from afferents.encodings.settings import options
 
-OWN = f"{Path(__file__).with_name('own_encoding.py')}:powers"
+OWN = f"{Path(__file__).parents[1] / 'own' / 'own_parts.py'}:powers"
 
 
 @pytest.mark.parametrize("command", ["evaluate", "train"])

@@ -25,14 +25,6 @@ SHORT, LONG = (
 )
 
 
-@pytest.fixture
-def far(monkeypatch):
-    """Do here what is asked of a cluster."""
-    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
-    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
-    return ("--cluster", "tcp://here")
-
-
 def test_samples_that_are_no_numbers(fails, stores, tmp_path, monkeypatch):
     learning_set = fitting.learning_set
 
@@ -46,7 +38,8 @@ def test_samples_that_are_no_numbers(fails, stores, tmp_path, monkeypatch):
     assert f"{FIRST}: training: the loss is no longer" in said
 
 
-def test_far_trainings_write_checkpoints(run, far, stores, tmp_path, monkeypatch):
+def test_far_trainings_write_checkpoints(run, stores, tmp_path, monkeypatch):
+    """Done here, as a cluster's workers would do them."""
     waits, kept = [], job.keep
 
     def keep(recipe, outcome):
@@ -56,24 +49,12 @@ def test_far_trainings_write_checkpoints(run, far, stores, tmp_path, monkeypatch
 
     monkeypatch.setattr(job, "Checkpoint", partial(Checkpoint, every_s=0))
     monkeypatch.setattr(job, "keep", keep)
-    ended = run("evaluate", stores["audio"], "--out", tmp_path / "results", *ASKED, *far)
+    monkeypatch.setattr(evaluation, "workers_at", lambda _: 1)
+    monkeypatch.setattr(evaluation, "on_cluster", lambda ask, jobs, *_: (ask(*job) for job in jobs))
+    asked = ("--out", tmp_path / "results", *ASKED, "--cluster", "tcp://here")
+    ended = run("evaluate", stores["audio"], *asked)
     assert ended[0] == 0, ended
     assert waits == [True, False] * 4
-
-
-def test_far_trainings_in_a_row_read_the_data_once(run, far, stores, tmp_path, monkeypatch):
-    opened, open_data = [], job.open_data
-
-    def counted(sources, *more, **options):
-        opened.append(sources)
-        return open_data(sources, *more, **options)
-
-    monkeypatch.setattr(job, "open_data", counted)
-    asked = ("--models", "order-te", "--quiet", "--window-s", "1", *far)
-    ended = run("evaluate", stores["audio"], "--out", tmp_path / "results", *asked)
-    assert ended[0] == 0, ended
-    assert len(list((tmp_path / "results").rglob("fold.json"))) == 4
-    assert len(opened) == 1
 
 
 def test_a_store_that_changed_under_the_run_is_refused(fails, stores, tmp_path, monkeypatch):

@@ -130,20 +130,22 @@ def test_without_noise_a_picture_that_moved_while_the_drum_slid_is_frozen(images
     assert (doubt.kind, doubt.found) == ("frozen", "the same one from 2.67 s to the end")
 
 
-@pytest.mark.parametrize("n", [0, 1, 2, 20])
-def test_few_frames_give_no_doubt_and_decoding_again_measures_anew(images, n):
-    footage = decoded(Drawn(images[:n]))
+@pytest.mark.parametrize(
+    "time_s",
+    [
+        *(np.arange(n) / FPS for n in (0, 1, 2, 20)),
+        np.cumsum(np.random.default_rng(0).choice([0.0, 1 / 90, 1 / 30], N_FRAMES)),
+        np.zeros(N_FRAMES),
+    ],
+    ids=["none", "one", "two", "twenty", "uneven", "all at once"],
+)
+def test_few_frames_and_strange_times_do_no_harm_and_decoding_again_measures_anew(images, time_s):
+    footage = decoded(Drawn(images[: len(time_s)], time_s))
     assert footage.find_issues() == []
     first = footage.figures.changes
-    assert first.shape == (n, 6)
+    assert first.shape == (len(time_s), 6)
     list(footage.frames())
     np.testing.assert_array_equal(footage.figures.changes, first)
-
-
-def test_uneven_and_equal_times_do_no_harm(images):
-    steps_s = np.random.default_rng(0).choice([0.0, 1 / 90, 1 / 30], len(images))
-    for time_s in (np.cumsum(steps_s), np.zeros(len(images))):
-        assert decoded(Drawn(images, time_s)).find_issues() == []
 
 
 def test_repeats_without_a_beat_are_found_by_their_share():

@@ -38,22 +38,24 @@ def checked(session):
     return [check_recording(one, session.declared) for one in session.recordings]
 
 
-def test_the_error_names_the_cause_and_the_option(session):
-    expected = (
-        "about 90 frames a second, found 30; its 270 frames are as long as its sound at 90 a "
-        "second, so the container's rate is wrong: give --fps 90, or write fps_hz and "
-        "fps_overrules (true) into session.json"
-    )
-    with pytest.raises(InputError, match=re.escape(expected)):
-        checked(read_session(session))
-
-
-def test_who_declares_the_wrong_rate_is_told_so_too(session):
-    declare(session, fps_hz=TOLD_HZ)
-    expected = (
-        "for a video of 9.00 s, found 3.00 s; its 270 frames would be as long as the sound at 90 "
-        "a second: if the frame rate of 30 is wrong, give --fps 90"
-    )
+@pytest.mark.parametrize(
+    ("declared", "expected"),
+    [
+        (
+            {},
+            "about 90 frames a second, found 30; its 270 frames are as long as its sound at 90 a "
+            "second, so the container's rate is wrong: give --fps 90, or write fps_hz and "
+            "fps_overrules (true) into session.json",
+        ),
+        (
+            {"fps_hz": TOLD_HZ},
+            "for a video of 9.00 s, found 3.00 s; its 270 frames would be as long as the sound at "
+            "90 a second: if the frame rate of 30 is wrong, give --fps 90",
+        ),
+    ],
+)
+def test_the_error_names_the_cause_and_the_option(session, declared, expected):
+    declare(session, **declared)
     with pytest.raises(InputError, match=re.escape(expected)):
         checked(read_session(session))
 
