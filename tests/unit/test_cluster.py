@@ -61,7 +61,7 @@ def gloves(sounds, tmp_path):
 
 @pytest.mark.parametrize("case", ["ours", "models of one's own", "data of one's own"])
 def test_a_cluster_gives_the_numbers_that_this_machine_gives(
-    run, there, stores, gloves, tmp_path, case
+    run, does, there, stores, gloves, tmp_path, case
 ):
     """Workers have neither the file of one's own nor its folder in their path."""
     own = ",".join(f"{OWN}:{name}" for name in ("logistic", "mine", "second"))
@@ -71,8 +71,7 @@ def test_a_cluster_gives_the_numbers_that_this_machine_gives(
         "data of one's own": (gloves, "order-te", ()),
     }[case]
     asked = ("evaluate", source, "--models", models, "--held-out", "40", *options)
-    code, _, err = run(*asked, "--out", tmp_path / "here", "--workers", 1, "--quiet")
-    assert code == 0, err
+    does(*asked, "--out", tmp_path / "here", "--workers", 1, "--quiet")
     code, _, err = there(*asked, "--out", tmp_path / "there")
     assert code == 0, err
     tables = [pd.read_parquet(tmp_path / at / "predictions.parquet") for at in ("here", "there")]
@@ -84,27 +83,27 @@ def test_a_cluster_gives_the_numbers_that_this_machine_gives(
         assert run(*asked, *nowhere)[0] == 0  # nothing to do
 
 
-def test_extract_and_track_write_the_same_bytes(run, there, session, stores, tmp_path):
+def test_extract_and_track_write_the_same_bytes(does, there, session, stores, tmp_path):
     tracked = tmp_path / "tracked.zarr"
-    assert run("track", session, tracked, "--workers", 1, "--quiet")[0] == 0
+    does("track", session, tracked, "--workers", 1, "--quiet")
     for command, here in (("extract", stores["video"]), ("track", tracked)):
         code, _, err = there(command, session, tmp_path / f"{command}.zarr")
         assert code == 0, err
         assert bytes_of(tmp_path / f"{command}.zarr") == bytes_of(here)
 
 
-def test_simulate_writes_the_same_bytes(run, there, tmp_path):
+def test_simulate_writes_the_same_bytes(does, there, tmp_path):
     """A map of heights is read by workers."""
     (tmp_path / "waves.pgm").write_bytes(b"P5 64 8 255 " + bytes(range(64)) * 8)
     waves = ("--height-map", f"waves={tmp_path}/waves.pgm,12,0.5")
     options = ("--textures", "g", "--seconds", "1.6", "--speeds", "50", *waves)
-    assert run("simulate", tmp_path / "here", *options, "--workers", 1, "--quiet")[0] == 0
+    does("simulate", tmp_path / "here", *options, "--workers", 1, "--quiet")
     code, _, err = there("simulate", tmp_path / "there", *options)
     assert code == 0, err
     assert bytes_of(tmp_path / "there") == bytes_of(tmp_path / "here")
 
 
-def test_a_worker_killed_while_it_extracts_costs_time_alone(run, there, session, stores, tmp_path):
+def test_a_worker_killed_while_it_extracts_costs_time_alone(does, there, session, stores, tmp_path):
     here, store = stores["video"], tmp_path / "there.zarr"
     shot = []
 
@@ -125,7 +124,7 @@ def test_a_worker_killed_while_it_extracts_costs_time_alone(run, there, session,
     assert shot
     assert shot[0] != os.getpid()
     assert {k: v for k, v in bytes_of(store).items() if ".partial-" not in k} == bytes_of(here)
-    assert run("extract", session, store, "--workers", 1, "--quiet")[0] == 0
+    does("extract", session, store, "--workers", 1, "--quiet")
     assert bytes_of(store) == bytes_of(here), "the next run clears up"
 
 

@@ -19,6 +19,7 @@ def broken(sounds, tmp_path):
 @pytest.mark.parametrize(
     ("command", "sentence"),
     [
+        (("status", "NONE"), "a results folder that evaluate has begun"),
         (("extract", "NONE", "OUT"), "expected a session folder, found no such folder"),
         (("reproduce", "OUT", "--session", "NONE", "--quiet"), "a session folder, found no such"),
         (("simulate", "OUT", "--textures", "z", "--quiet"), "found 'z'"),
@@ -57,6 +58,7 @@ PUBLISHED = ("--models", "ridge-te", "--window-s", "0.5", "--protocol", "publish
         (("--models", "ridge-te", "--window-s", "1e-9"), "--window-s: expected at least two"),
         (("--stride-s", "1e-9"), "--stride-s: expected at least 0.001 s"),
         (("--models", "ridge-te", "--stride-s", "1e-9"), "--stride-s: expected at least 0.004 s"),
+        (("--held-out", "25"), "--held-out: expected some of 20, 30, 40, 60 mm/s, found 25"),
         (("--models", "order-te-measured"), "order-te, order-te-speed-known"),
         (("--models", "fusion"), "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
     ],
@@ -73,10 +75,10 @@ def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
     assert sorted(p.name for p in (tmp_path / "o.zarr" / "2").glob("[0-9]*")) == ["20", "40", "60"]
 
 
-def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, run, broken, tmp_path):
+def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, does, broken, tmp_path):
     soundfile.write(broken / "2/30/audio.wav", np.zeros((4000, 2)), 8000)
     store, results = tmp_path / "s.zarr", tmp_path / "r"
-    assert run("extract", broken, store, *ALONE)[0] == 0
+    does("extract", broken, store, *ALONE)
     command = ("evaluate", store, "--out", results, "--models", "vib-te", *ALONE)
     assert "2/30: expected at least one window of 1 s, found 0.33 s" in fails(*command)
     assert not (results / "summary.json").exists()
@@ -84,7 +86,7 @@ def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, run, b
     assert "skipped 1 of the recordings: 2/30" in fails(*quick, code=3)
     summary = json.loads((results / "summary.json").read_text())
     assert [entry["recording"] for entry in summary["skipped"]] == ["2/30"]
-    assert run("report", results, "--quiet")[0] == 0
+    does("report", results, "--quiet")
     page = (results / "report.html").read_text()
     assert "<strong>" in page.split("2/30")[0][-400:]
 

@@ -11,19 +11,17 @@ OWN = f"{Path(__file__).parents[1] / 'own' / 'own_parts.py'}:powers"
 
 
 @pytest.mark.parametrize("command", ["evaluate", "train"])
-def test_all_of_them_are_offered_with_their_help(run, monkeypatch, command):
+def test_all_of_them_are_offered_with_their_help(does, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "200")
-    code, out, _ = run(command, "--help-all")
-    assert code == 0
+    out = does(command, "--help-all")
     for option in options().values():
         assert option.flag in out
         assert option.help in out
 
 
-def test_one_of_an_encoding_from_outside_goes_all_the_way(run, stores, tmp_path):
+def test_one_of_an_encoding_from_outside_goes_all_the_way(run, does, stores, tmp_path):
     command = ("evaluate", stores["video"], "--out", tmp_path / "r", "--models", OWN, "--json")
-    code, out, err = run(*command, "--power", 2, "--workers", 1)
-    assert code == 0, err
+    out = does(*command, "--power", 2, "--workers", 1)
     assert json.loads(out)["options"] == ["--power", "2"]
     code, out, _ = run("evaluate", f"--models={OWN}", "--help-all")
     assert (code, "--power" in out) == (0, True)

@@ -87,19 +87,18 @@ def test_a_texture_felt_at_some_speeds_only(found):
     assert rows[(rows.texture == "t2") & (rows.left_out != "t2")].empty
 
 
-def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run):
+def test_the_command_leaves_a_table_and_a_page(stores, tmp_path, run, does):
     split = ("evaluate", stores["video"], "--out", tmp_path / "r", "--split", "texture",
              "--models", "sa-wave,order-te-speed-known", "--frames", 5, "--window-s", 0.2,
              "--workers", 1)  # fmt: skip
-    code, out, err = run(*split, "--json")
-    assert code == 0, err
+    out = does(*split, "--json")
     summaries = json.loads(out)
     assert summaries.keys() == {"unknown"}  # too few spacings to lie between
     assert summaries["unknown"]["false_alarms_stated"] == 0.05
     assert summaries["unknown"]["models"].keys() == {"sa-wave", "order-te-speed-known"}
     assert set(pd.read_parquet(tmp_path / "r" / "unknown.parquet")["left_out"]) == {"1", "2", "3"}
     assert "recognised as unknown" in run(*split)[1]
-    assert run("report", tmp_path / "r", "--quiet")[0] == 0
+    does("report", tmp_path / "r", "--quiet")
     page = (tmp_path / "r" / "report.html").read_text()
     assert "Called unknown, by texture" in page
     assert "--split texture --models order-te-speed-known,sa-wave" in page

@@ -60,14 +60,13 @@ def truth_of(simulated, name):
     return true + SHIFT_PX if name == SHIFTED else true
 
 
-def test_inspect_names_the_cause_and_is_clean_once_it_is_given(folder, tmp_path, run):
+def test_inspect_names_the_cause_and_is_clean_once_it_is_given(folder, tmp_path, run, does):
     code, out, _ = run("inspect", folder, "--out", tmp_path / "p", "--quiet", "--json")
     found = json.loads(out)
     assert (code, len(found["problems"])) == (2, 4)
     assert "the container's rate is wrong: give --fps 90" in found["problems"][0]
     given = ("--out", tmp_path / "q", "--fps", 90, "--quiet", "--json")
-    code, out, err = run("inspect", folder, *given)
-    assert code == 0, err
+    out = does("inspect", folder, *given)
     found = json.loads(out)
     assert found["problems"] == []
     said = " ".join(found["sentences"])

@@ -54,11 +54,11 @@ def lab(clips, tmp_path):
 
 
 @pytest.fixture
-def extracted(lab, run, tmp_path):
+def extracted(lab, does, tmp_path):
     """Extract what a session.toml says; return the store."""
 
     def extract(toml):
-        assert run("extract", lab(toml), tmp_path / "s.zarr", *ALONE)[0] == 0
+        does("extract", lab(toml), tmp_path / "s.zarr", *ALONE)
         return tmp_path / "s.zarr"
 
     return extract
@@ -113,7 +113,7 @@ def test_another_label_tracks_nothing_again(extracted):
     assert written(store, "felt/2")[0].items() <= values.items()
 
 
-def test_an_accepted_fault_stays_with_another_label(tmp_path, make_video, run):
+def test_an_accepted_fault_stays_with_another_label(tmp_path, make_video, does):
     root, store = tmp_path / "lab", tmp_path / "s.zarr"
     root.mkdir()
     make_video(root / "a.mkv", np.zeros(211))
@@ -121,7 +121,7 @@ def test_an_accepted_fault_stays_with_another_label(tmp_path, make_video, run):
         (root / "session.toml").write_text(
             f'[[recordings]]\nvideo = "a.mkv"\ntexture = "{texture}"\nid = "a"\n'
         )
-        assert run("extract", root, store, "--accept", "frozen", *ALONE)[0] == 0
+        does("extract", root, store, "--accept", "frozen", *ALONE)
         (found,) = afferents.open_responses(store)
         assert found.attrs["texture"] == texture
         assert json.loads(found.attrs["conditions"])["accepted"] == "frozen"
@@ -134,18 +134,18 @@ def test_ids_of_any_depth(extracted):
     assert names == {"alone", "a/b/c/d"}
 
 
-def test_a_failed_extraction_does_not_block_the_next(lab, fails, run, other_sensor, tmp_path):
+def test_a_failed_extraction_does_not_block_the_next(lab, fails, run, does, other_sensor, tmp_path):
     """What a session says of its sensor is overruled by the command."""
     command = ("extract", lab(f'sensor = "{other_sensor}"\n' + PATTERN), tmp_path / "s.zarr")
     assert "felt_1.mkv: expected " in fails(*command, *ALONE)
     assert run(*command, "--keep-going", *ALONE)[0] == 3
-    assert run(*command, "--sensor", "tip_b", *ALONE)[0] == 0
+    does(*command, "--sensor", "tip_b", *ALONE)
     assert len(afferents.open_responses(tmp_path / "s.zarr")) == 2
     another = fails(*command, "--sensor", other_sensor, *ALONE)
     assert "found responses of another" in another
 
 
-def test_two_sensors_in_one_session(lab, run, fails, other_sensor, tmp_path):
+def test_two_sensors_in_one_session(lab, does, fails, other_sensor, tmp_path):
     """Each recording may have its own; one that is not the clip's is named, the others stay."""
     store = tmp_path / "s.zarr"
     root = lab(recording(1) + recording(2, more=f'sensor = "{other_sensor}"\n'))
@@ -155,7 +155,7 @@ def test_two_sensors_in_one_session(lab, run, fails, other_sensor, tmp_path):
     made = written(store, "felt/1")
     (root / "other.toml").write_text(TIP_B.replace('name = "', 'name = "other '))
     lab(recording(1) + recording(2, more='sensor = "other.toml"\n'))
-    assert run("extract", root, store, *ALONE)[0] == 0
+    does("extract", root, store, *ALONE)
     assert written(store, "felt/1") == made
     config = json.loads((store / "zarr.json").read_text())["attributes"]["config"]
     assert len(config["sensors"]) == 2
@@ -176,7 +176,7 @@ def test_a_session_of_a_table_is_extracted_as_one_of_a_file(clips, tmp_path):
 
 
 def test_times_that_go_back_are_refused_and_can_be_counted_instead(
-    lab, make_video, fails, run, tmp_path
+    lab, make_video, fails, does, tmp_path
 ):
     one = '[[recordings]]\nvideo = "back.avi"\ntexture = "felt"\nsteady_s = [0.15, 0.4]\n'
     root, store = lab(one), tmp_path / "s.zarr"
@@ -184,6 +184,6 @@ def test_times_that_go_back_are_refused_and_can_be_counted_instead(
     sentence = fails("extract", root, store, *ALONE)
     assert "back.avi: expected frame times of which each is after the one before" in sentence
     lab(one + "fps_hz = 90\n")
-    assert run("extract", root, store, *ALONE)[0] == 0
+    does("extract", root, store, *ALONE)
     (found,) = afferents.open_responses(store)
     assert np.allclose(found.time, np.arange(len(FRAMES)) / 90)

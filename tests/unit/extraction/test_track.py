@@ -26,15 +26,14 @@ def tracks_in(store):
     return xr.open_zarr(store, consolidated=False).load()
 
 
-def test_a_sensor_is_calibrated_and_used(run, clip, tmp_path):
+def test_a_sensor_is_calibrated_and_used(does, clip, tmp_path):
     sensor, store = tmp_path / "mine.toml", tmp_path / "t.zarr"
-    code, out, _ = run("calibrate", clip, "--out", sensor, "--pitch-mm", "1.2")
-    assert code == 0
+    out = does("calibrate", clip, "--out", sensor, "--pitch-mm", "1.2")
     assert "361 bright markers" in out
     assert "square, 19 x 19" in out
     assert (tmp_path / "mine.png").stat().st_size > 10_000
     assert load_sensor(sensor).rows == 19
-    assert run("track", clip, store, "--sensor", sensor, "--quiet")[0] == 0
+    does("track", clip, store, "--sensor", sensor, "--quiet")
     tracks = tracks_in(store)
     assert tracks.sizes[dims.MARKER] == 361
     assert {dims.POSITION, dims.SA1, dims.RA1, dims.FRAME_CHANGE} <= set(tracks)
@@ -42,17 +41,16 @@ def test_a_sensor_is_calibrated_and_used(run, clip, tmp_path):
     xr.testing.assert_equal(afferents.track(str(clip), sensor), tracks)
 
 
-def test_a_session_is_tracked_without_its_sound(run, session, tmp_path):
-    assert run("track", session, tmp_path / "t.zarr", "--quiet", "--workers", 1)[0] == 0
+def test_a_session_is_tracked_without_its_sound(does, session, tmp_path):
+    does("track", session, tmp_path / "t.zarr", "--quiet", "--workers", 1)
     recordings = open_responses(tmp_path / "t.zarr")
     assert len(recordings) == 9
     assert all(dims.SA1 in r and dims.RA2 not in r for r in recordings)
 
 
-def test_the_overlay_is_a_film(run, make_video, tmp_path):
+def test_the_overlay_is_a_film(does, make_video, tmp_path):
     clip, film = make_video(tmp_path / "v.mp4", shift_px(1, 20, 20)), tmp_path / "o.mp4"
-    code, out, _ = run("inspect", clip, "--out", tmp_path, "--overlay", film, "--json")
-    assert code == 0
+    out = does("inspect", clip, "--out", tmp_path, "--overlay", film, "--json")
     assert str(film) in json.loads(out)["pictures"]
     assert len(images_of(film)) == 20
 
@@ -81,17 +79,16 @@ def test_a_picture_without_light_or_with_too_much_is_named(fails, level, fault, 
     assert [path.name for path in tmp_path.iterdir()] == ["v.mp4"]
 
 
-def test_a_knock_is_told_with_its_time(run, tmp_path, clip):
+def test_a_knock_is_told_with_its_time(does, tmp_path, clip):
     rest = images_of(clip)[0]
     knocked = [rest] * 45 + [np.roll(rest, 15, axis=1)] * 45
     video = write_film(tmp_path / "k.mp4", knocked, options=FINE)
-    code, out, _ = run("inspect", video, "--out", tmp_path, "--quiet")
-    assert code == 0
+    out = does("inspect", video, "--out", tmp_path, "--quiet")
     assert "All markers jumped together 1 times, first at 0.50 s" in out.replace("\n", " ")
 
 
 def test_displacement_counts_from_the_clip_that_is_chosen(
-    run, fails, session, make_session, tmp_path, add_reference_video
+    does, fails, session, make_session, tmp_path, add_reference_video
 ):
     """The reference clip lies 6 px to the left of every recording's own rest frame."""
     copy = make_session(tmp_path / "session", textures=(1,), speeds=(20, 40))
@@ -101,7 +98,7 @@ def test_displacement_counts_from_the_clip_that_is_chosen(
         write_film(video, moved, options=FINE)
     for rest, shift in (("own", 0), ("reference", 6)):
         command = ("extract", copy, tmp_path / rest, "--rest", rest, "--workers", 1, "--quiet")
-        assert run(*command)[0] == 0
+        does(*command)
         (found,) = (r for r in open_responses(tmp_path / rest) if r.attrs["name"] == "1/20")
         assert float(found[dims.SA1].values[10].mean()) == pytest.approx(shift, abs=0.1)
     command = ("extract", session, tmp_path / "none", "--rest", "reference", "--quiet")
@@ -117,7 +114,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_video_is_tracked(run, fails, kind, tmp_path):
+def test_every_kind_of_video_is_tracked(run, does, fails, kind, tmp_path):
     """24 frames of markers that begin to move after the 11th."""
     turned, uneven, colour = (kind.startswith(word) for word in ("portrait", "frames", "colour"))
     shift = np.clip(np.arange(24) - 11, 0, None) * 1.5
@@ -128,9 +125,8 @@ def test_every_kind_of_video_is_tracked(run, fails, kind, tmp_path):
     how = KINDS[kind] | {"at_ms": np.cumsum(steps_ms), "form": "rgb24" if colour else "gray"}
     path, sensor = tmp_path / ("v.mkv" if colour else "v.mp4"), tmp_path / "mine.toml"
     write_film(path, images, **how)
-    assert run("calibrate", path, "--out", sensor)[0] == 0
-    code, _, err = run("track", path, tmp_path / "t.zarr", "--sensor", sensor, "--quiet")
-    assert code == 0, err
+    does("calibrate", path, "--out", sensor)
+    does("track", path, tmp_path / "t.zarr", "--sensor", sensor, "--quiet")
     tracks = tracks_in(tmp_path / "t.zarr")
     assert tracks.sizes[dims.MARKER] == 361
     assert tracks[dims.DETECTED].all()

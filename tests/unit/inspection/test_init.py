@@ -158,14 +158,13 @@ def test_a_table_without_times_asks_for_its_rate(tmp_path):
 @pytest.mark.parametrize(
     ("name", "line"), [("session.toml", "Session file"), ("dataset.toml", "Description")]
 )
-def test_what_stands_there_is_kept(folder, tables, run, fails, name, line):
+def test_what_stands_there_is_kept(folder, tables, does, fails, name, line):
     of_tables = name == "dataset.toml"
     root = tables(["felt_20.csv", "silk_20.csv"], EVEN_S) if of_tables else folder("felt.avi")
-    code, out, _ = run("init", root)
-    assert code == 0
+    out = does("init", root)
     assert out.splitlines()[-1] == f"{line} to check: {root / name}"
     assert "add --force" in fails("init", root)
-    assert run("init", root, "--force")[0] == 0
+    does("init", root, "--force")
     (root / name).write_text("steady_s = [1, 2]\n")
     assert "holds something else" in fails("init", root, "--force")
     (root / name).rename(root / "session.json")

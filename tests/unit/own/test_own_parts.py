@@ -36,7 +36,7 @@ def evaluated(run, stored, tmp_path):
 
 
 @pytest.mark.system
-def test_they_go_all_the_way_beside_ours(run, evaluated, stored, tmp_path, session):
+def test_they_go_all_the_way_beside_ours(run, does, evaluated, stored, tmp_path, session):
     code, out, err = evaluated("logistic", "mlp", "mine", "second", ":sa-wave", protocol="both")
     assert code == 0, err
     summary = json.loads((tmp_path / "r" / "summary.json").read_text())
@@ -49,27 +49,23 @@ def test_they_go_all_the_way_beside_ours(run, evaluated, stored, tmp_path, sessi
     table = pd.read_parquet(tmp_path / "r" / "predictions.parquet")
     of_mine = table[table["model"] == "logistic"].filter(regex=f"^{PROBABILITY}")
     np.testing.assert_allclose(of_mine.sum(axis=1), 1, atol=1e-3)
-    assert run("report", tmp_path / "r", "--quiet")[0] == 0
+    does("report", tmp_path / "r", "--quiet")
     page = (tmp_path / "r" / "report.html").read_text()
     assert all(name in page for name in wanted - {"sa-wave", "mlp"})
     assert "a perceptron" in page  # what its title is
     assert "a perceptron" in (tmp_path / "r" / "table1.md").read_text()
     assert "mlp" not in (tmp_path / "r" / "table1.md").read_text()
     # A model of waves learns from 10 frames at once, theirs from single ones.
-    code, _, err = run(
-        "train", stored, tmp_path / "m", "--model", f"{OWN}:mine", "--preset", "quick", "--quiet"
-    )
-    assert code == 0, err
+    does("train", stored, tmp_path / "m", "--model", f"{OWN}:mine", "--preset", "quick", "--quiet")
     card = json.loads((tmp_path / "m" / "model.json").read_text())
     assert card["channel"] == "own_parts:Height"
     assert card["encoding"] == {"name": "own_parts:Columns", "power": 1.0}
     assert card["classifier"] == "own_parts:perceptron"
-    assert run("export", tmp_path / "m", tmp_path / "m.onnx")[0] == 0
-    code, out, err = run(
+    does("export", tmp_path / "m", tmp_path / "m.onnx")
+    out = does(
         "live", "--model", tmp_path / "m.onnx", "--video", f"replay:{session}/1/20", "--json",
         "--speed", "inf",
     )  # fmt: skip
-    assert code == 0, err
     said = [json.loads(line) for line in out.splitlines()]
     felt = [percept for percept in said if percept["state"] == "texture"]
     assert felt
@@ -125,11 +121,11 @@ def test_files_of_one_name_are_told_apart_and_modules_are_not_hidden(tmp_path):
 
 
 @pytest.mark.system
-def test_a_model_of_a_file_is_exported_by_another_process(run, stored, tmp_path):
+def test_a_model_of_a_file_is_exported_by_another_process(does, stored, tmp_path):
     """From the folder of the file, as a user would; and a card names modules, never files."""
     shutil.copy(OWN, tmp_path / "my_models.py")
     asked = ("--model", f"{tmp_path}/my_models.py:mlp", "--preset", "quick", "--quiet")
-    assert run("train", stored, tmp_path / "m", *asked)[0] == 0
+    does("train", stored, tmp_path / "m", *asked)
 
     def export(folder):
         folder.mkdir(exist_ok=True)

@@ -37,10 +37,13 @@ def test_mono_is_read_on_its_only_channel(tmp_path, write_audio):
         WavFile(path).read()
 
 
-@pytest.mark.parametrize("content", [b"", b"RIFF", b"this is not sound" * 50])
+@pytest.mark.parametrize(
+    "content", [b"", b"RIFF", b"RIFF\0\0\0\0WAVE", b"RIFF\0\0\0\0WAVEfmt ", b"no sound" * 200]
+)
 def test_unreadable(tmp_path, content):
     path = tmp_path / "audio.wav"
     path.write_bytes(content)
+    assert declared_samples(path) is None
     with pytest.raises(InputError, match=r"audio\.wav: expected a readable sound file"):
         WavFile(path).read()
 
@@ -91,9 +94,3 @@ def test_what_is_no_plain_wav_declares_nothing_and_is_read(tmp_path, form, subty
     path = write(tmp_path / "a.wav", form, subtype)
     assert declared_samples(path) is None
     assert WavFile(path).read().sizes["audio_time"] >= 1000
-
-
-@pytest.mark.parametrize("content", [b"", b"RIFF", b"RIFF\0\0\0\0WAVE", b"RIFF\0\0\0\0WAVEfmt "])
-def test_a_header_that_breaks_off_declares_nothing(tmp_path, content):
-    (tmp_path / "a.wav").write_bytes(content)
-    assert declared_samples(tmp_path / "a.wav") is None

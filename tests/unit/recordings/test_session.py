@@ -85,25 +85,6 @@ def test_session_file_declares(write_session):
     assert "sensor" not in session_file(root).model_dump()
 
 
-@pytest.mark.parametrize(
-    ("text", "field"),
-    [
-        ('{"steady_s": [3, 1]}', "steady_s"),
-        ('{"sample_rate_hz": "often"}', "sample_rate_hz"),
-        ('{"audio_channels": 1}', "sensor_channel"),
-        ('{"holes": [[1]]}', "holes"),
-        ('{"direction": "left"}', "direction"),
-        ("[1, 2]", "session"),
-        ("{", "JSON"),
-    ],
-)
-def test_a_bad_session_file(write_session, text, field):
-    root = write_session("0/10")
-    (root / "session.json").write_text(text)
-    with pytest.raises(InputError, match=rf"session\.json: expected .*{field}"):
-        read_session(root)
-
-
 @pytest.fixture
 def make(tmp_path, write_video, write_audio):
     """Make a session of one recording of a second, by default of 640x480 px and 44.1 kHz stereo."""

@@ -13,10 +13,9 @@ from afferents.progress import Progress
 from afferents.reporting.shear import BOTH, SHEAR, WITHOUT, explain_shear_of, meaning
 
 
-def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, run):
+def test_textures_that_pull_the_whole_skin_are_told_by_shear(stores, tmp_path, does):
     out = tmp_path / "shear"
-    code, said, err = run("explain", stores["video"], "--shear", "--out", out, "--quiet")
-    assert code == 0, err
+    said = does("explain", stores["video"], "--shear", "--out", out, "--quiet")
     assert "of the variance is global shear" in said
     facts = json.loads((out / "shear.json").read_text())
     between = facts["variances_px2"]["between textures"]
@@ -58,13 +57,12 @@ def test_what_can_not_be_asked(stores, tmp_path, fails, command, sentence):
     assert not (tmp_path / "why").exists()
 
 
-def test_the_models_of_shear_have_their_folds(stores, tmp_path, run):
+def test_the_models_of_shear_have_their_folds(stores, tmp_path, does):
     models = "shear,sa-local,sa-wave-local,fusion-shear"
-    code, out, err = run(
+    out = does(
         "evaluate", stores["video"], "--out", tmp_path / "r", "--models", models,
         "--frames", 5, "--held-out", 40, "--json", "--workers", 1,
     )  # fmt: skip
-    assert code == 0, err
     found = {name: of["nested"] for name, of in json.loads(out)["models"].items()}
     assert list(found) == models.split(",")
     assert not any(any(one["leaks"].values()) for one in found.values())
