@@ -83,31 +83,25 @@ def test_memory_that_is_short(ask):
         raise RuntimeError("ours")
 
 
-def finish(results, key, seconds):
+def test_a_status_says_what_it_knows_nothing_of(tmp_path):
+    """Neither of models none of which has ended, nor of workers that leave no mark here."""
+
+    def said(**more):
+        plan(tmp_path, [*SHORT, *LONG], **{"workers": 1, **more})
+        return " ".join(status(tmp_path).sentences)
+
     facts = {"validation_mm_s": 30.0, "validation_accuracy": 0.5, "epochs": 3, "leaks": {}}
-    content = {**key.content(), **facts, "seconds": seconds}
-    write_json(key.folder(results) / "fold.json", content)
-
-
-def test_an_expected_end_says_which_models_it_knows_nothing_of(tmp_path):
-    plan(tmp_path, [*SHORT, *LONG], workers=1)
     with at_work(tmp_path, LONG[0]):
-        assert "Expected end" not in status(tmp_path).sentences[-1]
-        finish(tmp_path, SHORT[0], 9.0)
-        said = status(tmp_path).sentences[-1]
-        assert "taking ra-se (none ended yet) to be like the others" in said
-        finish(tmp_path, LONG[1], 900.0)
-        said = status(tmp_path).sentences[-1]
-        assert ("Expected end" in said, "taking" in said) == (True, False)
-
-
-def test_what_workers_elsewhere_do_is_not_called_nothing(tmp_path):
-    plan(tmp_path, SHORT, workers=2)
-    assert "Nothing is running" in status(tmp_path).sentences[-1]
-    plan(tmp_path, SHORT, workers=2, cluster="tcp://there:1")
-    said = " ".join(status(tmp_path).sentences)
-    assert "Workers at tcp://there:1 that don't see this folder leave no mark" in said
-    assert "Nothing is running" not in said
+        assert "Expected end" not in said()
+        for key, taking in ((SHORT[0], True), (LONG[1], False)):
+            content = {**key.content(), **facts, "seconds": 9.0}
+            write_json(key.folder(tmp_path) / "fold.json", content)
+            assert "Expected end" in said()
+            assert ("taking ra-se (none ended yet) to be like the others" in said()) == taking
+    assert "Nothing is running" in said()
+    elsewhere = said(cluster="tcp://there:1")
+    assert "Workers at tcp://there:1 that don't see this folder leave no mark" in elsewhere
+    assert "Nothing is running" not in elsewhere
 
 
 def test_what_failed_is_named_once(run, stores, tmp_path, monkeypatch):

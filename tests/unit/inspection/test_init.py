@@ -12,6 +12,8 @@ import afferents
 from afferents.errors import InputError
 from afferents.recordings.data_sets import data_set_of
 
+from ..films import write_film
+
 EVEN_S = np.arange(700) / 100
 
 
@@ -66,10 +68,7 @@ def test_sound_sensors_and_what_cannot_be_read(folder):
         sensor = 'name = "s"\nlayout = "free"\n[detector]\nradius_px = 3\nblob_colour = 255\n'
         (root / f"{name}.toml").write_text(sensor)
     (root / "broken.avi").write_bytes(b"nothing")
-    writer = cv2.VideoWriter(str(root / "slow.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 30, (64, 48))
-    for _ in range(10):
-        writer.write(np.zeros((48, 64, 3), np.uint8))
-    writer.release()
+    write_film(root / "slow.avi", [np.zeros((48, 64), np.uint8)] * 10, rate=30)
     made = afferents.init_session(root)
     assert "Can't be read, and left out: broken.avi." in said(made)
     assert "Frame rates contradict each other: 30 in slow.avi, 90 in felt.avi" in said(made)

@@ -115,13 +115,10 @@ def test_taxels_are_compared_sample_by_sample():
 @pytest.mark.parametrize(
     "responses",
     [
-        sounding(np.zeros(RATE * 4)),
-        sounding(np.full(RATE * 4, 0.3)),
-        sounding(np.full(RATE * 4, np.nan)),
+        *(sounding(np.full(RATE * 4, level)) for level in (0.0, 0.3, np.nan)),
         sounding(np.random.default_rng(0).normal(size=RATE)),
         sounding(np.zeros((0, 1))),
-        moving(np.zeros((400, 5, 2))),
-        moving(np.full((400, 5, 2), np.nan)),
+        *(moving(np.full((400, 5, 2), place)) for place in (0.0, np.nan)),
         moving(np.random.default_rng(0).normal(size=(50, 5, 2))),
     ],
     ids=["silent", "constant", "NaN", "short", "empty", "still", "lost", "few frames"],
