@@ -1,7 +1,5 @@
 """calibrate, track and the overlay, from the command line."""
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,7 +9,7 @@ from afferents import dims
 from afferents.markers.sensor import load_sensor
 from afferents.store.zarr_store import open_responses
 
-from ...conftest import draw, shift_px
+from ...conftest import draw
 from ..films import images_of, write_film
 
 FINE = {"preset": "superfast", "crf": "15"}
@@ -46,13 +44,6 @@ def test_a_session_is_tracked_without_its_sound(does, session, tmp_path):
     recordings = open_responses(tmp_path / "t.zarr")
     assert len(recordings) == 9
     assert all(dims.SA1 in r and dims.RA2 not in r for r in recordings)
-
-
-def test_the_overlay_is_a_film(does, make_video, tmp_path):
-    clip, film = make_video(tmp_path / "v.mp4", shift_px(1, 20, 20)), tmp_path / "o.mp4"
-    out = does("inspect", clip, "--out", tmp_path, "--overlay", film, "--json")
-    assert str(film) in json.loads(out)["pictures"]
-    assert len(images_of(film)) == 20
 
 
 def test_of_a_video_cut_off_the_start_is_kept_and_marked(run, clip, tmp_path):
