@@ -59,5 +59,5 @@ test -s results/report.html
 echo "== tests"
 python -m pip install --quiet --disable-pip-version-check -c "$constraints" \
     filelock pytest pytest-timeout hypothesis
-cp -r "$root/tests" "$root/pyproject.toml" .
+cp -r "$root/tests" "$root/scripts" "$root/pyproject.toml" .
 python -m pytest -q -p no:cacheprovider $tests
