@@ -6,7 +6,6 @@ import os
 import pytest
 from pydantic import BaseModel, Field
 
-from afferents import documents
 from afferents.documents import as_form, parse_json, read_checked, read_json, read_toml
 from afferents.errors import InputError
 
@@ -94,11 +93,6 @@ def test_what_is_no_file_is_not_waited_for(tmp_path):
         assert "found something that is no file; remove it" in said
     for path in ("none", "loop", "x" * 300):
         assert f"{path}: expected a plan, found" in sentence(read_json, tmp_path / path, "a plan")
-
-
-def test_a_file_that_is_too_large(write, monkeypatch):
-    monkeypatch.setitem(documents.LARGEST, "JSON", 10)
-    assert "found more than 0 MiB" in sentence(read_json, write('{"a": 12345}'), "a plan")
 
 
 @pytest.mark.parametrize(

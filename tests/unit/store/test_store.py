@@ -37,12 +37,6 @@ def test_what_is_written_comes_back(store):
     assert xr.open_zarr(store, group="3/50", consolidated=False)["sa1"].shape == (20, 4)
 
 
-def test_names_of_markers_and_axes_are_stored_without_complaint(store, recwarn):
-    write_responses(store, responses().assign_coords(channel=["sensor"]))
-    assert list(open_responses(store)[0]["channel"].values) == ["sensor"]
-    assert not [w for w in recwarn if "Zarr" in str(w.message)]
-
-
 def test_a_recording_that_fails_half_way_is_not_there(store):
     broken = responses().drop_attrs(deep=False)
     broken.attrs["name"] = "3/50"
