@@ -7,6 +7,7 @@ import pytest
 
 import afferents
 from afferents.cli import evaluation, models, neuro, recordings, reproduction, rig
+from afferents.evaluation.options import EvaluationOptions
 
 SHELL = {
     "report": evaluation.report,
@@ -43,6 +44,12 @@ def test_defaults_are_the_same_in_the_shell_and_in_python(command):
     shell, python = defaults(SHELL[command]), defaults(getattr(afferents, command))
     both = set(shell) & set(python) - SAID_OTHERWISE.get(command, set())
     assert {n: plain(shell[n]) for n in both} == {n: plain(python[n]) for n in both}
+
+
+def test_the_paper_s_models_and_what_we_recommend_are_evaluated_so_that_numbers_hold():
+    options = EvaluationOptions()
+    assert (options.models, options.preset) == ("best,all", "fast")
+    assert defaults(afferents.evaluate)["models"] == options.models
 
 
 def test_the_version_is_the_one_that_is_installed(run):
