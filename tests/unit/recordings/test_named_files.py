@@ -171,7 +171,6 @@ def test_what_people_write_is_what_programs_write(empty):
         ("fps_overrules = true\n" + ONE, "needs fps_hz"),
         ("pattern = 5\n", "with pattern: "),
         ('sample_rate_hz = "often"\n' + ONE, "sample_rate_hz"),
-        ("audio_channels = 1\n" + ONE, "sensor_channel"),
         ("holes = [[1]]\n" + ONE, "holes"),
         ('direction = "left"\n' + ONE, "direction"),
         (TWO.replace('"a"', '"3"').replace('"b"', '"3.0"'), r"one name, found 3 and 3\.0"),

@@ -83,6 +83,9 @@ def test_session_file_declares(write_session):
     assert recording.steady_s == (1.0, 3.5)
     assert recording.conditions == {"direction": "-y"}
     assert "sensor" not in session_file(root).model_dump()
+    (root / "session.json").write_text('{"audio_channels": 1}')
+    with pytest.raises(InputError, match=r"session\.json: expected .*sensor_channel"):
+        read_session(root)
 
 
 @pytest.fixture
