@@ -5,12 +5,12 @@
 # need no extra are run there, then the quick tests, both in a folder in which nothing else lies.
 #
 #   CONSTRAINTS=constraints-lowest.txt   other versions than those of constraints.txt
-#   TESTS="tests/unit/core tests/golden" other tests
+#   TESTS="tests/unit/store tests/golden" other tests
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 constraints=$root/${CONSTRAINTS:-constraints.txt}
-tests=${TESTS:-tests/unit/test_package.py tests/unit/cli tests/unit/core tests/unit/channels \
+tests=${TESTS:-tests/unit/cli tests/unit/store tests/unit/channels \
     tests/unit/encodings tests/unit/models tests/unit/evaluation}
 python=$(command -v "$1")
 away=$(mktemp -d)
@@ -59,5 +59,5 @@ test -s results/report.html
 echo "== tests"
 python -m pip install --quiet --disable-pip-version-check -c "$constraints" \
     filelock pytest pytest-timeout hypothesis
-cp -r "$root/tests" "$root/pyproject.toml" .
+cp -r "$root/tests" "$root/scripts" "$root/pyproject.toml" .
 python -m pytest -q -p no:cacheprovider $tests

@@ -54,27 +54,15 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
     names = {name: getattr(afferents, name) for name in afferents.__all__}
     failed = []
     finder = doctest.DocTestFinder(recurse=False)
-    shown = [
-        "simulate",
-        "init_session",
-        "calibrate",
-        "track",
-        "extract",
-        "inspect",
-        "samples",
-        "evaluate",
-    ]
-    shown += ["report", "train", "load_model", "explain", "explain_shear", "export", "export_nwb"]
+    shown = ["simulate", "init_session", "calibrate", "track", "extract", "inspect", "samples"]
+    shown += ["evaluate", "report", "train", "load_model", "explain", "explain_shear", "export"]
+    shown += ["export_nwb"]
     for name in shown:
         (example,) = finder.find(names[name], name, module=False, globs=names)
         found = doctest.DocTestRunner().run(example, clear_globs=False)
         assert found.attempted > 0, name
         failed += [name] * bool(found.failed)
     assert failed == []
-
-
-def test_the_base_classes_show_a_whole_one():
-    assert {"afferents.channels", "afferents.encodings.base"} <= set(WITH_EXAMPLES)
 
 
 def test_the_readme_s_example_runs(session):
@@ -85,15 +73,14 @@ def test_the_readme_s_example_runs(session):
     assert float(names["rapid"][20:].max()) > 0
 
 
-def test_the_models_of_the_page_are_evaluated(run, stores, tmp_path):
+def test_the_models_of_the_page_are_evaluated(does, stores, tmp_path):
     (example,) = python_in("docs/own-models.md")
     (tmp_path / "my_models.py").write_text(example)
     models = ",".join(f"{tmp_path}/my_models.py:{name}" for name in ("logistic", "mlp"))
-    code, out, err = run(
+    out = does(
         "evaluate", stores["video"], "--out", tmp_path / "r", "--models", models,
         "--held-out", "40", "--workers", "1", "--quiet",
     )  # fmt: skip
-    assert code == 0, err
     assert "logistic" in out
     assert "mlp" in out
 

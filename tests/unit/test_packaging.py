@@ -36,18 +36,14 @@ def wheel(tmp_path_factory):
 
 
 @pytest.mark.system
-def test_all_of_the_package_is_in_the_wheel(wheel):
+def test_all_of_the_package_is_in_the_wheel_under_the_version_declared(wheel):
+    declared = PROJECT["tool"]["setuptools_scm"]["fallback_version"]
+    assert wheel.name == f"afferents-{declared}-py3-none-any.whl"
     with ZipFile(wheel) as archive:
         shipped = {name for name in archive.namelist() if name.startswith("afferents/")}
     files = (path for path in (ROOT / "src/afferents").rglob("*") if path.is_file())
     written = {path.relative_to(ROOT / "src").as_posix() for path in files}
     assert shipped == {name for name in written if "__pycache__" not in name}
-
-
-@pytest.mark.system
-def test_without_git_the_version_is_the_one_declared(wheel):
-    declared = PROJECT["tool"]["setuptools_scm"]["fallback_version"]
-    assert wheel.name == f"afferents-{declared}-py3-none-any.whl"
 
 
 def test_the_extras_are_those_that_the_docs_list():

@@ -1,5 +1,6 @@
-"""Commands whose words nobody can take: one sentence or none, never a traceback."""
+"""Streams of few letters, and streams that take nothing: one sentence or none, no traceback."""
 
+import io
 import os
 import subprocess
 import sys
@@ -9,67 +10,86 @@ import pytest
 from afferents.evaluation.fold_files import FoldKey
 from afferents.evaluation.job_status import plan
 from afferents.files import write_json
-
-pytestmark = pytest.mark.system
+from afferents.progress import Progress, flush_streams, prepare_streams, printable
 
 ASCII = {"LC_ALL": "C", "LANG": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 
+class Full(io.StringIO):
+    """Takes nothing."""
+
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+
+    def flush(self):
+        raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
+def test_every_letter_can_be_printed(monkeypatch, encoding):
+    stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+    monkeypatch.setattr(sys, "stdout", stream)
+    prepare_streams()
+    stream.write("a \udcff –")
+    stream.flush()
+    assert stream.buffer.getvalue().startswith(rb"a \udcff ")
+    assert printable("é\udcff") == r"é\udcff"
+
+
+def test_what_is_not_taken_is_told_and_progress_is_shown_if_it_can_be(monkeypatch):
+    assert flush_streams() is None
+    monkeypatch.setattr(sys, "stdout", Full())
+    assert flush_streams().strerror == "No space left on device"
+    monkeypatch.setattr(sys, "stderr", Full())
+    with Progress() as progress:
+        progress.note("nobody reads it")
+        assert list(progress.track("ab", "working", 2)) == ["a", "b"]
+
+
 @pytest.fixture
-def results(tmp_path):
-    """An evaluation that has failed at a name that no ASCII terminal can spell."""
+def status(tmp_path):
+    """Ask for an evaluation that has failed at a name that no ASCII terminal can spell."""
     plan(tmp_path, [FoldKey.of("vib-te", "nested", 0, 10.0)], workers=1)
     write_json(tmp_path / "folds/vib-te/nested/seed-0/10.failed", {"why": "é – \udcff"})
-    return tmp_path
+
+    def ask(folder=tmp_path, changed=None, **how):
+        command = [sys.executable, "-m", "afferents", "status", folder]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **how}
+        done = subprocess.run(command, env={**os.environ, **(changed or {})}, **pipes)
+        return done.returncode, done.stdout or b"", done.stderr or b""
+
+    return ask
 
 
-def afferents(*arguments, **how):
-    command = [sys.executable, "-m", "afferents", *arguments]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **how}
-    done = subprocess.run(command, check=False, **pipes)
-    return done.returncode, done.stdout or b"", done.stderr or b""
-
-
-@pytest.mark.parametrize(
-    ("changed", "printed"),
-    [
-        (ASCII, rb"\xe9 \u2013 ?"),
-        ({"PYTHONIOENCODING": "latin-1"}, rb"\u2013 ?"),
-        ({"PYTHONUTF8": "1"}, b"\xc3\xa9 \xe2\x80\x93 ?"),
-    ],
-)
-def test_a_terminal_of_few_letters(results, changed, printed):
-    code, out, err = afferents("status", results, env={**os.environ, **changed})
+@pytest.mark.system
+def test_a_terminal_of_few_letters(status):
+    code, out, err = status(changed=ASCII)
     assert (code, err) == (0, b"")
-    assert printed in out
-
-
-def test_a_name_that_is_no_text_in_an_ascii_terminal():
-    name = b"no/\xff\xc3\xa9"
-    code, _, err = afferents("status", name, env={**os.environ, **ASCII})
+    assert rb"\xe9 \u2013 ?" in out
+    code, _, err = status(b"no/\xff\xc3\xa9", ASCII)
     assert code == 2
     assert err.startswith(rb"afferents: no/\udcff\udcc3\udca9: expected ")
 
 
-def test_stdout_that_is_full(results):
+@pytest.mark.system
+def test_stdout_that_is_full(status):
     with open("/dev/full", "wb") as full:  # noqa: PTH123
-        code, _, err = afferents("status", results, stdout=full)
-    assert code == 2
-    assert err == (
-        b"afferents: stdout: expected room for what the command says, "
-        b"found No space left on device\n"
-    )
+        code, _, err = status(stdout=full)
+    said = b"stdout: expected room for what the command says, found No space left on device"
+    assert (code, err) == (2, b"afferents: " + said + b"\n")
 
 
-def test_a_reader_that_left_has_heard_enough(results):
+@pytest.mark.system
+def test_a_reader_that_left_has_heard_enough(status):
     read, write = os.pipe()
     os.close(read)
-    code, _, err = afferents("status", results, stdout=write)
+    code, _, err = status(stdout=write)
     os.close(write)
     assert (code, err) == (1, b"")
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("stream", [1, 2])
-def test_streams_that_are_closed(results, stream):
-    code, _, err = afferents("status", results, preexec_fn=lambda: os.close(stream))
+def test_streams_that_are_closed(status, stream):
+    code, _, err = status(preexec_fn=lambda: os.close(stream))
     assert (code, err) == (0, b"")

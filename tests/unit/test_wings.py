@@ -1,9 +1,13 @@
-"""What works without: the wings, the extras, PyTorch."""
+"""What works without: the wings, the extras, PyTorch; what waits for no heavy package."""
 
 import subprocess
 import sys
 
 import pytest
+
+import afferents
+
+pytestmark = pytest.mark.system
 
 WITHOUT = """
 import sys
@@ -25,51 +29,48 @@ for part in pkgutil.walk_packages(afferents.__path__, 'afferents.'):
 from afferents import cli
 cli.app(['inspect', '--help'], standalone_mode=False)
 """
-
-
+HELP = """
+import sys
+from afferents.cli import app
+try: app(['--help'], prog_name='afferents')
+except SystemExit: pass
+print(*sys.modules)
+"""
 WINGS = ("afferents.recorder", "afferents.neuro", "afferents.exchange")
-PROGRAMS = ("afferents.__main__",)
-EXTRAS = (
-    "uvicorn",
-    "starlette",
-    "websockets",
-    "onnx",
-    "onnxruntime",
-    "sounddevice",
-    "pylsl",
-    "serial",
-    "pooch",
-)
-EXTRAS += (
-    "requests",
-    "dask",
-    "distributed",
-    "h5py",
-    "pynwb",
-    "neo",
-    "elephant",
-    "rosbags",
-    "rerun",
-)
-LIVE = "import sys, afferents.live.outlets; print('torch' in sys.modules)"
+EXTRAS = ("uvicorn", "starlette", "websockets", "onnx", "onnxruntime", "sounddevice", "pylsl")
+EXTRAS += ("serial", "pooch", "requests", "dask", "distributed", "h5py", "pynwb", "neo")
+EXTRAS += ("elephant", "rosbags", "rerun")
+HEAVY = {"torch", "xarray", "pandas", "scipy", "cv2", "numba", "av", "matplotlib", "sklearn"}
 
 
-def run_without(removed, left_out):
-    code = WITHOUT.format(removed=removed, left_out=left_out)
+def printed_by(code):
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert said.returncode == 0, said.stderr
-    assert "inspect" in said.stdout
+    return said.stdout
 
 
-@pytest.mark.parametrize("wing", WINGS)
-def test_the_package_works_without_a_wing(wing):
-    run_without((wing,), (*PROGRAMS, *WINGS))
+@pytest.mark.parametrize(
+    ("removed", "left_out"),
+    [*(((wing,), WINGS) for wing in WINGS), (EXTRAS, ("afferents.live.web.guard",))],
+)
+def test_the_package_works_without(removed, left_out):
+    code = WITHOUT.format(removed=removed, left_out=("afferents.__main__", *left_out))
+    assert "inspect" in printed_by(code)
 
 
-def test_everything_but_the_guard_of_the_page_is_imported_without_extras():
-    run_without(EXTRAS, (*PROGRAMS, "afferents.live.web.guard"))
+def test_help_and_live_do_not_wait_for_heavy_packages():
+    """They take most of a second to import; a mistyped word should not wait for it."""
+    loaded = set(printed_by(HELP).splitlines()[-1].split())
+    assert "typer" in loaded
+    assert not loaded & (HEAVY | {"importlib.metadata"})
+    live = "import sys, afferents.live.outlets; print('torch' in sys.modules)"
+    assert printed_by(live).split() == ["False"]
 
 
-def test_live_does_not_wait_for_pytorch():
-    said = subprocess.run([sys.executable, "-c", LIVE], capture_output=True, text=True, check=True)
-    assert said.stdout.split() == ["False"]
+def test_every_exported_name_is_there_and_internals_are_not_offered():
+    assert set(afferents.__all__) <= set(dir(afferents))
+    assert all(getattr(afferents, name) is not None for name in afferents.__all__)
+    assert not {"predict", "build"} & set(dir(afferents))
+    printed_by(
+        "import afferents.plot as p; from afferents import plot; assert p is plot; p.markers"
+    )

@@ -1,6 +1,7 @@
 """What a command does where nothing is said is the same in the shell and in Python."""
 
 import inspect
+from importlib.metadata import version
 
 import pytest
 
@@ -49,3 +50,8 @@ def test_the_paper_s_models_and_what_we_recommend_are_evaluated_so_that_numbers_
     options = EvaluationOptions()
     assert (options.models, options.preset) == ("best,all", "fast")
     assert defaults(afferents.evaluate)["models"] == options.models
+
+
+def test_the_version_is_the_one_that_is_installed(run):
+    assert afferents.__version__ == version("afferents")
+    assert run("--version") == (0, f"{afferents.__version__}\n", "")

@@ -2,40 +2,26 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
 
 import pytest
 
-from afferents.encodings.base import Option
-from afferents.encodings.settings import ENCODINGS, options
+from afferents.encodings.settings import options
 
-OWN = f"{Path(__file__).with_name('own_encoding.py')}:powers"
+OWN = f"{Path(__file__).parents[1] / 'own' / 'own_parts.py'}:powers"
 
 
 @pytest.mark.parametrize("command", ["evaluate", "train"])
-def test_all_of_them_are_offered_with_their_help(run, monkeypatch, command):
+def test_all_of_them_are_offered_with_their_help(does, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "200")
-    code, out, _ = run(command, "--help-all")
-    assert code == 0
+    out = does(command, "--help-all")
     for option in options().values():
         assert option.flag in out
         assert option.help in out
 
 
-def test_one_that_is_new_needs_no_word_of_the_command_line(run, monkeypatch):
-    class Louder(ENCODINGS["spatial"]):
-        name = "louder"
-        gain: Annotated[float, Option("--gain", "By how much.")] = 1.0
-
-    monkeypatch.setitem(ENCODINGS, "louder", Louder)
-    code, out, _ = run("train", "--help-all")
-    assert (code, "--gain" in out) == (0, True)
-
-
-def test_one_of_an_encoding_from_outside_goes_all_the_way(run, stores, tmp_path):
+def test_one_of_an_encoding_from_outside_goes_all_the_way(run, does, stores, tmp_path):
     command = ("evaluate", stores["video"], "--out", tmp_path / "r", "--models", OWN, "--json")
-    code, out, err = run(*command, "--power", 2, "--workers", 1)
-    assert code == 0, err
+    out = does(*command, "--power", 2, "--workers", 1)
     assert json.loads(out)["options"] == ["--power", "2"]
     code, out, _ = run("evaluate", f"--models={OWN}", "--help-all")
     assert (code, "--power" in out) == (0, True)

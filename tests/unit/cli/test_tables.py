@@ -37,15 +37,10 @@ def test_no_word_is_broken_and_none_is_lost(width):
     assert text.count("10 mm/s:") == text.count("25.0") == len(ROWS)
 
 
-def test_a_wide_terminal_has_a_line_for_each_row():
+def test_a_line_for_each_row_or_columns_below_with_the_names_of_their_rows():
     lines = printed(TABLE, 160).splitlines()
     assert sum("50.1 [40.2, 60.3]   50.1 [40.2, 60.3]" in line for line in lines) == len(ROWS)
-    assert sum("run-number-0" in line for line in lines) == 1
-
-
-def test_columns_that_do_not_fit_come_below_with_the_names_of_their_rows():
-    lines = printed(TABLE, 60).splitlines()
-    heads = [line for line in lines if "Model" in line]
+    heads = [line for line in printed(TABLE, 60).splitlines() if "Model" in line]
     assert len(heads) > 1
     assert all("Protocol" in head for head in heads)
 

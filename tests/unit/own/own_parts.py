@@ -1,6 +1,9 @@
 """One of each that a researcher adds, written outside the package."""
 
+from typing import Annotated
+
 import numpy as np
+from pydantic import PositiveFloat
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.linear_model import LogisticRegression
@@ -8,7 +11,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from torch import nn
 
-from afferents import Channel, ImageEncoding, Model, dims
+from afferents import Channel, ImageEncoding, Model, SpatialEncoding, dims
+from afferents.encodings.base import Option
 from afferents.encodings.images import frame_extents
 from afferents.encodings.samples import make_samples
 
@@ -50,6 +54,17 @@ class Columns(ImageEncoding):
 
     def stream(self, lookback):
         return LastImage()
+
+
+class Powers(SpatialEncoding):
+    """Images to a power, which is an option of the command line."""
+
+    name = "powers"
+    power: Annotated[PositiveFloat, Option("--power", "Exponent of every pixel.")] = 1.0
+
+    def samples(self, response, kept, lookback):
+        found = super().samples(response, kept, lookback)
+        return found.copy(data=abs(found.values) ** self.power)
 
 
 def perceptron(n_classes, sample_shape):
@@ -102,6 +117,9 @@ def two_logits(n_classes, sample_shape):
 
 logistic = Model(
     "logistic", channel="ra1", encoding="spatial", classifier=LogisticRegression(max_iter=50)
+)
+powers = Model(
+    "powers", channel="ra1", encoding=Powers(), classifier=LogisticRegression(max_iter=50)
 )
 forest = Model(
     "forest",

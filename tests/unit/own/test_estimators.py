@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 import shutil
 import subprocess
 import sys
@@ -49,11 +50,6 @@ def trained(stores, tmp_path_factory):
 def model(trained, tmp_path):
     """A copy of one that a test may spoil."""
     return Path(shutil.copytree(trained / "logistic", tmp_path / "model"))
-
-
-def changed(model, **content):
-    card = json.loads((model / "model.json").read_text())
-    (model / "model.json").write_text(json.dumps(card | content))
 
 
 @pytest.mark.system
@@ -106,12 +102,11 @@ def test_the_card_names_the_estimator_and_what_of_it_is_one_s_own(trained):
     assert "can't be exported or felt live" in card.describe()[-1]
 
 
-def test_it_is_explained_but_not_exported(run, fails, trained, stores, tmp_path):
+def test_it_is_explained_but_not_exported(does, fails, trained, stores, tmp_path):
     asked = ("explain", trained / "logistic", stores["video"], "--out", tmp_path / "why", "--quiet")
-    assert run(*asked)[0] == 0
+    does(*asked)
     sentence = fails("export", trained / "logistic", tmp_path / "m.onnx")
     assert "expected a model whose classifier is a torch module" in sentence
-    assert not (tmp_path / "m.onnx").exists()
 
 
 @pytest.mark.parametrize(
@@ -133,7 +128,8 @@ def test_what_is_not_as_it_was_kept_is_refused(model, spoil):
 
 @pytest.mark.parametrize("own", ["subprocess:Popen", "os:system", "own_parts:doubled", "gone:Mine"])
 def test_a_card_cannot_have_anything_but_estimators_trusted(model, own):
-    changed(model, estimator=[own])
+    card = json.loads((model / "model.json").read_text())
+    (model / "model.json").write_text(json.dumps(card | {"estimator": [own]}))
     with pytest.raises(InputError, match=r"estimator|imported"):
         load_model(model)
 
@@ -157,15 +153,17 @@ def test_a_type_that_the_card_does_not_name_is_never_made(model, tmp_path, monke
     assert not (tmp_path / "harmed").exists()
 
 
-def test_what_could_not_be_trusted_again_is_not_written(run, stores, tmp_path):
-    asked = ("train", stores["video"], tmp_path / "m", "--quiet", "--model")
-    code, _, err = run(*asked, f"{OWN}:with_function")
-    assert code == 2
-    assert "estimators of a module of one's own" in err
-    assert "doubled" in err
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("with_function", r"estimators of a module of one's own.*doubled"),
+        ("raises", "the classifier Rude: ValueError: no, thank you"),
+    ],
+)
+def test_what_could_not_be_trusted_again_is_not_written(fails, stores, tmp_path, name, sentence):
+    asked = ("train", stores["video"], tmp_path / "m", "--quiet", "--model", f"{OWN}:{name}")
+    assert re.search(sentence, fails(*asked))
     assert not (tmp_path / "m").exists()
-    code, _, err = run(*asked, f"{OWN}:raises")
-    assert (code, "the classifier Rude: ValueError: no, thank you" in err) == (2, True)
 
 
 def test_a_class_in_place_of_an_estimator_is_refused(stores, tmp_path):

@@ -1,61 +1,37 @@
 """Real files, encoded on the spot."""
 
-from collections.abc import Callable, Sequence
-from fractions import Fraction
-from pathlib import Path
+from dataclasses import replace
 
-import av
 import numpy as np
 import pytest
 import soundfile
 
-WriteVideo = Callable[..., Path]
-WriteSession = Callable[..., Path]
+from afferents.recordings.fetch import download
+from afferents.recordings.fetch.archives import ARCHIVES
+
+from ..films import write_film
+from .served_files import serving
+
+PESTELL = ARCHIVES["pestell2022"]
 
 
-def _encode(
-    path: Path,
-    codec: str = "libx264",
-    pixels: str = "yuv420p",
-    size: tuple[int, int] = (64, 48),
-    n_frames: int = 12,
-    rate: int = 90,
-    ticks_ms: Sequence[int] | None = None,
-    colour: bool = False,
-    noise: bool = False,
-    options: dict[str, str] | None = None,
-    container_options: dict[str, str] | None = None,
-) -> Path:
+def _encode(path, size=(64, 48), n_frames=12, ticks_ms=None, colour=False, noise=False, **how):
     """Encode a grey (or coloured) ramp, or noise, that shifts by 2 px a frame."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     width, height = size
     ramp = np.tile(np.linspace(0, 255, width).astype(np.uint8), (height, 1))
     if noise:
         ramp = np.random.default_rng(0).integers(0, 256, (height, width), dtype=np.uint8)
-    with av.open(str(path), "w", options=container_options or {}) as container:
-        stream = container.add_stream(codec, rate=rate, options=options or {})
-        stream.width, stream.height, stream.pix_fmt = width, height, pixels
-        if ticks_ms is not None:
-            stream.codec_context.time_base = Fraction(1, 1000)
-        for n in range(n_frames):
-            grey = np.roll(ramp, 2 * n, axis=1)
-            other = grey // 2 + 60 if colour else grey
-            frame = av.VideoFrame.from_ndarray(np.stack([grey, other, grey], -1), format="rgb24")
-            if ticks_ms is not None:
-                frame.pts, frame.time_base = ticks_ms[n], Fraction(1, 1000)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-    return path
+    greys = [np.roll(ramp, 2 * n, axis=1) for n in range(n_frames)]
+    images = [np.stack([grey, grey // 2 + 60 if colour else grey, grey], -1) for grey in greys]
+    return write_film(path, images, at_ms=ticks_ms, form="rgb24", **how)
 
 
 @pytest.fixture(scope="session")
-def write_video() -> WriteVideo:
+def write_video():
     return _encode
 
 
-def _write_audio(
-    path: Path, duration_s: float = 0.2, sample_rate_hz: int = 44100, channels: int = 2
-) -> Path:
+def _write_audio(path, duration_s=0.2, sample_rate_hz=44100, channels=2):
     """Write 16-bit noise, another in each channel."""
     path.parent.mkdir(parents=True, exist_ok=True)
     n = round(duration_s * sample_rate_hz)
@@ -65,15 +41,15 @@ def _write_audio(
 
 
 @pytest.fixture(scope="session")
-def write_audio() -> Callable[..., Path]:
+def write_audio():
     return _write_audio
 
 
 @pytest.fixture
-def write_session(tmp_path: Path) -> WriteSession:
+def write_session(tmp_path):
     """Write a session folder of empty files: reading the grid must not open them."""
 
-    def write(*conditions: str) -> Path:
+    def write(*conditions):
         root = tmp_path / "session"
         for condition in conditions:
             folder = root / condition
@@ -83,3 +59,18 @@ def write_session(tmp_path: Path) -> WriteSession:
         return root
 
     return write
+
+
+@pytest.fixture
+def site(monkeypatch):
+    """A web server with the page of a data set."""
+    monkeypatch.setattr(download, "WAIT_S", 0.0)
+    with serving() as found:
+        found.moved = {"/doi": f"/data/dataset/{PESTELL.key}"}
+        yield found
+
+
+@pytest.fixture
+def archive(site):
+    """The data set of the paper, at that server."""
+    return replace(PESTELL, url=f"{site.url}/doi", page=f"{site.url}/doi")

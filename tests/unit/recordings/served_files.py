@@ -1,7 +1,6 @@
 """A web server of this machine that shows a folder as Apache does, and can be made to fail."""
 
 import threading
-from collections import Counter
 from contextlib import contextmanager
 from functools import partial
 from hashlib import sha256
@@ -14,34 +13,20 @@ from afferents.recordings.fetch import fetch as fetching
 
 
 class Site:
-    """What is served, and how it fails.
-
-    Attributes
-    ----------
-    files
-        Content by path.
-    pages
-        HTML by path.
-    moved
-        Where to, by path.
-    breaks
-        After how many bytes each next answer for a file ends, by path.
-    asked
-        ``(method, path, range)`` of every request.
-    """
+    """What is served, by path, and how it fails."""
 
     def __init__(self):
-        self.files, self.pages, self.moved = {}, {}, {}
-        self.breaks, self.asked = {}, []
-        self.takes_ranges, self.validators = True, ("ETag", "Last-Modified")
         self.url = ""
+        self.files, self.pages, self.moved = {}, {}, {}
+        self.breaks = {}
+        """After how many bytes each next answer for a file ends, by path."""
+        self.asked = []
+        """Method, path and range of every request."""
+        self.takes_ranges, self.validators = True, ("ETag", "Last-Modified")
 
     def bytes_sent(self, path):
         """Return which ranges were asked of a file."""
         return [wanted for how, where, wanted in self.asked if (how, where) == ("GET", path)]
-
-    def counted(self):
-        return Counter(path for how, path, _ in self.asked if how == "GET")
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -1,17 +1,24 @@
-"""Sound files that libsndfile just wrote."""
+"""Sound files that libsndfile just wrote, and what a wav's header declares."""
 
-from collections.abc import Callable
-from pathlib import Path
+import struct
 
 import numpy as np
 import pytest
 import soundfile
 
 from afferents.errors import InputError
-from afferents.recordings.audio import WavFile
+from afferents.recordings.audio import WavFile, declared_samples
+
+PLAIN = ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE", "ULAW"]
 
 
-def test_reads_the_sensors_channel_alone(tmp_path: Path) -> None:
+def write(path, form="WAV", subtype="PCM_16", n=1000):
+    samples = np.random.default_rng(0).uniform(-0.5, 0.5, (n, 2))
+    soundfile.write(str(path), samples, 8000, subtype=subtype, format=form)
+    return path
+
+
+def test_reads_the_sensors_channel_alone(tmp_path):
     n = 200_000  # more than one block
     left, right = np.zeros(n, np.int16), (np.arange(n) % 32768).astype(np.int16)
     soundfile.write(str(tmp_path / "a.wav"), np.stack([left, right], 1), 44100)
@@ -23,63 +30,67 @@ def test_reads_the_sensors_channel_alone(tmp_path: Path) -> None:
     np.testing.assert_array_equal(audio.values[:, 0], right / np.float32(32768))
 
 
-def test_header(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
-    audio = WavFile(write_audio(tmp_path / "a.wav", duration_s=0.1, sample_rate_hz=8000))
-    assert (audio.sample_rate_hz, audio.n_samples, audio.n_channels) == (8000, 800, 2)
-
-
-def test_mono_is_read_on_its_only_channel(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
+def test_mono_is_read_on_its_only_channel(tmp_path, write_audio):
     path = write_audio(tmp_path / "a.wav", channels=1)
     assert WavFile(path, channel=0).read().sizes == {"audio_time": 8820, "channel": 1}
     with pytest.raises(InputError, match="expected the sensor on channel 2, found 1 channel"):
         WavFile(path).read()
 
 
-@pytest.mark.parametrize("content", [b"", b"RIFF", b"this is not sound" * 50])
-def test_unreadable(tmp_path: Path, content: bytes) -> None:
+@pytest.mark.parametrize(
+    "content", [b"", b"RIFF", b"RIFF\0\0\0\0WAVE", b"RIFF\0\0\0\0WAVEfmt ", b"no sound" * 200]
+)
+def test_unreadable(tmp_path, content):
     path = tmp_path / "audio.wav"
     path.write_bytes(content)
+    assert declared_samples(path) is None
     with pytest.raises(InputError, match=r"audio\.wav: expected a readable sound file"):
         WavFile(path).read()
 
 
-def test_empty_and_missing(tmp_path: Path, write_audio: Callable[..., Path]) -> None:
+def test_empty_and_missing(tmp_path, write_audio):
     with pytest.raises(InputError, match="with samples, found none"):
         WavFile(write_audio(tmp_path / "empty.wav", duration_s=0)).read()
     with pytest.raises(InputError, match="no such file"):
         WavFile(tmp_path / "absent.wav").read()
 
 
-def test_shorter_than_its_header_was_when_read(
-    tmp_path: Path, write_audio: Callable[..., Path]
-) -> None:
-    audio = WavFile(write_audio(tmp_path / "a.wav"))
-    assert audio.n_samples == 8820
-    audio.path.write_bytes(audio.path.read_bytes()[:4044])
-    with pytest.raises(InputError, match="8820 samples as it declares, found 1000"):
-        audio.read()
+@pytest.mark.parametrize("subtype", PLAIN)
+@pytest.mark.parametrize("form", ["WAV", "WAVEX", "RF64"])
+def test_a_wav_that_was_cut_off_is_not_a_shorter_one(tmp_path, form, subtype):
+    path = write(tmp_path / "a.wav", form, subtype)
+    whole = WavFile(path)
+    assert (declared_samples(path), whole.n_samples, whole.n_channels) == (1000, 1000, 2)
+    path.write_bytes(path.read_bytes()[: int(0.9 * path.stat().st_size)])
+    for file in (whole, WavFile(path)):  # also where its header was read before
+        with pytest.raises(InputError, match=r"1000 samples as it declares, found [89]\d\d;"):
+            file.read()
 
 
-def test_a_wav_that_was_cut_off_is_not_a_shorter_one(
-    tmp_path: Path, write_audio: Callable[..., Path]
-) -> None:
-    path = write_audio(tmp_path / "a.wav")
-    path.write_bytes(path.read_bytes()[:4044])
-    with pytest.raises(InputError, match=r"8820 samples as it declares, found 1000; copy"):
-        _ = WavFile(path).n_samples
-
-
-def test_a_wav_of_unknown_length_is_what_is_in_it(
-    tmp_path: Path, write_audio: Callable[..., Path]
-) -> None:
-    path = write_audio(tmp_path / "a.wav")
-    content = path.read_bytes()
+@pytest.mark.parametrize("length", [0, 0xFFFFFFFF])
+def test_a_wav_of_unknown_length_is_what_is_in_it(tmp_path, length):
+    path = write(tmp_path / "a.wav")
+    content = bytearray(path.read_bytes())
     assert content[36:40] == b"data"
-    path.write_bytes(content[:40] + b"\xff\xff\xff\xff" + content[44:])
-    assert WavFile(path).n_samples == 8820
+    content[40:44] = struct.pack("<I", length)
+    path.write_bytes(content)
+    assert declared_samples(path) is None
+    assert not length or WavFile(path).n_samples == 1000
 
 
-@pytest.mark.parametrize(("name", "subtype"), [("a.wav", "FLOAT"), ("a.flac", "PCM_16")])
-def test_what_is_not_pcm_in_a_wav_is_read(tmp_path: Path, name: str, subtype: str) -> None:
-    soundfile.write(str(tmp_path / name), np.zeros((100, 2)), 8000, subtype=subtype)
-    assert WavFile(tmp_path / name).read().sizes["audio_time"] == 100
+def test_chunks_before_the_data_are_passed_over(tmp_path):
+    content = write(tmp_path / "a.wav").read_bytes()
+    odd = b"note" + struct.pack("<I", 3) + b"abc\0"  # three bytes and one to be even
+    path = tmp_path / "b.wav"
+    path.write_bytes(content[:12] + odd + content[12:])
+    assert declared_samples(path) == 1000
+
+
+@pytest.mark.parametrize(
+    ("form", "subtype"),
+    [("WAV", "IMA_ADPCM"), ("FLAC", "PCM_16"), ("OGG", "VORBIS"), ("W64", "PCM_16")],
+)
+def test_what_is_no_plain_wav_declares_nothing_and_is_read(tmp_path, form, subtype):
+    path = write(tmp_path / "a.wav", form, subtype)
+    assert declared_samples(path) is None
+    assert WavFile(path).read().sizes["audio_time"] >= 1000

@@ -16,22 +16,29 @@ RATE_HZ = 100
 VALUES = np.random.default_rng(0).integers(-50, 50, (300, 2)).astype(np.float64)
 FRAME = pd.DataFrame({"t": np.arange(300) / RATE_HZ, "left": VALUES[:, 0], "right": VALUES[:, 1]})
 FILES = '[files]\npattern = "{texture}_{speed}.SUFFIX"\n[signal]\n'
+RESAMPLED = 'time = "t"\nresample_hz = 300\n'
 TIMED = 'time = "t"\nchannels = ["left", "right"]\n'
 
 
-def described(folder: Path, text: str, suffix: str = "csv") -> Described:
+def described(folder, text, suffix="csv"):
     (folder / "dataset.toml").write_text(text.replace("SUFFIX", suffix))
     return Described(folder / "dataset.toml")
 
 
-def csv(folder: Path, name: str = "silk_20.csv", frame: pd.DataFrame = FRAME) -> Path:
+def read(folder, text, suffix="csv"):
+    """Read the one recording that is described."""
+    (one,) = described(folder, text, suffix).recordings().recordings
+    return one.audio.read()
+
+
+def csv(folder, name="silk_20.csv", frame=FRAME):
     path = folder / name
     path.parent.mkdir(parents=True, exist_ok=True)
     frame.to_csv(path, index=False)
     return path
 
 
-def hdf5(path: Path) -> None:
+def hdf5(path):
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
         file["run/time"] = FRAME.t
@@ -76,29 +83,36 @@ def test_every_format_gives_the_same_channels(tmp_path, suffix, write, signal):
     np.testing.assert_array_equal(heard.values * (64 if suffix == "wav" else 1), VALUES)
 
 
-def test_names_say_texture_speed_and_conditions(tmp_path):
-    csv(tmp_path, "day 1/silk/2.5cm_3_down.csv")
-    files = '[files]\npattern = "{day}/{texture}/{speed}cm_{trial}_{way}.csv"\n'
-    files += 'speed_unit = "cm/s"\n[files.words.way]\ndown = "-"\n[signal]\nsteady_s = [0.5, 2.5]\n'
-    (one,) = described(tmp_path, files + TIMED).recordings().recordings
-    assert one.name == "day 1/silk/2.5cm_3_down"
-    assert (one.texture, one.speed_mm_s, one.steady_s) == ("silk", 25.0, (0.5, 2.5))
-    assert one.conditions == {"day": "day 1", "trial": 3, "way": "-"}
-
-
-def test_a_regular_expression_and_what_names_do_not_say(tmp_path):
-    csv(tmp_path, "run7-v10.csv")
+@pytest.mark.parametrize(
+    ("name", "files", "expected"),
+    [
+        (
+            "day 1/silk/2.5cm_3_down.csv",
+            'pattern = "{day}/{texture}/{speed}cm_{trial}_{way}.csv"\nspeed_unit = "cm/s"\n'
+            '[files.words.way]\ndown = "-"\n',
+            ("silk", 25.0, {"day": "day 1", "trial": 3, "way": "-"}),
+        ),
+        (
+            "run7-v10.csv",
+            "regex = 'run(?P<trial>\\d+)-v(?P<speed>\\d+)\\.csv'\ntexture = \"silk\"\n",
+            ("silk", 10.0, {"trial": 7}),
+        ),
+        ("silk_1.csv", 'pattern = "{texture}_{trial}.csv"\n', ("silk", None, {"trial": 1})),
+        (
+            "day [1]/x/a/silk (7)[150].csv",
+            'folders = ["day [1]/*"]\npattern = "{*}/{texture} ({*})[{speed}].csv"\n'
+            'speed_scale = 0.2\nspeed_unit = "cm/s"\n',
+            ("silk", 300.0, {}),
+        ),
+    ],
+)
+def test_names_say_texture_speed_and_conditions(tmp_path, name, files, expected):
+    csv(tmp_path, name)
     csv(tmp_path, "notes.csv")
-    files = "[files]\nregex = 'run(?P<trial>\\d+)-v(?P<speed>\\d+)\\.csv'\ntexture = \"silk\"\n"
-    (one,) = described(tmp_path, files + "[signal]\n" + TIMED).recordings().recordings
-    assert (one.texture, one.speed_mm_s, one.conditions) == ("silk", 10, {"trial": 7})
-
-
-def test_no_speed_need_be_known(tmp_path):
-    csv(tmp_path, "silk_1.csv")
-    files = '[files]\npattern = "{texture}_{trial}.csv"\n[signal]\n'
-    (one,) = described(tmp_path, files + TIMED).recordings().recordings
-    assert (one.texture, one.speed_mm_s, one.conditions) == ("silk", None, {"trial": 1})
+    text = f"[files]\n{files}[signal]\nsteady_s = [0.5, 2.5]\n{TIMED}"
+    (one,) = described(tmp_path, text).recordings().recordings
+    assert (one.texture, one.speed_mm_s, dict(one.conditions)) == expected
+    assert one.steady_s == (0.5, 2.5)
 
 
 def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
@@ -116,15 +130,17 @@ def test_a_folder_is_known_by_its_dataset_toml(tmp_path):
         ({"{texture}_{speed}": "{texture}_{texture}_{speed}"}, "'{texture}' stands twice"),
         ({"{texture}_{speed}": "{texture}{speed}"}, "two placeholders with nothing between"),
         ({"{texture}_": ""}, "texture must be in the pattern, or texture be given"),
-        (
-            {"[signal]\n": "speed_mm_s = 20\n[signal]\n"},
-            "speed must be in the pattern, or speed_mm_s",
-        ),
+        ({"[signal]\n": "speed_mm_s = 20\n[signal]\n"}, "speed must be in the pattern, or sp"),
         ({'pattern = "{texture}_{speed}.csv"': ""}, "either a pattern or a regex"),
         ({'pattern = "{texture}_{speed}.csv"': "regex = '(?P<texture>'"}, "no pattern: missing"),
         ({TIMED: "sample_rate_hz = 5\nperiod_ms = 3\n"}, "sample_rate_hz or period_ms, not both"),
         ({TIMED: "steady_s = [3.0, 2.0]\n"}, "steady_s must start before it stops"),
         ({TIMED: "sample_rate_hz = -5\n"}, "sample_rate_hz"),
+        ({TIMED: "resample_hz = 300\n"}, "resample_hz needs the time column"),
+        ({TIMED: 'time = "t"\nlongest_gap_ms = 3\n'}, "longest_gap_ms goes with resample_hz"),
+        ({TIMED: f"{RESAMPLED}period_ms = 3\n"}, "resample_hz or period_ms, not both"),
+        ({TIMED: f"{RESAMPLED}jitter_ms = 3\n"}, "resample_hz or jitter_ms, not both"),
+        ({TIMED: f"{RESAMPLED}out_of_order = 2\n"}, "out_of_order"),
     ],
 )
 def test_a_wrong_description_is_refused(tmp_path, change, sentence):
@@ -144,11 +160,13 @@ def test_a_pattern_that_matches_nothing_names_what_is_there(tmp_path):
 
 
 def test_a_pattern_that_matches_one_thing_twice_is_refused(tmp_path):
-    csv(tmp_path, "a/silk_20.csv")
-    csv(tmp_path, "b/silk_20.csv")
+    for name in ("a/silk_20.csv", "b/silk_20.csv"):
+        csv(tmp_path, name)
     text = FILES.replace("[signal]", 'folders = ["*"]\n[signal]') + TIMED
     with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk at 20 mm/s"):
         described(tmp_path, text).recordings()
+    with pytest.raises(InputError, match=r"silk_20\.csv and silk_20\.csv, both silk;"):
+        described(tmp_path, text.replace("{speed}", "{*}")).recordings()
 
 
 def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
@@ -162,7 +180,7 @@ def test_a_standstill_and_a_speed_that_is_no_number_are_refused(tmp_path):
         described(tmp_path, text).recordings()
 
 
-def changed(**columns) -> pd.DataFrame:
+def changed(**columns):
     frame = FRAME.copy()
     for name, (row, value) in columns.items():
         frame[name] = frame[name].astype(object)
@@ -193,43 +211,34 @@ def changed(**columns) -> pd.DataFrame:
 )
 def test_what_is_wrong_in_a_file_is_named(tmp_path, frame, signal, sentence):
     path = csv(tmp_path, frame=frame)
-    (one,) = described(tmp_path, FILES + signal).recordings().recordings
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
-        one.audio.read()
+        read(tmp_path, FILES + signal)
     assert str(path) in str(caught.value)
 
 
 def test_a_row_that_repeats_the_one_before_may_count_once(tmp_path):
     csv(tmp_path, frame=pd.concat([FRAME[:9], FRAME[8:]]))
-    text = FILES + TIMED + 'duplicates = "once"\n'
-    (one,) = described(tmp_path, text).recordings().recordings
-    np.testing.assert_array_equal(one.audio.read().values, VALUES)
+    found = read(tmp_path, FILES + TIMED + 'duplicates = "once"\n')
+    np.testing.assert_array_equal(found.values, VALUES)
 
 
 def test_jitter_is_allowed_as_far_as_it_is_said(tmp_path):
     csv(tmp_path, frame=changed(t=(10, 0.102)))
-    (one,) = described(tmp_path, FILES + TIMED + "jitter_ms = 2\n").recordings().recordings
-    assert one.audio.n_samples == len(one.audio.read())
-    (one,) = described(tmp_path, FILES + TIMED + "jitter_ms = 1\n").recordings().recordings
+    assert len(read(tmp_path, FILES + TIMED + "jitter_ms = 2\n")) == 300
     with pytest.raises(InputError, match=r"line 12: .* 10 ms .*\(within 1\), found 12 ms"):
-        one.audio.read()
+        read(tmp_path, FILES + TIMED + "jitter_ms = 1\n")
 
 
-def test_files_of_another_rate_contradict_the_first(tmp_path):
+def test_files_of_another_rate_contradict_the_first_or_the_description(tmp_path):
     csv(tmp_path)
     csv(tmp_path, "silk_40.csv", FRAME.assign(t=FRAME.t / 2))
     first, other = described(tmp_path, FILES + TIMED).recordings().recordings
     assert first.audio.read().attrs["sample_rate_hz"] == 100
     with pytest.raises(InputError, match=r"silk_40\.csv: .* 100 Hz, found 200 Hz"):
         other.audio.read()
-
-
-def test_a_sound_of_another_rate_than_declared(tmp_path):
     soundfile.write(tmp_path / "silk_20.wav", VALUES[:, 0] / 64, 8000)
-    text = FILES + "sample_rate_hz = 44100\n"
-    (one,) = described(tmp_path, text, "wav").recordings().recordings
     with pytest.raises(InputError, match="44100 Hz, found 8000 Hz"):
-        one.audio.read()
+        read(tmp_path, FILES + "sample_rate_hz = 44100\n", "wav")
 
 
 @pytest.mark.parametrize(
@@ -244,18 +253,15 @@ def test_a_sound_of_another_rate_than_declared(tmp_path):
 )
 def test_a_file_of_another_format(tmp_path, suffix, content, sentence):
     (tmp_path / f"silk_20.{suffix}").write_bytes(content)
-    text = FILES + "sample_rate_hz = 100\n"
-    (one,) = described(tmp_path, text, suffix).recordings().recordings
     with pytest.raises(InputError, match=sentence):
-        one.audio.read()
+        read(tmp_path, FILES + "sample_rate_hz = 100\n", suffix)
 
 
 def test_hdf5_without_its_package_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     (tmp_path / "silk_20.h5").touch()
-    (one,) = described(tmp_path, FILES + "sample_rate_hz = 9\n", "h5").recordings().recordings
     with pytest.raises(InputError, match=r"pip install 'afferents\[hdf5\]'"):
-        one.audio.read()
+        read(tmp_path, FILES + "sample_rate_hz = 9\n", "h5")
 
 
 def test_what_the_page_shows_is_what_is_read():

@@ -19,19 +19,19 @@ needs_real = pytest.mark.skipif(
 )
 
 
-def taxel_file(path: Path) -> SeriesFile:
+def taxel_file(path):
     return SeriesFile(path, SIGNAL)
 
 
-def read_fabricslide(path: Path):
+def read_fabricslide(path):
     return Described(path, PACKAGED["fabricslide"]).recordings()
 
 
-def _row(timestamp_ms: int, first: int) -> str:
+def _row(timestamp_ms, first):
     return ",".join(map(str, [timestamp_ms, 0, 65535, *range(first, first + 16)]))
 
 
-def _write(path: Path, rows: list[str], header: str = HEADER) -> Path:
+def _write(path, rows, header=HEADER):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join([header, *rows]) + "\n")
     return path
@@ -41,7 +41,7 @@ ROWS = [_row(1000, 10), _row(1028, 20), _row(1057, 30), _row(1084, 40)]
 ROWS += [_row(1084 + 28 * i, 50) for i in range(1, 33)]
 
 
-def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
+def test_taxels_are_vibration_channels(tmp_path):
     taxels = taxel_file(_write(tmp_path / "a.csv", ROWS))
     response = taxels.read()
     assert response.dims == ("audio_time", "channel")
@@ -50,28 +50,22 @@ def test_taxels_are_vibration_channels(tmp_path: Path) -> None:
     np.testing.assert_array_equal(response.sel(channel="channel1")[:5], [10, 20, 30, 40, 50])
     np.testing.assert_array_equal(response.sel(channel="channel16")[:4], [25, 35, 45, 55])
     assert taxels.n_samples == 36
-    assert response.attrs["sample_rate_hz"] == pytest.approx(35.714, abs=5e-4)
-
-
-def test_a_row_written_twice_counts_once(tmp_path: Path) -> None:
-    taxels = taxel_file(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
-    assert taxels.n_samples == len(taxels.read()) == 36
+    again = taxel_file(_write(tmp_path / "a.csv", [*ROWS, ROWS[-1]]))
+    assert again.n_samples == len(again.read()) == 36  # a row written twice counts once
 
 
 @pytest.mark.parametrize(
     ("line", "row", "found"),
     [
         (3, _row(1028, 20) + ",5", "expected 19 fields, found 20"),
-        (5, "1084,0,65535,1,2", "expected 19 fields, found 5"),
         (4, "", "expected 19 fields, found 1"),
         (3, _row(1028, 20).replace(",25,", ",2.5,"), "expected integers, found '2.5'"),
         (4, _row(1057, 30).replace(",35,", ",1_0,"), "expected integers, found '1_0'"),
-        (4, _row(1057, 30).replace(",35,", ",x,"), "expected integers, found 'x'"),
         (4, _row(1085, 30), "found 57 ms"),
         (4, _row(1028, 30), "found 0 ms"),
     ],
 )
-def test_a_bad_row_is_named(tmp_path: Path, line: int, row: str, found: str) -> None:
+def test_a_bad_row_is_named(tmp_path, line, row, found):
     rows = ROWS.copy()
     rows[line - 2] = row
     path = _write(tmp_path / "a.csv", rows)
@@ -81,19 +75,12 @@ def test_a_bad_row_is_named(tmp_path: Path, line: int, row: str, found: str) -> 
     assert found in str(caught.value)
 
 
-def test_no_rows_other_header_no_file(tmp_path: Path) -> None:
-    few = taxel_file(_write(tmp_path / "few.csv", ROWS[:35]))
+def test_less_than_a_second_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"at least 36 rows of data .* 1 s, found 35"):
-        few.read()
-    with pytest.raises(InputError, match="rows of data"):
-        taxel_file(_write(tmp_path / "a.csv", [])).read()
-    with pytest.raises(InputError, match="line 1: expected the columns timestamp"):
-        taxel_file(_write(tmp_path / "b.csv", ROWS, header="time,value")).read()
-    with pytest.raises(InputError, match="readable CSV file, found no such file"):
-        taxel_file(tmp_path / "absent.csv").read()
+        taxel_file(_write(tmp_path / "few.csv", ROWS[:35])).read()
 
 
-def test_names_say_the_condition(tmp_path: Path) -> None:
+def test_names_say_the_condition(tmp_path):
     for name in ("Linen_F250_V-10mmps_3", "Denim_F120_V150mmps_0"):
         _write(tmp_path / "data/fabric" / f"{name}.csv", ROWS)
     _write(tmp_path / "data/board/Board2mm_F120_V-5mmps_0.csv", ROWS)
@@ -108,21 +95,16 @@ def test_names_say_the_condition(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", [".", "data/fabric", "some/where/else"])
-def test_found_wherever_it_lies(tmp_path: Path, folder: str) -> None:
-    _write(tmp_path / folder / "Linen_F120_V10mmps_0.csv", ROWS)
-    assert len(read_fabricslide(tmp_path).recordings) == 1
-
-
-def test_a_broken_file_does_not_stop_the_others(tmp_path: Path) -> None:
-    _write(tmp_path / "Linen_F120_V10mmps_0.csv", ["nonsense"])
-    _write(tmp_path / "Linen_F120_V20mmps_0.csv", ROWS)
+def test_found_wherever_it_lies_and_broken_files_do_not_stop_the_others(tmp_path, folder):
+    _write(tmp_path / folder / "Linen_F120_V10mmps_0.csv", ["nonsense"])
+    _write(tmp_path / folder / "Linen_F120_V20mmps_0.csv", ROWS)
     broken, whole = read_fabricslide(tmp_path).recordings
     assert whole.audio.read().sizes["audio_time"] == 36
     with pytest.raises(InputError):
         broken.audio.read()
 
 
-def test_no_fabricslide(tmp_path: Path) -> None:
+def test_no_fabricslide(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         read_fabricslide(tmp_path / "absent")
     with pytest.raises(InputError, match="none of them"):
@@ -130,7 +112,7 @@ def test_no_fabricslide(tmp_path: Path) -> None:
 
 
 @needs_real
-def test_the_real_set_reads_whole() -> None:
+def test_the_real_set_reads_whole():
     session = read_fabricslide(REAL)
     assert set(session.speeds_mm_s) <= {10, 20, 50, 100, 120, 150}
     first = {recording.texture: recording for recording in session.recordings}

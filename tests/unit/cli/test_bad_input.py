@@ -1,0 +1,103 @@
+"""One sentence, exit code 2, no traceback, nothing half-written."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+import soundfile
+
+ALONE = ("--quiet", "--workers", 1)
+
+
+@pytest.fixture
+def broken(sounds, tmp_path):
+    """A copy of the session of sounds to break."""
+    return shutil.copytree(sounds, tmp_path / "session")
+
+
+@pytest.mark.parametrize(
+    ("command", "sentence"),
+    [
+        (("status", "NONE"), "a results folder that evaluate has begun"),
+        (("extract", "NONE", "OUT"), "expected a session folder, found no such folder"),
+        (("reproduce", "OUT", "--session", "NONE", "--quiet"), "a session folder, found no such"),
+        (("simulate", "OUT", "--textures", "z", "--quiet"), "found 'z'"),
+        (("simulate", "OUT", "--speeds", "0", "--quiet"), "found 0"),
+        (("drum", "g", "OUT", "--bore", "90"), "--bore"),
+        (("calibrate", "none.mp4", "--out", "OUT.toml"), "none.mp4: expected a video file"),
+        (("calibrate", "none.mp4", "--out", "OUT.json"), "a name that ends in .toml"),
+        (("calibrate", "a.mp4", "a.mp4", "--out", "OUT.toml"), "a.mp4: expected each clip once"),
+        (("inspect", ".", "--overlay", "OUT.mp4"), "--overlay: expected a video"),
+        (("evaluate", "NONE", "--out", "OUT"), "a store written by 'afferents extract'"),
+        (("evaluate", "NONE", "--out", "OUT", "--models", "rl-se"), "found 'rl-se'"),
+        (("evaluate", "NONE", "--out", "OUT", "--without", "F250"), "NAME=VALUE"),
+        (("track", "VIDEO", "OUT", "--cluster", "tcp://x:1"), "--cluster: expected a session"),
+    ],
+)
+def test_a_command_that_can_not_go_on(fails, small_session, tmp_path, command, sentence):
+    places = {"NONE": tmp_path / "none", "VIDEO": small_session / "1/20/video.mp4"}
+    given = [places.get(w, w.replace("OUT", f"{tmp_path}/out")) for w in command]
+    assert sentence in fails(*given)
+    assert list(tmp_path.iterdir()) == []
+
+
+PUBLISHED = ("--models", "ridge-te", "--window-s", "0.5", "--protocol", "published")
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--cut", "published"), "found 3.00 s; the cut 'all' takes"),
+        (("--models", "ra-ste"), "(vib-te, vib-te-aug, ridge-te, order-te"),
+        (("--textures", "2"), "at least 2 textures to tell apart, found 2"),
+        (("--speeds", "20"), "at least 3 speeds, to hold one out under nested, found 1 (20 mm/s);"),
+        (("--speeds", "20,40"), "found 2 (20, 40 mm/s); record more speeds, or use --protocol pub"),
+        ((*PUBLISHED, "--speeds", "20,40"), "at least 3 speeds, to hold one out, found 2"),
+        ((*PUBLISHED, "--train-speeds", "1"), "as each is left out in its turn, found 1"),
+        (("--models", "ridge-te", "--window-s", "1e-9"), "--window-s: expected at least two"),
+        (("--stride-s", "1e-9"), "--stride-s: expected at least 0.001 s"),
+        (("--models", "ridge-te", "--stride-s", "1e-9"), "--stride-s: expected at least 0.004 s"),
+        (("--held-out", "25"), "--held-out: expected some of 20, 30, 40, 60 mm/s, found 25"),
+        (("--models", "order-te-measured"), "order-te, order-te-speed-known"),
+        (("--models", "fusion"), "found fusion, for which 1/20 lacks ra2 and sa1_vector"),
+    ],
+)
+def test_data_that_models_can_not_learn_from(fails, stores, tmp_path, options, sentence):
+    given = ("evaluate", stores["audio"], "--out", tmp_path / "r", "--models", "vib-te", *ALONE)
+    assert sentence in fails(*given, *options)
+
+
+def test_keep_going_skips_names_and_exits_with_3(fails, broken, tmp_path):
+    (broken / "2/30/audio.wav").write_bytes(b"not a wav")
+    sentence = fails("extract", broken, tmp_path / "o.zarr", *ALONE, "--keep-going", code=3)
+    assert "skipped 1 of the recordings: 2/30" in sentence
+    assert sorted(p.name for p in (tmp_path / "o.zarr" / "2").glob("[0-9]*")) == ["20", "40", "60"]
+
+
+def test_a_recording_too_short_for_a_window_is_skipped_and_said_so(fails, does, broken, tmp_path):
+    soundfile.write(broken / "2/30/audio.wav", np.zeros((4000, 2)), 8000)
+    store, results = tmp_path / "s.zarr", tmp_path / "r"
+    does("extract", broken, store, *ALONE)
+    command = ("evaluate", store, "--out", results, "--models", "vib-te", *ALONE)
+    assert "2/30: expected at least one window of 1 s, found 0.33 s" in fails(*command)
+    assert not (results / "summary.json").exists()
+    quick = (*command, "--preset", "quick", "--keep-going")
+    assert "skipped 1 of the recordings: 2/30" in fails(*quick, code=3)
+    summary = json.loads((results / "summary.json").read_text())
+    assert [entry["recording"] for entry in summary["skipped"]] == ["2/30"]
+    does("report", results, "--quiet")
+    page = (results / "report.html").read_text()
+    assert "<strong>" in page.split("2/30")[0][-400:]
+
+
+def test_debug_shows_the_traceback(run, tmp_path):
+    assert "Traceback" in run("--debug", "inspect", tmp_path / "none")[2]
+
+
+def test_memory_that_is_short_is_one_sentence_of_any_command(fails, monkeypatch, tmp_path):
+    def short(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("afferents.reproduction.run_folder.status", short)
+    assert fails("status", tmp_path).startswith("afferents: out of memory; ")

@@ -1,0 +1,152 @@
+"""Copies of recordings are found whatever was done to them; different runs are not."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+import scipy.signal
+import soundfile
+import xarray as xr
+
+from afferents.store.fingerprint import KINDS, find_copies, fingerprint, likeness, read, written
+
+RATE, FPS, SECONDS = 8000, 90.0, 8.0
+SHIFTS = range(-20, 21)
+
+
+def sounding(samples, rate=RATE, **attrs):
+    signal = (("audio_time", "channel"), samples if samples.ndim > 1 else samples[:, None])
+    return xr.Dataset({"ra2": (*signal, {"sample_rate_hz": float(rate)})}, attrs=attrs)
+
+
+def moving(position, time_s=None):
+    time_s = np.arange(len(position)) / FPS if time_s is None else time_s
+    return xr.Dataset({"position": (("time", "marker", "space"), position)}, {"time": time_s})
+
+
+def sound_of(seed, tone_hz=30.0):
+    """A texture's line, whose strength drifts, in the noise of a run."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(round(SECONDS * RATE)) / RATE
+    drift = np.interp(time_s, np.arange(0, SECONDS + 0.2, 0.1), rng.uniform(0.3, 1, 82))
+    noise = scipy.signal.sosfilt(
+        scipy.signal.butter(2, (5, 150), "bandpass", fs=RATE, output="sos"),
+        rng.normal(0, 0.3, len(time_s)),
+    )
+    return 0.1 * drift * np.sin(2 * np.pi * tone_hz * time_s + rng.uniform(0, 6)) + noise * 0.3
+
+
+def steps_of(seed, tone_hz=11.0):
+    """Markers that shake together by a texture, and by what is of this run alone."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(round(SECONDS * FPS)) / FPS
+    common = np.sin(2 * np.pi * tone_hz * time_s + rng.uniform(0, 6))[:, None] * [1.0, 0.3]
+    own = np.cumsum(rng.normal(0, 0.3, (len(time_s), 2)), axis=0)
+    return (common + own)[:, None] + rng.normal(0, 0.05, (len(time_s), 50, 2))
+
+
+def encoded(samples, subtype, form="WAV"):
+    file = io.BytesIO()
+    soundfile.write(file, samples, RATE, subtype=subtype, format=form)
+    file.seek(0)
+    return soundfile.read(file)[0]
+
+
+def found(one, other, same_label=False):
+    """Read both back from what would be stored."""
+    both = [read(json.loads(json.dumps(written(fingerprint(r))))) for r in (one, other)]
+    return find_copies(both, ["x", "x" if same_label else "y"])
+
+
+@pytest.mark.parametrize(
+    ("seen", "change"),
+    [
+        (sounding, lambda x, rng: encoded(x, "PCM_U8")),
+        (sounding, lambda x, rng: encoded(x, "VORBIS", "OGG")),
+        (sounding, lambda x, rng: x[round(0.2 * RATE) :]),
+        (sounding, lambda x, rng: 0.1 * x),
+        (moving, lambda p, rng: p + rng.normal(0, 0.3, p.shape)),
+        (moving, lambda p, rng: p[18:]),
+        (moving, lambda p, rng: np.where(rng.random(p.shape[:2])[..., None] < 0.2, np.nan, p)),
+    ],
+    ids=["8 bit", "ogg", "late", "gain", "codec noise", "late frames", "markers lost"],
+)
+def test_a_copy_is_found_whatever_was_done_to_it(seen, change):
+    """And one of sound, also under the same label."""
+    original = sound_of(0) if seen is sounding else steps_of(0)
+    copied = change(original, np.random.default_rng(9))
+    (copy,) = found(seen(original), seen(copied), same_label=seen is sounding)
+    assert (copy.one, copy.other) == (0, 1)
+    assert copy.kind == ("sound" if seen is sounding else "tracks")
+    assert seen is moving or copy.alike > 0.95
+
+
+def test_runs_of_one_texture_at_one_speed_are_no_copies():
+    sounds = [read(written(fingerprint(sounding(sound_of(seed))))) for seed in range(12)]
+    tracks = [read(written(fingerprint(moving(steps_of(seed))))) for seed in range(12)]
+    assert find_copies(sounds, range(12)) == []
+    assert find_copies(tracks, range(12)) == []
+
+
+def test_what_swings_alike_is_no_copy():
+    """Stick and slip: one tone, and hardly anything else."""
+    calm = [moving(0.02 * (steps_of(seed) - steps_of(seed, 0.0)) * 50) for seed in (0, 1)]
+    assert found(*calm) == []
+
+
+def test_a_robot_may_slide_over_the_same_track_again():
+    sound, rng = sound_of(0), np.random.default_rng(5)
+    again = sound + rng.normal(0, 0.17 * sound.std() * np.sqrt(RATE / 2 / 145), len(sound))
+    (copy,) = found(sounding(sound), sounding(again))
+    assert copy.alike < 0.95
+    assert found(sounding(sound), sounding(again), same_label=True) == []
+
+
+def test_taxels_are_compared_sample_by_sample():
+    rng = np.random.default_rng(0)
+    taxels = np.cumsum(rng.normal(size=(250, 16)), axis=0) + 1000
+    other = np.cumsum(rng.normal(size=(250, 16)), axis=0) + 1000
+    (copy,) = found(sounding(taxels, 35.7), sounding(taxels[7:], 35.7))
+    assert copy.kind == "taxels"
+    assert found(sounding(taxels, 35.7), sounding(other, 35.7)) == []
+
+
+@pytest.mark.parametrize(
+    "responses",
+    [
+        *(sounding(np.full(RATE * 4, level)) for level in (0.0, 0.3, np.nan)),
+        sounding(np.random.default_rng(0).normal(size=RATE)),
+        sounding(np.zeros((0, 1))),
+        *(moving(np.full((400, 5, 2), place)) for place in (0.0, np.nan)),
+        moving(np.random.default_rng(0).normal(size=(50, 5, 2))),
+    ],
+    ids=["silent", "constant", "NaN", "short", "empty", "still", "lost", "few frames"],
+)
+def test_what_says_nothing_has_no_fingerprint(responses):
+    assert fingerprint(responses) == {}
+
+
+def test_a_fingerprint_is_short_and_comes_back():
+    both = xr.merge([sounding(sound_of(0)), moving(steps_of(0))])
+    stored = json.dumps(written(fingerprint(both)))
+    assert len(stored) < 6000
+    series = fingerprint(both)["tracks"]
+    assert likeness(series, read(json.loads(stored))["tracks"], SHIFTS) > 0.999
+
+
+def test_what_is_no_fingerprint_is_refused():
+    with pytest.raises(ValueError, match=r"."):
+        read({"tracks": "AAA"})
+    assert read({"tracks": "", "other": "x"}) == {}
+
+
+def test_the_neighbour_search_finds_what_comparing_all_pairs_finds():
+    rng = np.random.default_rng(0)
+    prints = [{"sound": rng.normal(size=(200, 8)).astype(np.float32)} for _ in range(200)]
+    for n in range(10):
+        noise = 0.2 * rng.normal(size=(196, 8)).astype(np.float32)
+        prints.append({"sound": prints[n]["sound"][4:] + noise})
+    copies = find_copies(prints, range(len(prints)))
+    assert [(copy.one, copy.other) for copy in copies] == [(n, 200 + n) for n in range(10)]
+    assert all(copy.alike >= KINDS["sound"].alike for copy in copies)

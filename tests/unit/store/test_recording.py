@@ -1,0 +1,27 @@
+"""Recordings and sets of them, in order, known by their files."""
+
+from types import SimpleNamespace
+
+from afferents.store.recording import Recording, RecordingSet, natural_order
+
+
+def test_textures_are_in_order_of_their_value_then_words(tmp_path):
+    names = ["wool", "10", "2", "0.5", "felt"]
+    assert sorted(names, key=natural_order) == ["0.5", "2", "10", "felt", "wool"]
+    recordings = tuple(
+        Recording(f"{t}/{v}", t, v, tmp_path) for t in ("10", "2") for v in (20.0, 10.0)
+    )
+    session = RecordingSet(tmp_path, recordings)
+    assert session.textures == ("2", "10")
+    assert session.speeds_mm_s == (10.0, 20.0)
+
+
+def test_a_recordings_checksum_is_of_its_files(tmp_path):
+    path = tmp_path / "audio.wav"
+    sound = SimpleNamespace(path=path, sample_rate_hz=44100.0, n_samples=10)
+    recording = Recording("3/50", "3", 50.0, tmp_path, audio=sound)
+    assert (recording.fps_hz, recording.sample_rate_hz) == (None, 44100.0)
+    path.write_bytes(b"one")
+    before = recording.checksum
+    path.write_bytes(b"two")
+    assert recording.checksum != before

@@ -1,0 +1,73 @@
+"""Responses are written whole and come back as they were, or not at all."""
+
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from afferents.errors import InputError
+from afferents.store.integrity import sealed
+from afferents.store.zarr_store import create_store, has_responses, open_responses, write_responses
+
+
+def responses(name="3/50", texture="3", speed=50.0):
+    rng = np.random.default_rng(0)
+    return xr.Dataset(
+        {
+            "sa1": (("time", "marker"), rng.random((20, 4), dtype=np.float32)),
+            "ra2": (("audio_time", "channel"), rng.random((500, 1), dtype=np.float32)),
+        },
+        coords={"time": np.arange(20) / 90},
+        attrs={"name": name, "texture": texture, "speed_mm_s": speed, "checksum": "abc"},
+    ).pipe(lambda d: d.assign(ra2=d["ra2"].assign_attrs(sample_rate_hz=44100.0)))
+
+
+@pytest.fixture
+def store(tmp_path):
+    """An empty one."""
+    create_store(tmp_path / "s.zarr", {})
+    return tmp_path / "s.zarr"
+
+
+def test_what_is_written_comes_back(store):
+    written = responses()
+    write_responses(store, written)
+    xr.testing.assert_identical(open_responses(store)[0].load(), sealed(written))
+    assert xr.open_zarr(store, group="3/50", consolidated=False)["sa1"].shape == (20, 4)
+
+
+def test_a_recording_that_fails_half_way_is_not_there(store):
+    broken = responses().drop_attrs(deep=False)
+    broken.attrs["name"] = "3/50"
+    with pytest.raises(InputError, match="attribute 'texture'"):
+        write_responses(store, broken)
+    with pytest.raises(InputError, match="at least one recording"):
+        open_responses(store)
+
+
+def test_a_store_of_another_configuration_is_refused(tmp_path):
+    create_store(tmp_path / "s.zarr", {"method": "published"})
+    create_store(tmp_path / "s.zarr", {"method": "published"})
+    write_responses(tmp_path / "s.zarr", responses())
+    with pytest.raises(InputError, match=r"method one-to-one.*found responses of another"):
+        create_store(tmp_path / "s.zarr", {"method": "one-to-one"})
+
+
+def test_a_recording_from_changed_files_is_refused(store):
+    assert not has_responses(store, "3/50", "abc")
+    write_responses(store, responses())
+    assert has_responses(store, "3/50", "abc")
+    with pytest.raises(InputError, match="responses of other files"):
+        has_responses(store, "3/50", "other")
+
+
+@pytest.mark.parametrize("array", ["sa1", "time"])
+def test_a_copy_that_was_cut_off_is_refused(store, array):
+    written = responses()
+    written["sa1"][:] = np.nan  # as nothing that is there reads
+    write_responses(store, written)
+    assert np.isnan(open_responses(store)[0]["sa1"]).all()
+    shutil.rmtree(store / "3/50" / array / "c")
+    with pytest.raises(InputError, match=rf"3/50/{array}: expected 1 chunks, found 0; copy the st"):
+        open_responses(store)

@@ -1,0 +1,70 @@
+"""`doctor` names what is missing; that is no reason for it to fail."""
+
+import os
+import sys
+from importlib.metadata import PackageNotFoundError
+
+import pytest
+
+from afferents import doctor
+
+INSTALLED = doctor.version
+
+
+def test_here_nothing_is_missing():
+    rows, missing = doctor.diagnose()
+    assert missing == []
+    found = dict(rows)
+    assert {"accelerator", "torch build", "bfloat16", "codec h264", "torch", "av"} <= set(found)
+    named = {what.removeprefix("extra ") for what in found if "extra " in what}
+    commands = {"live", "record", "cluster", "fetch", "mcap", "nwb", "view", "neural", "hdf5"}
+    assert named >= commands
+    assert not named & {"dev", "docs"}
+
+
+@pytest.mark.parametrize("package", ["torch", "onnxruntime"])
+def test_what_is_not_installed_is_said_with_its_remedy(monkeypatch, package):
+    """What only an extra needs is not missed."""
+    installed = doctor.version
+
+    def lacking(name):
+        if name == package:
+            raise PackageNotFoundError(name)
+        return installed(name)
+
+    monkeypatch.setattr(doctor, "version", lacking)
+    rows, missing = doctor.diagnose()
+    said = dict(rows)["torch" if package == "torch" else "extra live"]
+    if package == "torch":
+        assert (said, len(missing)) == ("missing", 1)
+        assert "pip install -c constraints.txt 'torch" in missing[0]
+    else:
+        assert missing == []
+        remedy = "not there (onnxruntime); pip install -c constraints.txt 'afferents["
+        assert said.startswith(remedy)
+        assert dict(rows)["extra cluster"] == "there"
+
+
+@pytest.mark.parametrize(
+    ("module", "lost"), [("torch", "torch build"), ("av", "codec h264"), ("cv2", None)]
+)
+def test_a_module_that_cannot_be_imported_is_named(monkeypatch, module, lost):
+    monkeypatch.setitem(sys.modules, module, None)
+    rows, missing = doctor.diagnose()
+    assert [line.split(" (")[0] for line in missing] == [f"{module} cannot be imported"]
+    assert lost not in dict(rows)
+    assert "memory" in dict(rows)
+
+
+def test_a_library_of_the_system_that_is_not_there_is_named(monkeypatch):
+    def broken(name):
+        raise OSError("sndfile library not found")
+
+    monkeypatch.setattr(doctor, "NATIVE", ("soundfile",))
+    monkeypatch.setattr(doctor, "import_module", broken)
+    monkeypatch.setattr(doctor, "find_library", lambda name: None)
+    monkeypatch.delattr(os, "sysconf")
+    rows, missing = doctor.diagnose()
+    assert "soundfile cannot be imported (sndfile library not found)" in missing
+    assert "no PortAudio library" in dict(rows)["extra live"]
+    assert dict(rows)["memory"] == "unknown"
