@@ -8,12 +8,6 @@ from .channels import (
     Channel as Channel,
 )
 from .channels import (
-    fill as fill,
-)
-from .channels import (
-    hold as hold,
-)
-from .channels import (
     marker_speed as marker_speed,
 )
 from .channels import (
@@ -102,6 +96,12 @@ from .extraction.extract import (
 )
 from .extraction.track import (
     track as track,
+)
+from .filling import (
+    fill as fill,
+)
+from .filling import (
+    hold as hold,
 )
 from .folds.splits import (
     LeaveOneGroupOut as LeaveOneGroupOut,

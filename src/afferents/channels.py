@@ -11,24 +11,9 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.markers.places import fill_frames
+from afferents.filling import require_dims
 from afferents.plugins import imported, reference_of
 from afferents.spikes.artificial import artificial_spikes
-
-
-def require_dims(array: xr.DataArray, needed: tuple[str, ...], name: str) -> xr.DataArray:
-    """Return `array` with its dims in the order `needed`.
-
-    Raises
-    ------
-    InputError
-        Naming the dims that are missing or too many.
-    """
-    if set(array.dims) == set(needed):
-        return array.transpose(*needed)
-    missing = [dim for dim in needed if dim not in array.dims]
-    fault = f"{', '.join(missing)} missing" if missing else "too many"
-    raise InputError(f"{name}: expected the dims {needed}, found {array.dims} ({fault})")
 
 
 def change(response: xr.DataArray) -> xr.DataArray:
@@ -88,7 +73,7 @@ class Channel(ABC):
     >>> rest = xr.DataArray([[5.0, 9.0]], dims=("marker", "space"))
     >>> Height().response(xr.Dataset({"position": seen, "rest_position": rest})).values
     array([[2.]])
-    >>> Height().felt_live
+    >>> Height().runs_live
     True
 
     Attributes
@@ -153,7 +138,7 @@ class Channel(ABC):
         )
 
     @property
-    def felt_live(self) -> bool:
+    def runs_live(self) -> bool:
         """Whether `step` is written, or the response is vibration as it comes."""
         return type(self).step is not Channel.step or self.made_of == dims.RA2
 
@@ -166,104 +151,6 @@ class Channel(ABC):
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"
-
-
-# Filling what lost markers leave open. Nothing fills by itself: callers ask for it.
-
-
-def fill(response: xr.DataArray) -> xr.DataArray:
-    """Return the response with NaN filled from the markers round each lost one, in its own frame.
-
-    A lost marker takes the mean of its neighbours, each weighted by one over its squared distance;
-    within a hole, from the edge inwards. Skin is one sheet, so neighbours say more of a marker than
-    where it was last seen, which may be far away by now. Only in a frame in which none of them was
-    seen does it keep what it showed last; 0, the response at rest, before it was ever seen. No
-    later frame is looked at: frames that come one by one are filled alike.
-
-    Parameters
-    ----------
-    response
-        `(time, marker)` or `(time, marker, space)` with the markers' `row` and `column`, any unit.
-        One over time without these (of the skin as a whole, or markers without places) is held
-        instead; see `hold`.
-
-    Returns
-    -------
-    xarray.DataArray
-        A copy without NaN, whose dims begin with time and marker; name, coordinates and attributes
-        kept.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
-    """
-    if dims.ROW not in response.coords or dims.MARKER not in response.dims:
-        return hold(response)
-    response = response.transpose(dims.TIME, dims.MARKER, ...)
-    places = np.stack([response[name].values for name in (dims.ROW, dims.COLUMN)], axis=1)
-    return response.copy(data=Filler(places).feed(response.values))
-
-
-class Filler:
-    """Fills what lost markers leave open, in frames that come one by one or many at a time.
-
-    Parameters
-    ----------
-    places
-        Of the markers, (marker, 2), by which they are neighbours; None to hold only. See `fill`
-        and `hold`, which feed it a whole recording.
-    """
-
-    def __init__(self, places: NDArray[np.generic] | None = None) -> None:
-        """Wait for the first frame."""
-        self._places = places
-        self._last: NDArray[np.floating] | None = None
-
-    def feed(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Return the next frames, (time, marker, ...), without NaN, in an array of its own."""
-        values = values.copy()
-        if not np.isnan(values).any():
-            self._last = values[-1:] if len(values) else self._last
-            return values
-        if self._places is not None:
-            values = fill_frames(values, self._places)
-        before = np.zeros_like(values[:1]) if self._last is None else self._last
-        values = np.concatenate([before, values])
-        frame = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))
-        last_seen = np.maximum.accumulate(np.where(np.isnan(values), 0, frame), axis=0)
-        held = np.take_along_axis(values, last_seen, axis=0)[1:]
-        self._last = held[-1:]
-        return held
-
-
-def hold(response: xr.DataArray) -> xr.DataArray:
-    """Return the response with NaN filled: each marker keeps the value it was last seen with.
-
-    Before a marker is first seen its response is 0, the response at rest; that holds for the
-    first frame of RA-I too. This is what the published tracker amounts to (it keeps a lost marker
-    where it was; RA-I is then 0 rather than held).
-
-    Parameters
-    ----------
-    response
-        `(time, marker)`, `(time, marker, space)`, or another one over time, any unit.
-
-    Returns
-    -------
-    xarray.DataArray
-        A filled copy without NaN; name, coordinates and attributes kept.
-
-    Raises
-    ------
-    InputError
-        If a dim is missing.
-    """
-    usual = (dims.MARKER, dims.SPACE)
-    others = [str(dim) for dim in response.dims if dim not in (dims.TIME, *usual)]
-    needed = (dims.TIME, *others) if others else (dims.TIME, *usual)[: max(2, response.ndim)]
-    response = require_dims(response, needed, str(response.name))
-    return response.copy(data=Filler().feed(response.values))
 
 
 # SA-I: how far each marker stands from its place at rest (Eq. 1).
@@ -825,7 +712,7 @@ class SpikeChannel(Channel):
     afferent: ClassVar[str]
 
     @property
-    def felt_live(self) -> bool:
+    def runs_live(self) -> bool:
         """Not yet: counts are those of whole recordings."""
         return False
 

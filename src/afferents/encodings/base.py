@@ -246,7 +246,7 @@ class Encoding(BaseModel, ABC):
 
     @property
     @abstractmethod
-    def felt_live(self) -> bool:
+    def runs_live(self) -> bool:
         """Whether it has a `stream`, and so can be felt with."""
 
     @classmethod
@@ -370,7 +370,7 @@ class ImageEncoding(Encoding):
         Parameters
         ----------
         response
-            `(time, marker)` or `(time, marker, space)` without NaN (see `channels.fill`), with the
+            `(time, marker)` or `(time, marker, space)` without NaN (see `filling.fill`), with the
             recording's `name`, `texture` and `speed_mm_s` in the attributes.
 
         Raises
@@ -402,7 +402,7 @@ class ImageEncoding(Encoding):
         raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
 
     @property
-    def felt_live(self) -> bool:
+    def runs_live(self) -> bool:
         """Whether `stream` is written."""
         return type(self).stream is not ImageEncoding.stream
 
@@ -493,7 +493,7 @@ class VibrationEncoding(Encoding):
         raise InputError(f"the encoding: expected one that can be felt live, found {self.name}")
 
     @property
-    def felt_live(self) -> bool:
+    def runs_live(self) -> bool:
         """Whether `stream` is written."""
         return type(self).stream is not VibrationEncoding.stream
 
@@ -596,7 +596,7 @@ def _require_filled(response: xr.DataArray) -> None:
     if bool(response.isnull().any()):
         raise InputError(
             f"{_name_of(response)}: expected lost markers filled, found NaN; fill them with "
-            "channels.fill"
+            "filling.fill"
         )
 
 

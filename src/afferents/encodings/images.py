@@ -162,7 +162,7 @@ def spatial_samples(response: xr.DataArray, frames: slice, memory: int) -> Sampl
     Parameters
     ----------
     response
-        `(time, marker)` without NaN (see `channels.fill`), with the markers' `row` and `column`,
+        `(time, marker)` without NaN (see `filling.fill`), with the markers' `row` and `column`,
         and the recording's `name`, `texture` and `speed_mm_s` in the attributes.
     frames
         Those to encode.

@@ -6,12 +6,13 @@ from typing import NamedTuple
 import xarray as xr
 
 from afferents import dims
-from afferents.channels import Channel, channel_of, fill
+from afferents.channels import Channel, channel_of
 from afferents.choices import Cut
 from afferents.encodings.base import Encoding
 from afferents.encodings.samples import Samples, concatenate
 from afferents.encodings.settings import Encodings, options
 from afferents.errors import InputError, then
+from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.folds.corruption import Corruption, Corruptions, corrupted, in_variants
 from afferents.models.classifiers import classifier_of

@@ -1,4 +1,4 @@
-"""One model to feel with: trained on all speeds but one, calibrated on that, with its card."""
+"""One model to keep and run live: trained on all speeds but one, calibrated on it, with a card."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -169,17 +169,17 @@ def _reference(classifier: Any) -> str:
     return reference_of(type(classifier) if hasattr(classifier, "fit") else classifier)
 
 
-def can_be_felt(model: Model) -> bool:
+def can_run_live(model: Model) -> bool:
     """Tell whether a model can be trained to be kept: its channel, encoding and classifier can."""
     if model.parts or not classifier_of(model.classifier).deployable:
         return False
     channel, encoding = sources_of(model, Encodings())[0]
-    return channel.felt_live and encoding.felt_live
+    return channel.runs_live and encoding.runs_live
 
 
 def _require_deployable(model: Model) -> None:
-    if not can_be_felt(model):
-        able = ", ".join(name for name, other in MODELS.items() if can_be_felt(other))
+    if not can_run_live(model):
+        able = ", ".join(name for name, other in MODELS.items() if can_run_live(other))
         raise InputError(
             f"--model: expected 'best' or one of {able} (others can be evaluated, not deployed), "
             f"found '{model.name}'"

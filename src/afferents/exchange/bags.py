@@ -21,7 +21,7 @@ from afferents.outputs import require_new_folder
 from afferents.progress import Progress
 from afferents.recordings import ros_messages
 from afferents.recordings.ros_messages import NS, Messages, typestore
-from afferents.store.drum_path import Way, logged_way, way_in
+from afferents.store.drum_path import DrumPath, logged_path, path_in
 from afferents.store.recording import Vibration
 from afferents.store.responses import Responses
 from afferents.version import __version__
@@ -137,12 +137,12 @@ def _messages(make: Messages, source: Source, quality: int) -> list[Iterator[Sta
         )
     if recording is not None and recording.audio is not None:
         found.append(_sound_of_file(make, recording.audio))
-        found.append(_drum(make, logged_way(Path(recording.audio.path).parent)))
+        found.append(_drum(make, logged_path(Path(recording.audio.path).parent)))
     if responses is not None:
         found.append(_markers(make, responses))
         if recording is None:
             found.append(_sound_of_store(make, responses))
-            found.append(_drum(make, way_in(responses)))
+            found.append(_drum(make, path_in(responses)))
     return found
 
 
@@ -201,7 +201,7 @@ def _markers(make: Messages, responses: Responses) -> Iterator[Stamped]:
             yield Stamped(at_ns, f"/touch/{name}", ros_messages.NUMBERS, data)
 
 
-def _drum(make: Messages, way: Way | None) -> Iterator[Stamped]:
+def _drum(make: Messages, way: DrumPath | None) -> Iterator[Stamped]:
     """Yield the way of the drum's surface, mm, and its speed, mm/s; None where nobody logged it."""
     if way is None:
         return

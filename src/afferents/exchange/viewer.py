@@ -12,7 +12,7 @@ from afferents.files import Place, write_aside
 from afferents.markers.places import images_of
 from afferents.outputs import require_free
 from afferents.plugins import import_extra
-from afferents.store.drum_path import way_in
+from afferents.store.drum_path import path_in
 from afferents.store.recording import Recording
 from afferents.store.responses import Responses
 
@@ -94,7 +94,7 @@ def _logged(
     if recording is None and dims.RA2 in responses:
         rate_hz = responses[dims.RA2].attrs[dims.SAMPLE_RATE]
         yield from _loudness(rr, responses[dims.RA2].values, rate_hz)
-    way = way_in(responses)
+    way = path_in(responses)
     if way is not None:
         speeds = np.gradient(way.position_mm, way.time_s)
         for at_s, speed in zip(way.time_s.tolist(), speeds.tolist(), strict=True):

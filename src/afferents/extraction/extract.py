@@ -31,7 +31,7 @@ from afferents.recordings.check import check_recording, require_own_files
 from afferents.recordings.footage import Footage
 from afferents.recordings.session import Session, read_session, require_rates_that_agree
 from afferents.recordings.session_file import SessionFile
-from afferents.store.drum_path import logged_way
+from afferents.store.drum_path import logged_path
 from afferents.store.recording import Recording
 from afferents.store.responses import Responses, label, with_doubts
 from afferents.store.zarr_store import (
@@ -243,7 +243,7 @@ def _extract_one(
     found = responses_of(
         recording, extraction.sensor, extraction.method, reference, extraction.rest
     )
-    if (way := logged_way(recording.source)) is not None:
+    if (way := logged_path(recording.source)) is not None:
         found = found.assign({dims.DRUM_POSITION: way.variable()})
     doubts = doubts + require_accepted(doubts_of(recording, found), extraction.accept)
     found = with_doubts(with_fingerprint(found), doubts)

@@ -18,7 +18,7 @@ from pydantic import Field
 from afferents import dims
 from afferents.encodings.samples import Samples
 from afferents.errors import InputError, then
-from afferents.store.drum_path import LONGEST_GAP_MM, MARK, Way, way_in
+from afferents.store.drum_path import LONGEST_GAP_MM, MARK, DrumPath, path_in
 from afferents.store.recording import natural_order
 from afferents.store.responses import Responses, conditions, speed_of, steady_s
 
@@ -303,7 +303,7 @@ class ByAngle(Split):
             raise InputError(f"{OPTION}: expected 2 to {_MOST} arcs, found '{self.name}'")
         zeros: dict[str, tuple[str, str]] = {}
         for responses in recordings:
-            name, way = str(responses.attrs["name"]), _way(responses)
+            name, way = str(responses.attrs["name"]), _path(responses)
             if (turns := way.turns(steady_s(responses))) < 1:
                 raise InputError(
                     f"{OPTION}: expected a drum that turns at least once in each recording, found "
@@ -358,7 +358,7 @@ class ByAngle(Split):
         InputError
             If none of the recording's samples fits into an arc.
         """
-        way = _way(responses)
+        way = _path(responses)
         start, stop = (way.at(samples[name].values) for name in (dims.START, dims.STOP))
         beyond = way.drum.contact_mm / 2
         low, high = np.minimum(start, stop) - beyond, np.maximum(start, stop) + beyond
@@ -388,8 +388,8 @@ class ByAngle(Split):
                     )
 
 
-def _way(responses: Responses) -> Way:
-    way = way_in(responses)
+def _path(responses: Responses) -> DrumPath:
+    way = path_in(responses)
     if way is None:
         raise InputError(
             f"{OPTION}: expected the drum's angle in every recording, found none logged for "

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.channels import CHANNELS, Channel, Filler, Skin
+from afferents.channels import CHANNELS, Channel, Skin
 from afferents.errors import InputError
+from afferents.filling import Filler
 from afferents.markers.calibrate import calibrate_from_clips
 from afferents.markers.detect import undistort
 from afferents.markers.grid import Grid

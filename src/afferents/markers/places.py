@@ -64,7 +64,7 @@ def image_places(
 
 # Tactile images: the operator that makes pixels of what the markers of a layout show.
 #
-# A marker that was lost is filled from its neighbours first (`fill_frames`).
+# It takes no NaN: what lost markers leave open is filled before (`filling`).
 #
 # It is linear, made once for a layout, sparse, and applied to a whole recording by one product. A
 # pixel within the markers' hull is interpolated linearly between the three markers of the Delaunay
@@ -83,8 +83,6 @@ Places = NDArray[np.generic]
 _INSIDE = 1e-6
 """Pixels may lie this far outside a triangle, in its own coordinates: places are rounded."""
 _LEAST_WEIGHT = 1e-5
-_NEIGHBOURS, _REACH = 8, 1.6
-"""A marker has at most so many neighbours, up to so many times as far as its third nearest."""
 
 
 def images_of(values: NDArray[np.floating], row: Places, column: Places) -> Floats:
@@ -110,54 +108,6 @@ def images_of(values: NDArray[np.floating], row: Places, column: Places) -> Floa
     operator = _operator(row.tobytes(), column.tobytes())
     flat = operator @ np.asarray(values, np.float32).T
     return np.ascontiguousarray(flat.T).reshape(len(values), *shape)
-
-
-def fill_frames(values: NDArray[np.floating], places: NDArray[np.generic]) -> NDArray[np.floating]:
-    """Return values (time, marker, ...) whose NaN are filled from neighbours in the same frame.
-
-    Each frame is filled by itself, with the same operations in the same order whatever the number
-    of frames. NaN stay in a frame in which no marker is seen that others could be filled from.
-
-    Parameters
-    ----------
-    places
-        Of the markers, (marker, 2), in any unit of length.
-    """
-    lost = np.isnan(values)
-    (frames,) = np.nonzero(lost.any(axis=tuple(range(1, values.ndim))))
-    if not len(frames):
-        return values
-    neighbour, weight = _neighbours(np.asarray(places, np.float64).tobytes())
-    weight = weight.astype(values.dtype).reshape(*weight.shape, *[1] * (values.ndim - 2))
-    some = values[frames]
-    while True:
-        total, seen = np.zeros_like(some), np.zeros_like(some)
-        for rank in range(neighbour.shape[1]):
-            beside, by = some[:, neighbour[:, rank]], weight[:, rank]
-            there = ~np.isnan(beside)
-            total += np.where(there, beside * by, 0)
-            seen += there * by
-        found = np.isnan(some) & (seen > 0)
-        if not found.any():
-            break
-        some[found] = total[found] / seen[found]
-    filled = values.copy()
-    filled[frames] = some
-    return filled
-
-
-@lru_cache(maxsize=8)
-def _neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return which markers are beside each, (marker, rank), and weights; 0 for those too far."""
-    from scipy.spatial import cKDTree
-
-    points = np.frombuffer(places).reshape(-1, 2)
-    n = min(_NEIGHBOURS, len(points) - 1)
-    if n < 1:
-        return np.zeros((len(points), 0), np.intp), np.zeros((len(points), 0))
-    distance, neighbour = (found[:, 1:] for found in cKDTree(points).query(points, n + 1))
-    near = distance <= _REACH * distance[:, : min(3, n)].max(axis=1, keepdims=True)
-    return neighbour, np.where(near, distance**-2.0, 0.0)
 
 
 def image_shape(row: Places, column: Places) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""The card of a trained model: all that must be known to feel with it, and how far to trust it.
+"""The card of a trained model: all that must be known to run it, and how far to trust it.
 
 It lies beside the weights as `model.json`, and in the metadata of an exported ONNX file.
 """
@@ -308,7 +308,7 @@ class Card(BaseModel):
             f"{sum(data.n_recordings for data in self.data)} {kind} it learnt from those "
             f"{split.at(self.groups)}{recipe}.",
             f"{validated[0].upper()}{validated[1:]}, which chose {chosen} and nothing "
-            f"was learnt from, {100 * self.validation_accuracy:.1f}% are named rightly.",
+            f"was learnt from, {100 * self.validation_accuracy:.1f}% are recognised.",
             *self._at_chance(),
             *self._speeds(),
             *self._limits(),

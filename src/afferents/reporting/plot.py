@@ -13,8 +13,9 @@ from afferents import dims
 from afferents.encodings.samples import textures_of
 from afferents.errors import InputError, then
 from afferents.evaluation.results import Results
+from afferents.filling import fill_frames
 from afferents.folds.held_out import SPEED, column_of, group_in, order
-from afferents.markers.places import covered, fill_frames, images_of
+from afferents.markers.places import covered, images_of
 from afferents.reporting.confusion import (
     OF_TRUE,
     Panel,

@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from afferents import dims
-from afferents.channels import CHANNELS, fill
+from afferents.channels import CHANNELS
 from afferents.choices import Figures
 from afferents.documents import as_form
 from afferents.encodings.images import spatial_samples
@@ -26,6 +26,7 @@ from afferents.evaluation.results import (
     texture_summaries,
 )
 from afferents.files import Place, write_text
+from afferents.filling import fill
 from afferents.folds.ablation import Ablation
 from afferents.markers.places import covered
 from afferents.models.classifiers import build, classifier_of

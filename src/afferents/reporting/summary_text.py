@@ -233,10 +233,10 @@ def _steps(summary: Summary, won: Winner) -> Iterator[Step]:
 
 
 def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
-    """Yield how to keep a model and feel with it: the one spoken of, or the best that can be."""
-    from afferents.evaluation.train import can_be_felt  # who only reads sentences needs no torch
+    """Yield how to keep a model and run it live: the one spoken of, or the best that can be."""
+    from afferents.evaluation.train import can_run_live  # who only reads sentences needs no torch
 
-    able = [name for name in won.rivals if name in MODELS and can_be_felt(MODELS[name])]
+    able = [name for name in won.rivals if name in MODELS and can_run_live(MODELS[name])]
     title, why = model_title(won.model, summary), ""
     if not able:
         if won.model in MODELS:
@@ -262,7 +262,7 @@ def _use_it(summary: Summary, won: Winner) -> Iterator[Step]:
         given = ["--audio", "rig" if simulated else "mic:default"]
     live = shlex.join(["afferents", "live", "--model", "model.onnx", *given, "--web"])
     yield Step(
-        f"{why}Train it on all speeds, and feel with it live (docs/live.md). The figures above are "
+        f"{why}Train it on all speeds, and run it live (docs/live.md). The figures above are "
         "no promise for another sensor or mounting.",
         f"{train}\nafferents export MODEL model.onnx\n{live}",
     )

@@ -78,7 +78,7 @@ class Drum:
 
 
 @dataclass(frozen=True)
-class Way:
+class DrumPath:
     """A drum's way.
 
     Attributes
@@ -135,12 +135,12 @@ def write_drive(path: Path, table: pa.Table, origin_s: float | None, drum: Drum 
     pq.write_table(table, path, compression="zstd")
 
 
-def logged_way(folder: Path) -> Way | None:
+def logged_path(folder: Path) -> DrumPath | None:
     """Read the way of a recording's drum from the log in its folder.
 
     Returns
     -------
-    Way
+    DrumPath
         None where nothing logged it, or not on which drum.
 
     Raises
@@ -167,10 +167,10 @@ def logged_way(folder: Path) -> Way | None:
     if drum is None or not np.isfinite(origin_s) or known.sum() < 2:
         return None
     time_s, first = np.unique(time_s[known] - origin_s, return_index=True)
-    return Way(drum, time_s, position[known][first])
+    return DrumPath(drum, time_s, position[known][first])
 
 
-def way_in(responses: xr.Dataset) -> Way | None:
+def path_in(responses: xr.Dataset) -> DrumPath | None:
     """Return the way that the responses to a recording hold; None if they hold none.
 
     Raises
@@ -182,7 +182,7 @@ def way_in(responses: xr.Dataset) -> Way | None:
         return None
     stored = responses[dims.DRUM_POSITION]
     drum = _drum(stored.attrs, f"{dims.DRUM_POSITION} of {responses.attrs['name']}")
-    return Way(drum, stored[dims.DRIVE_TIME].values, stored.values.astype(float))
+    return DrumPath(drum, stored[dims.DRIVE_TIME].values, stored.values.astype(float))
 
 
 def _drum(about: Mapping[str, Any], where: Path | str) -> Drum:

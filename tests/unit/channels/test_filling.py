@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from afferents import dims
-from afferents.channels import fill, hold, ra1, sa1
-from afferents.markers.places import fill_frames, image_places
+from afferents.channels import ra1, sa1
+from afferents.filling import fill, fill_frames, hold
+from afferents.markers.places import image_places
 from afferents.markers.sensor import load_sensor
 from afferents.rig import Rig, bumped_surface
 from afferents.rig.camera import project

@@ -6,7 +6,8 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.channels import CHANNELS, PARTS, global_shear, hold, sa1_local, sa1_vector
+from afferents.channels import CHANNELS, PARTS, global_shear, sa1_local, sa1_vector
+from afferents.filling import hold
 
 SQUARE = np.stack([i.ravel() for i in np.indices((19, 19))], axis=1) * 22.0 + [120, 40]
 ANGLE = np.arange(60) * 2.4

@@ -11,7 +11,7 @@ from afferents.errors import InputError
 from afferents.folds.held_out import split_named
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import LeaveOneGroupOut, find_leaks, refuse_leaks
-from afferents.store.drum_path import CONTACT_MM, MARK, Drum, Way
+from afferents.store.drum_path import CONTACT_MM, MARK, Drum, DrumPath
 
 ROUND_MM = 250.0
 ANGLE = split_named("angle")
@@ -19,7 +19,7 @@ ANGLE = split_named("angle")
 
 def recording(name, speed, seconds=6.0, start_mm=0.0, zero=MARK, texture="1"):
     time = np.arange(0, seconds + 0.01, 0.02)
-    way = Way(Drum(ROUND_MM, CONTACT_MM, zero), time, start_mm + speed * time)
+    way = DrumPath(Drum(ROUND_MM, CONTACT_MM, zero), time, start_mm + speed * time)
     attrs = {"name": name, "texture": texture, "speed_mm_s": abs(speed)}
     steady = json.dumps([0.0, seconds])
     return xr.Dataset({"drum_position": way.variable()}, attrs={**attrs, "steady_s": steady})

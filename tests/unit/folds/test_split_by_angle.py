@@ -8,7 +8,7 @@ import pyarrow as pa
 import pytest
 
 import afferents
-from afferents.store.drum_path import DRIVE, MARK, Drum, way_in, write_drive
+from afferents.store.drum_path import DRIVE, MARK, Drum, path_in, write_drive
 from afferents.store.zarr_store import open_responses
 
 from ...conftest import few_epochs
@@ -44,7 +44,7 @@ def evaluated(store, tmp_path_factory):
 
 def touched(rows, store):
     """Return for each texture the tenths of a mm of the drum that samples touched."""
-    ways = {r.attrs["name"]: way_in(r) for r in open_responses(store)}
+    ways = {r.attrs["name"]: path_in(r) for r in open_responses(store)}
     skin = {}
     for row in rows.itertuples():
         low, high = np.sort(ways[row.recording].at(np.array([row.start_s, row.stop_s])))

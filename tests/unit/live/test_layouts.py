@@ -84,7 +84,7 @@ def test_the_report_shows_no_pixels_beside_the_markers(results):
     assert shown[:, 6, 6].all()
 
 
-def test_what_is_felt_live_is_what_was_evaluated(session, store, model):
+def test_what_is_live_is_what_was_evaluated(session, store, model):
     wanted, card, folder = model
     assert card.sensor["name"] == "hex127"
     limit = "shorter than twice the distance of the pins, 3.6 mm (here the bumps of 3)."

@@ -20,12 +20,13 @@ from hypothesis import strategies as st
 
 import afferents
 from afferents import dims
-from afferents.channels import CHANNELS, fill, ra1_vector, sa1_vector
+from afferents.channels import CHANNELS, ra1_vector, sa1_vector
 from afferents.encodings.base import component_images, tactile_images
 from afferents.encodings.settings import Encodings
 from afferents.encodings.spectra import SpectralEncoding, spectral_samples
 from afferents.evaluation.encode import encode, sources_of
 from afferents.extraction.extract import responses_of
+from afferents.filling import fill
 from afferents.live import LivePipeline, Network, Pace, ReplayedSound, ReplayedVideo, Sound, stream
 from afferents.live.images import Images
 from afferents.markers.sensor import load_sensor
@@ -39,7 +40,7 @@ from afferents.store.zarr_store import open_responses
 
 def live_images(video, sensor):
     """All images by name and frame number."""
-    channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2 and c.felt_live]
+    channels = [c for c in CHANNELS.values() if c.made_of != dims.RA2 and c.runs_live]
     images = Images(sensor, channels)
     names = [channel.name for channel in channels if not channel.parts]
     seen = {i: f for i, frame in enumerate(video.frames()) if (f := images.feed(frame))}
@@ -116,7 +117,7 @@ def stored(store, recording):
     return next(r for r in open_responses(store) if r.attrs["name"] == recording.name)
 
 
-def felt_live(predictions, model):
+def runs_live(predictions, model):
     """Probabilities and novelty by time in ms, of one model."""
     return {
         round(1000 * p.time_s): np.array([*p.probabilities.values(), p.novelty])
@@ -142,7 +143,7 @@ def felt_offline(path, responses, model, cut_s):
 def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name):
     recording = read_session(session).recordings[5]
     source = ReplayedVideo(recording.video, Pace(math.inf))
-    live = felt_live(afferents.live.stream([source], models[name]), name)
+    live = runs_live(afferents.live.stream([source], models[name]), name)
     offline = felt_offline(models[name], stored(stores["video"], recording), MODELS[name], cut_s=0)
     assert set(offline) <= set(live)
     assert len(offline) == (35 if name == "sa-se" else 3)
@@ -152,7 +153,7 @@ def test_percepts_of_a_video_are_the_offline_ones(session, stores, models, name)
 def test_percepts_of_sound_are_the_offline_ones(sounds, stores, models):
     name, recording = "vib-te-aug", read_session(sounds).recordings[7]
     source = ReplayedSound(WavFile(recording.audio.path), Pace(math.inf))
-    live = felt_live(stream([source], [models[name]]), name)
+    live = runs_live(stream([source], [models[name]]), name)
     offline = felt_offline(models[name], stored(stores["audio"], recording), MODELS[name], cut_s=0)
     assert set(offline) == set(live)
     assert len(offline) == 5

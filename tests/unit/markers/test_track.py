@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from afferents import dims
-from afferents.channels import fill, sa1
+from afferents.channels import sa1
 from afferents.errors import InputError
+from afferents.filling import fill
 from afferents.markers.quality import describe, measure_quality
 from afferents.markers.track import Tracker, rest_positions, track_markers
 from afferents.store.recording import Frame

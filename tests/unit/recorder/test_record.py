@@ -26,7 +26,7 @@ from afferents.recorder.rehearsal import Bench, simulate_devices
 from afferents.recordings.session import read_session
 from afferents.recordings.video import VideoFile
 from afferents.rig import Rig
-from afferents.store.drum_path import MARK, Drum, logged_way, way_in
+from afferents.store.drum_path import MARK, Drum, logged_path, path_in
 from afferents.store.responses import steady_s
 
 from ...limits import files_no_larger_than
@@ -172,13 +172,13 @@ def test_the_tracks_are_those_of_the_film(faulty, bench, responses):
 def test_the_angle_is_that_of_the_film(faulty, bench, responses):
     """As a drive on the drum's own clock is read: what is between two reads is a straight line."""
     session, _ = faulty
-    way = logged_way(session / RUN)
+    way = logged_path(session / RUN)
     frames = pd.read_parquet(session / RUN / "frames.parquet")
     time_s = frames.time_s - origin_s(session / RUN / "frames.parquet")
     error = way.at(time_s) - bench.film.way_mm[frames.sequence]
     assert np.abs(error).max() < 0.5
     assert way.drum == Drum(np.pi * 80)
-    stored, at_steady = way_in(responses), np.linspace(*steady_s(responses))
+    stored, at_steady = path_in(responses), np.linspace(*steady_s(responses))
     np.testing.assert_allclose(stored.at(at_steady), way.at(at_steady), atol=1e-3)
     with pytest.raises(InputError, match=r"turns at least once in each recording, found 0\.1"):
         split_named("angle").groups_of([responses])

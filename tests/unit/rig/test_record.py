@@ -9,7 +9,7 @@ import soundfile
 from afferents.errors import InputError
 from afferents.recordings.video import open_video
 from afferents.rig import AUDIO, REFERENCE, TRUTH, VIDEO, Rig, bumped_surface, record
-from afferents.store.drum_path import DRIVE, logged_way
+from afferents.store.drum_path import DRIVE, logged_path
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_the_truth_has_a_row_for_every_frame(folder):
 
 
 def test_the_drums_way_is_logged_as_it_truly_was(folder):
-    truth, way = np.load(folder / TRUTH), logged_way(folder)
+    truth, way = np.load(folder / TRUTH), logged_path(folder)
     np.testing.assert_allclose(way.at(truth["time"]) / 40, truth["drum_angle_rad"], atol=1e-9)
     assert (way.drum.circumference_mm, way.drum.zero) == (np.pi * 80, "mark")
 

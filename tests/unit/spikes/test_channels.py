@@ -26,7 +26,7 @@ def recording():
 def test_counts_hold_every_spike_of_their_class(recording, name, n):
     channel = CHANNELS[name]
     counts = channel.response(recording)
-    assert not channel.felt_live
+    assert not channel.runs_live
     assert not np.isnan(counts.values).any()
     assert counts.name == name
     assert counts.dims == recording[channel.made_of].dims
