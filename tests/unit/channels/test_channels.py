@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from afferents.channels import (
-    hold,
     marker_speed,
     ra1,
     ra1_circumferential,
@@ -18,6 +17,7 @@ from afferents.channels import (
     sa1_vector,
 )
 from afferents.errors import InputError
+from afferents.filling import hold
 
 NAN = np.nan
 AUDIO = xr.DataArray(
