@@ -219,23 +219,12 @@ def test_what_is_not_run_is_printed_and_has_a_test():
 
 
 @pytest.mark.parametrize("text", [pytest.param(t, id=",".join(p)) for t, p in PLACES.items()])
-def test_something_stands_for_every_name(text, own_models):
+def test_every_command_is_understood_and_something_stands_for_every_name(text, own_models):
+    """Each is read as a shell would hand it over: command, options, and their values."""
+    understood(text)
     if text in NOT_RUN:
         return
     words = run_instead(text)
     names = {name for word in words[2:] for name in NAME.findall(word)}
     unknown = names - NO_FILES - set(KINDS) - written(words)
     assert unknown == set(), "add them to NAMES, or the command to NOT_RUN"
-
-
-def test_the_tables_hold_nothing_that_is_not_used(own_models):
-    words = [run_instead(text) for text in PLACES if text not in NOT_RUN]
-    assert set(KINDS) - set().union(*map(reads, words)) == set()
-    assert set(NAMES) <= set(MAKERS)
-    unused = [
-        long
-        for long, _ in (*SHORTER, *DEVICES)
-        if not any(re.search(long, text) for text in PLACES if text not in NOT_RUN)
-    ]
-    assert unused == []
-    assert set(ADDED) <= {one[1] for one in words}

@@ -6,8 +6,6 @@ import sys
 
 import pytest
 
-import afferents
-
 from .printed import DOCS, PAGES, ROOT
 
 DATA = sorted((DOCS / "results").glob("*.json"))
@@ -47,17 +45,6 @@ def test_data_say_where_they_come_from_and_are_shown(path):
     assert {len(row) for row in found["rows"]} == {len(found["columns"])}
     mark = f"<!-- results {path.stem} -->"
     assert sum(mark in page.read_text() for page in PAGES) == 1
-
-
-def test_results_of_an_evaluation_become_data(scripts, stores, tmp_path):
-    out, results = tmp_path / "mine.json", tmp_path / "r"
-    asked = {"models": "sa-wave-vector", "held_out": "40", "workers": 1, "quiet": True}
-    afferents.evaluate(stores["video"], out=results, **asked)
-    scripts["tables"].keep(results, out, "Mine", ["afferents evaluate S.zarr --out R"])
-    found = json.loads(out.read_text())
-    assert set(found) == SAYS
-    assert found["columns"][:3] == ["model", "protocol", "mean"]
-    assert len(found["rows"][0]) == len(found["columns"])
 
 
 def test_the_picture_of_the_packages_is_as_the_imports_are(scripts):

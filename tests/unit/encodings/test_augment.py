@@ -31,12 +31,6 @@ def test_rebinned_neither_rings_nor_exceeds(values, factor):
     assert stretched.max() <= spectrum.max() * (1 + 1e-5) + 1e-3
 
 
-@given(st.lists(st.floats(0, 100, width=32), min_size=2, max_size=50))
-def test_factor_one_changes_nothing(values):
-    spectrum = np.array(values, dtype=np.float32)
-    np.testing.assert_allclose(stretch_spectrum(spectrum, 1.0), spectrum, atol=1e-3)
-
-
 def test_rebinning_halves_by_averaging_pairs_and_doubles_by_repeating():
     # Bin 1 at factor 1/2 covers old bins 1, 2 and 3, the outer ones by half.
     spectrum = np.array([0, 4, 8, 4, 0, 0, 0, 0], dtype=np.float32)
@@ -52,10 +46,6 @@ def test_fourier_is_the_published_resampling():
     np.testing.assert_allclose(
         stretch_spectrum(spectrum, 0.613, "fourier", 200), expected, atol=1e-6
     )
-
-
-def test_fourier_rings_below_zero_as_the_paper_s_does():
-    assert stretch_spectrum(line(50), 1.5, "fourier").min() < -0.05
 
 
 def test_what_lies_beyond_the_last_bin_is_zero():
@@ -74,13 +64,6 @@ def test_six_copies_of_every_sample_carry_their_origin():
     assert (factors[6:] >= 0.98).all()
     assert factors.min() >= 0.48
     assert factors.max() <= 2.02
-
-
-def test_the_input_is_left_alone():
-    spectrum = line(40)
-    before = spectrum.copy()
-    stretch_spectrum(spectrum, 1.3)
-    np.testing.assert_array_equal(spectrum, before)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan])

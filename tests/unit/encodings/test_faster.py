@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from afferents.encodings.augment import RANGES, faster_runs
-from afferents.encodings.images import SpatialEncoding, SpatiotemporalEncoding
+from afferents.encodings.augment import faster_runs
+from afferents.encodings.images import SpatialEncoding
 from afferents.encodings.samples import concatenate, make_samples
 from afferents.errors import InputError
-from afferents.folds.protocol import PROTOCOLS
 
 N_FRAMES, SIDE = 10, 2
 
@@ -84,28 +82,3 @@ def test_single_images_of_ra1_are_scaled_and_of_sa1_the_same():
     sa1 = ra1.assign_attrs(units="px")
     with pytest.raises(InputError, match="that change with the speed, found single images"):
         SpatialEncoding().stretched(sa1, np.array([0]), Known(0.5, 2.0), "rebinned")
-
-
-@pytest.mark.parametrize("protocol", ["nested", "published"])
-def test_what_is_learnt_from_holds_copies(protocol):
-    from afferents.folds.protocol import Fold
-    from afferents.models.config import training_config
-    from afferents.models.learning_set import learning_set
-
-    samples = concatenate(
-        [runs(t + np.arange(40.0), "px", f"{t}/20").assign_coords(
-            texture=("sample", np.full(4, str(t)))) for t in (1, 2)]
-    )  # fmt: skip
-    train, none = np.array([0, 1, 4, 5]), np.array([2, 6])
-    fold = Fold(20.0, 20.0, train, none, none)
-    encoding, config = SpatiotemporalEncoding(), training_config("paper", "cnn-lstm")
-    learnt = learning_set(
-        samples, encoding, True, PROTOCOLS[protocol], fold, config, np.random.default_rng(0)
-    )
-    kept = 1 if PROTOCOLS[protocol].keep_originals else 0
-    assert encoding.n_copies == len(RANGES)
-    assert len(learnt.train) == (len(RANGES) + kept) * len(train)
-    labels = learnt.labels.numpy()[learnt.train]
-    assert (labels == 0).sum() == (labels == 1).sum()
-    assert learnt.values.shape[1:] == (N_FRAMES, SIDE, SIDE)
-    assert isinstance(samples, xr.DataArray)

@@ -1,11 +1,9 @@
 """Means and spreads of runs, by hand; of a stream as of a recording."""
 
 import numpy as np
-import pytest
 import xarray as xr
 
 from afferents.encodings.images import MomentEncoding
-from afferents.errors import InputError
 
 LABELS = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0, "units": "px"}
 HOW = MomentEncoding(frames=2)
@@ -41,10 +39,3 @@ def test_a_stream_gives_the_same():
     np.testing.assert_array_equal(np.stack(fed[1::2]), offline)
     stream.skip()
     assert stream.feed(values[0]) is None
-
-
-def test_what_can_not_be_encoded():
-    with pytest.raises(InputError, match="at least 2 frames after the cut, found 1"):
-        HOW.samples(response([[1.0]]), slice(0, 1), 0)
-    with pytest.raises(InputError, match="lost markers filled"):
-        HOW.samples(response([[1.0], [np.nan]]), slice(0, 2), 0)

@@ -56,8 +56,3 @@ def test_extremes_count_for_the_outer_bins():
     assert found[0] == found[-1] == 1
     assert found.sum() == 2
     assert not interval_histograms(np.zeros((10, 2)), 8000).any()
-
-
-def test_what_is_shorter_than_a_window_is_refused():
-    with pytest.raises(InputError, match="at least one window of 1 s"):
-        SpikeTimingEncoding().samples(trains([0.01]), slice(0, 1000))

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from afferents.encodings.base import component_images, tactile_images
 from afferents.encodings.images import MarkersEncoding
 from afferents.errors import InputError
-from afferents.markers.places import covered, image_places, image_shape, images_of
+from afferents.markers.places import covered, image_places, images_of
 from afferents.markers.sensor import load_sensor
 
 LAYOUTS = ("hex127", "hex331", "radial127")
@@ -28,15 +27,6 @@ def test_on_a_square_grid_every_marker_is_its_pixel_bit_for_bit():
     assert images_of(values, row, column).tobytes() == expected.tobytes()
 
 
-def test_the_operator_of_markers_that_stand_on_pixels_is_the_identity_too():
-    """As of a square layout that a file calls free: each weight is 1, and nothing is added."""
-    y, x = np.indices((9, 12)) * 21.5
-    row, column = image_places(np.stack([x.ravel(), y.ravel()], axis=1))
-    assert image_shape(row, column) == (9, 12)
-    values = np.random.default_rng(0).normal(0, 1, (3, 108)).astype(np.float32)
-    np.testing.assert_allclose(images_of(values, row, column).reshape(3, -1), values, rtol=1e-5)
-
-
 def test_what_grows_evenly_over_the_skin_grows_evenly_over_the_image(places):
     values = (0.5 * places[0] - 2 * places[1] + 3)[None]
     image, there = images_of(values, *places)[0], covered(*places)
@@ -45,24 +35,11 @@ def test_what_grows_evenly_over_the_skin_grows_evenly_over_the_image(places):
     assert not image[~there].any()
 
 
-def test_an_image_has_about_as_many_pixels_as_there_are_markers(places):
-    assert 0.85 * len(places[0]) < covered(*places).sum() < 1.15 * len(places[0])
-
-
 def test_a_frame_alone_gives_what_it_gives_among_others(places):
     values = np.random.default_rng(0).normal(0, 3, (5, len(places[0])))
     together = images_of(values, *places)
     for image, one in zip(together, values, strict=True):
         np.testing.assert_allclose(images_of(one[None], *places)[0], image, rtol=0, atol=1e-6)
-
-
-def test_an_image_is_as_large_as_asked():
-    markers = np.array(load_sensor("hex127").markers)
-    for size in ((19, 19), (8, 30)):
-        row, column = image_places(markers, size)
-        assert image_shape(row, column) == size
-        assert -1e-3 <= row.min() <= row.max() <= size[0] - 1 + 1e-3
-        assert -1e-3 <= column.min() <= column.max() <= size[1] - 1 + 1e-3
 
 
 @pytest.mark.parametrize("markers", [[(0, 0), (1, 0), (0, 1)], [(i, i) for i in range(9)]])
@@ -83,13 +60,6 @@ def response(places, is_vector=False) -> xr.DataArray:
     attrs = {"name": "3/50", "texture": "3", "speed_mm_s": 50.0}
     vector = xr.DataArray(values, coords, dims, attrs=attrs)
     return vector if is_vector else vector.isel(space=0)
-
-
-def test_a_vector_has_an_image_for_each_direction(places):
-    vector = response(places, is_vector=True)
-    images = component_images(vector)
-    assert images.shape[:2] == (6, 2)
-    np.testing.assert_array_equal(images[:, 1], tactile_images(vector.isel(space=1)))
 
 
 def test_of_single_markers_samples_hold_what_each_shows_in_the_layouts_order(places):

@@ -6,7 +6,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afferents.encodings.wavenumbers import WavenumberEncoding
+from afferents.encodings.wavenumbers import WavenumberEncoding, unseen_waves
 from afferents.errors import InputError
 
 HOW = WavenumberEncoding(frames=20)
@@ -59,19 +59,21 @@ def test_what_stands_still_is_taken_out_of_sa1():
     )
 
 
-def test_runs_follow_one_another_and_an_incomplete_one_is_dropped():
+def test_runs_follow_one_another_and_a_vector_has_two_components():
     samples = waves(response(0.3, n_frames=50), frames=slice(5, 48))
     np.testing.assert_allclose(samples["start_s"], np.array([4, 24]) / 90)  # RA-I looks one back
     np.testing.assert_allclose(samples["stop_s"], np.array([25, 45]) / 90)
-
-
-def test_a_vector_has_two_components():
-    vector = xr.concat([response(0.3), response(0.1)], dim="space").transpose(
-        "time", "marker", "space"
-    )
-    assert waves(vector.assign_attrs(response(0.3).attrs)).sizes["component"] == 2
-
-
-def test_too_few_frames_are_refused():
     with pytest.raises(InputError, match="at least 20 frames after the cut, found 12"):
         waves(response(0.3, n_frames=12))
+    along, across = response(0.3), response(0.1)
+    vector = xr.concat([along, across], dim="space").transpose("time", "marker", "space")
+    assert waves(vector.assign_attrs(along.attrs)).sizes["component"] == 2
+
+
+def test_textures_finer_than_two_pins_are_named_and_smooth_or_worded_ones_are_not():
+    said = unseen_waves(1.2, ["0", "0.5", "2", "2.4", "3", "felt"])
+    assert said == (
+        "Models of waves cannot resolve waves shorter than twice the distance of the pins, 2.4 mm "
+        "(here the bumps of 0.5, 2)."
+    )
+    assert unseen_waves(1.2, ["3", "felt"]).endswith("2.4 mm.")

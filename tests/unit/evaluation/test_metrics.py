@@ -1,8 +1,22 @@
+"""What is counted: accuracies, recordings and touches named by their samples, reliability."""
+
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from afferents.evaluation.metrics import accuracy_by_group, confusion, macro_f1
+from afferents.evaluation.metrics import (
+    accuracy_by_group,
+    confusion,
+    inside_speeds,
+    macro_f1,
+    name_recordings,
+    name_touches,
+    reliability,
+    reliability_of,
+)
 
 
 def table(rows):
@@ -19,3 +33,117 @@ def test_by_hand():
     assert accuracy_by_group(predictions) == {10.0: 0.75, 20.0: 0.5}
     np.testing.assert_array_equal(confusion(predictions, ["a", "b"]), [[2, 1], [1, 2]])
     assert macro_f1(predictions, ["a", "b"]) == pytest.approx(2 / 3)
+
+
+def predictions(rows):
+    table = pd.DataFrame(
+        rows, columns=["held_out_speed_mm_s", "recording", "true_texture", "p_a", "p_b"]
+    )
+    return table.assign(seed=0, predicted_texture=np.where(table.p_a > table.p_b, "a", "b"))
+
+
+def test_one_sure_sample_outweighs_two_that_waver():
+    table = predictions(
+        [(10, "r", "a", 0.99, 0.01), (10, "r", "a", 0.4, 0.6), (10, "r", "a", 0.4, 0.6)]
+    )
+    named = name_recordings(table, ["a", "b"])
+    assert list(named["predicted_texture"]) == ["a"]
+    assert list(named["true_texture"]) == ["a"]
+    sure = name_recordings(predictions([(10, "r", "b", 0.0, 1.0)]), ["a", "b"])
+    assert list(sure["predicted_texture"]) == ["b"]
+    table = predictions([(v, f"{v}/{r}", "a", 0.9, 0.1) for v in (10, 20) for r in "xyz"])
+    assert len(name_recordings(pd.concat([table, table.assign(seed=1)]), ["a", "b"])) == 12
+
+
+def test_between_leaves_out_slowest_and_fastest():
+    table = predictions([(v, "r", "a", 1, 0) for v in (10, 20, 30, 40)])
+    assert sorted(inside_speeds(table)["held_out_speed_mm_s"]) == [20, 30]
+
+
+def samples(recording, speed, lasting_s, stride_s, p_a):
+    """Samples of texture a in a row, and the probability that each gives it."""
+    start_s = 3 + stride_s * np.arange(len(p_a))
+    rows = [(speed, recording, "a", p, 1 - p) for p in p_a]
+    return predictions(rows).assign(start_s=start_s, stop_s=start_s + lasting_s)
+
+
+@pytest.mark.parametrize(
+    ("lasting_s", "stride_s", "touch_s", "n", "seconds"),
+    [
+        (1 / 90, 1 / 90, 0.11, 10, 1 / 9),  # single frames
+        (1 / 9, 1 / 9, 0.11, 1, 1 / 9),  # runs of ten
+        (11 / 90, 1 / 9, 1, 9, 91 / 90),  # runs of ten, with a frame before
+        (1, 0.5, 1, 1, 1),  # the paper's windows of vibration
+        (1, 0.5, 4, 7, 4),
+        (4, 2, 4, 1, 4),
+        (4, 2, 1, None, None),  # longer than the touch
+        (4, 2, 0.11, None, None),
+        (1 / 60, 1 / 60, 0.11, 7, 7 / 60),  # another camera
+    ],
+)
+def test_a_touch_is_as_many_samples_as_come_nearest(lasting_s, stride_s, touch_s, n, seconds):
+    table = samples("r", 10, lasting_s, stride_s, [0.9] * 500)
+    found = name_touches(table, ["a", "b"], touch_s)
+    assert (found is None) == (n is None)
+    if found is not None:
+        assert (found.samples, found.seconds) == (n, pytest.approx(seconds))
+        assert len(found.named) == 500 // n
+
+
+def test_a_touch_is_named_by_its_own_samples_together():
+    table = samples("r", 10, 0.5, 0.5, [0.99, 0.4, 0.3, 0.6, 0.3, 0.9, 0.1])
+    found = name_touches(table, ["a", "b"], 1)
+    assert list(found.named["predicted_texture"]) == ["a", "b", "a"], "the seventh is left over"
+    both = pd.concat([table, table.assign(recording="s")]).sample(frac=1, random_state=0)
+    assert len(name_touches(both, ["a", "b"], 1).named) == 6, "whatever the order"
+    assert len(name_touches(pd.concat([table, table.assign(seed=1)]), ["a", "b"], 1).named) == 6
+
+
+def test_a_speed_of_short_recordings_has_no_long_touches():
+    table = pd.concat([samples("r", 10, 1, 1, [0.9] * 8), samples("s", 20, 1, 1, [0.9] * 3)])
+    assert name_touches(table, ["a", "b"], 4) is None
+    assert len(name_touches(table, ["a", "b"], 1).named) == 11
+    longer = pd.concat([table, samples("t", 20, 1, 1, [0.9] * 4)])
+    assert sorted(name_touches(longer, ["a", "b"], 4).named["recording"]) == ["r", "r", "t"]
+
+
+def test_a_touch_goes_over_no_gap_where_parts_of_recordings_are_tested():
+    table = samples("r", 10, 0.25, 0.25, [0.9] * 12)
+    gone = table.drop(index=[3, 4, 5])  # 0.75 s, a gap, then 1.5 s
+    whole = name_touches(gone, ["a", "b"], 1)
+    parts = name_touches(gone, ["a", "b"], 1, whole=False)
+    assert (len(whole.named), len(parts.named)) == (2, 1)
+    assert list(parts.named.columns) == list(whole.named.columns)
+
+
+def test_reliability_by_hand():
+    """Two of four right at 0.5 and 0.6, one bin; one right at 0.9, another."""
+    found = reliability(np.array([0.5, 0.6, 0.5, 0.6, 0.9]), np.array([1, 0, 1, 0, 1], bool), 2)
+    # 0.5 belongs to the lower bin: both right; above it one of three right.
+    assert found.count == (2, 3)
+    np.testing.assert_allclose(found.confidence, [0.5, 0.7])
+    np.testing.assert_allclose(found.accuracy, [1, 1 / 3])
+    assert found.ece == pytest.approx((2 * 0.5 + 3 * (0.7 - 1 / 3)) / 5)
+
+
+def test_predictions_without_probabilities_say_nothing():
+    rows = pd.DataFrame({"true_texture": ["a", "b"], "predicted_texture": ["a", "a"]})
+    assert reliability_of(rows) is None
+    found = reliability_of(rows.assign(p_a=[0.8, 0.8], p_b=[0.2, 0.2]))
+    assert found.ece == pytest.approx(0.3)
+
+
+shares = st.floats(0, 1, width=32)
+
+
+@given(st.integers(1, 50).flatmap(lambda n: st.tuples(
+    arrays(np.float32, n, elements=shares), arrays(bool, n)
+)), st.integers(1, 20))  # fmt: skip
+def test_every_sample_is_in_a_bin_and_the_error_is_a_share(drawn, n_bins):
+    confidence, right = drawn
+    found = reliability(confidence, right, n_bins)
+    assert sum(found.count) == len(confidence)
+    assert np.dot(found.count, found.accuracy) == pytest.approx(right.sum())
+    total = confidence.sum(dtype=float)
+    assert np.dot(found.count, found.confidence) == pytest.approx(total, abs=1e-6)
+    assert 0 <= found.ece <= 1

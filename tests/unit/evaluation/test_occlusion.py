@@ -1,11 +1,10 @@
 """A part that a model does not look at costs nothing; one that it does, what it is worth."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afferents.reporting.explain import bands, log_odds, losses, patches
+from afferents.reporting.explain import log_odds, losses, patches
 
 
 def looks_at(row, column):
@@ -39,10 +38,3 @@ def test_only_what_is_looked_at_costs(row, column, size):
 def test_log_odds_by_hand():
     logs = np.log([[0.8, 0.1, 0.1], [0.25, 0.25, 0.5]])
     np.testing.assert_allclose(log_odds(logs, np.array([0, 1])), np.log([4, 1 / 3]))
-
-
-@pytest.mark.parametrize(("n", "width", "last"), [(10, 4, 2), (8, 4, 4), (3, 5, 3)])
-def test_bands_lie_side_by_side(n, width, last):
-    found = bands(n, width)
-    assert (np.sum(found, axis=0) == 1).all()
-    assert found[-1].sum() == last

@@ -14,6 +14,8 @@ def test_what_stays_the_same_is_one_and_what_turns_round_is_minus_one():
     assert steadiness(scaled, 20) == pytest.approx(1)
     turned = np.where(np.arange(60)[:, None] // 20 % 2, image, -image)
     assert steadiness(turned, 20) == pytest.approx(-1)
+    for none in (np.zeros((20, 9)), np.full((40, 9), np.nan)):  # too few frames, and no marker
+        assert np.isnan(steadiness(none, 20))
 
 
 def test_a_pattern_with_noise_has_the_share_of_its_variance():
@@ -31,12 +33,6 @@ def test_lost_markers_are_left_out_of_both_images():
     images[:10, 3] = np.nan
     images[25:, 7] = np.nan
     assert steadiness(images, 20) == pytest.approx(1)
-
-
-def test_too_few_frames_and_even_images_have_none():
-    assert np.isnan(steadiness(np.zeros((20, 9)), 20))
-    assert np.isnan(steadiness(np.zeros((40, 9)), 20))
-    assert np.isnan(steadiness(np.full((40, 9), np.nan), 20))
 
 
 def test_recordings_with_markers_have_a_row():

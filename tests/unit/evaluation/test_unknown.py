@@ -1,7 +1,7 @@
 import pandas as pd
 import pytest
 
-from afferents.evaluation.unknown import auroc, recordings_of, share_unknown, summarise_unknown
+from afferents.evaluation.unknown import auroc, recordings_of, summarise_unknown
 
 
 def table():
@@ -41,13 +41,6 @@ def test_a_recording_is_judged_by_the_mean_of_its_samples_and_its_own_limit():
     mine = table()[lambda t: (t.left_out == "b") & (t.texture == "b")]
     rows = recordings_of(mine.assign(recordings_limit=1.7))
     assert rows["novelty"].tolist() == pytest.approx([1, 1, 0.7 / 1.7])
-
-
-def test_few_speeds_lie_between_none():
-    rows = table()[lambda t: t.held_out_speed_mm_s < 30]
-    assert share_unknown(rows).inside is None
-    nothing = {"samples": None, "recordings": None}
-    assert summarise_unknown(rows).content()["auroc_inside"] == nothing
 
 
 def test_area_counts_pairs():

@@ -140,12 +140,6 @@ def test_the_largest_difference_of_each_stage_is_found(store, converted, run):
     assert "RA-SE: images of RA-I" in found["notes"][-1]
 
 
-def test_as_tables(store, converted, run):
-    _, out, _ = run("compare", store, "--authors", converted)
-    assert "The authors' networks" in out
-    assert "SA-I" in out
-
-
 def test_pickles_are_not_opened(store, tmp_path, fails):
     class Harm:
         def __reduce__(self):
@@ -168,16 +162,14 @@ def test_pickles_are_not_opened(store, tmp_path, fails):
 def test_what_does_not_fit_is_said(store, converted, tmp_path):
     with pytest.raises(InputError, match="some of the folders responses, samples, networks"):
         afferents.compare(store, tmp_path)
-    (tmp_path / "networks").mkdir()
-    with pytest.raises(InputError, match="recordings and speeds that the store has, found none"):
-        afferents.compare(store, tmp_path, quiet=True)
     with np.load(converted / "samples/sa-se/20.npz") as arrays:
-        held = dict(arrays)
-    (tmp_path / "samples/sa-se").mkdir(parents=True)
+        samples, labels = arrays["samples"], arrays["labels"]
     path = tmp_path / "samples/sa-se/20.npz"
-    np.savez(path, samples=held["samples"][:20], labels=held["labels"][:20])
-    with pytest.raises(InputError, match="50 samples of each texture of sa-se, as here, found 10"):
-        afferents.compare(store, tmp_path, quiet=True)
-    np.savez(path, samples=held["samples"], labels=held["labels"][::-1])
-    with pytest.raises(InputError, match="2 textures of the store in turn"):
-        afferents.compare(store, tmp_path, quiet=True)
+    path.parent.mkdir(parents=True)
+    for n, order, said in (
+        (20, 1, "50 samples of each texture of sa-se, as here, found 10"),
+        (None, -1, "2 textures of the store in turn"),
+    ):
+        np.savez(path, samples=samples[:n], labels=labels[:n][::order])
+        with pytest.raises(InputError, match=said):
+            afferents.compare(store, tmp_path, quiet=True)

@@ -154,26 +154,20 @@ def test_without_a_session_there_are_no_pictures(stores, tmp_path, run):
     info, _, _ = read(tmp_path / "touch")
     assert info["video_path"] is None
     assert VIDEO not in info["features"]
-    assert not (tmp_path / "touch" / "videos").exists()
 
 
-def test_what_can_t_be_exported_is_refused_in_a_sentence(stores, small_session, fails, tmp_path):
-    out = tmp_path / "touch"
+def test_what_can_t_be_exported_is_refused_in_a_sentence(
+    stores, small_session, fails, tmp_path, monkeypatch
+):
+    out, session = tmp_path / "touch", tmp_path / "S"
     assert "recordings with markers" in fails("export-lerobot", stores["audio"], out)
-    session = tmp_path / "S"
     shutil.copytree(small_session / "1", session / "1")
     shutil.copy(small_session / "session.json", session)
-    command = ("export-lerobot", stores["video"], out, "--session", session)
-    assert "the video of the recording '2/20' of the store, found none" in fails(*command)
-    assert not out.exists()
-    out.mkdir()
-    (out / "mine").write_text("")
-    assert "a new folder" in fails("export-lerobot", stores["video"], out)
-
-
-def test_rates_that_differ_are_refused(stores, monkeypatch, fails, tmp_path):
+    command = ("export-lerobot", stores["video"], out)
+    said = fails(*command, "--session", session)
+    assert "the video of the recording '2/20' of the store, found none" in said
     first, *others = open_responses(stores["video"])
     slow = first.assign_coords(time=first["time"] * 1.1)
     monkeypatch.setattr("afferents.exchange.lerobot.open_responses", lambda _: [slow, *others])
-    sentence = fails("export-lerobot", stores["video"], tmp_path / "touch")
-    assert "one whole number of frames a second in all recordings" in sentence
+    assert "one whole number of frames a second in all recordings" in fails(*command)
+    assert not out.exists()

@@ -44,36 +44,17 @@ def response(side=19):
     return xr.DataArray(values, places, (dims.TIME, dims.MARKER))
 
 
-def test_nothing_asked_changes_nothing():
-    samples, all_of_them = images(), Ablation()
-    assert all_of_them.describe() == {}
-    assert all_of_them.shown(felt := response()) is felt
-    fold = next(LeaveOneSpeedOut().folds(samples))
-    assert all_of_them.fold(fold, samples) is fold
-    assert len(all_of_them.recordings(recordings())) == 9
-
-
-def test_textures_go_by_letter_or_folder_and_speeds_by_number():
-    kept = Ablation(textures=("b", "3"), speeds_mm_s=(10, 30)).recordings(recordings())
-    assert [r.attrs["name"] for r in kept] == ["0.5/10", "0.5/30", "3/10", "3/30"]
-    words = Ablation(textures=("Linen",)).recordings(recordings(("Linen", "Canvas")))
-    assert len(words) == 3
-
-
 @given(share=st.floats(0.05, 1), side=st.integers(8, 25))
 def test_as_many_markers_are_shown_as_asked_and_all_over_the_skin(share, side):
-    shown = Ablation(markers=share).shown(response(side)).values.reshape(3, side, side) != 0
+    whole = response(side)
+    kept = Ablation(markers=share).shown(whole).values
+    np.testing.assert_array_equal(kept[kept != 0], whole.values[kept != 0])
+    shown = kept.reshape(3, side, side) != 0
     assert shown.mean() == pytest.approx(share, abs=0.08)
     assert (shown == shown[0]).all()
     if share >= 0.5:
         quarter = side // 2
         assert shown[0, :quarter, :quarter].mean() == pytest.approx(share, abs=0.25)
-
-
-def test_shown_markers_keep_their_values():
-    whole = response()
-    half = Ablation(markers=0.5).shown(whole).values
-    np.testing.assert_array_equal(half[half != 0], whole.values[half != 0])
 
 
 def test_markers_of_other_layouts_are_left_out_by_their_places_and_vibration_is_left_alone():
@@ -108,14 +89,15 @@ def test_a_fold_trains_on_so_many_speeds_spread_over_its_own(n):
     ("text", "speeds"),
     [
         (None, ()),
-        ("10,50", (10, 50)),
         ("10..100:30", (10, 40, 70, 100)),
         ("5, 10..20:2.5", (5, 10, 12.5, 15, 17.5, 20)),
         ("10,10", (10,)),
     ],
 )
-def test_speeds_are_read(text, speeds):
+def test_speeds_are_read_and_textures_go_by_letter_or_folder(text, speeds):
     assert parse_speeds(text) == speeds
+    kept = Ablation(textures=("b", "3"), speeds_mm_s=(10, 30)).recordings(recordings())
+    assert [r.attrs["name"] for r in kept] == ["0.5/10", "0.5/30", "3/10", "3/30"]
 
 
 @pytest.mark.parametrize(
@@ -125,25 +107,23 @@ def test_speeds_are_read(text, speeds):
         (lambda: parse_speeds("10..100:0"), "--speeds"),
         (lambda: Ablation(markers=0), r"--markers: expected a share above 0, up to 1, found 0"),
         (lambda: Ablation(train_speeds=0), "--train-speeds: expected at least 1"),
+        (lambda: Ablation(textures=("z",)).recordings(recordings()), "0, 0.5, 3, found 'z'"),
+        (lambda: Ablation(speeds_mm_s=(15,)).recordings(recordings()), "20, 30 mm/s, found 15"),
+        (lambda: in_first_fold(Ablation(train_speeds=9)), "at most 4, as each fold has, found 9"),
         (
-            lambda: Ablation(textures=("z",)).recordings(recordings()),
-            r"--textures: expected some of 0, 0.5, 3, found 'z'",
-        ),
-        (
-            lambda: Ablation(speeds_mm_s=(15,)).recordings(recordings()),
-            r"--speeds: expected some of 10, 20, 30 mm/s, found 15",
-        ),
-        (
-            lambda: Ablation(train_speeds=9).fold(
-                next(LeaveOneSpeedOut().folds(images())), images()
-            ),
-            r"--train-speeds: expected at most 4, as each fold has, found 9",
+            lambda: in_first_fold(Ablation(), set(images()[dims.RECORDING].values)),
+            "nothing to train with 10 mm/s held out",
         ),
     ],
 )
 def test_what_can_not_be_left_out_is_refused(ask, sentence):
     with pytest.raises(InputError, match=sentence):
         ask()
+
+
+def in_first_fold(ablation, *tested):
+    samples = images()
+    return ablation.fold(next(LeaveOneSpeedOut().folds(samples)), samples, *tested)
 
 
 def test_a_condition_is_tested_and_never_learnt_from():
@@ -167,10 +147,3 @@ def test_folds_keep_what_is_tested_apart():
         assert set(names[apart.test]) <= second
         assert not second & set(names[np.concatenate([apart.train, apart.validation])])
         assert len(apart.train) == len(fold.train) // 2
-
-
-def test_a_condition_that_leaves_nothing_to_learn_from_is_refused():
-    samples = images()
-    fold = next(LeaveOneSpeedOut().folds(samples))
-    with pytest.raises(InputError, match="nothing to train with 10 mm/s held out"):
-        Ablation().fold(fold, samples, set(samples[dims.RECORDING].values))

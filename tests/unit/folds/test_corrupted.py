@@ -106,7 +106,7 @@ def test_windows_are_paired_within_their_variant():
 OPTIONS = {"frames": 5, "window_s": 0.25, "stride_s": 0.05, "workers": 1, "quiet": True}
 
 
-def test_corrupted_at_test_only_learns_the_same_and_says_so(stores, tmp_path, run):
+def test_corrupted_at_test_only_learns_the_same_and_says_so(stores, tmp_path):
     models = ["ra-wave-vector", "fusion-joint"]
     clean = afferents.evaluate(stores["video"], tmp_path / "clean", models, **OPTIONS)
     noisy = afferents.evaluate(
@@ -125,10 +125,6 @@ def test_corrupted_at_test_only_learns_the_same_and_says_so(stores, tmp_path, ru
     assert noisy.summary["disturb"] == noisy.config["disturb"] == {"markers": 3.0, "sound": 10.0}
     assert noisy.summary["options"][:2] == ["--disturb", "markers=3,sound=10"]
     assert "disturb" not in clean.config
-    code, _, err = run("evaluate", stores["video"], "--out", tmp_path / "clean", "--models",
-                       "ra-wave-vector", "--frames", 5, "--disturb", "markers=1")  # fmt: skip
-    assert code == 2
-    assert "clean" in err
 
 
 def test_learning_from_what_is_corrupted_is_another_switch(stores, tmp_path, run):
@@ -148,13 +144,10 @@ def test_learning_from_what_is_corrupted_is_another_switch(stores, tmp_path, run
     [
         (("--disturb", "sound=0.1"), "--disturb: expected models that notice sound=0.1"),
         (("--disturb-training", "sound=1"), "--disturb-training: expected models that notice"),
-        (("--disturb", "noise=1"), "--disturb: expected some of markers, sound, frames, lost"),
         (("--split", "texture", "--disturb", "markers=1"), "--disturb: expected none with --split"),
     ],
 )
-def test_corruptions_that_do_nothing_are_refused(options, said, stores, tmp_path, run):
-    code, _, err = run("evaluate", stores["video"], "--out", tmp_path / "r", "--models",
-                       "ra-wave-vector", "--frames", 5, *options)  # fmt: skip
-    assert code == 2
-    assert said in err
+def test_corruptions_that_do_nothing_are_refused(options, said, stores, tmp_path, fails):
+    asked = ("--out", tmp_path / "r", "--models", "ra-wave-vector", "--frames", 5)
+    assert said in fails("evaluate", stores["video"], *asked, *options)
     assert not (tmp_path / "r").exists()

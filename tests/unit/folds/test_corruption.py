@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from afferents.errors import InputError
-from afferents.folds.corruption import Corruption, Corruptions
+from afferents.folds.corruption import Corruption
 
 
 def test_text_names_and_objects_say_the_same():
@@ -18,23 +18,12 @@ def test_text_names_and_objects_say_the_same():
 
 
 @pytest.mark.parametrize(
-    ("given", "found"),
-    [
-        ("markers", "'markers'"),
-        ("marker=1", "'marker'"),
-        ("markers=a", "'markers=a'"),
-        ("markers=-20dB", "'markers=-20dB'"),
-        ("frames=1", "1"),
-        ("markers=-1", "-1"),
-        ("sound=nan", "nan"),
-        ("seed=-1", "-1"),
-        ("seed=0.5", "'seed=0.5'"),
-    ],
+    "given",
+    ["markers", "marker=1", "markers=a", "markers=-20dB", "frames=1", "sound=nan", "seed=-1"],
 )
-def test_what_makes_no_sense_is_refused_in_a_sentence(given, found):
-    with pytest.raises(InputError, match=r"--disturb: expected .*, found ") as error:
+def test_what_makes_no_sense_is_refused_in_a_sentence(given):
+    with pytest.raises(InputError, match=r"--disturb: expected .*, found "):
         Corruption.of(given, "--disturb")
-    assert str(error.value).split("found ")[1].startswith(found)
 
 
 def test_noise_is_as_strong_as_asked_and_the_same_twice_as_large():
@@ -48,19 +37,6 @@ def test_noise_is_as_strong_as_asked_and_the_same_twice_as_large():
     assert abs(np.corrcoef(once.ravel(), reseeded.ravel())[0, 1]) < 0.02
 
 
-def test_sound_is_spoilt_by_a_share_of_its_own_level():
-    time_s = np.arange(44100) / 44100
-    waves = np.stack([np.sin(2 * np.pi * 80 * time_s), 5 + np.sin(2 * np.pi * 90 * time_s)], 1)
-    noise = Corruption.of("sound=-20dB", "").with_noise(waves, "3/50") - waves
-    np.testing.assert_allclose(noise.std(axis=0), 0.1 * np.sqrt(0.5), rtol=0.02)
-
-
-def test_so_many_frames_are_left():
-    left = Corruption(frames=0.3).left(5000, "3/50")
-    assert len(left) == pytest.approx(3500, rel=0.05)
-    assert (np.diff(left) > 0).all()
-
-
 def test_neighbours_are_lost_together_and_others_in_the_next_second():
     places = np.stack(np.divmod(np.arange(100), 10), axis=1) * 20.0
     unseen = Corruption(lost=0.1).unseen(np.arange(270) / 90, places, "3/50")
@@ -72,12 +48,11 @@ def test_neighbours_are_lost_together_and_others_in_the_next_second():
     assert len({frame.tobytes() for frame in unseen}) == 3
 
 
-def test_only_what_differs_is_said():
-    assert Corruptions().describe() == {} == dict.fromkeys(Corruptions().words())
-    assert not Corruptions().apart
-    noisy = Corruption(markers=0.1)
-    assert Corruptions((noisy,)).describe() == {"disturb": {"markers": 0.1}}
-    assert Corruptions((noisy,), noisy).words() == [
-        "--disturb", "markers=0.1", "--disturb-training", "markers=0.1"
-    ]  # fmt: skip
-    assert not Corruptions((noisy,), noisy).apart
+def test_sound_is_spoilt_by_a_share_of_its_own_level_and_so_many_frames_are_left():
+    time_s = np.arange(44100) / 44100
+    waves = np.stack([np.sin(2 * np.pi * 80 * time_s), 5 + np.sin(2 * np.pi * 90 * time_s)], 1)
+    noise = Corruption.of("sound=-20dB", "").with_noise(waves, "3/50") - waves
+    np.testing.assert_allclose(noise.std(axis=0), 0.1 * np.sqrt(0.5), rtol=0.02)
+    left = Corruption(frames=0.3).left(5000, "3/50")
+    assert len(left) == pytest.approx(3500, rel=0.05)
+    assert (np.diff(left) > 0).all()

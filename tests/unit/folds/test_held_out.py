@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from afferents.encodings.samples import make_samples
 from afferents.errors import InputError
-from afferents.evaluation.schemas import Config, Summary
-from afferents.folds.held_out import SPEED, column_of, folder_name, order, split_named
+from afferents.folds.held_out import SPEED, folder_name, order, split_named
 
 
 def recording(name, speed=20.0, **conditions):
@@ -53,11 +52,6 @@ def test_a_condition_that_not_all_carry_is_refused(recordings, said):
         split_named("trial").groups_of(recordings)
 
 
-def test_a_missing_speed_is_refused_where_speeds_are_held_out():
-    with pytest.raises(InputError, match="the speed of every recording, found none of b"):
-        SPEED.groups_of([recording("a"), recording("b", np.nan)])
-
-
 @pytest.mark.parametrize("name", ["", "a/b", "../x", "texture", " trial"])
 def test_what_can_be_no_condition_is_refused(name):
     with pytest.raises(InputError, match="--split"):
@@ -75,14 +69,6 @@ def test_samples_are_labelled_by_their_recording():
     both = [recording("b", trial="long"), recording("a", trial=1)]
     assert trial.of(trial.labelled(samples, both)).tolist() == ["1", "1", "long", "long"]
     assert SPEED.labelled(samples, both) is samples
-
-
-def test_results_that_name_no_split_are_of_speeds():
-    fields = Config.model_fields["split"], Summary.model_fields["split_name"]
-    assert [split_named(field.default) for field in fields] == [SPEED, SPEED]
-    assert split_named("trial") == split_named("trial") != split_named("day")
-    assert column_of({"held_out_speed_mm_s": [1]}) == "held_out_speed_mm_s"
-    assert column_of({"held_out_group": ["1"]}) == "held_out_group"
 
 
 @given(st.lists(st.text(min_size=1, max_size=12), unique=True, min_size=2, max_size=8))

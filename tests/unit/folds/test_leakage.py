@@ -11,7 +11,6 @@ from afferents.folds.splits import (
     LeaveOneSpeedOut,
     _overlaps,
     find_leaks,
-    overlapping,
     refuse_leaks,
 )
 
@@ -38,11 +37,8 @@ def test_published_leaks_are_counted(samples):
     assert leaks.test_samples_overlapping_validation == 6
     assert leaks.test_samples_overlapping_training == 0
     assert leaks.scale_saw_held_out_group
-
-
-def test_windows_that_only_touch_do_not_overlap(samples):
-    data = samples((10, 20, 30), overlap=0.0)
-    leaks = find_leaks(data, folds(data, "published")[0], NONE)
+    touching = samples((10, 20, 30), overlap=0.0)
+    leaks = find_leaks(touching, folds(touching, "published")[0], NONE)
     assert leaks.test_samples_overlapping_validation == 0
     assert leaks.test_samples_of_a_group_seen_in_validation == 6
 
@@ -63,12 +59,6 @@ def test_a_test_sample_planted_elsewhere_is_refused(samples, part):
     broken = dataclasses.replace(fold, **{part: planted})
     with pytest.raises(LeakageError, match="20 mm/s"):
         refuse_leaks(find_leaks(data, broken, NONE), broken)
-
-
-def test_another_recording_of_the_same_moment_does_not_overlap(samples):
-    data = samples((10, 20), textures=("a", "b"), n=1)
-    assert overlapping(data, np.array([0]), np.array([1, 2, 3])) == 0
-    assert overlapping(data, np.array([0]), np.array([0])) == 1
 
 
 spans = st.lists(st.tuples(st.integers(0, 50), st.integers(1, 10)), max_size=15)

@@ -8,8 +8,7 @@ import pyarrow as pa
 import pytest
 
 import afferents
-from afferents.store.drum_path import DRIVE, MARK, Drum, path_in, write_drive
-from afferents.store.zarr_store import open_responses
+from afferents.store.drum_path import DRIVE, MARK, Drum, write_drive
 
 from ...conftest import few_epochs
 
@@ -40,36 +39,6 @@ def store(sounds, tmp_path_factory):
 def evaluated(store, tmp_path_factory):
     out = tmp_path_factory.mktemp("angle") / "results"
     return afferents.evaluate(store, out, models="ridge-te", protocol="both", **ASKED)
-
-
-def touched(rows, store):
-    """Return for each texture the tenths of a mm of the drum that samples touched."""
-    ways = {r.attrs["name"]: path_in(r) for r in open_responses(store)}
-    skin = {}
-    for row in rows.itertuples():
-        low, high = np.sort(ways[row.recording].at(np.array([row.start_s, row.stop_s])))
-        way = np.arange(low - DRUM.contact_mm / 2, high + DRUM.contact_mm / 2, 0.1)
-        tenths = np.floor(way % DRUM.circumference_mm * 10).astype(int)
-        skin.setdefault(str(row.true_texture), set()).update(tenths.tolist())
-    return skin
-
-
-@pytest.mark.parametrize("protocol", ["nested", "published"])
-def test_what_is_tested_was_not_touched_before(evaluated, store, protocol):
-    rows = evaluated.predictions
-    rows = rows[rows["protocol"] == protocol]
-    for arc in "12345":
-        folder = next(evaluated.root.glob(f"folds/ridge-te/{protocol}/*/{arc}"))
-        facts = json.loads((folder / "fold.json").read_text())
-        assert (facts["split"], facts["held_out_group"]) == ("angle", arc)
-        # Every sample is tested once, in the fold of its arc: the others' were seen in this one.
-        is_held_out = rows["held_out_group"] == arc
-        tested, seen = (touched(part, store) for part in (rows[is_held_out], rows[~is_held_out]))
-        assert set(tested) == set(seen) == {"1", "2"}
-        assert not any(tested[texture] & seen[texture] for texture in tested)
-        assert {*rows[is_held_out]["recording"].str[2:]} == {"20", "40"}
-        if protocol == "nested":
-            assert facts["validation_group"] in set("12345") - {arc}
 
 
 def test_results_name_the_split_and_its_arcs(evaluated):

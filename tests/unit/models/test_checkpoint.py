@@ -76,14 +76,3 @@ def test_what_is_damaged_or_of_another_training_is_not_heeded(problem, small_net
     assert first_epoch() == 1
     checkpoint.path.write_bytes(checkpoint.path.read_bytes()[:1000])
     assert first_epoch() == 1
-
-
-def test_short_trainings_write_no_checkpoint(problem, small_net, config, tmp_path):
-    train(
-        small_net,
-        LearningSet(*problem),
-        config,
-        0,
-        checkpoint=Checkpoint(tmp_path / "fold.checkpoint"),
-    )
-    assert list(tmp_path.iterdir()) == []

@@ -1,12 +1,15 @@
-"""Training configurations: the published recipe, and what is refused."""
+"""Training configurations: the published recipe, and those of a TOML file over a preset's."""
+
+import json
 
 import pytest
-from pydantic import ValidationError
+from torch import nn
 
+import afferents
 from afferents.errors import InputError
-from afferents.models.config import TrainingConfig, training_config
-
-RECIPES = ["spatial-net", "cnn-lstm", "vibration-net"]
+from afferents.models.classifiers import build
+from afferents.models.config import DROPOUT_LAYERS, Hyperparameters, training_config
+from afferents.models.layers import l2_penalty, set_dropout
 
 
 @pytest.mark.parametrize(
@@ -18,40 +21,106 @@ def test_paper_is_the_published_recipe(recipe, rate, patience):
     assert (config.learning_rate, config.patience) == (rate, patience)
     assert (config.batch_size, config.max_epochs) == (64, 150)
     assert config.training_samples is None
-
-
-@pytest.mark.parametrize("recipe", RECIPES)
-def test_presets_differ_from_the_paper_as_they_say(recipe):
-    quick, fast, paper = (training_config(name, recipe) for name in ("quick", "fast", "paper"))
-    assert quick.training_samples is not None
-    assert quick.patience < quick.max_epochs < paper.max_epochs
-    assert (fast.one_cycle, paper.one_cycle, fast.patience) == (True, False, None)
-    assert fast.max_epochs < paper.patience
-    assert fast.training_samples is not None
     kept = training_config("paper", recipe, statistics="keras")
-    assert paper.warm_up_statistics
-    assert kept == paper.model_copy(update={"warm_up_statistics": False})
+    assert config.warm_up_statistics
+    assert kept == config.model_copy(update={"warm_up_statistics": False})
 
 
-def test_an_unknown_preset_is_refused():
+SHAPES = {"spatial-net": (19, 19), "cnn-lstm": (10, 19, 19), "vibration-net": (1, 200)}
+
+
+def written(folder, text):
+    path = folder / "mine.toml"
+    path.write_text(text)
+    return path
+
+
+def test_tables_go_before_what_holds_for_all(tmp_path):
+    path = written(
+        tmp_path,
+        "max_epochs = 40\npatience = 5\n[spatial-net]\nmax_epochs = 7\ndropout = [0.5, 0.5, 0.1]\n",
+    )
+    own = Hyperparameters.of(path, "paper")
+    images, vibration = (
+        training_config("paper", network, changed=own.of_network(network))
+        for network in ("spatial-net", "vibration-net")
+    )
+    assert (images.max_epochs, images.patience, images.learning_rate) == (7, 5, 1e-3)
+    assert images.dropout == (0.5, 0.5, 0.1)
+    assert (vibration.max_epochs, vibration.dropout) == (40, None)
+    assert own.words() == ["--recipe", str(path)]
+    assert own.describe()["cnn-lstm"] == {"max_epochs": 40, "patience": 5}
+    json.dumps(own.describe())
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("epochs = 4", "expected some of learning_rate, .*, found 'epochs'"),
+        ("[spacial-net]\nmax_epochs = 4", r"tables named spatial-net, .*, found \[spacial-net\]"),
+        ('device = "cuda"', "found 'device'; give it as --device"),
+        ("learning_rate = -1", "learning_rate"),
+        ("[cnn-lstm]\ndropout = [0.4, 0.2]", "one share, or 3, of the dropout layers .* found 2"),
+        ("", "found nothing"),
+        ("max_epochs = ", "a damaged file, no TOML"),
+    ],
+)
+def test_what_makes_no_sense_is_one_sentence(tmp_path, text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Hyperparameters.of(written(tmp_path, text), "paper")
+    with pytest.raises(InputError, match="no patience with one_cycle"):
+        Hyperparameters.of({"patience": 3}, "fast")
     with pytest.raises(InputError, match="--preset: expected quick, fast or paper, found 'slow'"):
         training_config("slow", "spatial-net")
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"learning_rate": 0},
-        {"patience": 0},
-        {"max_epochs": 0},
-        {"batch_size": 1},
-        {"training_samples": 0},
-        {"precision": "float16"},
-        {"device": "tpu"},
-        {"epochs": 3},
-        {"one_cycle": True},
-    ],
-)
-def test_contradictions_are_refused_when_built(wrong):
-    with pytest.raises(ValidationError):
-        TrainingConfig(**{"learning_rate": 1e-3, "patience": 3, **wrong})
+@pytest.mark.parametrize("network", SHAPES)
+def test_dropout_is_set_layer_by_layer_and_l2_by_its_factor(network):
+    built = build(network, 3, SHAPES[network])
+    layers = [one for one in built.modules() if isinstance(one, nn.Dropout)]
+    assert len(layers) == DROPOUT_LAYERS[network]
+    before = [one.p for one in layers]
+    set_dropout(built, None)
+    assert [one.p for one in layers] == before
+    set_dropout(built, tuple(0.1 * (i + 1) for i in range(len(layers))))
+    assert [one.p for one in layers] == [0.1 * (i + 1) for i in range(len(layers))]
+    with pytest.raises(InputError, match="one for each of"):
+        set_dropout(built, (0.1,) * 9)
+    assert l2_penalty(built, 0.01).item() == pytest.approx(2 * l2_penalty(built).item())
+
+
+def test_results_card_and_report_say_what_was_set(stores, tmp_path):
+    own = {"spatial-net": {"max_epochs": 1, "l2": 0.02, "training_samples": 200}}
+    asked = {"preset": "quick", "recipe": own, "quiet": True}
+    results = afferents.evaluate(
+        stores["video"], tmp_path / "r", "sa-se", held_out=[40.0], workers=1, **asked
+    )
+    assert results.summary["recipe"] == own
+    assert results.config["recipe"] == own
+    assert results.config["training"]["spatial-net"]["l2"] == 0.02
+    (fold,) = (tmp_path / "r").rglob("fold.json")
+    assert json.loads(fold.read_text())["epochs"] == 1
+    page = afferents.report(tmp_path / "r", quiet=True).read_text()
+    assert "Set otherwise: spatial-net" in page
+    assert "max_epochs = 1, l2 = 0.02" in page
+    card = afferents.train(
+        stores["video"], tmp_path / "m", "sa-se", results=tmp_path / "r", **asked
+    )
+    assert card.recipe == own["spatial-net"] == card.scores[0].recipe
+    assert "(preset quick but max_epochs = 1, l2 = 0.02, training_samples = 200)" in " ".join(
+        card.describe()
+    )
+    with pytest.raises(InputError, match="recipe"):
+        afferents.evaluate(
+            stores["video"], tmp_path / "r", "sa-se", preset="quick", held_out=[40.0], quiet=True
+        )
+
+
+def test_a_recipe_for_no_model_is_refused(stores, tmp_path, fails):
+    path = written(tmp_path, "[cnn-lstm]\nmax_epochs = 2\n")
+    sentence = fails(
+        "evaluate", stores["video"], "--out", tmp_path / "r", "--models", "sa-se", "--recipe", path
+    )
+    assert "--recipe: expected models that learn as cnn-lstm, found sa-se" in sentence
+    with pytest.raises(InputError, match="--recipe: expected models that learn as cnn-lstm"):
+        afferents.train(stores["video"], tmp_path / "m", "sa-wave", recipe=path, quiet=True)

@@ -61,14 +61,11 @@ def test_the_mean_of_log_probabilities_within_a_window():
     assert set(fused.facts["parts"]) == {"a", "b"}
 
 
-def test_the_run_that_ends_last_in_a_window():
+def test_the_run_that_ends_last_in_a_window_and_is_of_its_arc():
     windows = concatenate([samples([0, 1, 2], 1), samples([0], 1, "2/20")])
     runs = concatenate([samples([0.1, 0.5, 0.9, 1.3], 0.3), samples([5, 6], 0.3, "2/20")])
     # After the last run the one before stands for it; before the first, the first.
     assert list(last_within(windows, runs)) == [1, 3, 3, 4]
-
-
-def test_no_window_brings_a_run_of_another_arc():
     windows = samples([0.0, 0.2, 2.0, 2.2], 0.2).assign_coords(group=("sample", list("1122")))
     runs = samples([-0.1, 0.1, 1.5, 2.1], 0.25).assign_coords(group=("sample", list("1112")))
     # None ends in the third window: the one before it is of the arc before, the next of its own.

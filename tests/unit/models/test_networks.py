@@ -9,6 +9,7 @@ from afferents.models import networks
 from afferents.models.classifiers import build
 from afferents.models.layers import count_parameters, kernels_with_l2, l2_penalty
 from afferents.models.networks import CnnLstm, SpatialNet, VibrationNet
+from afferents.models.shapes import layer_shapes
 
 NETWORKS = [
     ("spatial-net", (19, 19), SpatialNet, 261_709, 260_717),
@@ -23,92 +24,39 @@ def test_parameter_counts_are_those_of_the_paper(encoding, shape, network, total
     model = build(encoding, 13, shape)
     assert isinstance(model, network)
     assert count_parameters(model) == (total, trainable)
-
-
-def test_pytorch_adds_120_lstm_biases_that_stay_zero_and_untrained():
-    model = CnnLstm(13)
-    everything = sum(p.numel() for p in model.parameters())
-    assert everything == count_parameters(model).trainable + 120
-    frozen = {name: p for name, p in model.named_parameters() if not p.requires_grad}
-    assert sorted(frozen) == ["lstm.bias_hh_l0", "lstm.bias_hh_l1", "lstm.bias_hh_l2"]
-    assert all((p == 0).all() for p in frozen.values())
+    assert sum(layer.n_parameters for layer in layer_shapes(model, shape)) == total
+    assert model.training
+    assert not any(module._forward_hooks for module in model.modules())
 
 
 @pytest.mark.parametrize(
     ("encoding", "shape"),
     [
-        ("spatial-net", (19, 19)),
         ("spatial-net", (8, 8)),
         ("spatial-net", (11, 24)),
-        ("cnn-lstm", (10, 19, 19)),
         ("cnn-lstm", (4, 8, 9)),
-        ("vibration-net", (1, 200)),
         ("vibration-net", (16, 135)),
         ("vibration-net", (2, 512)),
     ],
 )
 def test_logits_have_one_value_a_class_whatever_the_size_of_a_sample(encoding, shape):
-    model = build(encoding, 5, shape)
-    assert model(torch.randn(3, *shape)).shape == (3, 5)
+    assert build(encoding, 5, shape)(torch.randn(3, *shape)).shape == (3, 5)
 
 
 @pytest.mark.parametrize(
-    ("encoding", "shape", "found"),
+    ("encoding", "n_classes", "shape", "found"),
     [
-        ("spatial-net", (7, 19), "7 x 19"),
-        ("cnn-lstm", (10, 19, 7), "19 x 7"),
-        ("vibration-net", (1, 134), "134"),
-        ("spatial-net", (10, 19, 19), r"\(10, 19, 19\)"),
-        ("vibration-net", (200,), r"\(200,\)"),
+        ("spatial-net", 13, (7, 19), "7 x 19"),
+        ("cnn-lstm", 13, (10, 19, 7), "19 x 7"),
+        ("vibration-net", 13, (1, 134), "134"),
+        ("spatial-net", 13, (10, 19, 19), r"\(10, 19, 19\)"),
+        ("vibration-net", 13, (200,), r"\(200,\)"),
+        ("spatial-net", 1, (19, 19), ""),
     ],
 )
-def test_samples_that_do_not_fit_are_refused(encoding, shape, found):
+def test_samples_that_do_not_fit_are_refused(encoding, n_classes, shape, found):
     with pytest.raises(InputError, match=f"expected .*found {found}"):
-        build(encoding, 13, shape)
-
-
-def test_one_texture_is_refused():
-    with pytest.raises(InputError, match="at least 2 textures"):
-        build("spatial-net", 1, (19, 19))
-
-
-def test_the_published_feature_maps_reach_the_dense_layers():
-    image = SpatialNet(13).image(torch.randn(2, 1, 19, 19))
-    spectrum = VibrationNet(13).spectrum(torch.randn(2, 1, 1, 200))
-    assert image.shape == (2, 3 * 3 * 128)
-    assert spectrum.shape == (2, 3 * 128)
-
-
-def test_dropout_rates_in_order_are_those_of_the_code():
-    def rates(model):
-        return [m.p for m in model.modules() if isinstance(m, nn.Dropout)]
-
-    assert rates(SpatialNet(13)) == [0.4, 0.4, 0.2]
-    assert rates(CnnLstm(13)) == [0.4, 0.2, 0.2]
-    assert rates(VibrationNet(13)) == [0.4]
-
-
-@pytest.mark.parametrize(("encoding", "shape"), [case[:2] for case in NETWORKS])
-def test_batch_normalisation_has_keras_defaults(encoding, shape):
-    norms = [
-        m
-        for m in build(encoding, 13, shape).modules()
-        if isinstance(m, nn.BatchNorm1d | nn.BatchNorm2d)
-    ]
-    assert len(norms) == (4 if encoding == "vibration-net" else 6)
-    assert all((m.momentum, m.eps) == (0.01, 1e-3) for m in norms)
-
-
-@pytest.mark.parametrize(
-    ("model", "shapes"),
-    [
-        (SpatialNet(13), [(32, 1152), (16, 32), (13, 16)]),
-        (CnnLstm(13), [(32, 10), (16, 32), (13, 16)]),
-        (VibrationNet(13), [(32, 384)]),
-    ],
-)
-def test_l2_is_on_the_published_kernels(model, shapes):
-    assert [tuple(k.shape) for k in kernels_with_l2(model)] == shapes
+        build(encoding, n_classes, shape)
 
 
 def test_l2_penalty_by_hand():
@@ -122,7 +70,7 @@ def test_l2_penalty_by_hand():
     torch.testing.assert_close(kernel.grad, torch.full((32, 384), 2 * 0.005 * 0.5))
 
 
-def test_lstm_starts_as_in_keras():
+def test_weights_start_as_in_keras():
     lstm = CnnLstm(13).lstm
     for layer in range(3):
         recurrent = getattr(lstm, f"weight_hh_l{layer}")
@@ -130,19 +78,26 @@ def test_lstm_starts_as_in_keras():
         torch.testing.assert_close(recurrent.T @ recurrent, torch.eye(10))
         assert (bias[1] == 1).all(), "forget gate"
         assert (bias[[0, 2, 3]] == 0).all()
-    kernel = lstm.weight_ih_l0
-    limit = (6 / (1152 + 40)) ** 0.5
-    assert 0.98 * limit < kernel.abs().max() <= limit
-
-
-def test_kernels_start_glorot_uniform_and_biases_at_zero():
-    model = SpatialNet(13)
-    convolution = model.image[4]
-    limit = (6 / (9 * 64 + 9 * 128)) ** 0.5
-    assert 0.98 * limit < convolution.weight.abs().max() <= limit
-    assert convolution.weight.std().item() == pytest.approx(limit / 3**0.5, rel=0.02)
-    assert all((p == 0).all() for n, p in model.dense.named_parameters() if n == "1.bias")
+    convolution = SpatialNet(13).image[4]
+    for kernel, limit in (
+        (lstm.weight_ih_l0, (6 / (1152 + 40)) ** 0.5),
+        (convolution.weight, (6 / (9 * 64 + 9 * 128)) ** 0.5),
+    ):
+        assert 0.98 * limit < kernel.abs().max() <= limit
     assert (convolution.bias == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("model", "rates", "with_l2"),
+    [
+        (SpatialNet(13), [0.4, 0.4, 0.2], [(32, 1152), (16, 32), (13, 16)]),
+        (CnnLstm(13), [0.4, 0.2, 0.2], [(32, 10), (16, 32), (13, 16)]),
+        (VibrationNet(13), [0.4], [(32, 384)]),
+    ],
+)
+def test_dropout_and_l2_are_where_the_code_has_them(model, rates, with_l2):
+    assert [m.p for m in model.modules() if isinstance(m, nn.Dropout)] == rates
+    assert [tuple(k.shape) for k in kernels_with_l2(model)] == with_l2
 
 
 def test_the_seed_fixes_the_weights_and_leaves_the_callers_random_state():
@@ -178,3 +133,14 @@ def test_where_no_lstm_is_in_bfloat16_it_is_in_float32(monkeypatch):
         found = model.after(of_frames.bfloat16())
         torch.testing.assert_close(model.after(of_frames), expected)
     assert found.dtype == torch.float32
+
+
+def test_layers_that_frames_share_and_lstms():
+    layers = layer_shapes(build("cnn-lstm", 5, (10, 19, 19)), (10, 19, 19))
+    assert layers[0].shape == "10 of 19 x 19 x 64"
+    lstms = [layer for layer in layers if layer.title.startswith("LSTM")]
+    assert [(one.title, one.shape, one.n_parameters) for one in lstms] == [
+        ("LSTM 10, sequence", "10 x 10", 46_520),
+        ("LSTM 10, sequence", "10 x 10", 840),
+        ("LSTM 10, last state", "10", 840),
+    ]

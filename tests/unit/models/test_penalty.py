@@ -44,9 +44,6 @@ def test_a_penalty_is_chosen_where_that_is_asked_for(stores, tmp_path):
         (("--models", "sa-wave", "--split", "texture"), "--penalty: expected none with --split"),
     ],
 )
-def test_no_penalty_is_chosen_where_there_is_none(options, said, stores, tmp_path, run):
-    code, _, err = run(
-        "evaluate", stores["video"], "--out", tmp_path / "r", *options, "--penalty", "searched"
-    )
-    assert code == 2
-    assert said in err
+def test_no_penalty_is_chosen_where_there_is_none(options, said, stores, tmp_path, fails):
+    asked = ("--out", tmp_path / "r", "--penalty", "searched")
+    assert said in fails("evaluate", stores["video"], *asked, *options)

@@ -5,10 +5,11 @@ import pytest
 import torch
 from sklearn.linear_model import Ridge as SklearnRidge
 
+from afferents import dims
 from afferents.errors import InputError
-from afferents.models.base import FitData
+from afferents.models.base import FitData, Task, build_for
 from afferents.models.orders import OrderSearch
-from afferents.models.solved import PENALTY, Ridge, equal_weights
+from afferents.models.solved import PENALTY, Discriminant, Gram, Ridge, equal_weights, sum_of
 
 PER_OCTAVE = 12
 FREQUENCIES = 2 * 2.0 ** (np.arange(7 * PER_OCTAVE) / PER_OCTAVE)
@@ -95,12 +96,9 @@ def test_speed_is_measured_between_channels_whatever_the_texture():
     assert (model(values).argmax(1) == labels).float().mean() > 0.9
 
 
-def test_one_channel_measures_no_speed():
+def test_who_measures_or_must_be_told_the_speed_says_so():
     with pytest.raises(InputError, match="several vibration channels"):
         OrderSearch(3, 1, FREQUENCIES, PER_MM, "fingertip")
-
-
-def test_who_must_be_told_says_so():
     model = OrderSearch(3, 1, FREQUENCIES, PER_MM, "robot")
     with pytest.raises(InputError, match="the sliding speed, found none; use order-te"):
         model(torch.zeros(2, 1, len(FREQUENCIES)))
@@ -137,3 +135,72 @@ def test_before_anything_is_learnt_no_power_is_too_low():
     np.testing.assert_allclose(
         heard, model.over_texture(quiet + 15, torch.tensor([20.0])), atol=1e-4
     )
+
+
+def fitted(kind, values, labels, penalty, n_classes=3):
+    task = Task(n_classes, values.shape[1:], (dims.FEATURE,))
+    classifier = build_for(kind, task)
+    ones = torch.ones(len(values))
+    classifier.solve(FitData(values, labels, ones, ones), np.random.default_rng(0), penalty)
+    return classifier
+
+
+def clouds(means, n=4000, sd=1.0):
+    torch.manual_seed(0)
+    means = torch.tensor(means)
+    labels = torch.arange(len(means)).repeat_interleave(n)
+    return means[labels] + sd * torch.randn(len(labels), means.shape[1]), labels
+
+
+def test_a_texture_between_two_others_is_named():
+    """On one axis a ridge on indicators never names the middle one."""
+    values, labels = clouds([[-2.0], [0.0], [2.0]], sd=0.5)
+    middle = values[labels == 1]
+    named = fitted(Discriminant, values, labels, 0.01).scores(middle).argmax(1)
+    assert (named == 1).float().mean() > 0.9
+    assert (fitted(Ridge, values, labels, 30.0).scores(middle).argmax(1) == 1).float().mean() < 0.1
+
+
+def test_scores_are_log_densities_of_gaussians():
+    """Of unit covariance: log p(k) - log p(j) = x (m_k - m_j) - (m_k^2 - m_j^2) / 2."""
+    means = [[0.0, 0.0], [1.0, 0.0], [0.0, 2.0]]
+    scores = fitted(Discriminant, *clouds(means, 40000), 0.0).scores(torch.tensor([[0.5, 0.5]]))
+    expected = torch.tensor([0.0, 0.5 - 0.5, 1.0 - 2.0])
+    np.testing.assert_allclose(scores[0] - scores[0, 0], expected, atol=0.05)
+
+
+def test_a_value_that_never_varies_and_a_texture_without_samples_do_no_harm():
+    values, labels = clouds([[-1.0, 3.0], [1.0, 3.0]])
+    values[:, 1] = 3.0
+    scores = fitted(Discriminant, values, labels, 0.1).scores(values)
+    assert torch.isfinite(scores).all()
+    assert (scores[:, :2].argmax(1) == labels).float().mean() > 0.8
+
+
+def test_sums_of_some_features_are_those_of_the_samples():
+    values, labels = clouds([[0.0, 1.0, 2.0], [1.0, 0.0, 5.0]], 20)
+    targets, weight = torch.nn.functional.one_hot(labels), torch.ones(len(labels))
+    whole, part = Gram(3, 2), Gram(2, 2)
+    whole.add(values, targets, weight)
+    part.add(values[:, [0, 2]], targets, weight)
+    for one, other in zip(
+        whole.of(torch.tensor([0, 2])).solve(1.0), part.solve(1.0), strict=True
+    ):  # fmt: skip
+        np.testing.assert_allclose(one, other, rtol=1e-6)
+
+
+def test_a_ridge_of_sums_is_the_ridge_of_samples():
+    rng = np.random.default_rng(0)
+    labels, speed = np.repeat(np.arange(3), 40), np.tile(np.repeat([10.0, 20.0], 20), 3)
+    scale = np.array([0.5, 1, 5, 20, 0.01])
+    values = torch.from_numpy((rng.normal(3, 1, (120, 5)) * scale).astype("f4"))
+    named, weight = torch.from_numpy(labels), equal_weights(*map(torch.from_numpy, (labels, speed)))
+    targets = torch.nn.functional.one_hot(named)
+    grams = []
+    for part in np.array_split(np.arange(120), 4):
+        grams.append(Gram(5, 3))
+        grams[-1].add(values[part], targets[part], weight[part])
+    ridge = Ridge(3, (5,))
+    ridge.solve(FitData(values, named, weight, weight), np.random.default_rng(0), PENALTY)
+    weights, constants = sum_of(grams).solve_as_ridge()
+    np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)

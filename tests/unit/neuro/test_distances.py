@@ -31,15 +31,6 @@ def test_van_rossum_of_two_spikes_is_as_its_formula_says():
     np.testing.assert_allclose(found[0, :2] / found[0, 2], [0, expected / np.sqrt(2)], atol=1e-3)
 
 
-@pytest.mark.parametrize("name", ["isi", "spike"])
-def test_distances_without_a_scale(name):
-    regular = np.arange(0.05, 1, 0.1)
-    found = distance_matrix(population([regular, regular, regular[::2]]), 0, name)
-    assert found[0, 1] == pytest.approx(0)
-    assert 0.1 < found[0, 2] <= 1
-    np.testing.assert_allclose(found, found.T)
-
-
 @pytest.mark.parametrize("name", DISTANCES)
 def test_each_finds_trains_of_one_texture(name):
     rng = np.random.default_rng(0)
@@ -79,11 +70,3 @@ def test_textures_of_different_exponents_are_recognised():
     table = pd.DataFrame(rows, columns=["recording", "texture", "speed_mm_s", "exponent"])
     assert accuracy_by_exponent(table) == {40.0: 1.0, 80.0: 1.0}
     assert exponents([]).empty
-
-
-@pytest.mark.parametrize(
-    ("n", "rate_hz", "said"), [(100, 2000, "at least 1 s, found 0.05 s"), (100, 40, "samples/s")]
-)
-def test_vibration_that_has_no_exponent_is_refused(n, rate_hz, said):
-    with pytest.raises(InputError, match=said):
-        spectral_exponent(np.ones(n), rate_hz)

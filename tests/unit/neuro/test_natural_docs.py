@@ -7,9 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from afferents.errors import InputError
-from afferents.neuro import read_natural
-
 pytestmark = pytest.mark.system
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -37,29 +34,6 @@ def described(tmp_path, write_mat, trains, as_cell):
     (text,) = shown("toml", "spikes.mat")
     (tmp_path / "natural.toml").write_text(text)
     return tmp_path / "natural.toml"
-
-
-def test_the_worked_example_is_read(described, trains):
-    spikes = read_natural(described)
-    trials = spikes.trials
-    assert trials["texture"].tolist() == [
-        n for n in ["denim", "silk", "corduroy"] for _ in range(6)
-    ]
-    assert trials["speed_mm_s"].tolist() == [40, 40, 80, 80, 120, 120] * 3
-    for t, place in enumerate(np.ndindex(trains.shape[1:])):
-        for unit, fibre in enumerate(trains):
-            assert spikes.recorded[t, unit] == (fibre[place] is not None)
-            if fibre[place] is not None:
-                np.testing.assert_allclose(spikes.train(t, unit), fibre[place])
-
-
-def test_the_other_descriptions_are_understood(tmp_path):
-    others = [text for text in shown("toml") if "spikes.mat" not in text]
-    assert len(others) == 2
-    for text in others:
-        (tmp_path / "natural.toml").write_text(text)
-        with pytest.raises(InputError, match="beside it, found no such file"):
-            read_natural(tmp_path / "natural.toml")
 
 
 @pytest.mark.parametrize("write_mat", ["v5"], indirect=True)

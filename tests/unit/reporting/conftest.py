@@ -16,21 +16,16 @@ NAMED = {"named_by_spacing": True}
 TEXTURES = ["0", "0.5", "Linen"]
 SPEEDS = [10.0, 20.0, 40.0]
 BY_SPEED = {"10": 0.25, "20": 0.5, "40": 0.75}
+COUNTED = (
+    "test_samples_of_a_speed_seen_in_training",
+    "test_samples_of_a_speed_seen_in_validation",
+    "test_samples_overlapping_validation",
+    "test_samples_overlapping_training",
+)
 LEAKS = {
-    "nested": {
-        "test_samples_of_a_speed_seen_in_training": 0,
-        "test_samples_of_a_speed_seen_in_validation": 0,
-        "test_samples_overlapping_validation": 0,
-        "test_samples_overlapping_training": 0,
-        "scale_saw_held_out_speed": False,
-    },
-    "published": {
-        "test_samples_of_a_speed_seen_in_training": 0,
-        "test_samples_of_a_speed_seen_in_validation": 1234,
-        "test_samples_overlapping_validation": 567,
-        "test_samples_overlapping_training": 0,
-        "scale_saw_held_out_speed": True,
-    },
+    "nested": dict.fromkeys(COUNTED, 0) | {"scale_saw_held_out_speed": False},
+    "published": dict(zip(COUNTED, (0, 1234, 567, 0), strict=True))
+    | {"scale_saw_held_out_speed": True},
 }
 
 

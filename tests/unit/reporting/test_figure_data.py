@@ -9,20 +9,20 @@ import pytest
 import xarray as xr
 
 from afferents.encodings.settings import Encodings
-from afferents.errors import InputError
 from afferents.evaluation.data import open_data
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Summary
 from afferents.progress import Progress
 from afferents.reporting import report as writing
+from afferents.reporting.figures import draw_pictures
 
 QUIET = Progress(quiet=True)
 
 
-def about(textures, named=True):
+def about(textures):
     """What figures of the data need of a summary."""
     return Summary.model_construct(
-        skipped=(), textures=tuple(textures), named_by_spacing=named, models={}
+        skipped=(), textures=tuple(textures), named_by_spacing=True, models={}
     )
 
 
@@ -32,108 +32,84 @@ def store(stores, tmp_path):
 
 
 @pytest.fixture
-def results(store, tmp_path):
-    """What figures of the data need of an evaluation of the store."""
-    config = {
-        "data": [data.origin.model_dump() for data in open_data([str(store)])],
-        "without": {},
-        "cut": "all",
-        **Encodings().describe(),
-    }
-    return Results(tmp_path / "r", config, about(["1", "2"]), pd.DataFrame())
+def of_store(store, tmp_path):
+    return evaluated(store, tmp_path / "r", ["1", "2"])
 
 
-def test_data_as_evaluated_are_drawn(results):
-    data, notes = writing.figure_data(results, QUIET)
+def evaluated(store, out, textures, **wanted):
+    """What figures of the data need of an evaluation of a store."""
+    data = [data.origin.model_dump() for data in open_data([str(store)])]
+    config = {"data": data, "without": {}, "cut": "all", **Encodings(wanted=wanted).describe()}
+    return Results(out, config, about(textures), pd.DataFrame())
+
+
+def test_data_as_evaluated_are_drawn(of_store):
+    data, notes = writing.figure_data(of_store, QUIET)
     assert notes == []
     assert data.spectra.sizes["sample"] == 12 * 4
     assert data.spectra.attrs == {"units": "full scale", "named_by_spacing": True}
 
 
-def test_figures_as_in_the_paper_say_what_stands_in(stores, tmp_path):
+def test_figures_as_in_the_paper_say_what_stands_in_and_are_drawn(stores, results, tmp_path):
     opened = open_data([str(stores["video"])])
-    config = {
-        "data": [data.origin.model_dump() for data in opened],
-        "without": {},
-        "cut": "all",
-        **Encodings(wanted={"window_s": 0.2, "stride_s": 0.1}).describe(),
-    }
     textures = sorted({str(r.attrs["texture"]) for data in opened for r in data.responses})
-    results = Results(tmp_path / "r", config, about(textures), pd.DataFrame())
-    paper, notes = writing.figure_data(results, QUIET, "paper")
+    shown = evaluated(stores["video"], tmp_path / "r", textures, window_s=0.2, stride_s=0.1)
+    paper, notes = writing.figure_data(shown, QUIET, "paper")
     assert notes == []
     rows = paper.frames["ra1", 1]
     assert [(row.panel, row.shown.speed_mm_s) for row in rows] == [
         ("A", 40.0), ("A", 40.0), ("A", 40.0), ("B", 20.0), ("B", 40.0), ("B", 60.0),
     ]  # fmt: skip
-    assert all(row.images.shape == (10, 19, 19) for row in rows)
-    np.testing.assert_allclose(np.diff(rows[0].time_s), 1 / 90, rtol=0.05)
     assert "shorter than the paper's" in paper.began
-    shown = rows[3]
-    name = f"{shown.shown.texture}/20"
+    name = f"{rows[3].shown.texture}/20"
     first = next(r for d in opened for r in d.responses if r.attrs["name"] == name)
-    middle = first["ra1"].sizes["time"] // 2 - 5
-    grid = first["ra1"].isel(time=middle).values
+    grid = first["ra1"].isel(time=first["ra1"].sizes["time"] // 2 - 5).values
     places = first["row"].values.astype(int), first["column"].values.astype(int)
-    np.testing.assert_allclose(shown.images[0][places], grid, atol=1e-6)
-    assert [drum.name.split()[-2:] for drum in paper.drums] == [[f"({t}", "mm)"] for t in textures]
+    np.testing.assert_allclose(rows[3].images[0][places], grid, atol=1e-6)
+    assert len(paper.drums) == len(textures)
     (spatial, temporal), (vibration,) = paper.networks[5], paper.networks[6]
-    assert spatial.input_shape == "19 x 19"
-    assert temporal.input_shape == "10 x 19 x 19"
+    assert (spatial.input_shape, temporal.input_shape) == ("19 x 19", "10 x 19 x 19")
     assert vibration.title == "vib-TE, vib-TE augmented"
-    assert spatial.layers[-1].shape == f"{len(textures)}"
+    pictures = {one.name: one.figure for one in draw_pictures(results, paper, "paper")}
+    for part in ("figure03", "figure05", "figure06", "figure08", "figure10", "figure12", "vib-te"):
+        drawn = [figure for name, figure in pictures.items() if part in name]
+        assert drawn, part
+        drawn[0].draw_without_rendering()
 
 
-def test_a_way_to_draw_that_there_is_not(tmp_path):
-    with pytest.raises(InputError, match="report or paper"):
-        writing.write_report(tmp_path, QUIET, "newspaper")
-
-
-def test_data_that_changed_are_not_drawn_as_if_they_were_the_results(results, store):
+def test_data_that_changed_are_not_drawn_as_if_they_were_the_results(of_store, store):
     group = store / "zarr.json"
     content = json.loads(group.read_text())
     content["attributes"]["config"]["session"] = "another"
     group.write_text(json.dumps(content))
-    data, (note,) = writing.figure_data(results, QUIET)
+    data, (note,) = writing.figure_data(of_store, QUIET)
     assert data == writing.FigureData()
     assert "sounds.zarr: expected the data that were evaluated, found changed data" in note
 
 
-def remove(results, store):
+def remove(of_store, store):
     shutil.rmtree(store)
 
 
-def damage(results, store):
+def damage(of_store, store):
     chunk = next(path for path in (store / "2/30/ra2/c").rglob("*") if path.is_file())
     chunk.write_bytes(b"damaged")
 
 
-def ask_too_long_windows(results, store):
-    results.config["spectral"]["window_s"] = 100.0
+def ask_too_long_windows(of_store, store):
+    of_store.config["spectral"]["window_s"] = 100.0
 
 
 @pytest.mark.parametrize(
     ("change", "said"),
     [(remove, "missing: "), (damage, "missing: "), (ask_too_long_windows, "window of 100 s")],
 )
-def test_data_that_are_gone_or_damaged_only_cost_the_figures(results, store, change, said):
-    change(results, store)
-    data, (note,) = writing.figure_data(results, QUIET)
+def test_data_that_are_gone_or_damaged_only_cost_the_figures(of_store, store, change, said):
+    change(of_store, store)
+    data, (note,) = writing.figure_data(of_store, QUIET)
     assert data == writing.FigureData()
     assert note.startswith("Figures of the data are missing: ")
     assert said in note
-
-
-def test_table1_is_whole_or_as_it_was(results, monkeypatch):
-    results.root.mkdir()
-    (results.root / "table1.md").write_text("earlier")
-    monkeypatch.setattr(writing, "load_results", lambda _: results)
-    monkeypatch.setattr(writing, "draw_pictures", lambda *_: [])
-    monkeypatch.setattr(writing, "table1", lambda _: results.predictions)
-    monkeypatch.setattr(writing, "to_markdown", lambda _: 1)  # can't be written
-    with pytest.raises(TypeError):
-        writing.write_report(results.root, QUIET)
-    assert (results.root / "table1.md").read_text() == "earlier"
 
 
 def recording(n_frames):
@@ -165,14 +141,3 @@ def test_frames_are_the_papers_or_those_in_the_middle(n_frames, apart, first, sa
     assert row.time_s[1] == pytest.approx(apart / 90)
     assert began == said
     assert ("ra1", apart) not in frames
-
-
-def test_drums_are_those_of_the_papers_series():
-    def drums(*textures, named=True):
-        return writing._drums(Results("r", {}, about(textures, named), pd.DataFrame()))
-
-    (smooth,) = drums("0", "linen")
-    assert smooth.name == "a (0 mm)"
-    assert smooth.height_mm.max() == 0
-    assert drums("linen") == []
-    assert drums("0", named=False) == []

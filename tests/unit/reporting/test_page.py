@@ -7,17 +7,10 @@ from html.parser import HTMLParser
 import pytest
 
 from afferents.evaluation.results import Results
-from afferents.evaluation.schemas import Lost, Summary
+from afferents.evaluation.schemas import Summary
 from afferents.reporting.figures import FigureData, draw_pictures
-from afferents.reporting.page import facts, keep_units, redo_command, render_report
-from afferents.reporting.summary_text import (
-    beside_the_winner,
-    headline,
-    next_steps,
-    sureness,
-    what_was_asked,
-    what_was_lost,
-)
+from afferents.reporting.page import redo_command, render_report
+from afferents.reporting.summary_text import beside_the_winner, headline, next_steps, sureness
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 S = Summary.model_validate
@@ -81,14 +74,8 @@ def test_the_page_is_well_formed_with_one_h1_and_needs_no_network(results, rende
 def test_the_page_begins_with_what_came_out_and_holds_the_tables(rendered):
     text = rendered()
     assert text.index("Table 1.") < text.index("In short") < text.index("What was evaluated")
-    for said in (
-        "50.0 [40.2, 60.3]",
-        "no reproduction",
-        "2,468 of 2,468 test samples are of a speed that picked the model",
-        "Confidence and accuracy",
-        "TE: temporal encoding",
-    ):
-        assert said in text
+    assert "50.0 [40.2, 60.3]" in text
+    assert "2,468 of 2,468 test samples are of a speed that picked the model" in text
     assert 'class="shaded" style="--p:25%">25.0' in text
 
 
@@ -111,20 +98,6 @@ def test_names_are_escaped(summary, results):
     assert "&lt;b&gt;Linen &amp; co" in text
 
 
-def test_a_line_does_not_break_between_a_number_and_its_unit():
-    assert keep_units("at 10 mm/s for 2 s, 20 of 30 samples") == (
-        "at 10\u00a0mm/s for 2\u00a0s, 20 of 30 samples"
-    )
-
-
-def test_facts_name_what_was_chosen_and_only_that(summary):
-    assert not {"Steady part", "Corrupted when tested"} & {name for name, _ in facts(S(summary))}
-    summary |= {"disturb": {"markers": 0.1}, "recipe": {"spatial-net": {"max_epochs": 4}}}
-    said = dict(facts(S(summary)))
-    assert said["Corrupted when tested"] == "markers=0.1"
-    assert said["Set otherwise: spatial-net"] == "max_epochs = 4"
-
-
 def test_command_repeats_the_evaluation(results, summary):
     assert redo_command(results) == (
         "afferents evaluate fabricslide:elsewhere/cloth --out OUT --models vib-te,vib-te-aug "
@@ -133,10 +106,6 @@ def test_command_repeats_the_evaluation(results, summary):
 
 
 # In short.
-
-
-def texts(summary):
-    return " ".join(f"{step.text} {step.command}" for step in next_steps(S(summary)))
 
 
 def test_headline_names_what_is_recommended_under_the_strictest_protocol(summary):
@@ -151,30 +120,6 @@ def test_headline_names_what_is_recommended_under_the_strictest_protocol(summary
     assert "worst at 10 mm/s, with 25.0%" in said
     del summary["models"]["vib-te-aug"]
     assert ", which did best, recognises" in headline(S(summary))
-
-
-def test_without_models_there_is_no_more_to_say(summary, rendered):
-    summary["models"] = {}
-    assert headline(S(summary)) == "No model was evaluated."
-    assert next_steps(S(summary)) == beside_the_winner(S(summary)) == []
-    assert "No model was evaluated." in rendered()
-
-
-def test_it_says_what_was_held_out(summary):
-    said = what_was_asked(S(summary))
-    assert said.startswith("3 textures were slid over at 3 speeds, 10 to 40 mm/s.")
-    assert "Each in turn was held out" in said
-    summary |= {"split": "trial", "groups": ["1", "2"], "speeds_mm_s": [], "models": {}}
-    assert "3 textures were recorded with 2 values of trial: 1, 2." in what_was_asked(S(summary))
-
-
-def test_it_says_what_was_lost():
-    lost = Lost(median=0.01, worst=0.015, recording="0/10", n=3)
-    assert "1.0% were lost (median of 3 recordings; at most 1.5%, in recording 0/10)" in (
-        what_was_lost(lost)
-    )
-    assert what_was_lost(Lost(median=0, worst=0, recording="x", n=1)) == "No marker was lost."
-    assert what_was_lost(None) == ""
 
 
 def test_it_says_what_else_came_out(summary):
@@ -206,16 +151,14 @@ def test_it_says_what_intervals_leave_out(summary, intervals, said, unsaid):
     text = sureness(S(summary))
     assert said in text
     assert unsaid not in text
-    assert "over training seeds" not in text
     assert "--seeds 3" in text
     for protocols in summary["models"].values():
         for found in protocols.values():
             found["seeds"] = [0, 1, 2]
-    assert "--seeds 3" not in sureness(S(summary))
     assert "and over training seeds" in sureness(S(summary))
 
 
-def test_at_chance_nothing_was_learnt_and_nothing_follows(summary):
+def test_at_chance_nothing_was_learnt_and_nothing_follows_as_without_models(summary, rendered):
     for found in summary["models"].values():
         found["nested"] |= {"mean_accuracy": 0.522, "ci95": [0.0, 1.0]}
     assert headline(S(summary)) == (
@@ -223,45 +166,10 @@ def test_at_chance_nothing_was_learnt_and_nothing_follows(summary):
         "samples at speeds that it never learnt from (nested protocol), and guessing gives 33.3%."
     )
     assert next_steps(S(summary)) == []
-
-
-def test_next_steps_come_from_what_was_run(summary):
-    said = texts(summary)
-    assert "--preset fast" in said
-    assert "on another day" in said
-    assert "live" not in said  # tables can't be felt live
-    assert "10 mm/s, the slowest speed" in said
-    assert "afferents train fabricslide:elsewhere/cloth MODEL --model vib-te-aug" in said
-    summary["preset"] = "fast"
-    summary["data"][0]["simulated"] = True
-    summary["models"]["vib-te-aug"]["nested"]["worst_speed"] = "20"
-    said = texts(summary)
-    assert "--preset" not in said
-    assert "another day" not in said
-    assert "docs/recording.md" in said
-    assert "near 20 mm/s" in said
-
-
-def test_of_markers_vibration_is_not_what_we_recommend(summary):
-    summary["models"]["sa-se"] = summary["models"]["vib-te"]
-    assert ", which did best, recognises" in headline(S(summary))
-    first = next_steps(S(summary))[1]
-    assert "SA-I vector waves: it was not run here" in first.text
-    assert first.command.endswith("--models best --out BEST")
-    del summary["models"]["sa-se"]
-    assert "not run here" not in texts(summary)
-
-
-def test_a_model_that_cannot_be_kept_is_named_with_the_best_that_can(summary):
-    summary["data"][0]["kind"] = "store"
-    summary["models"]["order-te"] = summary["models"].pop("vib-te-aug")
-    summary["models"]["order-te"]["nested"]["mean_accuracy"] = 0.6
-    last = next_steps(S(summary))[-1]
-    assert "can't be trained to be kept; of those evaluated the best that can is" in last.text
-    assert "--model vib-te\nafferents export MODEL model.onnx\nafferents live" in last.command
-    assert last.command.endswith("--audio mic:default --web")
-    del summary["models"]["vib-te"]
-    assert "but not trained to be kept" in next_steps(S(summary))[-1].text
+    summary["models"] = {}
+    assert headline(S(summary)) == "No model was evaluated."
+    assert next_steps(S(summary)) == beside_the_winner(S(summary)) == []
+    assert "No model was evaluated." in rendered()
 
 
 @pytest.mark.parametrize("simulated", [False, True])

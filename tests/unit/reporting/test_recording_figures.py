@@ -21,15 +21,6 @@ def test_markers_are_drawn_where_they_are_and_lost_ones_apart():
     assert bottom > top
 
 
-def test_markers_with_trails_and_none_detected(tmp_path):
-    position = np.full((2, 2), np.nan)
-    figure = markers_figure(
-        np.zeros((40, 60), np.uint8), position, np.zeros(2, bool), "a.avi", np.zeros((5, 2, 2))
-    )
-    save_figure(figure, tmp_path / "markers.png")
-    assert figure.get_suptitle() == "Markers: 0 of 2 detected"
-
-
 def test_responses_show_the_mean_over_markers_that_are_there(tmp_path):
     time = np.arange(4) / 10
     values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan], [4.0, 4.0]])

@@ -1,15 +1,41 @@
-"""Novelty: distances by hand, and the share of known samples that the limit lets through."""
+"""Temperatures, weights and novelty: as often right, and as often strange, as they say."""
 
 import numpy as np
 import pytest
 import torch
+from scipy.special import log_softmax
 
-from afferents.models.base import FitData
-from afferents.models.confidence import KNOWN, Novelty
-from afferents.models.solved import PENALTY, Gram, Ridge, equal_weights, sum_of
+from afferents.models.confidence import KNOWN, Novelty, best_weights, cross_entropy, weighted
 
 
-def test_by_hand():
+def guesses(n, sharpness, rng):
+    """Logits of labels, noisy: the larger the sharpness the more they tell."""
+    labels = rng.integers(0, 4, n)
+    return log_softmax(sharpness * np.eye(4)[labels] + rng.normal(size=(n, 4)), axis=1), labels
+
+
+def test_a_part_that_knows_nothing_gets_no_weight():
+    rng = np.random.default_rng(0)
+    knows, labels = guesses(4000, 3.0, rng)
+    noise, _ = guesses(4000, 3.0, rng)
+    good, none = best_weights([knows, noise], labels)
+    assert none < 0.05 * good
+
+
+def test_two_parts_surprise_less_than_either():
+    rng = np.random.default_rng(1)
+    one, labels = guesses(4000, 2.0, rng)
+    other = log_softmax(2.0 * np.eye(4)[labels] + rng.normal(size=(4000, 4)), axis=1)
+    fused = weighted([one, other], best_weights([one, other], labels))
+    np.testing.assert_allclose(np.exp(fused).sum(1), 1)
+    missing = weighted([one, np.zeros_like(one)], np.array([1.0, 5.0]))
+    np.testing.assert_allclose(missing, one, atol=1e-12)
+    assert cross_entropy(fused, labels) < 0.8 * min(
+        cross_entropy(part, labels) for part in (one, other)
+    )
+
+
+def test_distances_by_hand():
     """Two classes at 0 and 10, both with variances 1 and 4: the second value counts half."""
     spread = torch.tensor([[1.0, 2.0], [1.0, -2.0], [-1.0, 2.0], [-1.0, -2.0]])
     values = torch.cat([spread, spread + torch.tensor([10.0, 0.0])])
@@ -42,20 +68,3 @@ def test_a_value_that_never_varies_does_no_harm():
     novelty = Novelty(2, 3)
     novelty.fit(values, torch.arange(40) % 2, values)
     assert torch.isfinite(novelty(values)).all()
-
-
-def test_a_ridge_of_sums_is_the_ridge_of_samples():
-    rng = np.random.default_rng(0)
-    labels, speed = np.repeat(np.arange(3), 40), np.tile(np.repeat([10.0, 20.0], 20), 3)
-    scale = np.array([0.5, 1, 5, 20, 0.01])
-    values = torch.from_numpy((rng.normal(3, 1, (120, 5)) * scale).astype("f4"))
-    named, weight = torch.from_numpy(labels), equal_weights(*map(torch.from_numpy, (labels, speed)))
-    targets = torch.nn.functional.one_hot(named)
-    grams = []
-    for part in np.array_split(np.arange(120), 4):
-        grams.append(Gram(5, 3))
-        grams[-1].add(values[part], targets[part], weight[part])
-    ridge = Ridge(3, (5,))
-    ridge.solve(FitData(values, named, weight, weight), np.random.default_rng(0), PENALTY)
-    weights, constants = sum_of(grams).solve_as_ridge()
-    np.testing.assert_allclose(values @ weights + constants, ridge.scores(values), atol=1e-4)
