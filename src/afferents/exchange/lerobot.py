@@ -218,7 +218,7 @@ def _write_table(path: Path, frames: dict[str, NDArray[Any]]) -> None:
         columns[name] = pa.array(values.ravel())
         if values.size > len(values):
             columns[name] = pa.FixedSizeListArray.from_arrays(columns[name], values.shape[1])
-    pq.write_table(pa.table(columns), path)
+    pq.write_table(pa.table(columns), path.absolute())
 
 
 def _write_video(path: Path, video: Video, n: int, fps: int) -> Stats:
@@ -296,9 +296,9 @@ def _write_meta(
     fps: int,
 ) -> None:
     (root / EPISODES).parent.mkdir(parents=True)
-    pq.write_table(pa.Table.from_pylist(rows), root / EPISODES)
+    pq.write_table(pa.Table.from_pylist(rows), (root / EPISODES).absolute())
     named = pd.DataFrame({"task_index": range(len(tasks))}, index=pd.Index(tasks, name="task"))
-    named.to_parquet(root / TASKS)
+    named.to_parquet((root / TASKS).absolute())
     whole = {name: together([one[name] for one in stats]) for name in stats[0]}
     info = {
         "codebase_version": VERSION,

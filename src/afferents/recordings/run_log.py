@@ -113,7 +113,7 @@ class Log:
                 table = _table(form, rows).replace_schema_metadata(
                     {ORIGIN: repr(self.origin_s).encode()}
                 )
-                pq.write_table(table, folder / name, compression="zstd")
+                pq.write_table(table, (folder / name).absolute(), compression="zstd")
         if self.drive:
             write_drive(folder / DRIVE, _table(DriveRow, self.drive), self.origin_s, self.drum)
 
@@ -326,7 +326,7 @@ def _frame_rate(path: Path) -> float:
 
 def _read(path: Path) -> pa.Table:
     try:
-        return pq.read_table(path)
+        return pq.read_table(path.absolute())
     except (OSError, pa.ArrowException) as error:
         expected = "a table that 'afferents record' wrote"
         raise InputError(f"{path}: expected {expected}, found {reason_of(error)}") from error

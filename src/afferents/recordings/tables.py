@@ -363,7 +363,7 @@ def _is_number(field: str, integer: bool) -> bool:
 def _parquet(path: Path, signal: Signal) -> Table:
     import pandas as pd
 
-    frame = pd.read_parquet(path)
+    frame = pd.read_parquet(path.absolute())
     return _columns(path, {str(name): frame[name].to_numpy() for name in frame.columns})
 
 

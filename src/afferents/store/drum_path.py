@@ -132,7 +132,7 @@ def write_drive(path: Path, table: pa.Table, origin_s: float | None, drum: Drum 
     """Write what a drive logged."""
     about = {} if drum is None else drum.metadata()
     table = table.replace_schema_metadata({ORIGIN: repr(origin_s).encode(), **about})
-    pq.write_table(table, path, compression="zstd")
+    pq.write_table(table, path.absolute(), compression="zstd")  # `a:b/c` would be taken for a URI
 
 
 def logged_path(folder: Path) -> DrumPath | None:
@@ -152,7 +152,7 @@ def logged_path(folder: Path) -> DrumPath | None:
     if not path.is_file():
         return None
     try:
-        table = pq.read_table(path, columns=["time_s", "position_mm"])
+        table = pq.read_table(path.absolute(), columns=["time_s", "position_mm"])
         about = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
         origin_s = float(about.get(ORIGIN.decode(), "nan"))
         time_s, position = (table[name].to_numpy() for name in table.column_names)

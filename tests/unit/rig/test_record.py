@@ -1,6 +1,7 @@
 """A recording: video, sound and truth in one folder, whole or not at all."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,6 +51,12 @@ def test_the_reference_clip_shows_the_skin_at_rest(folder):
     assert len(clip) == 45
     first, last = clip[0].astype(float), clip[-1].astype(float)
     assert np.corrcoef(first.ravel(), last.ravel())[0, 1] > 0.98
+
+
+def test_a_colon_in_a_name_makes_no_address_of_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    record(Rig(), Path("a:b"), "3", bumped_surface(3.0), 50.0, 0.2, seed=0)
+    assert logged_path(Path("a:b")) is not None
 
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path, monkeypatch):

@@ -51,7 +51,7 @@ def spikes_of_table(file: Path, described: NaturalFile, description: Path) -> Sp
 def _table(file: Path, described: NaturalFile) -> pd.DataFrame:
     """Return the table with the columns that this package calls them by."""
     try:
-        read = _READERS[file.suffix.lower()](file)
+        read = _READERS[file.suffix.lower()](file.absolute())
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise InputError(
             f"{file}: expected a table that can be read, found {reason_of(error)}"
