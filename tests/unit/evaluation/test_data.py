@@ -84,7 +84,7 @@ def test_it_stands_on_the_first_page(doubtful, tmp_path, does):
     does(*command, *ALONE)
     does("report", out, "--quiet")
     summary, page = read_summary(out).content(), (out / "report.html").read_text()
-    first = page[: page.index("In short")]
+    first = page[: page.index("What was evaluated")]
     assert "49% of them twice" in first
     assert "recording was accepted as it is" in first
     assert f"at most {100 * summary['lost']['worst']:.1f}%, in recording 1/20" in first

@@ -55,7 +55,7 @@ def test_the_reference_clip_shows_the_skin_at_rest(folder):
 
 def test_a_colon_in_a_name_makes_no_address_of_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    record(Rig(), Path("a:b"), "3", bumped_surface(3.0), 50.0, 0.2, seed=0)
+    record(Rig(), Path("a:b"), "3", bumped_surface(3.0), 50.0, 1.6, seed=0)
     assert logged_path(Path("a:b")) is not None
 
 
