@@ -184,3 +184,17 @@ def test_a_file_where_the_folder_should_be(tmp_path):
     with pytest.raises(InputError, match="something else of that name"):
         writing_alone(tmp_path / "out", "extract").__enter__()
     assert (tmp_path / "out").read_text() == "precious"
+
+
+def test_a_command_leaves_its_input_as_it_was(session, stores, tmp_path, does):
+    inputs = [path for root in (session, stores["audio"]) for path in root.rglob("*")]
+
+    def state():
+        return {p: (p.stat().st_mtime_ns, p.is_file() and p.read_bytes()) for p in inputs}
+
+    before, quiet = state(), ("--quiet", "--workers", 1)
+    does("inspect", session, "--out", tmp_path / "looks", "--quiet")
+    does("extract", session, tmp_path / "s.zarr", *quiet)
+    does("evaluate", stores["audio"], "--out", tmp_path / "r", "--models", "vib-te", *quiet)
+    does("report", tmp_path / "r", "--quiet")
+    assert state() == before
