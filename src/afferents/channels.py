@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.errors import InputError
-from afferents.filling import require_dims
 from afferents.plugins import imported, reference_of
 from afferents.spikes.artificial import artificial_spikes
 
@@ -190,8 +189,8 @@ def sa1(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim is missing, or the two do not hold the same markers.
     """
-    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = dims.require(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
     _require_same_markers(position, rest)
     squared = (position - rest) ** 2
     distance: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5
@@ -253,8 +252,8 @@ def sa1_vector(position: xr.DataArray, rest_position: xr.DataArray) -> xr.DataAr
     InputError
         If a dim is missing.
     """
-    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = dims.require(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
     return named(position - rest, dims.SA1_VECTOR, dims.PIXELS)
 
 
@@ -392,8 +391,8 @@ def _displacement(
 ) -> tuple[xr.DataArray, Floats]:
     """Return the displacement `(time, marker, space)`, and the places at rest (marker, space)."""
     moved = sa1_vector(position, rest_position)
-    moved = require_dims(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
-    rest = require_dims(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
+    moved = dims.require(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    rest = dims.require(rest_position, (dims.MARKER, dims.SPACE), dims.REST_POSITION)
     return moved, rest.values.astype(np.float64)
 
 
@@ -480,7 +479,7 @@ def ra1(sa1: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim is missing.
     """
-    response = require_dims(sa1, (dims.TIME, dims.MARKER), dims.SA1)
+    response = dims.require(sa1, (dims.TIME, dims.MARKER), dims.SA1)
     changed: xr.DataArray = abs(change(response))
     return changed.rename(dims.RA1).assign_attrs(
         {dims.UNITS: dims.PIXELS_PER_FRAME, "long_name": "RA-I, change of SA-I in one frame"}
@@ -506,7 +505,7 @@ def marker_speed(position: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim or the coordinate `time` is missing, or if times do not rise.
     """
-    position = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
+    position = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.POSITION)
     step_s = _steps(position)
     squared = change(position) ** 2
     speed: xr.DataArray = squared.sum(dims.SPACE, skipna=False) ** 0.5 / step_s
@@ -553,7 +552,7 @@ def ra1_signed(sa1: xr.DataArray) -> xr.DataArray:
 
     Parameters and errors as `ra1`; `ra1_signed` `(time, marker)`, px/frame, NaN in the first frame.
     """
-    response = require_dims(sa1, (dims.TIME, dims.MARKER), dims.SA1)
+    response = dims.require(sa1, (dims.TIME, dims.MARKER), dims.SA1)
     return named(change(response), dims.RA1_SIGNED, dims.PIXELS_PER_FRAME)
 
 
@@ -592,7 +591,7 @@ def ra1_vector(position: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim is missing.
     """
-    place = require_dims(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
+    place = dims.require(position, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
     return named(change(place), dims.RA1_VECTOR, dims.PIXELS_PER_FRAME)
 
 
@@ -643,7 +642,7 @@ def ra1_circumferential(moved: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim is missing.
     """
-    place = require_dims(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
+    place = dims.require(moved, (dims.TIME, dims.MARKER, dims.SPACE), dims.SA1_VECTOR)
     before, step = place.shift({dims.TIME: 1}), change(place)
     x, y = (before.isel({dims.SPACE: i}) for i in (0, 1))
     dx, dy = (step.isel({dims.SPACE: i}) for i in (0, 1))
@@ -685,7 +684,7 @@ def ra2(audio: xr.DataArray) -> xr.DataArray:
     InputError
         If a dim or the sample rate is missing.
     """
-    vibration = require_dims(audio, (dims.AUDIO_TIME, dims.CHANNEL), "audio")
+    vibration = dims.require(audio, (dims.AUDIO_TIME, dims.CHANNEL), "audio")
     if dims.SAMPLE_RATE not in vibration.attrs:
         raise InputError(f"audio: expected the attribute '{dims.SAMPLE_RATE}', found none")
     return vibration.astype(np.float32, copy=False).rename(dims.RA2)

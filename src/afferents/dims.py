@@ -4,7 +4,12 @@ Every array in the package is an xarray object whose dims, coordinates and units
 here. Positions are in px of the camera image: x right, y down, pixel centres at integers.
 """
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+from afferents.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # dims of a recording's responses
 TIME: Final = "time"
@@ -94,3 +99,18 @@ PIXELS_PER_FRAME: Final = "px/frame"
 PIXELS_PER_SECOND: Final = "px/s"
 SECONDS: Final = "s"
 HERTZ: Final = "Hz"
+
+
+def require(array: "xr.DataArray", needed: tuple[str, ...], name: str) -> "xr.DataArray":
+    """Return `array` with its dims in the order `needed`.
+
+    Raises
+    ------
+    InputError
+        Naming the dims that are missing or too many.
+    """
+    if set(array.dims) == set(needed):
+        return array.transpose(*needed)
+    missing = [dim for dim in needed if dim not in array.dims]
+    fault = f"{', '.join(missing)} missing" if missing else "too many"
+    raise InputError(f"{name}: expected the dims {needed}, found {array.dims} ({fault})")

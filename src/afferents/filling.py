@@ -7,7 +7,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from afferents import dims
-from afferents.errors import InputError
 
 _NEIGHBOURS, _REACH = 8, 1.6
 """A marker has at most so many neighbours, up to so many times as far as its third nearest."""
@@ -104,7 +103,7 @@ def hold(response: xr.DataArray) -> xr.DataArray:
     usual = (dims.MARKER, dims.SPACE)
     others = [str(dim) for dim in response.dims if dim not in (dims.TIME, *usual)]
     needed = (dims.TIME, *others) if others else (dims.TIME, *usual)[: max(2, response.ndim)]
-    response = require_dims(response, needed, str(response.name))
+    response = dims.require(response, needed, str(response.name))
     return response.copy(data=Filler().feed(response.values))
 
 
@@ -154,18 +153,3 @@ def _neighbours(places: bytes) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     distance, neighbour = (found[:, 1:] for found in cKDTree(points).query(points, n + 1))
     near = distance <= _REACH * distance[:, : min(3, n)].max(axis=1, keepdims=True)
     return neighbour, np.where(near, distance**-2.0, 0.0)
-
-
-def require_dims(array: xr.DataArray, needed: tuple[str, ...], name: str) -> xr.DataArray:
-    """Return `array` with its dims in the order `needed`.
-
-    Raises
-    ------
-    InputError
-        Naming the dims that are missing or too many.
-    """
-    if set(array.dims) == set(needed):
-        return array.transpose(*needed)
-    missing = [dim for dim in needed if dim not in array.dims]
-    fault = f"{', '.join(missing)} missing" if missing else "too many"
-    raise InputError(f"{name}: expected the dims {needed}, found {array.dims} ({fault})")

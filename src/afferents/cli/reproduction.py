@@ -115,9 +115,10 @@ def reproduce(
             say(True, results.describe())
         return
     page = results.root / "report.html"
-    commands = [step for step in next_steps(results.found) if step.command]
+    commands = [step.command for step in next_steps(results.found) if step.command]
     said = [headline(results.found), "", f"Report: {page.resolve()}"]
-    said += ["Next:", *(indent(step.command, "  ") for step in commands[-1:])] if commands else []
+    if commands:
+        said += ["Next:", indent(commands[-1], "  ")]
     say(as_json, results.summary, short_table1(results.found), *said)
     skipped = results.summary["skipped"]
     fail_if_skipped({entry["recording"]: entry["reason"] for entry in skipped})

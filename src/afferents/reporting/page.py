@@ -77,6 +77,8 @@ def render_report(
         reliability_table(summary),
         differences(summary),
     ]
+    drawn = [(one, base64.b64encode(one.png).decode("ascii")) for one in pictures]
+    n_leading = 1 if summary.models else 0  # accuracy by what was held out: see `draw_pictures`
     return render(
         "report.html",
         summary,
@@ -94,7 +96,8 @@ def render_report(
         leak_sentences=leak_sentences(summary),
         leaks=leak_table(summary),
         runs=run_table(summary),
-        pictures=[(one, base64.b64encode(one.png).decode("ascii")) for one in pictures],
+        leading=drawn[:n_leading],
+        pictures=drawn[n_leading:],
         config=json.dumps(results.config, indent=2),
         command=redo_command(results),
     )
