@@ -11,7 +11,7 @@ LOOSELY := --no-strict-optional $(patsubst %,--disable-error-code=%,arg-type ass
 # Two processes of one thread each, for two processors.
 TESTS := OMP_NUM_THREADS=1 $(BIN)/python -m pytest
 
-.PHONY: install demo live docs results-pages check lint test test-system test-processors slow bench package clean
+.PHONY: install demo live docs results results-pages check lint test test-system test-processors slow bench package clean
 
 install: $(VENV)/.installed
 
@@ -31,6 +31,10 @@ docs: install
 	rm -rf docs/generated
 	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going docs docs/_build/html
 	@echo "the site: docs/_build/html/index.html"
+
+# Hours: PART=NAME for some, PART=list for their names.
+results: install
+	$(BIN)/python scripts/make_results.py $(PART)
 
 results-pages: install
 	$(BIN)/python scripts/results_pages.py

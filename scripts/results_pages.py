@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from afferents.evaluation import fold_files, schemas
+from afferents.files import write_text
 from afferents.reporting.discrepancies import to_page
 from afferents.reporting.published import published_families
 
@@ -106,17 +107,24 @@ def keep(results: Path, out: Path, title: str, commands: list[str]) -> None:
 def write(
     out: Path, title: str, commands: list[str], columns: list[str], rows: list[list[str]]
 ) -> None:
-    """Write a data file, with this commit, day and machine."""
-    found: dict[str, Any] = {
-        "title": title,
+    """Write a data file: a table and where it comes from."""
+    found = {"title": title, **source(commands), "columns": columns, "rows": rows}
+    write_json(out, found)
+
+
+def source(commands: list[str]) -> dict[str, Any]:
+    """Return where numbers come from: this commit, day, machine, and the commands."""
+    return {
         "commit": output("git", "rev-parse", "--short", "HEAD"),
         "date": f"{date.today()}",
         "machine": f"{processor()}, {os.cpu_count()} cores",
         "commands": commands,
-        "columns": columns,
-        "rows": rows,
     }
-    out.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n")
+
+
+def write_json(out: Path, found: dict[str, Any]) -> None:
+    """Write a data file as they all are, whole or not at all."""
+    write_text(out, json.dumps(found, indent=1, ensure_ascii=False) + "\n")
 
 
 def processor() -> str:

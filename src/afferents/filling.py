@@ -1,4 +1,8 @@
-"""What stands for lost markers in a response. Nothing fills by itself: callers ask for it."""
+"""What stands for lost markers in a response.
+
+Filled are responses that are encoded for a model, offline (`evaluation.encode`) and live
+(`live.images`). Spikes, the viewer and exported files keep a lost marker at rest (0) instead.
+"""
 
 from functools import lru_cache
 
@@ -19,7 +23,8 @@ def fill(response: xr.DataArray) -> xr.DataArray:
     within a hole, from the edge inwards. Skin is one sheet, so neighbours say more of a marker than
     where it was last seen, which may be far away by now. Only in a frame in which none of them was
     seen does it keep what it showed last; 0, the response at rest, before it was ever seen. No
-    later frame is looked at: frames that come one by one are filled alike.
+    later frame is looked at: frames that come one by one are filled alike. (A tracker that finds
+    out late that it had mistaken a marker takes back the frames before; live, they were used.)
 
     Parameters
     ----------

@@ -12,9 +12,7 @@ from afferents.cli.shared import SEED, ClusterName, Force, Json, Quiet, SensorNa
 
 Preset = Annotated[
     Size,
-    typer.Option(
-        help="Size of the session: 'quick' has 5 speeds of 7.5 s, 'paper' 10 speeds of 65 s."
-    ),
+    typer.Option(help="Length of recordings: 'quick' has 8 s, 'paper' 65 s; both have 10 speeds."),
 ]
 Textures = Annotated[
     str,

@@ -128,8 +128,9 @@ class Encoding(BaseModel, ABC):
     - `WindowEncoding` (`encodings.windows`), of windows of vibration, and write `features`;
     - or `VibrationEncoding`, of any other vibration, and write `require` and `samples`;
 
-    and say its `name` and the dims of a sample. Give it as ``encoding=`` to `afferents.Model`, or
-    name its class in `encodings.settings.ENCODINGS` and give a row of `models.model` to it.
+    and say its `name` and the dims of a sample. One of vibration runs live if it has `stream` too.
+    Give it as ``encoding=`` to `afferents.Model`, or name its class in
+    `encodings.settings.ENCODINGS` and give a row of `models.model` to it.
 
     >>> class Mean(ImageEncoding):
     ...     '''Every marker's mean over runs of frames.'''

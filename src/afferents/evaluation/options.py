@@ -221,8 +221,9 @@ class EvaluationOptions(TrainingOptions):
     """Names, comma-separated: 'all' for the paper's Table 1, 'best' for what we recommend for such
     data, FILE.py:NAME for one of your own."""
     protocol: str = "nested"
-    """'nested': the held-out speed is unseen until the test. 'published': it selects the model, as
-    in the paper's code (leaky). Or 'both'."""
+    """'nested': the held-out speed is unseen until the test. 'published', as in the paper's code:
+    half of it selects the model (leaky), and spectra are scaled and stretched otherwise. Or
+    'both'."""
     seed: int = Field(default=0, ge=0, lt=_SEEDS)
     """First random seed."""
     seeds: tuple[int, ...] = Field(default_factory=lambda others: (others["seed"],), min_length=1)

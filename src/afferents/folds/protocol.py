@@ -33,11 +33,12 @@ class Fold:
     split: Split = SPEED
 
 
-# The two evaluation protocols, and the two cuts of a recording. Both frozen, both by name.
+# The two evaluation protocols, frozen, by name.
 #
-# `published` is what the paper's code does (commit 880f9e4), `nested` is the same experiment
-# without a look at the held-out speed. `docs/discrepancies.md` says
-# where the paper's text and its code differ and which side is taken.
+# `published` is what the paper's code does (commit 880f9e4). `nested` never looks at the held-out
+# speed, and stretches spectra without ringing, with the originals kept; so for spectra the two
+# differ by more than a leak. `docs/discrepancies.md` says where the paper's text and its code
+# differ and which side is taken.
 
 ProtocolName = Literal["nested", "published"]
 
@@ -58,7 +59,8 @@ class Protocol(BaseModel):
     keep_originals
         Whether the unstretched spectra stay in an augmented training set.
     solved_models_learn_from_validation
-        Whether models that stop and pick nothing by it learn from the validation samples too.
+        Whether models of ours that stop and pick nothing by it learn from the validation samples
+        too. A user's own estimator does not: what it would pick by them is not known.
     refuses_leaks
         Whether a fold that sees anything of the held-out speed is refused, not only recorded.
     """

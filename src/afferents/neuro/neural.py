@@ -35,11 +35,16 @@ from afferents.neuro.speed import (
     stretch_match,
 )
 from afferents.outputs import require_picture_folder
+from afferents.parallel import side_by_side
 from afferents.progress import Progress
 from afferents.reporting.style import save_figure
 from afferents.spikes.artificial import artificial_spikes
-from afferents.spikes.population import Spikes
+from afferents.spikes.population import Spikes, joined
+from afferents.store.responses import Responses
 from afferents.store.zarr_store import open_responses
+
+_MANY = 20
+"""Recordings for which it pays to start other processes."""
 
 
 def spikes_of_store(
@@ -67,8 +72,13 @@ def spikes_of_store(
     """
     recordings = open_responses(store)
     progress = progress or Progress(quiet=True)
-    read = progress.track(recordings, "spikes", len(recordings))
-    return artificial_spikes(read, model, seed, classes, start_s, stop_s)
+    jobs = ((n, one, model, seed, classes, start_s, stop_s) for n, one in enumerate(recordings))
+    done = side_by_side(_trial, jobs, None if len(recordings) >= _MANY else 1, progress.note)
+    return joined(dict(sorted(progress.track(done, "spikes", len(recordings)))).values())
+
+
+def _trial(number: int, recording: Responses, *how: Any) -> tuple[int, Spikes]:
+    return number, artificial_spikes([recording], *how)
 
 
 # What the tables of spikes mean, in sentences.

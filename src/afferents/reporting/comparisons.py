@@ -180,7 +180,7 @@ def differences(summary: Summary) -> pd.DataFrame | None:
     rows.sort(key=lambda row: pairs.index(row[0]))
     rows += [
         (
-            f"{model_title(model, summary)}: what selection on the held-out {split.name} adds",
+            f"{model_title(model, summary)}: what the published protocol adds",
             "published over nested",
             _points(found),
         )

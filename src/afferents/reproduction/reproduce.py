@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 
 DEMO_STORE = Path("out/demo/session.zarr")
 """Where `afferents reproduce` leaves the demo's responses."""
+_FEW_SPEEDS = (10, 20, 40, 70, 100)
+"""For a model to try live, which is not to be waited for; mm/s."""
 
 
 def simulated(
@@ -93,7 +95,7 @@ def demo_models(folder: Path, progress: Progress, demo: Path = DEMO_STORE) -> li
 
 def _simulated_store(folder: Path, progress: Progress) -> Path:
     progress.note(f"simulating a small session to learn from, some minutes, once: {folder}")
-    simulation = simulation_of(folder / "session", "quick")
+    simulation = simulation_of(folder / "session", "quick", speeds_mm_s=_FEW_SPEEDS)
     simulate_session(simulation, None, progress)
     progress.note("following the markers in its videos")
     store = folder / "session.zarr"

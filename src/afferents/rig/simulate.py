@@ -240,7 +240,7 @@ def simulate(
     session
         Folder to write, in the published layout.
     preset
-        ``quick``, 5 speeds of 7.5 s, or ``paper``, 10 speeds of 65 s.
+        Of 10 speeds: ``quick``, 8 s each, or ``paper``, 65 s each.
     textures
         Letters a to m, bump spacings in mm, or names of height maps.
     speeds_mm_s, seconds

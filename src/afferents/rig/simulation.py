@@ -18,12 +18,8 @@ from afferents.rig.surface import Surface
 from afferents.store.recording import LETTERS, natural_order
 from afferents.version import __version__
 
-_SPEEDS: dict[Size, tuple[float, ...]] = {
-    # No two neighbours more than a factor 2 apart, which stretching spectra can bridge.
-    "quick": (10, 20, 40, 70, 100),
-    "paper": tuple(range(10, 101, 10)),
-}
-_SECONDS: dict[Size, float] = {"quick": 7.5, "paper": 65.0}
+_SPEEDS = tuple(map(float, range(10, 101, 10)))
+_SECONDS: dict[Size, float] = {"quick": 8.0, "paper": 65.0}
 RIGS_OWN = "tip_b"
 """Sensor whose pins the rig has if no other is asked for."""
 RUNS = "runs"
@@ -146,7 +142,7 @@ def simulation_of(
     return Simulation(
         session,
         tuple(folders),
-        tuple(dict.fromkeys(speeds_mm_s or _SPEEDS[preset])),
+        tuple(dict.fromkeys(speeds_mm_s or _SPEEDS)),
         seconds if seconds is not None else _SECONDS[preset],
         seed,
         rig,

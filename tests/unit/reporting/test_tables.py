@@ -142,7 +142,7 @@ def test_pairs_that_differ_in_one_thing_and_selection_are_shown(summary):
     assert rows(comparisons.differences(S(summary)), 2) == {
         ("vib-TE augmented over vib-TE", "nested"): ["+5.0 [-2.0, +12.3]"],
         ("fusion, late over vib-TE", "nested"): ["+5.0 [-2.0, +12.3]"],
-        ("vib-TE: what selection on the held-out speed adds", "published over nested"): [
+        ("vib-TE: what the published protocol adds", "published over nested"): [
             "+30.0 [+21.0, +40.0]"
         ],
     }
