@@ -128,9 +128,13 @@ class Network(Classifier):
         How it is trained, a name in `models.config.RECIPES`.
     dense
         Its last layers, a linear one at the end.
+    light_dropout
+        Share of each dropout layer where it learns from few passes, which dropout before narrow
+        layers would leave underfitted; none for its own always.
     """
 
     recipe: ClassVar[str]
+    light_dropout: ClassVar[tuple[float, ...]] = ()
     dense: nn.Sequential
 
     @abstractmethod

@@ -46,6 +46,8 @@ _AT_ONCE = 64
 class _Head(nn.Module):
     """The LSTMs and dense layers of a CNN-LSTM, for features (batch, frame, feature)."""
 
+    light_dropout = CnnLstm.light_dropout
+
     def __init__(self, model: CnnLstm) -> None:
         super().__init__()
         self.lstm, self.dense = model.lstm, model.dense

@@ -5,7 +5,7 @@ differ from PyTorch's, this file holds the translation, so that the networks rea
 published tables.
 """
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -119,8 +119,12 @@ def count_parameters(model: nn.Module) -> ParameterCount:
     return ParameterCount(trainable + running, trainable)
 
 
-def set_dropout(network: nn.Module, dropout: float | tuple[float, ...] | None) -> None:
+def set_dropout(
+    network: nn.Module, dropout: float | tuple[float, ...] | Literal["light"] | None
+) -> None:
     """Set the shares that a network's dropout layers drop; None to leave them.
+
+    ``light`` sets its `light_dropout`, of as many layers, if it has it.
 
     Raises
     ------
@@ -128,6 +132,9 @@ def set_dropout(network: nn.Module, dropout: float | tuple[float, ...] | None) -
         If there is another number of layers.
     """
     layers = [module for module in network.modules() if isinstance(module, nn.Dropout)]
+    if dropout == "light":
+        light = getattr(network, "light_dropout", ())
+        dropout = light if len(light) == len(layers) else None
     if dropout is None:
         return
     shares = dropout if isinstance(dropout, tuple) else (dropout,) * len(layers)

@@ -73,6 +73,7 @@ class SpatialNet(Network):
     """
 
     name = recipe = "spatial-net"
+    light_dropout = (0.5, 0.0, 0.0)
     takes = (dims.ROW, dims.COLUMN)
 
     @classmethod
@@ -194,6 +195,7 @@ class CnnLstm(Network):
     """
 
     name = recipe = "cnn-lstm"
+    light_dropout = (0.2, 0.0, 0.0)
     takes = (dims.FRAME, dims.ROW, dims.COLUMN)
 
     @classmethod
@@ -302,6 +304,7 @@ class VibrationNet(Network):
     """
 
     name = recipe = "vibration-net"
+    light_dropout = (0.2,)
     takes = (dims.CHANNEL, dims.FREQUENCY)
 
     @classmethod
