@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from afferents import devices
+from afferents.documents import as_form
 from afferents.errors import AfferentsError, InputError
 from afferents.live.events import CameraFrame, Channel, Event, Sound, Trouble
 from afferents.store.recording import Frame
@@ -156,11 +157,12 @@ def _camera_of(
     """Return this system's camera, unopened."""
     width, height = size
     if driver is None and sys.platform == "linux":
-        linux = devices.V4l2Camera.Options(
-            device=device, format="auto", width=width, height=height,
-            fps_hz=fps_hz, exposure_ms=exposure_ms,
-        )  # fmt: skip
-        return devices.V4l2Camera(linux)
+        asked = {
+            "device": device, "format": "auto", "width": width, "height": height,
+            "fps_hz": fps_hz, "exposure_ms": exposure_ms,
+        }  # fmt: skip
+        options = as_form(asked, devices.V4l2Camera.Options, f"camera {device}", "its options")
+        return devices.V4l2Camera(options)
     if exposure_ms is not None:
         raise InputError(
             f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave it "

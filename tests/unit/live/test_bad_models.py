@@ -123,6 +123,7 @@ def test_sources_that_do_not_go_with_the_models(session, tmp_path, models):
         ),
         ({"audio": "ear:0"}, "--audio: expected mic:default"),
         ({"video": "camera:99"}, "camera /dev/video99: expected a camera that is plugged in"),
+        ({"video": "camera:0", "exposure_ms": math.nan}, "exposure_ms: less than or equal to"),
         ({"video": "replay:nowhere"}, "nowhere: expected a recording to replay"),
         ({"video": "rig:z"}, "a letter from a to m"),
         ({"video": "rig:g/fast"}, "rig:TEXTURE/SPEED"),
