@@ -42,15 +42,18 @@ class TrainingConfig(BaseModel):
         the last epoch, as a cycle must.
     max_epochs
         Epochs at most.
+    passes
+        About so many samples go through, if `max_epochs` allow: few samples are gone through more
+        often than many. None for `max_epochs`.
     training_samples
         How many samples to train on at most, stretched copies included; None for all. The
         caller thins; the test always uses all.
     validation_samples
         How many samples to validate on at most; None for all.
-    image_epochs, image_rate, frames_a_run
-        Whether the CNN-LSTM is trained in stages (`train_in_stages`): epochs and learning rate
-        of its image stack, and frames that it takes of each training run. 0 epochs for none:
-        the published way.
+    image_epochs, image_passes, image_rate, frames_a_run
+        Whether the CNN-LSTM is trained in stages (`train_in_stages`): epochs (at most), passes and
+        learning rate of its image stack, and frames that it takes of each training run. 0 epochs
+        for none: the published way.
     warm_up_statistics
         Whether batch normalisation's running statistics start as plain averages (`WarmUp`).
     precision
@@ -72,9 +75,11 @@ class TrainingConfig(BaseModel):
     batch_size: int = Field(default=64, ge=2)
     patience: int | None = Field(default=None, ge=1)
     max_epochs: int = Field(default=150, ge=1)
+    passes: int | None = Field(default=None, ge=1)
     training_samples: int | None = Field(default=None, ge=1)
     validation_samples: int | None = Field(default=None, ge=1)
     image_epochs: int = Field(default=0, ge=0)
+    image_passes: int | None = Field(default=None, ge=1)
     image_rate: float = Field(default=1e-3, gt=0)
     frames_a_run: int = Field(default=1, ge=1)
     warm_up_statistics: bool = True
@@ -90,6 +95,17 @@ class TrainingConfig(BaseModel):
         if self.one_cycle and self.patience is not None:
             raise ValueError("a cycle must not be stopped: no patience with one_cycle")
         return self
+
+    def epochs(self, n: int) -> int:
+        """Return how many times, at most, it goes through n training samples."""
+        if self.passes is None:
+            return self.max_epochs
+        return max(1, min(self.max_epochs, round(self.passes / n)))
+
+    def of_images(self) -> "TrainingConfig":
+        """Return how an image stack learns from single frames."""
+        stage = {"passes": self.image_passes, "learning_rate": self.image_rate}
+        return self.model_copy(update={"max_epochs": self.image_epochs, **stage})
 
 
 _PAPER: dict[str, TrainingConfig] = {
@@ -130,11 +146,11 @@ _QUICK: dict[str, TrainingConfig] = {
 
 _FAST: dict[str, TrainingConfig] = {
     "spatial-net": TrainingConfig(
-        learning_rate=5e-3,
+        learning_rate=8e-3,
         one_cycle=True,
-        batch_size=32,
-        max_epochs=2,
-        training_samples=24_000,
+        max_epochs=12,
+        passes=48_000,
+        training_samples=48_000,
         validation_samples=1000,
         dropout="light",
     ),
@@ -142,10 +158,12 @@ _FAST: dict[str, TrainingConfig] = {
         learning_rate=5e-3,
         one_cycle=True,
         batch_size=32,
-        max_epochs=10,
+        max_epochs=15,
+        passes=30_000,
         training_samples=3000,
         validation_samples=500,
-        image_epochs=1,
+        image_epochs=12,
+        image_passes=15_000,
         image_rate=4e-3,
         frames_a_run=5,
         dropout="light",
@@ -154,7 +172,8 @@ _FAST: dict[str, TrainingConfig] = {
         learning_rate=2e-3,
         one_cycle=True,
         batch_size=32,
-        max_epochs=3,
+        max_epochs=15,
+        passes=35_000,
         training_samples=28_000,
         validation_samples=2000,
         dropout="light",
@@ -180,7 +199,7 @@ def training_config(
 ) -> TrainingConfig:
     """Return a recipe (see `RECIPES`) as a preset has it, to be computed so.
 
-    `changed` sets fields of the `TrainingConfig` otherwise.
+    `changed` sets fields of the `TrainingConfig` otherwise; a preset's passes give way to epochs.
 
     `paper` is what the authors' code does (Adam 1e-3 for images, 1e-4 for the others, batches
     of 64, patience 20, 20 and 10, at most 150 epochs; train_*.ipynb, cells 4 to 9).
@@ -188,7 +207,7 @@ def training_config(
     One thing differs from it, unless `statistics` is ``keras``: see `WarmUp`.
 
     `fast` is a shorter road, meant for about the same accuracy: frames are nearly equal, so it
-    takes some of them, few epochs with a rate that rises and falls once, light dropout, and trains
+    takes some of them, few passes with a rate that rises and falls once, light dropout, and trains
     the CNN-LSTM in stages. Found on simulated recordings of a seed that no number in the docs is
     of.
 
@@ -207,9 +226,16 @@ def training_config(
     if recipe not in RECIPES:
         raise InputError(f"recipe: expected one of {', '.join(RECIPES)}, found '{recipe}'")
     usual = _PRESETS[preset][recipe]
-    kept = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
-    others = {**kept, **(changed or {}), **(compute._asdict() if compute else {})}
+    kept: dict[str, Any] = {} if statistics == "warmed-up" else {"warm_up_statistics": False}
+    changed = changed or {}
+    others = {**kept, **_no_passes(changed), **changed, **(compute._asdict() if compute else {})}
     return TrainingConfig(**{**dict(usual), **others}) if others else usual
+
+
+def _no_passes(changed: Mapping[str, Any]) -> dict[str, None]:
+    """Return that a preset's passes are not heeded, for those of whose epochs something is said."""
+    of = {"max_epochs": "passes", "image_epochs": "image_passes"}
+    return {passes: None for epochs, passes in of.items() if epochs in changed}
 
 
 # Hyperparameters of the networks that a user sets, over those of a preset: ``--recipe mine.toml``.
@@ -319,7 +345,8 @@ def _checked(
     network: str, fields: Mapping[str, Any], where: object, preset: Preset
 ) -> dict[str, Any]:
     """Return the fields as their forms have them, such as lists as tuples."""
-    whole = {**training_config(preset, network).model_dump(), **fields}
+    usual = training_config(preset, network).model_dump()
+    whole = {**usual, **_no_passes(fields), **fields}
     config = as_form(whole, TrainingConfig, where, f"hyperparameters of {network} over '{preset}'")
     n, dropout = DROPOUT_LAYERS[network], config.dropout
     if isinstance(dropout, tuple) and len(dropout) != n:

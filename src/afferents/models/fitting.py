@@ -63,8 +63,8 @@ def train_in_stages(
     """Train a CNN-LSTM in place, its image stack from single frames first.
 
     Of every training run one frame is taken, the first of the first run, the second of the
-    second and so on; the image stage is trained for `config.image_epochs` epochs on as many
-    frames as there are training runs times `config.frames_a_run`.
+    second and so on; the image stage is trained as `config.of_images` says, on as many frames as
+    there are training runs times `config.frames_a_run`.
 
     Parameters
     ----------
@@ -74,9 +74,6 @@ def train_in_stages(
     start = time.perf_counter()
     values, labels = learnt.values, learnt.labels
     n_frames = values.shape[1]
-    stage = config.model_copy(
-        update={"max_epochs": config.image_epochs, "learning_rate": config.image_rate}
-    )
     n_classes = int(labels.max()) + 1
     spatial = cast("SpatialNet", build(SpatialNet, n_classes, tuple(values.shape[2:]), seed))
     spatial.image.load_state_dict(model.image.state_dict())
@@ -86,7 +83,7 @@ def train_in_stages(
         _frames_of(learnt.train, n_frames, config.frames_a_run),
         _frames_of(learnt.validation, n_frames, 1),
     )
-    of_images = train(spatial, frames, stage, seed)
+    of_images = train(spatial, frames, config.of_images(), seed)
     model.image.load_state_dict(spatial.image.state_dict())
     used = np.concatenate([learnt.train, learnt.validation])
     features = _features(model.image, values, used, config)

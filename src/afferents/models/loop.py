@@ -395,7 +395,7 @@ def train(
     with _seeded(seed, device):
         training, validation = (_indices(i, device) for i in (learnt.train, learnt.validation))
         steps = len(split(training, config.batch_size))
-        epochs = range(1, config.max_epochs + 1)
+        epochs = range(1, config.epochs(len(training)) + 1)
         learner = Learner(model, config, device, len(epochs) * steps)
         about = {
             "of": checkpoint.of if checkpoint else "",

@@ -318,9 +318,9 @@ def time_fold(
     groups_left = n_groups - (1 if protocol.validation == "held-out-speed" else 2)
     available = len(lead) * n_recordings * groups_left / n_groups
     learnt = min(available, originals(n_copies, protocol, configs[0].training_samples) or np.inf)
-    epochs = expected_epochs(model, configs[0]) if looped else None
-    fold_s = seconds / len(parts[0].fold.train) * learnt * (epochs or 1)
     copies = n_copies + protocol.keep_originals if n_copies else 1
+    epochs = expected_epochs(model, configs[0], round(learnt * copies)) if looped else None
+    fold_s = seconds / len(parts[0].fold.train) * learnt * (epochs or 1)
     return Work(model.name, protocol.name, folds, fold_s, epochs, learnt * copies)
 
 
@@ -332,7 +332,7 @@ def on_gpu(recipe: Recipe) -> bool:
 def _in_one_epoch(config: TrainingConfig) -> TrainingConfig:
     every = {"training_samples": None, "validation_samples": None, "patience": None}
     staged = {"image_epochs": min(1, config.image_epochs)}
-    return config.model_copy(update={"max_epochs": 1, **every, **staged})
+    return config.model_copy(update={"max_epochs": 1, "passes": None, **every, **staged})
 
 
 def _as_of_all(samples: Samples, each: int) -> tuple[Samples, Fold]:
@@ -352,15 +352,15 @@ def _as_of_all(samples: Samples, each: int) -> tuple[Samples, Fold]:
     return some, Fold(1.0, 2.0, train, validation, test)
 
 
-def expected_epochs(model: Model, config: TrainingConfig) -> float:
-    """Return how many epochs a fold is taken to need.
+def expected_epochs(model: Model, config: TrainingConfig, n: int) -> float:
+    """Return how many epochs a fold is taken to need, of n training samples.
 
     Where training stops early nobody knows: as many as the authors' logs have in the mean, or for
     other models all.
     """
     logged = published_costs().get(model.name)
     if config.image_epochs:
-        return float(config.image_epochs)
+        return float(config.of_images().epochs(n * config.frames_a_run))
     if config.patience is None or logged is None:
-        return float(config.max_epochs)
+        return float(config.epochs(n))
     return min(config.max_epochs, max(config.patience + 1, logged.epochs))

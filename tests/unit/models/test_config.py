@@ -124,3 +124,12 @@ def test_a_recipe_for_no_model_is_refused(stores, tmp_path, fails):
     assert "--recipe: expected models that learn as cnn-lstm, found sa-se" in sentence
     with pytest.raises(InputError, match="--recipe: expected models that learn as cnn-lstm"):
         afferents.train(stores["video"], tmp_path / "m", "sa-wave", recipe=path, quiet=True)
+
+
+def test_few_samples_are_gone_through_more_often_than_many():
+    fast = training_config("fast", "spatial-net")
+    assert [fast.epochs(n) for n in (48_000, 10_000, 10)] == [1, 5, 12]
+    assert training_config("paper", "spatial-net").epochs(10) == 150
+    given = Hyperparameters.of({"spatial-net": {"max_epochs": 30}}, "fast")
+    assert given.training("fast", "spatial-net").epochs(48_000) == 30
+    assert given.training("fast", "vibration-net").epochs(35_000) == 1
