@@ -77,6 +77,7 @@ def evaluated(name: str, store: str, models: str, *options: str) -> Part:
 
 def parts() -> Iterator[Part]:
     """Yield all parts, in the order in which they need one another."""
+    yield Part("demo", (("reproduce", "demo"),), "demo/results")
     for seed in SEEDS:
         yield store_of(f"S{seed}", seed)
         yield evaluated(f"ours-S{seed}", f"S{seed}", OURS)
@@ -158,6 +159,11 @@ def _accuracies(one: Outcome, textures: Sequence[str]) -> dict[str, Any]:
 
 def write_tables() -> None:
     """Write the tables of the paper's models and of ours, as far as their parts are made."""
+    if demo := _sessions("demo"):
+        _write("demo", "What the demo ends with", demo, _demo(demo[""]["models"]))
+        picture = OUT / "demo" / "results" / "figures" / "accuracy-by-speed.png"
+        if picture.is_file():
+            shutil.copyfile(picture, pages.DOCS / "images" / "demo.png")
     nested, published = (_sessions(f"{protocol}-S") for protocol in ("nested", "published"))
     if nested:
         _write(
@@ -169,6 +175,17 @@ def write_tables() -> None:
         _write("rig-textures", "The six models by texture", nested, of_textures)
     if ours := _sessions("ours-"):
         _write("rig-ours", "Models of ours on the rig", ours, _ours(ours))
+
+
+def _demo(models: Mapping[str, Any]) -> list[list[str]]:
+    rows = [["model", "paper", "here"]]
+    for name, protocols in models.items():
+        found, family = protocols["nested"], published_families().get(name)
+        low, high = (100 * share for share in found["ci95"])
+        here = f"{100 * found['mean']:.0f} [{low:.0f}, {high:.0f}]"
+        paper = f"{family.mean_percent:g}" if family else "–"
+        rows.append([f"`{name}`", paper, here])
+    return rows
 
 
 def _sessions(prefix: str) -> dict[str, dict[str, Any]]:
@@ -184,7 +201,11 @@ def _sessions(prefix: str) -> dict[str, dict[str, Any]]:
 def _write(name: str, title: str, sessions: Mapping[str, Any], rows: list[list[str]]) -> None:
     one = next(iter(sessions.values()))
     found = {key: one[key] for key in ("commit", "date", "machine")}
-    table = {"commands": ["make results"], "columns": rows[0], "rows": rows[1:]}
+    table = {
+        "commands": [f"make results  # {', '.join(sessions)}".rstrip(" #")],
+        "columns": rows[0],
+        "rows": rows[1:],
+    }
     pages.write_json(pages.DATA / f"{name}.json", {"title": title, **found, **table})
 
 

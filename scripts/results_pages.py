@@ -7,9 +7,10 @@ Part of ``make results-pages``:
 
 A page holds ``<!-- results NAME -->`` and ``<!-- /results -->``; what stands between them is made
 of ``docs/results/NAME.json``: the table, and below it the commit, date, machine and commands that
-gave the numbers. `keep` makes such a file of what `afferents evaluate` left. Between
-``<!-- fields MODEL -->`` and ``<!-- /fields -->`` stand the fields of a model of the results.
-`docs/discrepancies.md` is made whole, of the package's list.
+gave the numbers. Between ``<!-- table NAME -->`` and ``<!-- /table -->`` stands the table alone.
+`keep` makes such a file of what `afferents evaluate` left. Between ``<!-- fields MODEL -->`` and
+``<!-- /fields -->`` stand the fields of a model of the results. `docs/discrepancies.md` is made
+whole, of the package's list.
 """
 
 import json
@@ -69,6 +70,12 @@ def part(name: str) -> str:
     return f"{table(head, rows)}\n{source}\n\n```\n{commands}\n```\n"
 
 
+def bare(name: str) -> str:
+    """Return a table alone, of which another page says where its numbers come from."""
+    found = json.loads((DATA / f"{name}.json").read_text())
+    return table(found["columns"], found["rows"])
+
+
 def fields(name: str) -> str:
     """Return the fields of a model of the results; those that all summaries have stand once."""
     model = getattr(schemas, name, None) or getattr(fold_files, name)
@@ -84,8 +91,9 @@ def fields(name: str) -> str:
 def pages() -> dict[Path, str]:
     """Return the text of each page, with its tables as data and code have them."""
     found = {}
-    for page in sorted(DOCS.glob("*.md")):
+    for page in sorted([*DOCS.glob("*.md"), ROOT / "README.md"]):
         found[page] = fill(fill(page.read_text(), "results", part), "fields", fields)
+        found[page] = fill(found[page], "table", bare)
     return {**found, DOCS / "discrepancies.md": to_page()}
 
 
