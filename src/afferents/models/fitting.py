@@ -83,7 +83,10 @@ def train_in_stages(
         _frames_of(learnt.train, n_frames, config.frames_a_run),
         _frames_of(learnt.validation, n_frames, 1),
     )
-    of_images = train(spatial, frames, config.of_images(), seed)
+    stage = config.of_images()
+    if stage.dropout == "light":  # what suits a spatial network suits a stack that goes on less
+        stage = stage.model_copy(update={"dropout": model.light_dropout})
+    of_images = train(spatial, frames, stage, seed)
     model.image.load_state_dict(spatial.image.state_dict())
     used = np.concatenate([learnt.train, learnt.validation])
     features = _features(model.image, values, used, config)
