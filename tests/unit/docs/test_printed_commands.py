@@ -44,9 +44,9 @@ NOT_RUN = {
 """Why a command is not run here, and which test runs it or the like."""
 
 NAMES = {
-    "session": "SESSION S S31 DATA",
+    "session": "SESSION S S31 S51 DATA",
     "hexagonal session": "HEXAGONAL",
-    "store": "OUT.zarr S.zarr S31.zarr STORE responses.zarr",
+    "store": "OUT.zarr S.zarr S31.zarr S51.zarr STORE responses.zarr",
     "clip": "CLIP CLIP.avi CLIP.mp4 VIDEO",
     "another clip": "CLIP2",
     "sound": "AUDIO",
