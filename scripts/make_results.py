@@ -27,11 +27,7 @@ from scipy.stats import t as student
 
 from afferents.evaluation.results import load_results
 from afferents.evaluation.schemas import Outcome
-from afferents.reporting.published import (
-    PublishedFamily,
-    published_confusion,
-    published_families,
-)
+from afferents.reporting.published import published_confusion, published_families
 
 OUT = Path("out/results")
 KEPT = pages.DATA / "rig"
@@ -44,8 +40,6 @@ STRESSES = {
 }
 """Sessions that a recommended model must stand, by name: seed and options."""
 OURS = "shear,sa-local,sa-wave-vector,ra-wave-vector,fusion-shear,order-te,fusion"
-LONGER = "longer.toml"
-"""More passes for spectra that are not stretched, of which there are few."""
 NOISE = "markers=0.05"
 """What makes the rig's RA-I as noisy as the published one, px."""
 SOURCES = ("rig", "markers", "extraction", "encodings", "folds", "models", "channels.py")
@@ -91,7 +85,6 @@ def parts() -> Iterator[Part]:
     for seed in SEEDS:
         yield evaluated(f"published-S{seed}", f"S{seed}", "all", "--protocol", "published")
     vibration = "vib-te,vib-te-aug"
-    yield evaluated("vibration-longer", "S11", vibration, "--recipe", LONGER)
     yield store_of("motor-off", 11, "--nuisances", "all,motor=0,motor-ripple=0,mains=0")
     yield evaluated("vibration-motor-off", "motor-off", vibration)
     yield evaluated("vibration-paper", "S11", vibration, "--preset", "paper", "--protocol", "both")
@@ -169,9 +162,9 @@ def write_tables() -> None:
         _write(
             "rig-table1", "The six models of Table 1 on the rig", nested, _table1(nested, published)
         )
-        by_speed = _beside(nested, "by_speed", lambda family: family.by_speed.values())
+        by_speed = _beside(nested, "by_speed", lambda n: published_families()[n].by_speed.values())
         _write("rig-speeds", "The six models by held-out speed", nested, by_speed)
-        of_textures = _beside(nested, "by_texture", _published_by_texture)
+        of_textures = _beside(nested, "by_texture", lambda n: np.diag(published_confusion(n)))
         _write("rig-textures", "The six models by texture", nested, of_textures)
     if ours := _sessions("ours-"):
         _write("rig-ours", "Models of ours on the rig", ours, _ours(ours))
@@ -221,22 +214,17 @@ def _table1(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[lis
 
 
 def _beside(
-    nested: Mapping[str, Any], by: str, of_paper: Callable[[PublishedFamily], Iterable[float]]
+    nested: Mapping[str, Any], by: str, of_paper: Callable[[str], Iterable[float]]
 ) -> list[list[str]]:
     """Return two rows a model: the rig's and the paper's, by speed or texture."""
     rows: list[list[str]] = []
-    for model, family in published_families().items():
+    for model in published_families():
         each = [session["models"][model]["nested"][by] for session in nested.values()]
         rows = rows or [["model", "whose", *each[0]]]
         means = np.mean([list(one.values()) for one in each], axis=0)
         rows.append([f"`{model}`", "rig", *(f"{100 * mean:.0f}" for mean in means)])
-        rows.append(["", "paper", *(f"{percent:.0f}" for percent in of_paper(family))])
+        rows.append(["", "paper", *(f"{percent:.0f}" for percent in of_paper(model))])
     return rows
-
-
-def _published_by_texture(family: PublishedFamily) -> Iterable[float]:
-    name = next(name for name, one in published_families().items() if one is family)
-    return np.diag(published_confusion(name))
 
 
 def _ours(ours: Mapping[str, Any]) -> list[list[str]]:
@@ -299,7 +287,6 @@ def main(asked: Sequence[str]) -> None:
     if unknown := [name for name in asked if name not in there]:
         sys.exit(f"{unknown[0]}: expected one of {', '.join(there)}")
     OUT.mkdir(parents=True, exist_ok=True)
-    (OUT / LONGER).write_text("[vibration-net]\nmax_epochs = 13\n")
     require_same_sources()
     for name in asked or there:
         if not made(there[name]):

@@ -23,7 +23,7 @@ Textures = Annotated[
 ]
 Speeds = Annotated[
     str | None,
-    typer.Option(help="Sliding speeds, mm/s, comma-separated (default: the preset's)."),
+    typer.Option(help="Sliding speeds, mm/s, comma-separated (default: 10, 20, ... 100)."),
 ]
 Seconds = Annotated[
     float | None, typer.Option(help="Length of each recording, s (default: the preset's).")

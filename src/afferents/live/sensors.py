@@ -156,22 +156,18 @@ def _camera_of(
 ) -> devices.Camera:
     """Return this system's camera, unopened."""
     width, height = size
+    asked = {"device": device, "width": width, "height": height, "fps_hz": fps_hz}
+    where, what = f"camera {device}", "its options"
     if driver is None and sys.platform == "linux":
-        asked = {
-            "device": device, "format": "auto", "width": width, "height": height,
-            "fps_hz": fps_hz, "exposure_ms": exposure_ms,
-        }  # fmt: skip
-        options = as_form(asked, devices.V4l2Camera.Options, f"camera {device}", "its options")
-        return devices.V4l2Camera(options)
+        asked |= {"format": "auto", "exposure_ms": exposure_ms}
+        return devices.V4l2Camera(as_form(asked, devices.V4l2Camera.Options, where, what))
     if exposure_ms is not None:
         raise InputError(
             f"--exposure-ms: expected Linux, where it can be set, found {sys.platform}; leave it "
             "out"
         )
-    portable = devices.PortableCamera.Options(
-        device=device, driver=driver, width=width, height=height, fps_hz=fps_hz
-    )
-    return devices.PortableCamera(portable)
+    asked |= {"driver": driver}
+    return devices.PortableCamera(as_form(asked, devices.PortableCamera.Options, where, what))
 
 
 class Microphone(DeviceSource):
