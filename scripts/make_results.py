@@ -108,8 +108,8 @@ def run(part: Part) -> None:
         KEPT.mkdir(exist_ok=True)
         file = KEPT / f"{part.name}.json"
         pages.write_json(file, {**source_of(part), "models": outcomes_of(OUT / part.results)})
-        subprocess.run(["git", "add", str(file)], cwd=pages.ROOT, check=True)
-        commit = ["git", "commit", "-q", "-m", f"Results of the rig: {part.name}", "--", str(file)]
+        subprocess.run(["git", "add", str(KEPT)], cwd=pages.ROOT, check=True)
+        commit = ["git", "commit", "-q", "-m", f"Results of the rig: {part.name}", "--", str(KEPT)]
         subprocess.run(commit, cwd=pages.ROOT, check=True)
 
 
