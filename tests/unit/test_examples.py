@@ -1,4 +1,4 @@
-"""What the docs show runs: examples of docstrings, of README and of the page on own models."""
+"""What the docs show runs: examples of docstrings and of the pages on own models and on Python."""
 
 import doctest
 import re
@@ -63,14 +63,6 @@ def test_examples_of_the_commands_say_what_comes_out(session, tmp_path, monkeypa
         assert found.attempted > 0, name
         failed += [name] * bool(found.failed)
     assert failed == []
-
-
-def test_the_readme_s_example_runs(session):
-    (example,) = python_in("README.md")
-    names = {"path": session}
-    exec(example, names)
-    assert names["rapid"].attrs["units"] == "px/frame"
-    assert float(names["rapid"][20:].max()) > 0
 
 
 def test_the_models_of_the_page_are_evaluated(does, stores, tmp_path):
