@@ -21,13 +21,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import results_pages as pages
+from matplotlib.figure import Figure
+from scipy.stats import spearmanr
 from scipy.stats import t as student
 
 from afferents.evaluation.results import load_results
 from afferents.evaluation.schemas import Outcome
 from afferents.reporting.published import published_confusion, published_families
+from afferents.reporting.style import BLUE, GREY, VERMILION
 
 OUT = Path("out/results")
 KEPT = pages.DATA / "rig"
@@ -147,27 +151,54 @@ def _accuracies(one: Outcome, textures: Sequence[str]) -> dict[str, Any]:
     }
 
 
-# The tables in the docs, of all sessions that are there.
+# Tables and the picture in the docs, of all parts that are there.
 
 
 def write_tables() -> None:
     """Write the tables of the paper's models and of ours, as far as their parts are made."""
-    if demo := _sessions("demo"):
-        _write("demo", "What the demo ends with", demo, _demo(demo[""]["models"]))
+    if demo := _found("demo"):
+        _write("demo", "What the demo ends with", demo, _demo(demo["demo"]["models"]))
         picture = OUT / "demo" / "results" / "figures" / "accuracy-by-speed.png"
         if picture.is_file():
             shutil.copyfile(picture, pages.DOCS / "images" / "demo.png")
-    nested, published = (_sessions(f"{protocol}-S") for protocol in ("nested", "published"))
+    nested, published, ours = (
+        _found(*(f"{kind}-S{seed}" for seed in SEEDS)) for kind in ("nested", "published", "ours")
+    )
     if nested:
-        _write(
-            "rig-table1", "The six models of Table 1 on the rig", nested, _table1(nested, published)
-        )
-        by_speed = _beside(nested, "by_speed", lambda n: published_families()[n].by_speed.values())
+        leaky, paper = {**nested, **published}, published_families()
+        _write("rig-table1", "Table 1 on the rig", leaky, _table1(nested, published))
+        _write("rig-likeness", "How unlike the paper", leaky, _likeness(nested, published))
+        by_speed = _beside(nested, "by_speed", lambda name: paper[name].by_speed.values())
         _write("rig-speeds", "The six models by held-out speed", nested, by_speed)
         of_textures = _beside(nested, "by_texture", lambda n: np.diag(published_confusion(n)))
         _write("rig-textures", "The six models by texture", nested, of_textures)
-    if ours := _sessions("ours-"):
-        _write("rig-ours", "Models of ours on the rig", ours, _ours(ours))
+        draw_speeds(list(nested.values())).savefig(
+            pages.DOCS / "images" / "rig-by-speed.png", dpi=110
+        )
+    if vibration := _found("nested-S11", "vibration-motor-off", "vibration-paper"):
+        _write("rig-vibration", "What real spectra lack", vibration, _vibration(vibration))
+    stresses = _found("ours-noise", *(f"ours-{name}" for name in STRESSES))
+    if ours and stresses:
+        found = {**ours, **stresses}
+        _write("rig-ours", "Our models on the rig", found, _ours(ours, stresses))
+    if noise := _found("ours-S11", "ours-noise-at-test", "ours-noise"):
+        _write("rig-noise", "Noise of the published size", noise, _touches_of(noise))
+    if layouts := _found("ours-S11", "ours-hex331", "ours-radial127"):
+        _write("rig-layouts", "Other layouts", layouts, _touches_of(layouts))
+
+
+def _found(*names: str) -> dict[str, dict[str, Any]]:
+    """Return what those of these parts found that are made."""
+    files = [KEPT / f"{name}.json" for name in names]
+    return {file.stem: json.loads(file.read_text()) for file in files if file.is_file()}
+
+
+def _write(name: str, title: str, parts: Mapping[str, Any], rows: list[list[str]]) -> None:
+    one = next(iter(parts.values()))
+    found = {key: one[key] for key in ("commit", "date", "machine")}
+    made_by = f'make results PART="{" ".join(parts)}"'
+    table = {"commands": [made_by], "columns": rows[0], "rows": rows[1:]}
+    pages.write_json(pages.DATA / f"{name}.json", {"title": title, **found, **table})
 
 
 def _demo(models: Mapping[str, Any]) -> list[list[str]]:
@@ -181,35 +212,33 @@ def _demo(models: Mapping[str, Any]) -> list[list[str]]:
     return rows
 
 
-def _sessions(prefix: str) -> dict[str, dict[str, Any]]:
-    """Return what parts of this kind found, by the name of the session."""
-    files = [KEPT / f"{p.name}.json" for p in parts() if p.results and p.name.startswith(prefix)]
-    return {
-        file.stem.removeprefix(prefix): json.loads(file.read_text())
-        for file in files
-        if file.is_file()
-    }
-
-
-def _write(name: str, title: str, sessions: Mapping[str, Any], rows: list[list[str]]) -> None:
-    one = next(iter(sessions.values()))
-    found = {key: one[key] for key in ("commit", "date", "machine")}
-    table = {
-        "commands": [f"make results  # {', '.join(sessions)}".rstrip(" #")],
-        "columns": rows[0],
-        "rows": rows[1:],
-    }
-    pages.write_json(pages.DATA / f"{name}.json", {"title": title, **found, **table})
-
-
 def _table1(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[list[str]]:
-    rows = [["model", "the paper's own", "`nested`", "`published`", *nested]]
+    rows = [["model", "the paper's own", "`nested`", "`published`"]]
     for model, family in published_families().items():
-        each = _accuracies_of(nested, model, "nested")
-        leaky = _accuracies_of(published, model, "published")
-        sessions = [f"{value:.0f}" for value in each]
-        paper = f"{family.mean_percent:g}"
-        rows.append([f"`{model}`", paper, _interval(each), _interval(leaky), *sessions])
+        fair, leaky = _means(nested, model, "nested"), _means(published, model, "published")
+        rows.append([f"`{model}`", f"{family.mean_percent}", _interval(fair), _interval(leaky)])
+    return rows
+
+
+def _likeness(nested: Mapping[str, Any], published: Mapping[str, Any]) -> list[list[str]]:
+    """Return mean absolute difference from the paper's Table 1, and rank correlation with it."""
+    paper = [family.mean_percent for family in published_families().values()]
+    rows = [["protocol", "mean absolute difference, points", "rank correlation"]]
+    for protocol, sessions in (("nested", nested), ("published", published)):
+        if not sessions:
+            continue
+        each = np.array([_means(sessions, model, protocol) for model in published_families()])
+        off = [float(np.abs(one - paper).mean()) for one in (each.mean(axis=1), *each.T)]
+        rank = [float(spearmanr(one, paper)[0]) for one in (each.mean(axis=1), *each.T)]
+        spread = [
+            f"{min(of[1:]):{how}} to {max(of[1:]):{how}}"
+            for of, how in ((off, ".0f"), (rank, ".2f"))
+        ]
+        rows.append([
+            f"`{protocol}`",
+            f"{off[0]:.0f} (single sessions: {spread[0]})",
+            f"{rank[0]:.2f} ({spread[1]})",
+        ])  # fmt: skip
     return rows
 
 
@@ -227,21 +256,83 @@ def _beside(
     return rows
 
 
-def _ours(ours: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row a model and a column a session: from samples, 1 s and 4 s of touch."""
-    rows = [["model", *ours]]
-    for model in OURS.split(","):
-        found = [session["models"].get(model) for session in ours.values()]
-        rows.append([f"`{model}`", *(_touches(one["nested"]) if one else "–" for one in found)])
+def draw_speeds(sessions: Sequence[Mapping[str, Any]]) -> Figure:
+    """Draw each model's accuracy by held-out speed: mean and range of sessions, and the paper's."""
+    figure, axes = plt.subplots(
+        2, 3, figsize=(9, 4.6), layout="constrained", sharex=True, sharey=True
+    )
+    for ax, (model, family) in zip(axes.flat, published_families().items(), strict=True):
+        of_each = [session["models"][model]["nested"]["by_speed"] for session in sessions]
+        speeds = [float(speed) for speed in of_each[0]]
+        percents = 100 * np.array([list(one.values()) for one in of_each])
+        ax.fill_between(
+            speeds, percents.min(axis=0), percents.max(axis=0), color=BLUE, alpha=0.2, lw=0
+        )
+        ax.plot(speeds, percents.mean(axis=0), color=BLUE, marker="o", markersize=3.5, label="rig")
+        ax.plot(*zip(*family.by_speed.items(), strict=True), "x", color=VERMILION, label="paper")
+        ax.axhline(100 / 13, color=GREY, lw=0.7, ls="--", label="chance")
+        ax.set(title=model, ylim=(0, 103), xlim=(5, 105))
+    for ax in axes[-1]:
+        ax.set_xlabel("held-out speed, mm/s")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("accuracy, %")
+    axes[0, 0].legend(fontsize=8)
+    return figure
+
+
+def _vibration(found: Mapping[str, Any]) -> list[list[str]]:
+    """Return a row for each way in which the two models of vibration learnt."""
+    rows: list[list[str]] = []
+    ways = {
+        "nested-S11": "as it is",
+        "vibration-motor-off": "without motor and mains",
+        "vibration-paper": "preset `paper`",
+    }
+    for name, part in found.items():
+        for model in ("vib-te", "vib-te-aug"):
+            for protocol, one in part["models"][model].items():
+                rows = rows or [
+                    ["model", "how", "protocol", "mean", "smooth drum", *one["by_speed"]]
+                ]
+                percents = (one["mean"], one["by_texture"]["0"], *one["by_speed"].values())
+                percents = [f"{100 * share:.0f}" for share in percents]
+                rows.append([f"`{model}`", ways[name], f"`{protocol}`", *percents])
     return rows
 
 
-def _touches(one: Mapping[str, Any]) -> str:
-    lengths = (one["by_touch"].get(length) for length in ("0.11", "1", "4"))
-    return ", ".join("–" if share is None else f"{100 * share:.0f}" for share in lengths)
+def _ours(ours: Mapping[str, Any], stresses: Mapping[str, Any]) -> list[list[str]]:
+    """Return a row a model: touches of 0.11, 1 and 4 s, and the worst of the stresses, 4 s."""
+    names = [name.removeprefix("ours-") for name in stresses]
+    rows = [["model", "as it is", *names, "worst of these, 4 s"]]
+    for model in OURS.split(","):
+        usual = np.mean([_percents(part, model) for part in ours.values()], axis=0)
+        each = [_percents(part, model) for part in stresses.values()]
+        worst = f"{min(one[-1] for one in each):.0f}"
+        rows.append([f"`{model}`", *map(_in_words, (usual, *each)), worst])
+    return rows
 
 
-def _accuracies_of(sessions: Mapping[str, Any], model: str, protocol: str) -> list[float]:
+def _touches_of(found: Mapping[str, Any]) -> list[list[str]]:
+    """Return a row a model and a column a part: touches of 0.11, 1 and 4 s."""
+    rows = [["model", *(name.removeprefix("ours-") for name in found)]]
+    for model in OURS.split(","):
+        if all(model in part["models"] for part in found.values()):
+            each = [_in_words(_percents(part, model)) for part in found.values()]
+            rows.append([f"`{model}`", *each])
+    return rows
+
+
+def _percents(part: Mapping[str, Any], model: str) -> list[float]:
+    """Return accuracies from touches of 0.11, 1 and 4 s; NaN where samples are longer."""
+    by_touch = part["models"][model]["nested"]["by_touch"]
+    return [100 * by_touch.get(length, np.nan) for length in ("0.11", "1", "4")]
+
+
+def _in_words(percents: Sequence[float]) -> str:
+    return ", ".join("–" if np.isnan(percent) else f"{percent:.0f}" for percent in percents)
+
+
+def _means(sessions: Mapping[str, Any], model: str, protocol: str) -> list[float]:
     return [100 * session["models"][model][protocol]["mean"] for session in sessions.values()]
 
 

@@ -77,8 +77,7 @@ def reproduce(
     size: Annotated[
         Size,
         typer.Option(
-            help="Size of the simulated session: 65 recordings of seconds, or the paper's 130 of "
-            "a minute."
+            help="Length of the 130 simulated recordings: seconds (quick), or the paper's a minute."
         ),
     ] = "quick",
     estimate: Annotated[
