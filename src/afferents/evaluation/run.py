@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from joblib import cpu_count
 
 from afferents import dims
@@ -154,16 +155,18 @@ def _require_enough(evaluation: Evaluation, recordings: Sequence[Responses]) -> 
 
 
 def _require_shared_textures(split: Split, recordings: Sequence[Responses]) -> None:
-    """Refuse a texture of one group: held out, nothing like it would have been learnt from."""
+    """Refuse a texture of which nothing would be left to learn from where one group is held out."""
     for texture in textures_of(recordings):
         its = [r for r in recordings if str(r.attrs[dims.TEXTURE]) == texture]
         groups = split.groups_of(its)
-        if len(groups) == 1:
-            raise InputError(
-                f"the data: expected each texture in at least 2 {split.many}, so that it is "
-                f"learnt from when one is held out, found {texture} in {split.printed(groups[0])} "
-                "alone; record it again, leave it out with --textures, or hold out something else"
-            )
+        for group in groups:
+            if split.sharing(np.array(groups), group).all():
+                raise InputError(
+                    f"the data: expected each texture in at least 2 {split.many}, so that it is "
+                    f"learnt from when one is held out, found {texture} in {split.printed(group)} "
+                    "alone; record it again, leave it out with --textures, or hold out something "
+                    "else"
+                )
 
 
 def planned(

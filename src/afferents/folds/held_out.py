@@ -1,13 +1,13 @@
 """What is held out: by what recordings form groups, of which one is held out at a time.
 
 A `Split` knows how a recording's group is read, how it is printed, and what it is called in the
-files of a results folder. There are three kinds: by speed, which is the default, by a condition
-that recordings carry (`trial`, `repetition`, `pressure`, ...), and by the arc of the drum that
-was touched, which goes through every recording.
+files of a results folder. There are four kinds: by speed, which is the default, by a condition
+that recordings carry (`trial`, `repetition`, `pressure`, ...), by a pair of these, and by the arc
+of the drum that was touched, which goes through every recording.
 """
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -41,7 +41,7 @@ Amount = Annotated[float, Field(ge=0)]
 Speed = Annotated[float, Field(gt=0)]
 Shares = tuple[Share, Share]
 GroupName = Annotated[str, Field(min_length=1)]
-SplitName = Annotated[str, Field(pattern=f"^{NAME}$")]
+SplitName = Annotated[str, Field(pattern=f"^{NAME}(,{NAME})?$")]
 Steady = tuple[Amount, Amount]
 
 
@@ -126,11 +126,11 @@ class Split:
         InputError
             If there is a recording that is of none.
         """
-        return sorted(set(self._by_recording(recordings).values()), key=order)
+        return sorted(set(self.by_recording(recordings).values()), key=order)
 
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         """Return samples of these recordings with their groups on `coordinate`."""
-        group = self._by_recording(recordings)
+        group = self.by_recording(recordings)
         names = samples[dims.RECORDING].values
         of_samples = np.array([group[str(name)] for name in names], dtype=np.str_)
         return samples.assign_coords({self.coordinate: (dims.SAMPLE, of_samples)})
@@ -149,6 +149,10 @@ class Split:
         """Return the groups of samples, (n_samples,)."""
         return np.asarray(samples[self.coordinate].values)
 
+    def sharing(self, groups: NDArray[Any], group: Group) -> NDArray[np.bool_]:
+        """Return which of these groups nothing is learnt from where a group is held out."""
+        return np.asarray(groups == group)
+
     def require(self, wanted: Iterable[Group], there: Collection[Group], option: str) -> None:
         """Refuse groups that an option asks for and no recording is of.
 
@@ -163,8 +167,14 @@ class Split:
             if group not in there:
                 raise InputError(f"{option}: expected {expected}, found {key_of(group)}")
 
-    def _by_recording(self, recordings: Iterable[Responses]) -> dict[str, str]:
-        """Return the groups of recordings by their names."""
+    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
+        """Return the groups of recordings by their names.
+
+        Raises
+        ------
+        InputError
+            As `groups_of`.
+        """
         declared = {str(r.attrs["name"]): conditions(r) for r in recordings}
         lacking = [name for name, its in declared.items() if self.name not in its]
         if lacking:
@@ -203,18 +213,18 @@ class _BySpeed(Split):
     def named(self, group: Group) -> str:
         return f"speed {self.printed(group)}"
 
-    def groups_of(self, recordings: Iterable[Responses]) -> list[Group]:
-        found: set[Group] = set()
+    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
+        found: dict[str, Group] = {}
         for responses in recordings:
-            speed = speed_of(responses)
+            name, speed = str(responses.attrs["name"]), speed_of(responses)
             if speed is None:
                 do = "hold out something else, such as --split trial"
                 raise InputError(
                     f"{OPTION}: expected the speed of every recording, found none of "
-                    f"{responses.attrs['name']}{then(do)}"
+                    f"{name}{then(do)}"
                 )
-            found.add(speed)
-        return sorted(found, key=order)
+            found[name] = speed
+        return found
 
     def labelled(self, samples: Samples, recordings: Iterable[Responses]) -> Samples:
         return samples
@@ -228,6 +238,70 @@ class _BySpeed(Split):
 
 SPEED: Split = _BySpeed("speed")
 """The default: one speed is held out at a time."""
+
+
+@dataclass(frozen=True)
+class ByPair(Split):
+    """By two at once, such as `speed,force`: what is tested shares neither with what is learnt.
+
+    A group is a cell of their table, `20/F100`. Learnt from are the cells of other rows and other
+    columns; the rest of the row and the column that cross in the cell is left out.
+    """
+
+    @property
+    def both(self) -> tuple[Split, Split]:
+        """What each of the two holds out."""
+        one, _, other = self.name.partition(",")
+        return split_named(one), split_named(other)
+
+    @property
+    def one(self) -> str:
+        """Return `a pair of speed and force`."""
+        return f"a pair of {' and '.join(each.name for each in self.both)}"
+
+    @property
+    def many(self) -> str:
+        """Return `pairs of speed and force`."""
+        return self.one.replace("a pair", "pairs")
+
+    @property
+    def axis(self) -> str:
+        """Return `speed (mm/s) / force`."""
+        return " / ".join(each.axis for each in self.both)
+
+    def at(self, groups: Sequence[Group]) -> str:
+        """Return `with speed 20 mm/s and force F100`."""
+        return f"with {'; '.join(map(self.printed, groups))}"
+
+    def printed(self, group: Group) -> str:
+        """Return `speed 20 mm/s and force F100`."""
+        each = zip(self.both, str(group).split(_OF_PAIR, 1), strict=True)
+        return " and ".join(split.named(part) for split, part in each)
+
+    def sharing(self, groups: NDArray[Any], group: Group) -> NDArray[np.bool_]:
+        """Return which of these cells are of the row or the column of a cell."""
+        row, _, column = str(group).partition(_OF_PAIR)
+        parts = np.array([str(each).split(_OF_PAIR, 1) for each in groups]).reshape(-1, 2)
+        return np.asarray((parts[:, 0] == row) | (parts[:, 1] == column))
+
+    def by_recording(self, recordings: Iterable[Responses]) -> Mapping[str, Group]:
+        """Return the cells of recordings by their names.
+
+        Raises
+        ------
+        InputError
+            If there is a recording that has not both, or a name of a row has a slash.
+        """
+        there = list(recordings)
+        rows, columns = (each.by_recording(there) for each in self.both)
+        if slashed := [str(row) for row in rows.values() if _OF_PAIR in key_of(row)]:
+            expected = f"values of {self.both[0].name} without '{_OF_PAIR}'"
+            raise InputError(f"{OPTION}: expected {expected}, found '{slashed[0]}'")
+        return {name: f"{key_of(rows[name])}{_OF_PAIR}{key_of(columns[name])}" for name in rows}
+
+
+_OF_PAIR = "/"
+"""Stands between the two of a cell."""
 
 
 def key_of(group: Group) -> str:
@@ -400,7 +474,7 @@ def _path(responses: Responses) -> DrumPath:
 
 
 def split_named(name: str) -> Split:
-    """Return what is held out under a name: `speed`, `angle` (`angle-8`), or a condition's.
+    """Return what is held out under a name: `speed`, `angle` (`angle-8`), a condition's, or a pair.
 
     Raises
     ------
@@ -414,6 +488,12 @@ def split_named(name: str) -> Split:
         raise InputError(f"{OPTION}: expected 'speed' or a condition, found '{TEXTURE}'{then(do)}")
     if re.fullmatch(rf"{ANGLE}(-\d+)?", name):
         return ByAngle(name)
+    if re.fullmatch(rf"{NAME},{NAME}", name):
+        pair = ByPair(name)
+        if len(set(pair.both)) < 2 or not all(each.whole for each in pair.both):
+            expected = "two different ones of 'speed' and conditions of the recordings"
+            raise InputError(f"{OPTION}: expected {expected}, found '{name}'")
+        return pair
     if not re.fullmatch(NAME, name):
         expected = "'speed', 'texture', 'angle' or a condition of the recordings, such as trial"
         raise InputError(f"{OPTION}: expected {expected}, found '{name}'")

@@ -121,14 +121,16 @@ class LeaveOneGroupOut:
         textures: NDArray[Any],
     ) -> Fold:
         held_out = ranked[rank]
-        validated_by = self.protocol.validation_group(ranked, held_out, self.what)
+        shares = self.what.sharing(np.array(ranked), held_out)
+        apart = tuple(g for g, its in zip(ranked, shares, strict=True) if g == held_out or not its)
+        validated_by = self.protocol.validation_group(apart, held_out, self.what)
         held = groups == held_out
         if validated_by == held_out:
             validating = self._validating_half(recordings, textures, held, rank)
-            validation, test, train = held & validating, held & ~validating, ~held
+            validation, test = held & validating, held & ~validating
         else:
             validation, test = groups == validated_by, held
-            train = ~held & ~validation
+        train = ~self.what.sharing(groups, held_out) & ~validation
         learnt, chosen_by, tested = map(np.flatnonzero, (train, validation, test))
         return Fold(held_out, validated_by, learnt, chosen_by, tested, self.what)
 
@@ -206,14 +208,17 @@ def find_leaks(samples: Samples, fold: Fold, scaled_on: Indices) -> Leaks:
     scaled_on
         Indices of the samples from which the scaling constant was taken, empty if none.
     """
-    groups = fold.split.of(samples)
-    tested = groups[fold.test]
+    groups, n_tested = fold.split.of(samples), len(fold.test)
+
+    def saw(index: Indices) -> bool:
+        return bool(fold.split.sharing(groups[index], fold.held_out).any())
+
     return Leaks(
-        int(np.isin(tested, groups[fold.train]).sum()),
-        int(np.isin(tested, groups[fold.validation]).sum()),
+        n_tested * saw(fold.train),
+        n_tested * saw(fold.validation),
         overlapping(samples, fold.test, fold.train),
         overlapping(samples, fold.test, fold.validation),
-        bool(np.isin(tested, groups[scaled_on]).any()),
+        saw(scaled_on),
     )
 
 

@@ -199,7 +199,14 @@ def _unseen(
     scores: list[tuple[Indices, Tensor]] = []
     for left_out in np.unique(group):
         its = np.flatnonzero(group == left_out)
-        learn(classifier, samples, labels, np.delete(learnt_from, its), seed, penalty, split)
+        others = learnt_from[~split.sharing(group, left_out)]
+        if not len(others):
+            expected = f"{many} that share neither with any that is left out in its turn"
+            found = f"none for {split.printed(left_out)}"
+            raise InputError(
+                f"the data: expected {expected}, found {found}; use more, or a model of Table 1"
+            )
+        learn(classifier, samples, labels, others, seed, penalty, split)
         scores.append((its, scores_of(classifier, samples, learnt_from[its])))
 
     def unseen_at(temperature: float) -> Floats:
