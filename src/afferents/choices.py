@@ -33,6 +33,8 @@ Like = Literal["recommended", "published"]
 """Whose choices `reproduce` goes by: ours, or those of the paper's code."""
 Penalty = Literal["fixed", "searched"]
 """Strength of a ridge's penalty: the usual one, or chosen inside each fold."""
+Control = Literal["none", "permuted", "shuffled", "offsets", "amplitudes"]
+"""What is taken from the recordings before anything learns from them; see `folds.controls`."""
 Figures = Literal["report", "paper"]
 """How a report draws the paper's figures: as suits what was evaluated, or as they are printed."""
 Cut = Literal["published", "all"]

@@ -148,6 +148,8 @@ class FoldFacts(FoldKey):
     """Of training, testing included."""
     job_seconds: Amount | None = None
     """The same with what was read and encoded for it."""
+    prediction_ms: Amount | None = None
+    """Of one test sample alone, median, ms; of models that can be asked so, under `nested`."""
     validation_mm_s: Speed | None = None
     """The speed that validated, mm/s."""
     validation_group: GroupName | None = None

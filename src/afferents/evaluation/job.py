@@ -30,7 +30,7 @@ from afferents.evaluation.recipe import Recipe
 from afferents.folds.corruption import fold_of_variants
 from afferents.folds.protocol import PROTOCOLS, Fold
 from afferents.folds.splits import Leaks, LeaveOneGroupOut, find_leaks, refuse_leaks
-from afferents.models.fitted import Fitting, Part
+from afferents.models.fitted import Fitting, Part, ask_alone
 from afferents.models.fitting import fit, recipes_of
 from afferents.models.folder import weights_of
 from afferents.models.hardware import is_out_of_memory
@@ -142,11 +142,12 @@ def train_and_test(
     )
     seconds = round(time.perf_counter() - start, 3)
     lead = parts[0]
+    alone = ask_alone(fitted, lead.fold.test) if protocol.refuses_leaks else {}
     table = predictions_table(
         key, lead.samples, lead.fold, fitted.probabilities, textures_of(lead.samples),
         fitted.speed_mm_s,
     )  # fmt: skip
-    facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts
+    facts = {"seconds": seconds, "job_seconds": seconds} | fitted.facts | alone
     return Outcome(key, table, facts, leaks[0], weights_of(fitted.classifier))
 
 

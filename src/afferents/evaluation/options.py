@@ -23,6 +23,7 @@ from pydantic import (
 from afferents.choices import (
     MODELS_ASKED,
     PRESET_ASKED,
+    Control,
     Cut,
     Device,
     Penalty,
@@ -106,8 +107,9 @@ class TrainingOptions(BaseModel):
     """What is held out in turn: 'speed', a condition of recordings such as 'trial', two at once
     ('speed,force'), an 'angle' of the drum, or a 'texture' as well as a speed.
 
-    Of two at once, what is learnt from shares neither with what is tested. Of angles one of five is held out, with 'angle-8' one of eight. A texture held out is to be
-    recognised as unknown, and to be placed by its bump spacing.
+    Of two at once, what is learnt from shares neither with what is tested. Of angles one of five is
+    held out, with 'angle-8' one of eight. A texture held out is to be recognised as unknown, and to
+    be placed by its bump spacing.
     """
     steady: Annotated[Steady | None, PlainSerializer(lambda s: s and written(s))] = None
     """Use this part of every recording, START:STOP in s, as in 0.2:2.8 (default: what session.json
@@ -254,6 +256,9 @@ class EvaluationOptions(TrainingOptions):
     each fold by leaving out its training speeds in turn ('searched')."""
     disturb: Annotated[Corruption, BeforeValidator(_corruption("--disturb"))] = Corruption()
     """Corrupt the recordings that are tested, in the words of --disturb-training."""
+    control: Control = "none"
+    """Take from all recordings what should tell textures apart: 'permuted' labels, time 'shuffled',
+    'offsets' or 'amplitudes' of channels alone. What is recognised all the same is no texture."""
     keep_going: bool = False
     """Skip recordings that fail, name them, and exit with code 3."""
     workers: int | None = Field(default=None, ge=1)

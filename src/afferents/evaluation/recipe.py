@@ -20,6 +20,7 @@ from afferents.evaluation.options import EvaluationOptions
 from afferents.evaluation.results import OPTIONS
 from afferents.evaluation.schemas import SCHEMA
 from afferents.files import write_json
+from afferents.folds.controls import controlled
 from afferents.folds.corruption import Corruption, Corruptions
 from afferents.folds.held_out import SPEED, Split
 from afferents.models.config import RECIPES
@@ -230,6 +231,7 @@ class Recipe:
         found = {
             "split": options.split if options.split != SPEED.name else None,
             "steady_s": options.steady and list(options.steady),
+            "control": options.control if options.control != "none" else None,
             "penalty": options.penalty if options.penalty != "fixed" else None,
             "statistics": options.statistics if options.statistics != "warmed-up" else None,
             "recipe": options.recipe.describe(),
@@ -249,7 +251,7 @@ class Recipe:
     def recordings(self, data: Sequence[OpenedData]) -> list[Responses]:
         """Return the recordings that are used, with the part of them that is."""
         used = self.options.ablation.recordings(recordings_in(data))
-        return with_steady(used, self.options.steady)
+        return controlled(with_steady(used, self.options.steady), self.options.control, self.split)
 
     def located(self) -> "Recipe":
         """Return it with a results folder that any process finds, wherever it was started."""

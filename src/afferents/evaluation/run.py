@@ -14,6 +14,7 @@ from afferents.encodings.settings import Encodings
 from afferents.encodings.wavenumbers import unseen_waves
 from afferents.errors import AfferentsError, InputError
 from afferents.evaluation.choice import require_options, require_trainable
+from afferents.evaluation.controls import ask_controls
 from afferents.evaluation.data import recordings_in
 from afferents.evaluation.encode import (
     kept_part,
@@ -23,6 +24,7 @@ from afferents.evaluation.encode import (
     sources_of,
 )
 from afferents.evaluation.fold_files import FoldKey, check_results_folder, finished, finished_keys
+from afferents.evaluation.intervals import bootstrap_unit_of
 from afferents.evaluation.job import encoded, opened_again, run_far_job, run_job
 from afferents.evaluation.job_status import has_failed, plan
 from afferents.evaluation.recipe import Evaluation, describe_custom_models, keep_own_models
@@ -85,6 +87,11 @@ def evaluate(evaluation: Evaluation, progress: Progress) -> Summary:
         for group in _groups(evaluation, able):
             evaluate_group(evaluation, group, recordings, progress)
         write_json(recipe.out / CONFIG, recipe.config)
+        unit = bootstrap_unit_of(len(recipe.data))
+        if options.control == "none" and (
+            found := ask_controls(recipe, recordings, unit, progress)
+        ):
+            quality["controls"] = found
         return summarise_folder(evaluation, recordings, left_out, quality)
 
 

@@ -314,6 +314,8 @@ class About(Schema):
     has it: tables and figures then show the paper's letters; only where it is so."""
     steady_s: Steady | None = None
     """Start and stop, s, of the part of recordings that was used; only with `--steady`."""
+    control: str = "none"
+    """What was taken from all recordings; only with `--control`."""
     penalty: str = "fixed"
     """`searched` where `--penalty searched` was given."""
     statistics: str = "warmed-up"
@@ -353,6 +355,10 @@ class Summary(About):
     """By name and protocol, the outcome of a model, see below."""
     selection_effect: dict[str, Difference] = {}
     """By model, published minus nested accuracy: `difference` and its `ci95`."""
+    controls: dict[str, Accuracies] = {}
+    """Of data without markers: what a quick model recognises of the recordings as they are
+    (`none`), and once something was taken from them (`permuted`, `shuffled`, `offsets`,
+    `amplitudes`). A linear discriminant on log spectra, `nested`."""
     comparisons: tuple[Comparison, ...] = ()
     """For each two models under one protocol: `protocol`, `model`, `than`, `difference`, `ci95`."""
 

@@ -187,11 +187,11 @@ def _outcome(
 def _with_inside(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
     """Return the fields of accuracies, and of those of speeds that lie between others."""
     inner = inside_speeds(predictions)
-    inside = Accuracies(**_accuracies(inner, SPEED, bootstrap_unit)) if len(inner) else None
-    return {**_accuracies(predictions, split, bootstrap_unit), "inside": inside}
+    inside = Accuracies(**accuracies_of(inner, SPEED, bootstrap_unit)) if len(inner) else None
+    return {**accuracies_of(predictions, split, bootstrap_unit), "inside": inside}
 
 
-def _accuracies(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
+def accuracies_of(predictions: pd.DataFrame, split: Split, bootstrap_unit: str) -> dict[str, Any]:
     """Return the fields of means, intervals and worst group of samples, recordings or touches."""
     by_group = accuracy_by_group(predictions)
     accuracy = Accuracy(predictions, bootstrap_unit)

@@ -227,7 +227,7 @@ def corrupted(responses: Responses, of_vibration: bool, corruption: Corruption) 
     if of_vibration:
         whole = read_whole(responses, dims.RA2)
         noisy = corruption.with_noise(whole.values, name)
-        return responses.assign({dims.RA2: _of_no_digest(whole.copy(data=noisy))})
+        return responses.assign({dims.RA2: of_no_digest(whole.copy(data=noisy))})
     if dims.POSITION not in responses:
         expected = "recordings with the positions of markers"
         raise InputError(
@@ -252,20 +252,28 @@ def _with_markers(responses: Responses, corruption: Corruption, name: str) -> Re
         used = np.concatenate([np.arange(at_rest + 1), left[left > at_rest]])
     else:
         used = np.arange(len(seen))
-    moved = _of_no_digest(position.copy(data=seen.astype(position.dtype)))
-    moved = moved.isel({dims.TIME: used})
-    slow = sa1(moved, _of_no_digest(still))
-    found = responses.isel({dims.TIME: used}).assign({
-        dims.POSITION: moved,
-        dims.DETECTED: moved.notnull().all(dims.SPACE),
-        dims.REST_POSITION: _of_no_digest(still),
-        dims.SA1: _of_no_digest(slow),
-        dims.RA1: _of_no_digest(ra1(slow)),
+    moved = of_no_digest(position.copy(data=seen.astype(position.dtype)))
+    kept = {dims.TIME: used}
+    return with_markers(responses.isel(kept), moved.isel(kept), still)
+
+
+def with_markers(responses: Responses, position: xr.DataArray, rest: xr.DataArray) -> Responses:
+    """Return responses with other positions of the markers, (time, marker, space) and at rest, px.
+
+    SA-I and RA-I are worked out anew.
+    """
+    slow = sa1(position, of_no_digest(rest))
+    found = responses.assign({
+        dims.POSITION: position,
+        dims.DETECTED: position.notnull().all(dims.SPACE),
+        dims.REST_POSITION: of_no_digest(rest),
+        dims.SA1: of_no_digest(slow),
+        dims.RA1: of_no_digest(ra1(slow)),
     })  # fmt: skip
     return found.assign_attrs(responses.attrs)
 
 
-def _of_no_digest(response: xr.DataArray) -> xr.DataArray:
+def of_no_digest(response: xr.DataArray) -> xr.DataArray:
     """Return a response without the digest of its values, which it no longer has."""
     kept = {k: v for k, v in response.attrs.items() if k in (dims.UNITS, dims.SAMPLE_RATE)}
     return response.drop_attrs(deep=False).assign_attrs(kept)

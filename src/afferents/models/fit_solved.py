@@ -5,6 +5,7 @@ Quick, for every group's sums are made once. Nothing is chosen on the data that 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,11 @@ Sums = NDArray[np.float32]
 
 
 def named_when_left_out(
-    values: Sums, labels: Indices, groups: Indices, columns: Sequence[Indices]
+    values: Sums,
+    labels: Indices,
+    groups: Indices,
+    columns: Sequence[Indices],
+    sharing: NDArray[np.bool_] | None = None,
 ) -> list[Indices]:
     """Return what samples are taken for by discriminants that have not learnt from their group.
 
@@ -54,6 +59,9 @@ def named_when_left_out(
         Numbers of textures and of groups, such as speeds, (n,).
     columns
         Which features each discriminant learns from.
+    sharing
+        Which groups (of all, in order) are not learnt from where each is left out; None for that
+        group alone.
 
     Returns
     -------
@@ -63,8 +71,9 @@ def named_when_left_out(
     at = [np.flatnonzero(groups == group) for group in np.unique(groups)]
     sums = [_sums(x[index], torch.from_numpy(labels[index]), n_classes) for index in at]
     found = [np.empty(len(values), np.int64) for _ in columns]
+    without = np.eye(len(at), dtype=np.bool_) if sharing is None else sharing
     for number, index in enumerate(at):
-        learnt = sum_of([its for other, its in enumerate(sums) if other != number])
+        learnt = sum_of([its for its, no in zip(sums, without[number], strict=True) if not no])
         for named, own in zip(found, columns, strict=True):
             features = torch.from_numpy(own)
             weight, constant = learnt.of(features).solve_as_discriminant(SHRINKAGE)
@@ -131,17 +140,22 @@ def fit_solved(task: Fitting) -> Fitted:
         each = zip(rows, parts, learnt_from, strict=True)
         learnt = [_learnt(*one, task.seed, task.searched) for one in each]
         fused, accuracy, classifier, facts = _fused(learnt, parts, model.parts)
-        lead = parts[0]
+        lead, ask = parts[0], None
     else:
         task.check(0, learnt_from[0])
         lead = _joined(parts) if kind is JointFusion else parts[0]
         one = _learnt(model, lead, learnt_from[0], task.seed, task.searched)
         learnt, fused, classifier = [one], one.tested, one.classifier
         facts = {"penalty": one.penalty}
-        accuracy = one.accuracy
+        accuracy, ask = one.accuracy, partial(_probabilities, one.classifier, lead.samples)
     facts |= solved_facts(lead.fold, len(learnt[0].learnt_from), accuracy)
     speed = _speeds(learnt[0].classifier, lead.samples, lead.fold.test, fused.argmax(axis=1))
-    return Fitted(classifier, np.exp(fused).astype(np.float32), speed, facts)
+    return Fitted(classifier, np.exp(fused).astype(np.float32), speed, facts, ask)
+
+
+def _probabilities(classifier: Solved, samples: Samples, index: Indices) -> Floats:
+    scores = scores_of(classifier, samples, index)
+    return np.exp(_at_temperature(scores, float(classifier.temperature)))
 
 
 def _learnt_from(fold: Fold, protocol: Protocol) -> Indices:

@@ -1,5 +1,6 @@
 """What is given to a fit, and what comes of it."""
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from afferents import dims
 from afferents.encodings.samples import Samples, textures_of
+from afferents.errors import LeakageError
 from afferents.folds.protocol import Fold, Indices, Protocol
 from afferents.models.base import Classifier, Network, Task, build_for
 from afferents.models.classifiers import classifier_of
@@ -76,12 +78,60 @@ class Fitted:
         them.
     facts
         For the fold's record.
+    ask
+        What it says of some samples by their indices, asked again; None of what joins several
+        models' samples.
     """
 
     classifier: Classifier
     probabilities: NDArray[np.float32]
     speed_mm_s: NDArray[np.float64] | None
     facts: dict[str, Any]
+    ask: Callable[[Indices], NDArray[np.floating]] | None = None
+
+
+ALONE = 24
+"""So many test samples are asked of a model again, each alone."""
+_LESS_SURE = 0.05
+"""A probability may differ by so much: a network multiplies a single sample in another order."""
+
+
+def ask_alone(fitted: Fitted, test: Indices) -> dict[str, float]:
+    """Ask a model of test samples one at a time, and say how long an answer takes.
+
+    What it says of a sample must not depend on what else is tested: a model that goes by the
+    samples tested together has learnt from them.
+
+    Parameters
+    ----------
+    test
+        Of the fold.
+
+    Returns
+    -------
+    `prediction_ms`, the median; nothing where it can't be asked so.
+
+    Raises
+    ------
+    LeakageError
+        If it mostly answers otherwise than it did for all together.
+    """
+    if fitted.ask is None:
+        return {}
+    places = np.unique(np.linspace(0, len(test) - 1, ALONE).round().astype(int))
+    off, spent = [], []
+    for place in places.tolist():
+        start = time.perf_counter()
+        alone = fitted.ask(test[place : place + 1])
+        spent.append(time.perf_counter() - start)
+        off.append(float(np.abs(alone - fitted.probabilities[place]).max()))
+    if np.median(off) > _LESS_SURE:
+        raise LeakageError(
+            "the model: expected to say the same of a test sample whatever else is tested, found "
+            f"probabilities that differ by {np.median(off):.2f} (median) when each is asked alone: "
+            "it goes by the samples tested, which are to be unseen"
+        )
+    return {"prediction_ms": round(1000 * float(np.median(spent)), 3)}
 
 
 def solved_facts(fold: Fold, n_train: int, validation_accuracy: float) -> dict[str, Any]:

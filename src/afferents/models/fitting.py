@@ -231,9 +231,13 @@ def fit_estimator(task: Fitting) -> Fitted:
     learn(estimator, samples, labels, fold.train, task.seed, 0.0, fold.split)
     validated = scores_of(estimator, samples, fold.validation).argmax(1).numpy()
     accuracy = float((validated == labels[fold.validation]).mean())
-    probabilities = scores_of(estimator, samples, fold.test).exp().numpy().astype(np.float32)
+
+    def ask(index: Indices) -> NDArray[np.float32]:
+        found: NDArray[np.float32] = scores_of(estimator, samples, index).exp().float().numpy()
+        return found
+
     facts = solved_facts(fold, len(fold.train), accuracy)
-    return Fitted(estimator, probabilities, None, facts)
+    return Fitted(estimator, ask(fold.test), None, facts, ask)
 
 
 # Fitting a model on a fold, whatever its classifier is.
@@ -331,7 +335,10 @@ def _fit_network(task: Fitting, part: Part) -> Fitted:
     network = new_classifier(model, part.samples, part.encoding, learnt.values.shape[1:], seed)
     trained = fit_network(network, learnt, config, seed, task.checkpoint)
     earlier_s = max(0.0, trained.seconds - (time.perf_counter() - start))  # before it was stopped
-    probabilities = predict(network, learnt.values, fold.test, learnt.scale, config)
+
+    def ask(index: Indices) -> NDArray[np.float32]:
+        return predict(network, learnt.values, index, learnt.scale, config)
+
     facts = {
         fold.split.validation: fold.validated_by,
         "n_train": len(learnt.train),
@@ -342,7 +349,7 @@ def _fit_network(task: Fitting, part: Part) -> Fitted:
         **computed_with(config),
         "job_seconds": round(time.perf_counter() - start + earlier_s, 3),
     }
-    return Fitted(network, probabilities, None, facts)
+    return Fitted(network, ask(fold.test), None, facts, ask)
 
 
 def fit_network(

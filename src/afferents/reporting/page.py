@@ -39,6 +39,7 @@ from afferents.reporting.tables import (
     accuracy_by_speed,
     by_texture_table,
     by_touch_table,
+    controls_table,
     heads_of,
     leak_sentences,
     leak_table,
@@ -75,6 +76,7 @@ def render_report(
         by_touch_table(summary),
         by_texture_table(results),
         reliability_table(summary),
+        controls_table(summary),
         differences(summary),
     ]
     drawn = [(one, base64.b64encode(one.png).decode("ascii")) for one in pictures]

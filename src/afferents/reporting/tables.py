@@ -11,6 +11,7 @@ import pandas as pd
 
 from afferents.evaluation.results import Results
 from afferents.evaluation.schemas import Accuracies, Outcome, Summary
+from afferents.folds.controls import CONTROLS
 from afferents.folds.held_out import SPEED
 from afferents.models.model import TABLE1
 from afferents.reporting.labels import (
@@ -225,6 +226,26 @@ def accuracy_by_speed(summary: Summary) -> pd.DataFrame:
         ("Model", "Protocol", *groups),
         rows,
         n_headers=2,
+    )
+
+
+def controls_table(summary: Summary) -> pd.DataFrame | None:
+    """Return what a quick model recognises once something was taken away; None where not asked."""
+    if not summary.controls:
+        return None
+    left = {"none": "the recordings as they are", **CONTROLS}
+    rows = [
+        (left[name].partition(":")[0], mean_and_interval(found))
+        for name, found in summary.controls.items()
+    ]
+    return make_table(
+        "Controls",
+        "Percent that a linear discriminant on log spectra recognises, each "
+        f"{summary.split.name} left out in turn. What is recognised without what should tell "
+        "textures apart is no texture. "
+        + " ".join(f"{text[:1].upper()}{text[1:]}." for text in CONTROLS.values()),
+        ("What is left", "Accuracy"),
+        rows,
     )
 
 

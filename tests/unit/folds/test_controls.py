@@ -1,0 +1,101 @@
+"""Controls: what is recognised once what should tell textures apart was taken away."""
+
+import numpy as np
+import pytest
+import soundfile
+
+import afferents
+from afferents import DataSet, Recording, Session, WavFile
+from afferents.folds.controls import CONTROLS, controlled
+from afferents.folds.held_out import SPEED
+from afferents.store.responses import steady_s
+from afferents.store.zarr_store import open_responses
+
+RATE_HZ, SPEEDS = 2000, (10, 20, 30, 40)
+
+
+class Sounds(DataSet):
+    """Sounds ``{texture}_{speed}.wav``, two seconds each."""
+
+    name, title = "sounds", "sounds"
+    encodings = {  # noqa: RUF012
+        "orders": {"window_s": 0.5, "stride_s": 0.25, "lowest_hz": 10.0, "highest_hz": 500.0},
+    }
+
+    def recordings(self):
+        return Session(self.path, tuple(map(self.one, sorted(self.path.glob("*.wav")))))
+
+    def one(self, path):
+        texture, speed = path.stem.split("_")
+        sound = WavFile(path, channel=0)
+        return Recording(path.stem, texture, float(speed), path, audio=sound, steady_s=(0.0, 2.0))
+
+
+def recorded(folder, sound_of):
+    """Write three textures at four speeds; `sound_of` takes texture number, speed and noise."""
+    rng = np.random.default_rng(3)
+    for number, texture in enumerate("abc"):
+        for speed in SPEEDS:
+            sound = sound_of(number, speed, rng.normal(size=2 * RATE_HZ))
+            soundfile.write(folder / f"{texture}_{speed}.wav", sound, RATE_HZ, subtype="FLOAT")
+    return Sounds(folder)
+
+
+def evaluated(data, out):
+    found = afferents.evaluate(data, out, "ridge-te", quiet=True, workers=1)
+    return {name: one.mean_accuracy for name, one in found.found.controls.items()}
+
+
+def test_a_pattern_in_time_is_gone_once_time_is_shuffled(tmp_path):
+    time_s = np.arange(2 * RATE_HZ) / RATE_HZ
+    lines_hz = (40, 90, 160)
+
+    def line(number, speed, noise):
+        return 0.1 * np.sin(2 * np.pi * lines_hz[number] * time_s) + 0.02 * noise
+
+    (tmp_path / "data").mkdir()
+    found = evaluated(recorded(tmp_path / "data", line), tmp_path / "r")
+    assert found["none"] > 0.95
+    assert max(found[name] for name in CONTROLS) < 0.7
+    page = afferents.report(tmp_path / "r", quiet=True).read_text()
+    assert "time shuffled" in page
+
+
+def test_loudness_alone_is_seen_by_every_control_but_those_that_take_it(tmp_path):
+    (tmp_path / "data").mkdir()
+    data = recorded(tmp_path / "data", lambda number, speed, noise: 0.02 * 2**number * noise)
+    found = evaluated(data, tmp_path / "r")
+    assert min(found["none"], found["shuffled"], found["amplitudes"]) > 0.95
+    assert max(found["offsets"], found["permuted"]) < 0.7
+
+
+def test_labels_are_exchanged_within_a_group_and_nothing_else_changes(stores):
+    recordings = open_responses(stores["video"])
+    left = controlled(recordings, "permuted", SPEED)
+    names = [one.attrs["name"] for one in recordings]
+    assert [one.attrs["name"] for one in left] == names
+    before, after = ([one.attrs["texture"] for one in of] for of in (recordings, left))
+    assert before != after
+    for speed in {one.attrs["speed_mm_s"] for one in recordings}:
+        at = [n for n, one in enumerate(recordings) if one.attrs["speed_mm_s"] == speed]
+        assert sorted(before[n] for n in at) == sorted(after[n] for n in at)
+    assert controlled(recordings, "permuted", SPEED)[0].attrs == left[0].attrs
+
+
+@pytest.mark.parametrize("control", ["shuffled", "offsets", "amplitudes"])
+def test_markers_keep_what_the_control_says_and_sa1_follows_them(stores, control):
+    recordings = open_responses(stores["video"])[:3]
+    usual = []
+    for before, after in zip(recordings, controlled(recordings, control, SPEED), strict=True):
+        start, stop = np.searchsorted(before["time"].values, steady_s(before))
+        was, now = (one["position"].values[start:stop] for one in (before, after))
+        rest = before["rest_position"].values
+        if control == "shuffled":
+            np.testing.assert_allclose(np.sort(now, axis=0), np.sort(was, axis=0), atol=1e-3)
+        else:
+            off = now.mean(axis=0) - (was.mean(axis=0) if control == "offsets" else rest)
+            assert np.abs(off).max() < 1.0
+        usual.append(now.std(axis=0).mean())
+        slow = np.hypot(*np.moveaxis(now - rest, -1, 0))
+        np.testing.assert_allclose(after["sa1"].values[start:stop], slow, atol=1e-3)
+    assert control != "offsets" or np.ptp(usual) < 0.1 * np.mean(usual)
