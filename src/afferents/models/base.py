@@ -175,12 +175,15 @@ class Solved(Classifier):
     learns_from_sums
         Whether `Gram` sums of the samples are all that it learns from, so that samples
         can be left out without going through the others again.
+    told_speed
+        Whether a robot tells it the speeds of what it is asked.
     """
 
     penalties: ClassVar[tuple[float, ...]]
     searched: ClassVar[tuple[float, ...]] = ()
     learns_from_sums: ClassVar[bool] = False
     novelty_of_scores: ClassVar[bool] = True
+    told_speed: bool = False
     temperature: Tensor
 
     @abstractmethod
@@ -199,7 +202,7 @@ class Solved(Classifier):
     def scores(self, values: Tensor, speed_mm_s: Tensor | None = None) -> Tensor:
         """Return the scores of samples, (n, n_classes) or (n, supposed speed, n_classes).
 
-        The speeds, mm/s, are known to who asks; it may not use them.
+        Speeds, mm/s, are given to a model that a robot tells them alone; None to others.
         """
 
     def speed(self, values: Tensor, textures: Tensor) -> Tensor | None:

@@ -191,6 +191,7 @@ def new_solved(model: Model, samples: Samples, encoding: Any) -> Solved:
     """Return a model's classifier for such samples, nothing learnt yet."""
     classifier = new_classifier(model, samples, encoding, samples.shape[1:])
     assert isinstance(classifier, Solved)
+    classifier.told_speed = model.speed_from == "robot"
     return classifier
 
 
@@ -254,12 +255,15 @@ def learn(
 
 
 def scores_of(classifier: Solved, samples: Samples, index: Indices) -> Tensor:
-    """Return a model's scores of some samples, told their speeds; it may not ask for them."""
-    speed = samples[dims.SPEED].values
+    """Return a model's scores of some samples, and their speeds to one that is told by a robot."""
     parts = [index[i : i + _BATCH] for i in range(0, len(index), _BATCH)]
-    return torch.cat([
-        classifier.scores(torch.from_numpy(samples.values[p]), torch.from_numpy(speed[p]))
+    told = [
+        torch.from_numpy(samples[dims.SPEED].values[p]) if classifier.told_speed else None
         for p in parts
+    ]
+    return torch.cat([
+        classifier.scores(torch.from_numpy(samples.values[p]), speed)
+        for p, speed in zip(parts, told, strict=True)
     ])  # fmt: skip
 
 

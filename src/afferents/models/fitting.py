@@ -18,7 +18,7 @@ from scipy.special import log_softmax
 from torch import Tensor, nn
 
 from afferents.encodings.samples import labels_of
-from afferents.errors import InputError
+from afferents.errors import AfferentsError, InputError, raised
 from afferents.folds.protocol import PROTOCOLS, Indices
 from afferents.models.base import Classifier, Network, Solved
 from afferents.models.classifiers import OwnEstimator, build, classifier_of
@@ -276,7 +276,12 @@ def fit(task: Fitting) -> Fitted:
     if issubclass(kind, OwnEstimator):
         return fit_estimator(task)
     if issubclass(kind, Solved | LateFusion):
-        return fit_solved(task)
+        try:
+            return fit_solved(task)
+        except (AttributeError, TypeError, ValueError, LookupError, ArithmeticError) as error:
+            if task.model.name in MODELS:
+                raise
+            raise AfferentsError(f"the classifier {kind.name}: {raised(error)}") from error
     raise InputError(f"classifier: expected a Network or a Solved one, found {kind.__name__}")
 
 

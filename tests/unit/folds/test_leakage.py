@@ -1,11 +1,14 @@
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.linear_model import LogisticRegression
 
-from afferents.errors import LeakageError
+from afferents import Model, evaluate
+from afferents.errors import AfferentsError, LeakageError
 from afferents.folds.protocol import PROTOCOLS
 from afferents.folds.splits import (
     LeaveOneSpeedOut,
@@ -13,6 +16,7 @@ from afferents.folds.splits import (
     find_leaks,
     refuse_leaks,
 )
+from afferents.models.orders import OrderSearch
 
 NONE = np.empty(0, dtype=int)
 
@@ -77,3 +81,36 @@ def test_overlaps_agree_with_looking_at_every_pair(mine, others):
         for i in range(len(mine))
     )
     assert _overlaps(start, stop, other_start, other_stop) == expected
+
+
+class GoesByTheTest(LogisticRegression):
+    """Takes the mean of whatever it is asked together: it learns from the samples tested."""
+
+    def predict_proba(self, values):
+        return super().predict_proba(values - values.mean(axis=0))
+
+
+class AsksForTheSpeed(OrderSearch):
+    """Is told by nobody, and asks all the same."""
+
+    name = "asks-for-the-speed"
+
+    def scores(self, values, speed_mm_s=None):
+        return super().scores(values) + 0 * speed_mm_s.sum()
+
+
+def test_a_model_that_goes_by_the_samples_tested_is_refused(stores, tmp_path):
+    mine = Model("mine", channel="ra2", encoding="spectral", classifier=GoesByTheTest())
+    with pytest.raises(LeakageError, match="say the same of a test sample whatever else is tested"):
+        evaluate(stores["audio"], tmp_path / "r", mine, quiet=True, workers=1)
+    honest = Model("honest", channel="ra2", encoding="spectral", classifier=LogisticRegression())
+    found = evaluate(stores["audio"], tmp_path / "q", honest, quiet=True, workers=1)
+    facts = next((tmp_path / "q").rglob("fold.json"))
+    assert json.loads(facts.read_text())["prediction_ms"] > 0
+    assert not any(found.summary["models"]["honest"]["nested"]["leaks"].values())
+
+
+def test_a_model_that_nobody_tells_the_speed_is_not_given_it(stores, tmp_path):
+    mine = Model("mine", channel="ra2", encoding="orders", classifier=AsksForTheSpeed)
+    with pytest.raises(AfferentsError, match="NoneType"):
+        evaluate(stores["audio"], tmp_path / "r", mine, window_s=1, quiet=True, workers=1)
