@@ -1,3 +1,4 @@
+from . import benchmark as benchmark
 from . import devices as devices
 from . import live as live
 from . import plot as plot

@@ -32,7 +32,7 @@ def diagnose() -> tuple[list[tuple[str, str]], list[str]]:
         ("afferents", __version__),
         ("Python", sys.version.split()[0]),
         ("system", platform.platform()),
-        ("processor", f"{_processor()}, {_cores()} cores usable"),
+        ("processor", f"{processor()}, {_cores()} cores usable"),
         ("memory", _memory()),
         *_computing(missing),
         ("free disk here", f"{shutil.disk_usage('.').free / 1e9:.0f} GB"),
@@ -131,7 +131,8 @@ def _codec(av: ModuleType, name: str, mode: Literal["r", "w"], missing: list[str
     return "there"
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Return the processor's name where Linux tells it, else its kind."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:  # noqa: PTH123
             return next(x.split(":")[1].strip() for x in lines if x.startswith("model name"))

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from afferents.cli.benchmark import benchmark
 from afferents.cli.errors import exit_code_of, exit_code_of_fault
 from afferents.cli.evaluation import evaluate, report, status
 from afferents.cli.exchange import compare, export_lerobot, export_mcap, view
@@ -55,6 +56,7 @@ for _command in (
 
 
 app.command("import")(import_)
+app.add_typer(benchmark, name="benchmark")
 
 
 def main() -> None:

@@ -1,0 +1,10 @@
+"""Tasks on which models of texture are compared, and the entries of those that took part.
+
+A task is a data set, what of it is held out, and a seed: whoever runs it tests on the same samples.
+"""
+
+from afferents.benchmark.entries import Entry, read_entries, table
+from afferents.benchmark.run import run
+from afferents.benchmark.tasks import Task, find_task, tasks
+
+__all__ = ["Entry", "Task", "find_task", "read_entries", "run", "table", "tasks"]

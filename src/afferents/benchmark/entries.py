@@ -1,0 +1,229 @@
+"""What came out for a model on a task: one line of JSON, and tables of many."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field
+
+from afferents.documents import as_form, parse_json
+from afferents.errors import InputError
+from afferents.files import write_text
+from afferents.folds.held_out import Amount, Count, Share, Shares
+from afferents.models.model import SpeedFrom
+from afferents.reporting.tables import make_table, to_markdown
+
+SUFFIX = ".jsonl"
+_AN_ENTRY = "an entry of the benchmark"
+
+
+class Own(BaseModel):
+    """A model of somebody's own: where it was found, and SHA-256 of that file."""
+
+    where: str
+    sha256: str
+
+
+class Worst(BaseModel):
+    """What was held out where accuracy is lowest."""
+
+    group: str
+    accuracy: Share
+
+
+class Data(BaseModel):
+    """What was tested on."""
+
+    fingerprint: str
+    recordings: Count
+    simulated: bool
+
+
+class Entry(BaseModel):
+    """What came out for a model on a task, `nested`.
+
+    Accuracies are shares of samples recognised, mean over what was held out.
+
+    Attributes
+    ----------
+    task, folds
+        Name, and checksum over what was tested when; entries are comparable where both agree.
+    told_speed
+        By whom it is told the speed of what is tested, if by anybody.
+    ci95, replicate, n_replicates
+        95% interval of the mean, what it is drawn over, and how many of these there are.
+    by
+        Accuracy by what was held out.
+    by_touch
+        Accuracy by seconds of touch; null where samples are longer, or recordings shorter.
+    whole
+        Accuracy of whole recordings.
+    seconds_to_90
+        The shortest touch, s, of which 90% are recognised; null where none of those tried is.
+    ece
+        Expected calibration error; null where it gives no probabilities.
+    train_samples, train_seconds, prediction_ms
+        Samples learnt from and seconds of training, mean over folds; milliseconds for one sample
+        alone (median), null where it can't be asked so.
+    controls
+        Accuracy once something was taken from all recordings; see `folds.controls.CONTROLS`.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    schema_version: Literal[1] = Field(1, alias="schema")
+    task: str
+    folds: str
+    model: str
+    title: str
+    own: Own | None
+    told_speed: SpeedFrom
+    preset: str
+    seeds: tuple[int, ...]
+    mean: Share
+    ci95: Shares
+    replicate: str
+    n_replicates: Count
+    chance: Share
+    worst: Worst
+    by: dict[str, Share]
+    by_touch: dict[str, Share | None]
+    whole: Share
+    seconds_to_90: Amount | None
+    ece: Share | None
+    train_samples: Annotated[float, Field(ge=1)]
+    train_seconds: Amount
+    prediction_ms: Amount | None
+    controls: dict[str, Share]
+    data: Data
+    versions: dict[str, str]
+    machine: str
+    date: str
+    command: str
+
+    @classmethod
+    def parse(cls, line: str, where: object) -> Self:
+        """Read an entry's line.
+
+        Raises
+        ------
+        InputError
+            If it is none, naming the key.
+        """
+        return as_form(parse_json(line, where, _AN_ENTRY), cls, where, _AN_ENTRY)
+
+    @property
+    def line(self) -> str:
+        """The entry as a line of JSON."""
+        return json.dumps(self.model_dump(mode="json", by_alias=True), ensure_ascii=False)
+
+    def write(self, folder: Path) -> Path:
+        """Write it to a file of its own, named by task and model; an earlier one is replaced."""
+        name = f"{self.task.replace('/', '-')}--{self.model}{SUFFIX}"
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / name, f"{self.line}\n")
+        return folder / name
+
+
+def read_entries(folder: Path) -> list[Entry]:
+    """Read all entries of a folder: by task, best first.
+
+    Raises
+    ------
+    InputError
+        If there are none, or a line is none.
+    """
+    found = [
+        Entry.parse(line, f"{path}, line {number}")
+        for path in sorted(folder.glob(f"*{SUFFIX}"))
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if line.strip()
+    ]
+    if not found:
+        raise InputError(
+            f"{folder}: expected entries (*{SUFFIX}), found none; make some with "
+            "'afferents benchmark run'"
+        )
+    return sorted(found, key=lambda entry: (entry.task, -entry.mean, entry.model))
+
+
+_COLUMNS = (
+    "model", "told the speed", "mean", "95% interval", "worst", "0.1 s", "0.5 s", "1 s", "4 s",
+    "whole", "s to 90%", "calibration error", "permuted", "shuffled", "offsets", "amplitudes",
+    "training, s", "prediction, ms",
+)  # fmt: skip
+
+
+def table(entries: Iterable[Entry]) -> pd.DataFrame:
+    """Return a row an entry, of any tasks; accuracies in percent."""
+    rows = [(entry.task, *_row(entry)) for entry in entries]
+    return pd.DataFrame(rows, columns=["task", *_COLUMNS])
+
+
+def tables_by_task(entries: Iterable[Entry], titles: Mapping[str, str]) -> Iterator[pd.DataFrame]:
+    """Yield a table for each task, as reports and pages print them.
+
+    Parameters
+    ----------
+    titles
+        Of tasks, by name.
+    """
+    by_task: dict[str, list[Entry]] = {}
+    for entry in entries:
+        by_task.setdefault(entry.task, []).append(entry)
+    for name, its in by_task.items():
+        base, one = name.partition("@")[0], its[0]
+        note = (
+            ""
+            if "@" not in name
+            else " These are other recordings than the task's own, so that "
+            "entries are comparable with one another alone."
+        )
+        yield make_table(
+            f"{name}: {titles.get(base, base)}",
+            f"Percent recognised; chance is {100 * one.chance:.1f}. {one.data.recordings} "
+            f"recordings{' (simulated)' if one.data.simulated else ''}. Intervals are drawn over "
+            f"{one.n_replicates} {one.replicate}s.{note}",
+            _COLUMNS,
+            [tuple(map(_shown, _row(entry))) for entry in its],
+        )
+
+
+def _row(entry: Entry) -> tuple[Any, ...]:
+    low, high = entry.ci95
+    touches = [_percent(entry.by_touch.get(length)) for length in ("0.1", "0.5", "1", "4")]
+    names = ("permuted", "shuffled", "offsets", "amplitudes")
+    return (
+        entry.model,
+        {"nobody": "no", "robot": "yes", "fingertip": "measures it"}[entry.told_speed],
+        _percent(entry.mean),
+        f"{100 * low:.0f} to {100 * high:.0f}",
+        f"{entry.worst.group}: {100 * entry.worst.accuracy:.0f}",
+        *touches,
+        _percent(entry.whole),
+        entry.seconds_to_90,
+        _percent(entry.ece),
+        *(_percent(entry.controls.get(name)) for name in names),
+        round(entry.train_seconds, 1),
+        entry.prediction_ms,
+    )
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else round(100 * share, 1)
+
+
+def _shown(cell: Any) -> Any:
+    return f"{cell:g}" if isinstance(cell, int | float) else cell
+
+
+def write_table(entries: Iterable[Entry], titles: Mapping[str, str], folder: Path) -> list[Path]:
+    """Write all entries as ``table.md`` and ``table.csv``; return the files."""
+    there = list(entries)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = [folder / "table.md", folder / "table.csv"]
+    write_text(written[0], "\n".join(to_markdown(one) for one in tables_by_task(there, titles)))
+    write_text(written[1], table(there).to_csv(index=False))
+    return written

@@ -1,0 +1,236 @@
+"""Models on a task: train and test them, ask them under controls, and write an entry of each."""
+
+import hashlib
+import platform
+import shlex
+from collections.abc import Sequence
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+from statistics import fmean, median
+
+import pandas as pd
+
+from afferents.benchmark.entries import Data, Entry, Own, Worst
+from afferents.benchmark.tasks import Task, find_task
+from afferents.choices import PRESET_ASKED, Preset
+from afferents.doctor import processor
+from afferents.errors import LeakageError
+from afferents.evaluation.evaluate import evaluate
+from afferents.evaluation.fold_files import FoldFacts, finished_keys, load_fold
+from afferents.evaluation.metrics import accuracy_by_group, name_touches
+from afferents.evaluation.results import Results
+from afferents.extraction.extract import extract
+from afferents.files import Place
+from afferents.folds.controls import CONTROLS
+from afferents.models.model import Model, models_in
+from afferents.progress import Progress
+from afferents.rig.simulate import simulate
+from afferents.version import __version__
+
+ENTRIES = "entries"
+_BASELINES = ("chance", "nearest", "quant")
+_BEFORE = "afferents.benchmark.baselines:"
+"""Where the models are that are there to be compared with, and for nothing else."""
+TOUCHES_S = (0.1, 0.5, 1.0, 4.0)
+_TRIED_S = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+_ENOUGH = 0.9
+
+
+def run(
+    task: str | Task,
+    models: str | Model | Sequence[str | Model],
+    out: Place = "benchmark",
+    data: Place | None = None,
+    preset: Preset = PRESET_ASKED,
+    seeds: int | Sequence[int] = 1,
+    workers: int | None = None,
+    quiet: bool = False,
+) -> list[Entry]:
+    """Train and test models on a task, and write an entry of each to ``OUT/entries``.
+
+    What is finished in the folder is kept. Each model is trained five times as often as folds are:
+    on the recordings as they are, and under each control.
+
+    Parameters
+    ----------
+    task
+        Its name, a TOML file of one's own, or a `Task`.
+    models
+        As of `afferents.evaluate`; ``chance`` and ``nearest`` as well.
+    out
+        Folder for results and entries.
+    data
+        Where the task's data set is; None for ``data/NAME`` in the current folder.
+    preset, seeds, workers, quiet
+        As of `afferents.evaluate`.
+
+    Returns
+    -------
+    The entries, in the order of the models.
+
+    Raises
+    ------
+    InputError
+        If the task is unknown, its data are missing (it says what to fetch), or the data don't
+        support a model.
+    LeakageError
+        If a model sees anything of what is held out: samples, speeds, or, under permuted labels,
+        the labels of the test.
+    """
+    task = find_task(task) if isinstance(task, str) else task
+    asked = _with_baselines(models)
+    own = {models_in(one)[0].name: one for one in asked if isinstance(one, str) and ":" in one}
+    source = task.source(None if data is None else Path(data))
+    with Progress(quiet) as progress:
+        _make(task, Path(source), progress)
+    name, folds = task.named(task.recordings(source))
+    results = {
+        control: evaluate(
+            source,
+            Path(out) / "results" / name / control,
+            asked,
+            quiet,
+            **{**task.options, "control": control},
+            preset=preset,
+            seeds=seeds,
+            workers=workers,
+        )
+        for control in ("none", *CONTROLS)
+    }
+    found = [
+        _entry((task, name, folds), model, own.get(model.name, ""), results)
+        for model in models_in(asked)
+        if model.name in results["none"].found.models
+    ]
+    for entry in found:
+        entry.write(Path(out) / ENTRIES)
+    return found
+
+
+def _with_baselines(
+    models: str | Model | Sequence[str | Model],
+) -> list[str | Model]:
+    """Return models with the baselines by where they are."""
+    listed = [models] if isinstance(models, str | Model) else list(models)
+    each = [part for one in listed for part in (one.split(",") if isinstance(one, str) else [one])]
+    return [f"{_BEFORE}{one}" if one in _BASELINES else one for one in each]
+
+
+def _make(task: Task, store: Path, progress: Progress) -> None:
+    """Simulate what a task of the rig needs, and extract it, where it is not there."""
+    if task.info is None or not task.info.made or store.is_dir():
+        return
+    session = store.with_name("session")
+    progress.note(f"simulating {task.info.title}, once: {store.parent}")
+    simulate(session, quiet=True, **task.info.made)
+    extract(session, store, quiet=True)
+
+
+def _entry(
+    asked: tuple[Task, str, str], model: Model, where: str, results: dict[str, Results]
+) -> Entry:
+    """Return what came out for a model.
+
+    Parameters
+    ----------
+    asked
+        The task, the name under which its entries are compared, and the checksum of its folds.
+    where
+        ``FILE.py:NAME`` of a model of somebody's own; empty of the package's.
+    """
+    task, name, folds = asked
+    found = results["none"]
+    outcome = found.found.models[model.name]["nested"]
+    rows = found.predictions
+    rows = rows[(rows["model"] == model.name) & (rows["protocol"] == "nested")]
+    facts = [
+        load_fold(found.root, key)[0]
+        for key in finished_keys(found.root)
+        if key.model == model.name and key.protocol == "nested"
+    ]
+    controls = {
+        control: one.found.models[model.name]["nested"].mean_accuracy
+        for control, one in results.items()
+        if control != "none"
+    }
+    entry = Entry(
+        task=name,
+        folds=folds,
+        model=model.name,
+        title=model.title,
+        own=_own(where),
+        told_speed=model.speed_from,
+        preset=found.found.preset,
+        seeds=outcome.seeds,
+        mean=outcome.mean_accuracy,
+        ci95=outcome.ci95,
+        replicate=found.found.intervals.bootstrap_unit,
+        n_replicates=found.found.intervals.n,
+        chance=found.found.chance,
+        worst=Worst(group=outcome.worst, accuracy=outcome.by[outcome.worst]),
+        by=outcome.by,
+        by_touch={f"{s:g}": _of_touches(rows, found, s) for s in TOUCHES_S},
+        whole=outcome.recordings.mean_accuracy,
+        seconds_to_90=_seconds_to_90(rows, found),
+        ece=outcome.reliability.ece if outcome.reliability else None,
+        train_samples=fmean(float((one.model_extra or {})["n_train"]) for one in facts),
+        train_seconds=fmean(one.seconds for one in facts),
+        prediction_ms=_prediction_ms(facts),
+        controls=controls,
+        data=Data(
+            fingerprint=found.found.data[0].fingerprint,
+            recordings=found.found.data[0].n_recordings,
+            simulated=found.found.data[0].simulated,
+        ),
+        versions={
+            "afferents": __version__,
+            "python": platform.python_version(),
+            **{package: version(package) for package in ("numpy", "torch", "scikit-learn")},
+        },
+        machine=processor(),
+        date=f"{date.today()}",
+        command=_command(task, where or model.name, found.found.preset),
+    )
+    _refuse_known_labels(entry)
+    return entry
+
+
+def _refuse_known_labels(entry: Entry) -> None:
+    """Refuse a model that keeps most of its accuracy where labels are exchanged: it knew them."""
+    above, known = entry.mean - entry.chance, entry.controls["permuted"] - entry.chance
+    if above > 0 and known > above / 2 and known > 0.1:
+        raise LeakageError(
+            f"{entry.model}: expected accuracy near chance ({entry.chance:.2f}) once textures are "
+            f"exchanged among recordings, found {entry.controls['permuted']:.2f}: it has learnt "
+            "from the labels that are tested"
+        )
+
+
+def _of_touches(rows: pd.DataFrame, results: Results, seconds: float) -> float | None:
+    """Return the accuracy of touches of one length; None where there are none."""
+    found = name_touches(rows, results.textures, seconds, results.split.whole)
+    return None if found is None else fmean(accuracy_by_group(found.named).values())
+
+
+def _seconds_to_90(rows: pd.DataFrame, results: Results) -> float | None:
+    tried = ((s, _of_touches(rows, results, s)) for s in _TRIED_S)
+    return next((s for s, share in tried if share is not None and share >= _ENOUGH), None)
+
+
+def _prediction_ms(facts: Sequence[FoldFacts]) -> float | None:
+    spent = [one.prediction_ms for one in facts if one.prediction_ms is not None]
+    return median(spent) if spent else None
+
+
+def _own(where: str) -> Own | None:
+    """Return where a model of somebody's own lies, and what tells its file from another."""
+    path = Path(where.rpartition(":")[0])
+    if not path.is_file():
+        return None
+    return Own(where=where, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def _command(task: Task, model: str, preset: str) -> str:
+    words = ("afferents", "benchmark", "run", task.name, "--models", model.removeprefix(_BEFORE))
+    return shlex.join((*words, "--preset", preset))
